@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace splinevox {
+
+/// Float picture, row-major from the top left, channels interleaved. Colour is display-referred in [0, 1]
+/// exactly as stored in the PNG (no linearisation); alpha, where there is one, is straight.
+struct Image {
+  int width = 0, height = 0, channels = 0;
+  std::vector<float> data;  ///< [height * width * channels]
+
+  Image() = default;
+  Image(int w, int h, int c) : width(w), height(h), channels(c), data(std::size_t(w) * h * c, 0.0f) {}
+  std::size_t pixels() const { return std::size_t(width) * height; }
+  float* pixel(int x, int y) { return data.data() + (std::size_t(y) * width + x) * channels; }
+  const float* pixel(int x, int y) const { return data.data() + (std::size_t(y) * width + x) * channels; }
+};
+
+/// Straight-alpha RGBA picture as training keeps it in memory: 16 bit a channel, 65535 = 1. An 8-bit
+/// PNG value v is stored as 257 v, which is exact; area-filtered values are rounded to 1/65535.
+struct Image16 {
+  int width = 0, height = 0;
+  std::vector<std::uint16_t> rgba;  ///< [height * width * 4]
+
+  const std::uint16_t* pixel(int x, int y) const { return rgba.data() + (std::size_t(y) * width + x) * 4; }
+};
+
+}  // namespace splinevox

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <new>
+#include <vector>
+
+#include "splinevox/field/topology.hpp"
+
+namespace splinevox {
+
+/// Allocates on cache lines, so that a row of 8 or 16 floats never straddles two.
+template <class T>
+struct AlignedAllocator {
+  using value_type = T;
+  AlignedAllocator() = default;
+  template <class U>
+  AlignedAllocator(const AlignedAllocator<U>&) {}
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t{64})); }
+  void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t{64}); }
+  friend bool operator==(const AlignedAllocator&, const AlignedAllocator&) { return true; }
+};
+template <class T>
+using AlignedVector = std::vector<T, AlignedAllocator<T>>;
+
+/// One value array over a topology: rows of `width` floats (a multiple of 8: one or more vector registers).
+struct Channels {
+  TopologyPtr topology;
+  int width = 0;
+  AlignedVector<float> values;  ///< [topology->rows() * width]
+
+  float* row(std::size_t r) { return values.data() + r * width; }
+  const float* row(std::size_t r) const { return values.data() + r * width; }
+};
+
+/// Every row set to `background` ([width] floats).
+Channels make_channels(TopologyPtr topology, int width, const float* background);
+
+}  // namespace splinevox

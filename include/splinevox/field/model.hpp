@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "splinevox/core/camera.hpp"
+#include "splinevox/core/vec3.hpp"
+#include "splinevox/field/channels.hpp"
+
+namespace splinevox {
+
+/// sigma = scale * softplus(raw + shift), in 1 / scene unit; see math/activation.hpp.
+struct DensityActivation {
+  float scale = 1;  ///< 1 / scene unit, > 0
+  float shift = 0;
+  friend bool operator==(const DensityActivation&, const DensityActivation&) = default;
+};
+
+enum class BasisKind { bezier, bspline };
+
+/// How the first control point of a Bezier curve is treated (the paper, section Architecture).
+enum class FirstPoint {
+  zero,  ///< pinned to zero: t = 0 is exactly canonical, the point is not stored
+  free   ///< stored and learned like the others
+};
+
+/// Canonical appearance: raw values on one lattice, activated after interpolation.
+/// Row: [0] density, [1..3] rgb, [4..] spherical-harmonic coefficients of the view rescale, then padding.
+struct RadianceField {
+  DensityActivation activation;
+  int sh_order = 1;  ///< 0..3, or -1 for no view dependence: colour is sigmoid(rgb)
+  Channels raw;
+
+  int sh_count() const { return (sh_order + 1) * (sh_order + 1); }
+};
+
+/// Motion: where in the canonical volume to look at time t, x' = x + r * sum_k w_k(t) p_k (Eq. 2 to 4).
+/// A sum of levels, coarse to fine, each a lattice that halves the one before, so that the sum is again a
+/// trilinear function on the finest lattice. Row: [3 k + axis] stored control point k, [3 * stored] raw
+/// rigidity (r = sigmoid, 1 moves, 0 is static: the paper's name is inverted), then padding.
+struct MotionField {
+  BasisKind basis = BasisKind::bezier;
+  int points = 5;                             ///< control points K, 2..12
+  FirstPoint first_point = FirstPoint::zero;  ///< bezier only; bspline is always free
+  bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it
+  float rigidity_offset = 0;                  ///< added to the interpolated raw rigidity before the sigmoid
+  std::vector<Channels> levels;               ///< empty: the scene does not move
+
+  int stored_points() const { return first_point == FirstPoint::zero ? points - 1 : points; }
+  int rigidity_column() const { return 3 * stored_points(); }
+};
+
+/// A reconstructed scene: everything rendering needs and nothing it does not.
+struct VoxelModel {
+  Box box;                     ///< scene units; outside it is empty
+  Vec3 background{1, 1, 1};    ///< colour behind everything
+  float step = 0;              ///< march step, scene units
+  TimeMap time_map;            ///< from the data's own time to [0, 1]
+  RadianceField radiance;
+  MotionField motion;
+};
+
+}  // namespace splinevox

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "splinevox/field/model.hpp"
+
+namespace splinevox {
+
+/// The model at one time, contracted: per motion vertex one displacement and one raw rigidity instead of K control
+/// points. Build once per frame, then sample anywhere. Plain slow-path sampling in float for export, tracking and
+/// tests; the renderer has its own packed path with the same formulas.
+class FrameSampler {
+ public:
+  FrameSampler(const VoxelModel& model, double time);
+
+  struct Warp {
+    Vec3 displacement;      ///< Delta(x, t) = x' - x, scene units
+    Vec3 velocity_to_canonical;  ///< dDelta/dt, scene units per unit of model time
+    Vec3 gradient[3];       ///< gradient[i][j] = d Delta_i / d x_j, unitless
+    float rigidity;         ///< r in [0, 1]
+  };
+  Warp warp(Vec3 x) const;
+  Vec3 canonical(Vec3 x) const;  ///< x + Delta(x, t)
+
+  struct Radiance {
+    float density;  ///< 1 / scene unit
+    Vec3 color;     ///< sigmoid(rgb), before the view rescale, in [0, 1]
+    float sh[16];   ///< coefficients of the view rescale (sh_count() of them)
+  };
+  /// At a canonical position; outside the box or in an absent brick the density is 0.
+  Radiance radiance(Vec3 x_canonical) const;
+
+ private:
+  const VoxelModel& model_;
+  Channels position_, velocity_;  // width 8: displacement, raw rigidity, padding
+};
+
+}  // namespace splinevox

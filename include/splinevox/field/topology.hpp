@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "splinevox/core/vec3.hpp"
+
+namespace splinevox {
+
+inline constexpr int kBrick = 8;                           ///< vertices per brick edge: OpenVDB's leaf
+inline constexpr int kBrickRows = kBrick * kBrick * kBrick;  ///< rows per brick
+
+/// Regular lattice of vertices: vertex ijk sits at origin + spacing * ijk, as in OpenVDB
+/// (a voxel's value is at its index, not half a voxel beside it).
+struct Lattice {
+  Vec3 origin{};
+  float spacing = 1;  ///< scene units between vertices, > 0
+  Int3 size{};        ///< vertices per axis, >= 2
+  Vec3 position(Int3 ijk) const { return origin + spacing * cast<float>(ijk); }
+  friend bool operator==(const Lattice&, const Lattice&) = default;
+};
+
+/// The lattice that covers `box` with `cells` cells along its longest edge and as many as needed along
+/// the others. @pre cells >= 1, box not empty.
+Lattice make_lattice(const Box& box, int cells);
+
+/// Which 8^3 bricks of a lattice have storage. Bricks are OpenVDB leaves: brick b owns rows
+/// [b * 512, (b + 1) * 512), and within a brick the row of local vertex (x, y, z) is x * 64 + y * 8 + z,
+/// OpenVDB's leaf order. Brick 0 is the background brick: it stands for everything that is absent, holds
+/// the background values and is never updated, so a gather needs no branch.
+///
+/// The table has a ring of one absent brick on every side; a position outside the lattice, clamped into the
+/// ring, reads the background: outside the box is empty.
+struct Topology {
+  Lattice lattice;
+  Int3 dims{};                      ///< bricks per axis, ring included
+  std::vector<std::int32_t> table;  ///< [dims.x * dims.y * dims.z] brick number, z fastest; 0 = absent
+  std::vector<Int3> bricks;         ///< [brick_count() + 1] brick coordinate (vertex = 8 * coordinate), [0] unused
+
+  int brick_count() const { return int(bricks.size()) - 1; }
+  std::size_t rows() const { return bricks.size() * std::size_t(kBrickRows); }
+  std::size_t slot(Int3 brick) const {
+    return (std::size_t(brick.x + 1) * dims.y + (brick.y + 1)) * dims.z + (brick.z + 1);
+  }
+  /// Brick number at a brick coordinate; coordinates in the ring are absent. @pre -1 <= coordinate <= dims - 2.
+  std::int32_t brick_at(Int3 brick) const { return table[slot(brick)]; }
+};
+
+using TopologyPtr = std::shared_ptr<const Topology>;
+
+/// Freezes a list of brick coordinates (each within the lattice, no duplicates) into a topology.
+/// Bricks are numbered in the order of their coordinates, x slowest, so the numbering depends only on the set.
+TopologyPtr make_topology(const Lattice& lattice, std::vector<Int3> bricks);
+/// Every brick of the lattice.
+TopologyPtr make_dense_topology(const Lattice& lattice);
+
+}  // namespace splinevox

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "splinevox/core/camera.hpp"
+#include "splinevox/core/image.hpp"
+#include "splinevox/field/model.hpp"
+
+namespace splinevox {
+
+/// What one view of a model shows. Each [height * width * channels]; scene units where not said otherwise.
+struct Rendered {
+  Image rgb;       ///< 3: composited over the background, not clamped
+  Image alpha;     ///< 1: 1 - transmittance at the end of the ray
+  Image depth;     ///< 1: expected distance along the viewing axis over the part that was hit; 0 where alpha is 0
+  Image flow;      ///< 3: visibility-weighted displacement to canonical, x' - x
+  Image rigidity;  ///< 1: visibility-weighted r in (0, 1): 1 moves, 0 is static
+};
+
+struct RenderOptions {
+  float stop = 1e-3f;   ///< a ray ends when its transmittance falls below this; colour error <= stop
+  float step_scale = 1; ///< multiplies the model's march step
+};
+
+/// Renders the model at a time in [0, 1] (clamped). Runs on the TBB threads of the calling arena; the same
+/// bits for any number of threads.
+Rendered render_image(const VoxelModel& model, const Camera& camera, double time, const RenderOptions& options = {});
+
+}  // namespace splinevox

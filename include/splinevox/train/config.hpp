@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "splinevox/field/model.hpp"
+
+namespace splinevox {
+
+enum class OptimiserKind { adam, rmsprop };
+enum class DivergenceKind { analytic, hutchinson };
+enum class BackgroundKind { fixed, random };  ///< what training composites rays and targets over
+
+/// Length and repeatability of a run.
+struct RunConfig {
+  double max_time = 60;  ///< seconds training may take; schedules are laid out over it. 0: max_steps decides
+  int max_steps = 0;     ///< optimiser steps; 0: max_time decides. Both given: whichever ends first
+  std::uint64_t seed = 1;
+  int downscale = 1;                     ///< block size of the area filter on the images
+  std::vector<float> background{1, 1, 1};  ///< colour behind the scene, [3] in [0, 1]
+};
+
+/// Lattices, coarse to fine over the run.
+struct GridConfig {
+  std::vector<int> radiance{40, 64, 96, 128};        ///< cells along the box's longest edge, per stage
+  std::vector<float> radiance_start{0, .08f, .25f, .5f};  ///< progress in [0, 1) at which each stage begins
+  std::vector<int> motion{4, 8, 16, 32};             ///< cells along the longest edge, per level, each twice the one before
+  std::vector<float> motion_start{0, .08f, .25f, .5f};    ///< progress at which each level is switched on
+  float prune_alpha = 1e-3f;   ///< bricks whose largest alpha of one step stays below this are dropped at a new stage
+  float box_margin = 0.05f;    ///< added around the visual hull, share of its longest edge
+  std::vector<float> box;      ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
+};
+
+struct RadianceConfig {
+  int sh_order = 1;             ///< -1 (none), 0..3
+  float initial_alpha = 0.01f;  ///< alpha of one step of the first lattice before training
+  float initial_sh = 0;         ///< band 0 at the start: the view factor begins at 1 - sigmoid(Y00 * initial_sh) / 2
+};
+
+struct MotionConfig {
+  bool enabled = true;
+  BasisKind basis = BasisKind::bspline;
+  int points = 7;                              ///< control points K, 2..12
+  FirstPoint first_point = FirstPoint::free;
+  bool rigidity = true;
+  float initial_rigidity = 0;                  ///< raw: r begins at sigmoid(initial_rigidity)
+  std::vector<int> elevate_points;             ///< bezier: K after each exact degree elevation
+  std::vector<float> elevate_start;            ///< progress at which each happens
+};
+
+/// Learning rates are per step; each decays on a cosine from the first value to value * its final share.
+struct OptimiserConfig {
+  OptimiserKind kind = OptimiserKind::adam;
+  float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.005f, lr_rigidity = 0.01f;
+  float final_radiance = 0.1f;   ///< share of lr_density, lr_color, lr_sh left at the end
+  float final_motion = 0.02f;    ///< share of lr_control, lr_rigidity left at the end
+  float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
+};
+
+/// Weights of the loss terms (Eq. 8 and 9). The photometric term is the mean over rays of the squared RGB error.
+struct LossConfig {
+  float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 0.1f, tv_rigidity = 0;
+  float tv_share = 0.125f;        ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
+  float offset = 0;               ///< lambda_off of Eq. 8
+  float offset_rigidity = 0.3f;   ///< lambda_r of Eq. 6
+  float divergence = 0;           ///< lambda_div of Eq. 8
+  DivergenceKind divergence_kind = DivergenceKind::analytic;
+  bool ramp = false;              ///< multiply offset and divergence by 1/100 -> 1 over the run, as the released code
+  float curve_length = 0;         ///< weight of the squared length of control polygons, all voxels
+};
+
+struct SamplingConfig {
+  int frames = 8;                  ///< training images per step
+  int rays = 4096;                 ///< rays per step over all of them, in patches of 2 x 2 pixels
+  float step = 0.75f;              ///< march step in voxels of the radiance lattice
+  float stop = 1e-3f;              ///< transmittance at which a training ray ends
+  BackgroundKind background = BackgroundKind::random;
+  int occupancy_cells = 64;        ///< cells along the longest edge of the space-time occupancy
+  int occupancy_every = 200;       ///< steps between refreshes
+  float occupancy_alpha = 0.01f;   ///< alpha of one step below which a cell is skipped
+};
+
+struct Config {
+  std::string preset = "fast";
+  RunConfig run;
+  GridConfig grid;
+  RadianceConfig radiance;
+  MotionConfig motion;
+  OptimiserConfig optimiser;
+  LossConfig loss;
+  SamplingConfig sampling;
+};
+
+/// Calls visit(key, member, doc, lo, hi) for every number of a Config: key is "group.name"; lo and hi bound scalars and
+/// list elements, inclusive. The one list behind --set, TOML in and out, validation and the help text.
+template <class C, class Visit>
+void visit_config(C& c, Visit&& visit) {
+  constexpr double inf = 1e30;
+  visit("run.max_time", c.run.max_time, "seconds of training, 0 = run.max_steps decides", 0, 1e7);
+  visit("run.max_steps", c.run.max_steps, "optimiser steps, 0 = run.max_time decides", 0, 1e9);
+  visit("run.seed", c.run.seed, "seed of every random draw", 0, 9e15);
+  visit("run.downscale", c.run.downscale, "KxK pixel blocks are averaged", 1, 64);
+  visit("run.background", c.run.background, "r, g, b behind the scene", 0, 1);
+  visit("grid.radiance", c.grid.radiance, "cells along the longest edge, per stage", 8, 1024);
+  visit("grid.radiance_start", c.grid.radiance_start, "progress at which each stage begins", 0, 1);
+  visit("grid.motion", c.grid.motion, "cells along the longest edge, per motion level", 1, 512);
+  visit("grid.motion_start", c.grid.motion_start, "progress at which each motion level is switched on", 0, 1);
+  visit("grid.prune_alpha", c.grid.prune_alpha, "bricks below this alpha per step are dropped", 0, 1);
+  visit("grid.box_margin", c.grid.box_margin, "margin around the visual hull, share of its longest edge", 0, 1);
+  visit("grid.box", c.grid.box, "lo.xyz, hi.xyz of the scene box; empty = automatic", -inf, inf);
+  visit("radiance.sh_order", c.radiance.sh_order, "spherical harmonic order of the view rescale, -1 = none", -1, 3);
+  visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
+  visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);
+  visit("motion.enabled", c.motion.enabled, "whether the scene may move", 0, 1);
+  visit("motion.basis", c.motion.basis, "bezier or bspline", 0, 1);
+  visit("motion.points", c.motion.points, "control points per curve", 2, 12);
+  visit("motion.first_point", c.motion.first_point, "zero (t = 0 is canonical) or free", 0, 1);
+  visit("motion.rigidity", c.motion.rigidity, "whether motion is scaled by a learned rigidity", 0, 1);
+  visit("motion.initial_rigidity", c.motion.initial_rigidity, "raw rigidity before training", -20, 20);
+  visit("motion.elevate_points", c.motion.elevate_points, "bezier: control points after each degree elevation", 2, 12);
+  visit("motion.elevate_start", c.motion.elevate_start, "progress at which each elevation happens", 0, 1);
+  visit("optimiser.kind", c.optimiser.kind, "adam or rmsprop", 0, 1);
+  visit("optimiser.lr_density", c.optimiser.lr_density, "step of raw density", 0, 100);
+  visit("optimiser.lr_color", c.optimiser.lr_color, "step of raw colour", 0, 100);
+  visit("optimiser.lr_sh", c.optimiser.lr_sh, "step of the view rescale", 0, 100);
+  visit("optimiser.lr_control", c.optimiser.lr_control, "step of control points, share of the box's longest edge", 0, 100);
+  visit("optimiser.lr_rigidity", c.optimiser.lr_rigidity, "step of raw rigidity", 0, 100);
+  visit("optimiser.final_radiance", c.optimiser.final_radiance, "share of the radiance rates left at the end", 0, 1);
+  visit("optimiser.final_motion", c.optimiser.final_motion, "share of the motion rates left at the end", 0, 1);
+  visit("optimiser.beta1", c.optimiser.beta1, "first moment decay", 0, 0.9999);
+  visit("optimiser.beta2", c.optimiser.beta2, "second moment decay", 0, 0.99999);
+  visit("optimiser.epsilon", c.optimiser.epsilon, "added to the root of the second moment", 1e-20, 1);
+  visit("loss.tv_density", c.loss.tv_density, "total variation of raw density", 0, inf);
+  visit("loss.tv_color", c.loss.tv_color, "total variation of raw colour", 0, inf);
+  visit("loss.tv_sh", c.loss.tv_sh, "total variation of the view rescale", 0, inf);
+  visit("loss.tv_control", c.loss.tv_control, "total variation of control points", 0, inf);
+  visit("loss.tv_rigidity", c.loss.tv_rigidity, "total variation of raw rigidity", 0, inf);
+  visit("loss.tv_share", c.loss.tv_share, "share of the bricks visited per step", 1e-4, 1);
+  visit("loss.offset", c.loss.offset, "offset loss (Eq. 6)", 0, inf);
+  visit("loss.offset_rigidity", c.loss.offset_rigidity, "lambda_r inside the offset loss", 0, inf);
+  visit("loss.divergence", c.loss.divergence, "divergence loss (Eq. 7)", 0, inf);
+  visit("loss.divergence_kind", c.loss.divergence_kind, "analytic or hutchinson", 0, 1);
+  visit("loss.ramp", c.loss.ramp, "ramp offset and divergence from 1/100 to 1", 0, 1);
+  visit("loss.curve_length", c.loss.curve_length, "squared length of control polygons", 0, inf);
+  visit("sampling.frames", c.sampling.frames, "training images per step", 1, 64);
+  visit("sampling.rays", c.sampling.rays, "rays per step", 64, 1 << 20);
+  visit("sampling.step", c.sampling.step, "march step in voxels", 0.05, 4);
+  visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
+  visit("sampling.background", c.sampling.background, "fixed or random", 0, 1);
+  visit("sampling.occupancy_cells", c.sampling.occupancy_cells, "cells of the space-time occupancy", 8, 256);
+  visit("sampling.occupancy_every", c.sampling.occupancy_every, "steps between occupancy refreshes", 1, 1e6);
+  visit("sampling.occupancy_alpha", c.sampling.occupancy_alpha, "alpha per step below which a cell is skipped", 0, 1);
+}
+
+/// Names of an enum's values in order; the text form in TOML and --set. Specialised per enum.
+template <class E> struct EnumNames;
+template <> struct EnumNames<BasisKind> { static constexpr const char* names[] = {"bezier", "bspline"}; };
+template <> struct EnumNames<FirstPoint> { static constexpr const char* names[] = {"zero", "free"}; };
+template <> struct EnumNames<OptimiserKind> { static constexpr const char* names[] = {"adam", "rmsprop"}; };
+template <> struct EnumNames<DivergenceKind> { static constexpr const char* names[] = {"analytic", "hutchinson"}; };
+template <> struct EnumNames<BackgroundKind> { static constexpr const char* names[] = {"fixed", "random"}; };
+
+struct Preset {
+  const char* name;
+  const char* summary;  ///< what it is for and what it costs, one line of `train --help`
+  Config config;
+};
+/// draft, fast, standard, paper, nerf_atlas.
+const std::vector<Preset>& presets();
+/// Throws Error naming the nearest known preset.
+Config preset(const std::string& name);
+
+/// Sets one number from text: `--set group.key=value`. Lists are comma separated. Throws Error naming the key, its
+/// range, what was given, and for an unknown key the nearest known one.
+void set_config(Config& config, const std::string& assignment, const std::string& where);
+/// Applies a TOML file over `config`. Same errors, with file and line.
+void read_config(Config& config, const std::string& path);
+/// TOML text with every number and its doc line; read_config of it gives the same Config.
+std::string write_config(const Config& config);
+/// Checks what ranges alone cannot: list lengths, orders, combinations. Throws Error naming the key.
+void validate(const Config& config);
+
+}  // namespace splinevox
