@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "splinevox/field/model.hpp"
+#include "splinevox/math/basis.hpp"
+
+namespace splinevox {
+
+/// Basis weights of the *stored* control points at a time, computed in double and rounded once.
+/// @param t  clamped to [0, 1].
+BasisWeights<float> stored_weights(const MotionField& motion, double t);
+/// Their time derivatives, per unit of model time.
+BasisWeights<float> stored_weights_dt(const MotionField& motion, double t);
+
+/// Row of a slice: displacement before rigidity (3) and raw rigidity (1).
+inline constexpr int kSliceWidth = 4;
+
+/// The motion field at one time, contracted: on the finest lattice, 4 floats a row instead of 3 K + 1. Every sample of
+/// a frame shares its time and interpolation is linear, so sampling the slice equals sampling the curves.
+struct MotionSlice {
+  TopologyPtr topology;         ///< of the finest level; null: the scene does not move
+  AlignedVector<float> values;  ///< [rows * 4]
+};
+
+/// Contracts rows [first, last) of one level with the given weights into out ([rows * 4]), adding nothing.
+void contract_level(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, float* out);
+
+/// out += the coarse slice, interpolated at the vertices of the fine lattice (exact: the lattices are nested).
+void prolong_slice(const Topology& coarse, const float* coarse_values, const Topology& fine, float* out);
+/// Adjoint of prolong_slice: coarse_gradient += its transpose applied to the fine gradient.
+void restrict_gradient(const Topology& fine, const float* fine_gradient, const Topology& coarse, float* coarse_gradient);
+
+/// The slice at time t. @pre levels are nested lattices, each half the spacing of the one before.
+MotionSlice make_slice(const MotionField& motion, double t);
+
+/// The same motion with all levels summed into one on the finest lattice.
+MotionField collapse(const MotionField& motion);
+
+}  // namespace splinevox

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <array>
+
+namespace splinevox {
+
+inline constexpr int kMinPoints = 2, kMaxPoints = 12;
+
+/// Weights of up to kMaxPoints control points; entries past the basis' own count are 0.
+template <class T>
+using BasisWeights = std::array<T, kMaxPoints>;
+
+/// Bernstein weights w_k(t) of K control points (degree K - 1), so that a curve is sum_k w_k(t) p_k.
+///
+/// Source: Spline-NeRF, Eq. 2 and 3, by the triangle of De Casteljau applied to the weights, one degree at a time: every
+/// intermediate stays in [0, 1]. Evaluated once per frame in double and rounded, a curve is then one dot product,
+/// which is more accurate and far cheaper than De Casteljau per voxel (numerics H1).
+///
+/// @param t  time in [0, 1]; the caller clamps. t = 0 gives (1, 0, .., 0), t = 1 gives (0, .., 0, 1), exactly.
+/// @note  The paper prints Eq. 3 with index i - 1, which runs the curve backwards; we use i + 1 as the released code.
+template <class T>
+constexpr BasisWeights<T> bernstein_weights(int points, T t) {
+  BasisWeights<T> w{};
+  w[0] = T(1);
+  for (int degree = 1; degree < points; ++degree) {
+    for (int k = degree; k > 0; --k) w[k] = (T(1) - t) * w[k] + t * w[k - 1];
+    w[0] = (T(1) - t) * w[0];
+  }
+  return w;
+}
+
+/// d w_k / d t: differences of the weights one degree lower, times the degree K - 1 (not the number of points). Sums to 0.
+template <class T>
+constexpr BasisWeights<T> bernstein_weights_dt(int points, T t) {
+  const BasisWeights<T> lower = bernstein_weights(points - 1, t);
+  BasisWeights<T> d{};
+  for (int k = 0; k < points - 1; ++k) {
+    d[k] = d[k] - T(points - 1) * lower[k];
+    d[k + 1] = d[k + 1] + T(points - 1) * lower[k];
+  }
+  return d;
+}
+
+/// Clamped uniform B-spline weights: degree min(3, K - 1), knots evenly spaced in [0, 1], end points interpolated.
+/// Local: at most four weights are not zero. For K <= 4 it is the Bezier curve of K points.
+///
+/// Source: Cox-de Boor recursion on the non-zero weights of one span; every intermediate is a convex combination.
+/// @param t  time in [0, 1]; the caller clamps.
+template <class T>
+constexpr BasisWeights<T> bspline_weights(int points, T t, int degree = 3) {
+  degree = std::min(degree, points - 1);
+  const int spans = points - degree;
+  const auto knot = [&](int i) { return T(std::clamp(i - degree, 0, spans)) / T(spans); };
+  int span = degree;
+  while (span < points - 1 && !(t < knot(span + 1))) ++span;
+  // b[j] is the weight of point span - degree + j.
+  std::array<T, 4> b{};
+  b[0] = T(1);
+  for (int d = 1; d <= degree; ++d) {
+    T carried = T(0);
+    for (int j = 0; j < d; ++j) {
+      const T lo = knot(span + 1 - d + j), hi = knot(span + 1 + j);
+      const T share = b[j] / (hi - lo);
+      b[j] = carried + (hi - t) * share;
+      carried = (t - lo) * share;
+    }
+    b[d] = carried;
+  }
+  BasisWeights<T> w{};
+  for (int j = 0; j <= degree; ++j) w[span - degree + j] = b[j];
+  return w;
+}
+
+/// d w_k / d t of bspline_weights: degree / knot distance times differences of the weights one degree lower on the same
+/// knots. Sums to 0.
+template <class T>
+constexpr BasisWeights<T> bspline_weights_dt(int points, T t) {
+  const int degree = std::min(3, points - 1);
+  const int spans = points - degree;
+  const auto knot = [&](int i) { return T(std::clamp(i - degree, 0, spans)) / T(spans); };
+  // The curve's derivative has points - 1 control points q_k = degree (p_{k+1} - p_k) / (knot[k+degree+1] - knot[k+1])
+  // on the knots without their first and last, which is again a clamped uniform B-spline, one degree lower.
+  const BasisWeights<T> lower = bspline_weights(points - 1, t, degree - 1);
+  BasisWeights<T> d{};
+  for (int k = 0; k < points - 1; ++k) {
+    const T slope = T(degree) / (knot(k + degree + 1) - knot(k + 1)) * lower[k];
+    d[k] = d[k] - slope;
+    d[k + 1] = d[k + 1] + slope;
+  }
+  return d;
+}
+
+/// Exact degree elevation of one Bezier curve component, K -> K + 1 control points: the curve stays the same
+/// (a convex combination, hence benign: numerics H3). `out` may not alias `in`.
+///
+///   q_0 = p_0,  q_i = (i / K) p_{i-1} + (1 - i / K) p_i,  q_K = p_{K-1}
+template <class T>
+constexpr void elevate_bezier(int points, const T* in, T* out) {
+  out[0] = in[0];
+  for (int i = 1; i < points; ++i) {
+    const T a = T(i) / T(points);
+    out[i] = a * in[i - 1] + (T(1) - a) * in[i];
+  }
+  out[points] = in[points - 1];
+}
+
+}  // namespace splinevox
