@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "splinevox/field/brick_view.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/field/slice.hpp"
 
 namespace splinevox {
 
@@ -31,7 +33,8 @@ class FrameSampler {
 
  private:
   const VoxelModel& model_;
-  Channels position_, velocity_;  // width 8: displacement, raw rigidity, padding
+  BrickView<float> radiance_view_, motion_view_;
+  MotionSlice position_, velocity_;
 };
 
 }  // namespace splinevox

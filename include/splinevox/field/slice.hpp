@@ -14,7 +14,7 @@ BasisWeights<float> stored_weights(const MotionField& motion, double t);
 /// Their time derivatives, per unit of model time.
 BasisWeights<float> stored_weights_dt(const MotionField& motion, double t);
 
-/// Row of a slice: displacement before rigidity (3) and raw rigidity (1).
+/// Row of a slice: displacement before rigidity (3, scene units) and raw rigidity (1).
 inline constexpr int kSliceWidth = 4;
 
 /// The motion field at one time, contracted: on the finest lattice, 4 floats a row instead of 3 K + 1. Every sample of
@@ -24,16 +24,23 @@ struct MotionSlice {
   AlignedVector<float> values;  ///< [rows * 4]
 };
 
-/// Contracts rows [first, last) of one level with the given weights into out ([rows * 4]), adding nothing.
-void contract_level(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, float* out);
+/// Contracts bricks [first, last) of one level with the given weights: out ([rows * 4]) = sum_k w_k p_k and raw rigidity.
+void contract_bricks(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int first,
+                     int last, float* out);
+/// Adjoint of contract_bricks summed over frames: gradient += the slices' gradients ([frames] of [rows * 4]), expanded.
+void expand_bricks(const MotionField& motion, const BasisWeights<float>* weights, const float* const* slice_gradients,
+                   int frames, int first, int last, Channels& gradient);
 
-/// out += the coarse slice, interpolated at the vertices of the fine lattice (exact: the lattices are nested).
+/// out += the coarse slice, interpolated at the vertices of the fine lattice. Exact: the lattices are nested, each
+/// half the spacing of the one before.
 void prolong_slice(const Topology& coarse, const float* coarse_values, const Topology& fine, float* out);
 /// Adjoint of prolong_slice: coarse_gradient += its transpose applied to the fine gradient.
 void restrict_gradient(const Topology& fine, const float* fine_gradient, const Topology& coarse, float* coarse_gradient);
 
-/// The slice at time t. @pre levels are nested lattices, each half the spacing of the one before.
-MotionSlice make_slice(const MotionField& motion, double t);
+/// Slices of every level at once; the last is the sum of all. Reuses the storage of `out`.
+void make_slice(const MotionField& motion, const BasisWeights<float>& weights, std::vector<AlignedVector<float>>& out);
+/// The slice on the finest level, for the weights of one time.
+MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights);
 
 /// The same motion with all levels summed into one on the finest lattice.
 MotionField collapse(const MotionField& motion);

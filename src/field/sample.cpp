@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/field/sample.hpp"
+
+#include "splinevox/core/simd.hpp"
+#include "splinevox/math/activation.hpp"
+
+namespace splinevox {
+namespace {
+
+using Four = Simd<float>::Four;
+using Eight = Simd<float>::Eight;
+
+struct Located {
+  Vec3 fraction;
+  CellRows rows;
+};
+
+Located locate(const BrickView<float>& view, Vec3 x) {
+  Located out;
+  int base[3];
+  for (int a = 0; a < 3; ++a) {
+    const float u = view.coordinate(x[a], a);
+    base[a] = int(u);
+    out.fraction[a] = u - float(base[a]);
+  }
+  out.rows = view.rows(view.cell(base[0], base[1], base[2]));
+  return out;
+}
+
+template <class V>
+TrilinearValue<V> gather(const Located& at, const float* values, int width, int offset) {
+  const auto corner = [&](int c) { return load<V>(values + std::size_t(at.rows.row[c]) * width + offset); };
+  return trilinear_with_gradient(at.fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6),
+                                 corner(7));
+}
+
+Vec3 xyz(const Four& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+FrameSampler::FrameSampler(const VoxelModel& model, double time) : model_(model), radiance_view_(*model.radiance.raw.topology) {
+  if (model.motion.levels.empty()) return;
+  position_ = make_slice(model.motion, stored_weights(model.motion, time));
+  velocity_ = make_slice(model.motion, stored_weights_dt(model.motion, time));
+  motion_view_ = BrickView<float>(*position_.topology);
+}
+
+FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
+  Warp out{};
+  if (!position_.topology) return out;
+  const Located at = locate(motion_view_, x);
+  const auto p = gather<Four>(at, position_.values.data(), kSliceWidth, 0);
+  const auto v = gather<Four>(at, velocity_.values.data(), kSliceWidth, 0);
+  Activated<float> r{1, 0};
+  if (model_.motion.rigidity) r = sigmoid(p.value[3] + model_.motion.rigidity_offset);
+  out.rigidity = r.value;
+  out.displacement = r.value * xyz(p.value);
+  out.velocity_to_canonical = r.value * xyz(v.value);
+  // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.
+  const float scale = motion_view_.inv_spacing;
+  const Four* d[3] = {&p.dx, &p.dy, &p.dz};
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i)
+      out.gradient[i][j] = scale * (r.value * (*d[j])[i] + p.value[i] * r.slope * (*d[j])[3]);
+  return out;
+}
+
+Vec3 FrameSampler::canonical(Vec3 x) const { return x + warp(x).displacement; }
+
+FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
+  const RadianceField& field = model_.radiance;
+  const Located at = locate(radiance_view_, x);
+  Radiance out{};
+  bool stored = false;
+  for (const std::int32_t row : at.rows.row) stored |= row >= kBrickRows;
+  if (!stored) return out;
+  for (int offset = 0; offset < field.raw.width; offset += 8) {
+    const Eight v = gather<Eight>(at, field.raw.values.data(), field.raw.width, offset).value;
+    for (int i = 0; i < 8; ++i) {
+      const int c = offset + i - 4;
+      if (c >= 0 && c < field.sh_count()) out.sh[c] = v[i];
+      else if (c == -4) out.density = field.activation.scale * softplus(v[0] + field.activation.shift).value;
+      else if (c < 0) out.color[c + 3] = sigmoid(v[i]).value;
+    }
+  }
+  return out;
+}
+
+}  // namespace splinevox
