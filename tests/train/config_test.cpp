@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/train/config.hpp"
+
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+
+#include "splinevox/core/error.hpp"
+#include "splinevox/core/nearest.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+/// A file in the temporary folder that lives as long as the object.
+struct TemporaryFile {
+  std::string path;
+  explicit TemporaryFile(const std::string& text)
+      : path((std::filesystem::temp_directory_path() / "splinevox_config_test.toml").string()) {
+    std::ofstream(path) << text;
+  }
+  ~TemporaryFile() { std::filesystem::remove(path); }
+};
+
+std::string message(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const Error& e) {
+    CHECK(e.fault == Fault::input);
+    return e.what();
+  }
+  return "(no error)";
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
+
+}  // namespace
+
+TEST_SUITE("train/config") {
+  TEST_CASE("every preset is valid, carries its own name and can be asked for by it") {
+    CHECK(presets().size() >= 5);
+    for (const Preset& p : presets()) {
+      CAPTURE(p.name);
+      CHECK(p.config.preset == p.name);
+      CHECK_NOTHROW(validate(p.config));
+      CHECK(write_config(preset(p.name)) == write_config(p.config));
+    }
+  }
+
+  TEST_CASE("what write_config writes, read_config reads back number for number") {
+    for (const Preset& p : presets()) {
+      CAPTURE(p.name);
+      Config c = p.config;
+      c.run.seed = 1234567890123;
+      c.optimiser.lr_color = 0.1f + 1e-8f;
+      c.radiance.initial_alpha = 1e-7f;
+      c.grid.box = {-1.25f, -1, -0.3333333f, 1, 1, 2};
+      const TemporaryFile file(write_config(c));
+      Config back;
+      read_config(back, file.path);
+      CHECK(write_config(back) == write_config(c));
+      CHECK(back.optimiser.lr_color == c.optimiser.lr_color);
+      CHECK(back.radiance.initial_alpha == c.radiance.initial_alpha);
+      CHECK(back.run.seed == c.run.seed);
+      CHECK(back.grid.box == c.grid.box);
+    }
+  }
+
+  TEST_CASE("a file changes only what it names, and its preset is the ground") {
+    const TemporaryFile file(
+        "preset = \"draft\"\n[optimiser]\nlr_color = 1\n[motion]\nbasis = \"bezier\"\n"
+        "[record]\nanything = 3\n");
+    Config c;
+    read_config(c, file.path);
+    CHECK(c.preset == "draft");
+    CHECK(c.optimiser.lr_color == 1);
+    CHECK(c.motion.basis == BasisKind::bezier);
+    CHECK(c.grid.radiance == preset("draft").grid.radiance);
+  }
+
+  TEST_CASE("set_config reads numbers, switches, choices and lists") {
+    Config c;
+    set_config(c, "optimiser.lr_color=0.25", "--set");
+    set_config(c, "motion.enabled = false", "--set");
+    set_config(c, "motion.basis=bezier", "--set");
+    set_config(c, "grid.radiance=[16, 32]", "--set");
+    set_config(c, "grid.radiance_start=0,0.5", "--set");
+    set_config(c, "motion.elevate_points=", "--set");
+    CHECK(c.optimiser.lr_color == 0.25f);
+    CHECK_FALSE(c.motion.enabled);
+    CHECK(c.motion.basis == BasisKind::bezier);
+    CHECK(c.grid.radiance == std::vector<int>{16, 32});
+    CHECK(c.grid.radiance_start == std::vector<float>{0, 0.5f});
+    CHECK(c.motion.elevate_points.empty());
+  }
+
+  TEST_CASE("an unknown key names the nearest known one") {
+    Config c;
+    const std::string typo = message([&] { set_config(c, "optimizer.lr_colour=1", "--set"); });
+    CHECK(contains(typo, "--set: there is no setting 'optimizer.lr_colour'"));
+    CHECK(contains(typo, "optimiser.lr_color"));
+    CHECK(contains(message([&] { set_config(c, "tv_density=1", "--set"); }), "loss.tv_density"));
+    const TemporaryFile file("[grid]\nradiancy = [8]\n");
+    const std::string in_file = message([&] { read_config(c, file.path); });
+    CHECK(contains(in_file, ", line 2: there is no setting 'grid.radiancy'"));
+    CHECK(contains(in_file, "grid.radiance"));
+  }
+
+  TEST_CASE("a value out of range names the key, the range and what was given, and changes nothing") {
+    Config c;
+    CHECK(message([&] { set_config(c, "motion.points=13", "--set"); }) ==
+          "--set: 'motion.points' is out of range\n  expected: a whole number in [2, 12]\n  got:      13");
+    CHECK(c.motion.points == Config{}.motion.points);
+    for (const char* bad :
+         {"motion.points=1.5", "optimiser.lr_color=nan", "optimiser.lr_color=inf", "run.seed=-1",
+          "motion.enabled=maybe", "motion.basis=hermite", "grid.radiance=8,x", "run.max_steps=99999999999",
+          "optimiser.beta1=1", "optimiser.lr_color", "optimiser.lr_color="}) {
+      CAPTURE(bad);
+      CHECK(message([&] { set_config(c, bad, "--set"); }) != "(no error)");
+    }
+    const TemporaryFile file("[motion]\n\npoints = 40\n");
+    CHECK(contains(message([&] { read_config(c, file.path); }), ", line 3: 'motion.points' is out of range"));
+    const TemporaryFile kind("[optimiser]\nlr_color = \"0.1\"\n");
+    CHECK(contains(message([&] { read_config(c, kind.path); }), "has the wrong kind of value"));
+    const TemporaryFile broken("[optimiser\n");
+    CHECK(contains(message([&] { read_config(c, broken.path); }), "line 1: this is not TOML"));
+    CHECK(contains(message([&] { read_config(c, "/nowhere/x.toml"); }), "there is no such configuration file"));
+    CHECK(contains(message([&] { preset("fats"); }), "--preset fast"));
+  }
+
+  TEST_CASE("validate finds what ranges alone cannot") {
+    const std::vector<std::string> wrong = {"grid.radiance_start=0",   "grid.radiance=",
+                                            "grid.motion=4,8,16,30",   "grid.radiance=64,40,96,128",
+                                            "grid.box=0,0,0,1,1",      "grid.box=0,0,0,1,1,0",
+                                            "run.background=1",        "grid.radiance_start=0,0.5,0.25,0.6",
+                                            "motion.points=3",         "motion.first_point=zero",
+                                            "motion.elevate_points=8", "sampling.frames=64 "};
+    for (const std::string& w : wrong) {
+      CAPTURE(w);
+      Config c;
+      if (w == "sampling.frames=64 ") c.sampling.rays = 64;
+      set_config(c, w, "--set");
+      CHECK(message([&] { validate(c); }) != "(no error)");
+    }
+    Config endless;
+    endless.run.max_time = 0;
+    CHECK(contains(message([&] { validate(endless); }), "the run would have no end"));
+    Config still;
+    still.motion.enabled = false;
+    still.grid.motion.clear();
+    still.grid.motion_start.clear();
+    CHECK_NOTHROW(validate(still));
+  }
+
+  TEST_CASE("edit distance counts insertions, deletions and replacements") {
+    CHECK(edit_distance("", "abc") == 3);
+    CHECK(edit_distance("kitten", "sitting") == 3);
+    CHECK(edit_distance("train", "train") == 0);
+    CHECK(nearest("evl", {"train", "eval", "export"}) == "eval");
+    CHECK(nearest("x", {}).empty());
+  }
+}
