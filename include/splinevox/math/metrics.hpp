@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+
+#include "splinevox/core/image.hpp"
+
+namespace splinevox {
+
+// Quality of picture `a` against picture `b`. All take values with data range 1, are symmetric in their arguments,
+// compute in double, and throw Error (Fault::input) when the pictures are empty or their shapes differ. A
+// non-finite pixel makes the result non-finite; it is never hidden.
+
+/// Decibels that stand for "identical" wherever PSNRs are averaged.
+inline constexpr double kPsnrCap = 100.0;
+
+/// Mean of (a - b)^2 over all pixels and channels.
+double mean_squared_error(const Image& a, const Image& b);
+
+/// -10 log10(mse) for data range 1; +infinity at mse = 0.
+double psnr_from_mse(double mse);
+
+/// Peak signal to noise ratio in decibels; +infinity for identical pictures.
+double psnr(const Image& a, const Image& b);
+
+/// min(db, kPsnrCap): what may be averaged or written to JSON. NaN stays NaN.
+double capped_psnr(double db);
+
+/// Mean of capped_psnr over the values; NaN for none.
+double mean_psnr(std::span<const double> db);
+
+/// Structural similarity (Wang et al. 2004): Gaussian window of 11x11, sigma 1.5, K1 = 0.01, K2 = 0.03; the mean
+/// over the valid region (windows entirely inside) and over channels. Each channel's own mean is taken out before
+/// the windowed moments, so flat regions do not cancel.
+///
+/// A picture smaller than the window gets the largest odd window that fits, same sigma, weights summing to 1; for
+/// a side of 1 pixel that window is 1x1 and only the luminance term remains.
+double ssim(const Image& a, const Image& b);
+
+/// Multi-scale SSIM (Wang et al. 2003).
+struct MsSsim {
+  double value = 0;
+  int scales = 5;        ///< how many were used
+  bool clamped = false;  ///< a negative factor was raised to 0 (a power of it would not be a number)
+};
+
+/// Up to five scales, weights .0448 .2856 .3001 .2363 .1333, 2x2 average pooling between them (a last odd row or
+/// column is dropped); per channel the product over scales, then the mean over channels.
+///
+/// Five scales need 176 pixels on the shorter side. A smaller picture uses as many scales as keep an 11x11 window
+/// inside, at least one, with their weights renormalised to sum 1; below 11 pixels it is ssim().
+MsSsim ms_ssim_detail(const Image& a, const Image& b);
+
+/// The value alone.
+double ms_ssim(const Image& a, const Image& b);
+
+}  // namespace splinevox
