@@ -64,8 +64,8 @@ void require_layers(const std::string& where, const std::vector<ExrLayer>& layer
         image.data.size() != image.pixels() * std::size_t(std::max(image.channels, 0)))
       refuse(layer.name, "sides of 1 to " + std::to_string(kExrMaxSide) + " pixels", shape);
     if (image.width != first.width || image.height != first.height)
-      refuse(layer.name, "the size of the first layer, " + std::to_string(first.width) + "x" +
-                             std::to_string(first.height), shape);
+      refuse(layer.name,
+             "the size of the first layer, " + std::to_string(first.width) + "x" + std::to_string(first.height), shape);
     const std::vector<std::string> names = channel_names(layer);
     if (int(names.size()) != image.channels)
       refuse(layer.name, "one channel name per channel", std::to_string(names.size()) + " names, " + shape);

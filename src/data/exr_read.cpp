@@ -34,7 +34,8 @@ std::vector<char> slurp(const std::string& path) {
   if (size > 2 * kExrMaxBytes) refuse(path, "the file is too large", "at most 4 GiB", std::to_string(size) + " bytes");
   std::vector<char> bytes(size);
   std::ifstream file(path, std::ios::binary);
-  if (!file.read(bytes.data(), std::streamsize(size))) refuse(path, "cannot be read", "an OpenEXR file", std::strerror(errno));
+  if (!file.read(bytes.data(), std::streamsize(size)))
+    refuse(path, "cannot be read", "an OpenEXR file", std::strerror(errno));
   return bytes;
 }
 
@@ -74,7 +75,8 @@ class HeaderWalk {
         facts.channels = count_channels(size);
       }
       if (type == "preview" && (size < 8 || 8 + 4 * std::uint64_t(number(at_)) * number(at_ + 4) != size))
-        refuse(path_, "the header is damaged", "a preview picture as large as it says", std::to_string(size) + " bytes");
+        refuse(path_, "the header is damaged", "a preview picture as large as it says",
+               std::to_string(size) + " bytes");
       at_ += size;
     }
     if (!window || !list) refuse(path_, "the header is damaged", "'dataWindow' and 'channels'", "not both there");
@@ -126,7 +128,8 @@ void require_sane(const std::string& path, const HeaderFacts& facts) {
   if (!side(facts.width) || !side(facts.height) || facts.channels < 1 || facts.channels > kExrMaxChannels)
     refuse(path, "the picture's size is out of range",
            "sides of 1 to " + std::to_string(kExrMaxSide) + " pixels, 1 to " + std::to_string(kExrMaxChannels) +
-               " channels", got);
+               " channels",
+           got);
   if (std::size_t(facts.width) * std::size_t(facts.height) * facts.channels * sizeof(float) > kExrMaxBytes)
     refuse(path, "the picture is too large", "at most 2 GiB of floats", got);
 }
@@ -166,9 +169,12 @@ std::vector<ExrLayer> group(const Imf::ChannelList& list, const std::string& pat
       refuse(path, "channel '" + full + "' is subsampled", "one value per pixel",
              "every " + std::to_string(it.channel().xSampling) + " by " + std::to_string(it.channel().ySampling));
     const std::size_t dot = full.rfind('.');
-    if (dot != std::string::npos) groups[full.substr(0, dot)].push_back(full.substr(dot + 1));
-    else if (order(full).first < 7) groups[""].push_back(full);
-    else groups[full].push_back("");
+    if (dot != std::string::npos)
+      groups[full.substr(0, dot)].push_back(full.substr(dot + 1));
+    else if (order(full).first < 7)
+      groups[""].push_back(full);
+    else
+      groups[full].push_back("");
   }
   std::vector<ExrLayer> layers;
   for (auto& [name, letters] : groups) {
@@ -199,9 +205,8 @@ std::vector<ExrLayer> read_exr_layers(const std::string& path) {
       layer.image = Image(width, height, int(layer.channels.size()));
       const std::size_t step = layer.channels.size() * sizeof(float);
       for (std::size_t c = 0; c < layer.channels.size(); ++c)
-        frame.insert(channel_name(layer, layer.channels[c]),
-                     Imf::Slice::Make(Imf::FLOAT, layer.image.data.data() + c, window, step,
-                                      step * std::size_t(width)));
+        frame.insert(channel_name(layer, layer.channels[c]), Imf::Slice::Make(Imf::FLOAT, layer.image.data.data() + c,
+                                                                              window, step, step * std::size_t(width)));
     }
     file.setFrameBuffer(frame);
     file.readPixels(window.min.y, window.max.y);

@@ -43,7 +43,8 @@ class SizeSignalBlocked {
   ~SizeSignalBlocked() {
     if (!sigismember(&before_, SIGXFSZ)) {
       const timespec now{};
-      while (sigtimedwait(&only_, nullptr, &now) == SIGXFSZ) {}
+      while (sigtimedwait(&only_, nullptr, &now) == SIGXFSZ) {
+      }
     }
     pthread_sigmask(SIG_SETMASK, &before_, nullptr);
   }

@@ -18,8 +18,8 @@ constexpr double kSigma = 1.5, kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
 constexpr std::array<double, 5> kScaleWeights{0.0448, 0.2856, 0.3001, 0.2363, 0.1333};
 
 std::string shape(const Image& image) {
-  return std::to_string(image.width) + "x" + std::to_string(image.height) + " with " +
-         std::to_string(image.channels) + " channels";
+  return std::to_string(image.width) + "x" + std::to_string(image.height) + " with " + std::to_string(image.channels) +
+         " channels";
 }
 
 void require_same_shape(const char* metric, const Image& a, const Image& b) {

@@ -33,9 +33,9 @@ Image waves(int w, int h, int c, double shift) {
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x)
       for (int k = 0; k < c; ++k)
-        image.pixel(x, y)[k] = float(0.5 + 0.2 * std::sin(0.11 * x + 0.05 * y + k + shift) +
-                                     0.2 * std::cos(0.017 * x * (k + 1) - 0.031 * y - shift) +
-                                     0.1 * std::sin(0.9 * x + 0.7 * y));
+        image.pixel(x, y)[k] =
+            float(0.5 + 0.2 * std::sin(0.11 * x + 0.05 * y + k + shift) +
+                  0.2 * std::cos(0.017 * x * (k + 1) - 0.031 * y - shift) + 0.1 * std::sin(0.9 * x + 0.7 * y));
   return image;
 }
 
@@ -106,8 +106,8 @@ double direct_ms_ssim(const Image& a, const Image& b, int scales) {
         std::vector<double> half;
         for (int y = 0; y + 1 < h; y += 2)
           for (int x = 0; x + 1 < w; x += 2)
-            half.push_back(((*p)[y * w + x] + (*p)[y * w + x + 1] + (*p)[(y + 1) * w + x] +
-                            (*p)[(y + 1) * w + x + 1]) / 4);
+            half.push_back(((*p)[y * w + x] + (*p)[y * w + x + 1] + (*p)[(y + 1) * w + x] + (*p)[(y + 1) * w + x + 1]) /
+                           4);
         *p = half;
       }
       w /= 2;
@@ -135,7 +135,10 @@ TEST_SUITE("math/metrics") {
   }
 
   TEST_CASE("SSIM equals its definition summed window by window") {
-    struct Row { const char* name; Image a, b; };
+    struct Row {
+      const char* name;
+      Image a, b;
+    };
     const Row rows[] = {{"noise", noise(23, 19, 3, 1), noise(23, 19, 3, 2)},
                         {"waves", waves(40, 31, 3, 0), waves(40, 31, 3, 0.4)},
                         {"anticorrelated", waves(32, 32, 1, 0), inverted(waves(32, 32, 1, 0))},
@@ -163,7 +166,9 @@ TEST_SUITE("math/metrics") {
   }
 
   TEST_CASE("MS-SSIM equals its definition at every number of scales a picture allows") {
-    struct Row { int w, h, scales; };
+    struct Row {
+      int w, h, scales;
+    };
     for (const Row& r : {Row{176, 180, 5}, Row{175, 176, 4}, Row{90, 88, 4}, Row{87, 60, 3}, Row{22, 40, 2},
                          Row{21, 40, 1}, Row{9, 12, 1}}) {
       CAPTURE(r.w);

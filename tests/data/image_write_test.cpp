@@ -90,7 +90,11 @@ TEST_SUITE("data/image_write") {
 
   TEST_CASE("PNG values are clamped and rounded; NaN is black") {
     Image image(6, 1, 1);
-    image.data = {-1, 2, std::numeric_limits<float>::quiet_NaN(), 0.5f / 255 - 1e-6f, 0.5f / 255 + 1e-6f,
+    image.data = {-1,
+                  2,
+                  std::numeric_limits<float>::quiet_NaN(),
+                  0.5f / 255 - 1e-6f,
+                  0.5f / 255 + 1e-6f,
                   std::numeric_limits<float>::infinity()};
     CHECK(decode(encode_png(image), 1) == std::vector<std::uint8_t>{0, 255, 0, 0, 1, 255});
   }
@@ -110,7 +114,9 @@ TEST_SUITE("data/image_write") {
     position.data[0] = std::numeric_limits<float>::infinity();
     depth.data[5] = 1e-42f;
     rest.data[7] = -3.25e30f;
-    write_exr(folder / "a.exr", {{"position", position, {"X", "Y", "Z"}}, {"rest", rest, {}}, {"depth", depth, {}},
+    write_exr(folder / "a.exr", {{"position", position, {"X", "Y", "Z"}},
+                                 {"rest", rest, {}},
+                                 {"depth", depth, {}},
                                  {"", ramp(19, 13, 4, 4), {}}});
     CHECK(folder.files() == 1);
     const auto layers = read_exr_layers(folder / "a.exr");
@@ -146,8 +152,8 @@ TEST_SUITE("data/image_write") {
       std::ofstream(folder / "bad.exr", std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
       return fault_of([&] { read_exr_layers(folder / "bad.exr"); });
     };
-    for (std::size_t size : {std::size_t(0), std::size_t(7), std::size_t(40), std::size_t(200), good.size() / 2,
-                             good.size() - 1}) {
+    for (std::size_t size :
+         {std::size_t(0), std::size_t(7), std::size_t(40), std::size_t(200), good.size() / 2, good.size() - 1}) {
       CAPTURE(size);
       CHECK(try_bytes({good.begin(), good.begin() + std::ptrdiff_t(size)}) == Fault::input);
     }
@@ -185,8 +191,9 @@ TEST_SUITE("data/image_write") {
     REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
     const std::string message = message_of([&] { write_png(path, ramp(200, 200, 3, 2)); });
     REQUIRE(setrlimit(RLIMIT_FSIZE, &old) == 0);
-    CHECK(message == path + ": cannot be written (writing)\n  got:      File too large\n"
-                            "  try:      raise the file size limit (ulimit -f)");
+    CHECK(message == path +
+                         ": cannot be written (writing)\n  got:      File too large\n"
+                         "  try:      raise the file size limit (ulimit -f)");
     CHECK(bytes_of(path) == before);
     CHECK(folder.files() == 1);
   }
