@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+
+#include "splinevox/core/hd.hpp"
+
+namespace splinevox {
+
+/// Total variation at one voxel and its derivatives with respect to the voxel and its +x, +y, +z neighbours.
+template <class V>
+struct TvTerm {
+  V value, d_self, d_x, d_y, d_z;
+};
+
+/// Isotropic total variation of one component at one voxel:  sqrt(dx^2 + dy^2 + dz^2 + eps) - sqrt(eps), d* = v - v*.
+///
+/// Source: Spline-NeRF, Eq. 9, without the mean over voxels. One eps in value and derivatives, so the gradient is the
+/// gradient of what is reported (numerics H18). A missing neighbour is passed as v itself: that axis does not count.
+/// @tparam V     a scalar or a register of components.
+/// @param eps    > 0, unit of v squared.
+/// @param root   square root on V.
+template <class V, class T, class Sqrt>
+SPLINEVOX_HD inline TvTerm<V> tv_term(const V& v, const V& vx, const V& vy, const V& vz, T eps, Sqrt root) {
+  const V dx = v - vx, dy = v - vy, dz = v - vz;
+  const V value = root(dx * dx + dy * dy + dz * dz + eps);
+  const V inv = T(1) / value;
+  const V gx = dx * inv, gy = dy * inv, gz = dz * inv;
+  return {value - std::sqrt(eps), gx + gy + gz, -gx, -gy, -gz};
+}
+
+}  // namespace splinevox

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "splinevox/math/divergence.hpp"
+#include "splinevox/math/offset.hpp"
+#include "splinevox/render/ray_kernel.hpp"
+#include "splinevox/render/records.hpp"
+
+namespace splinevox {
+
+/// Weights of the per-sample motion losses (Eq. 6 and 7), already multiplied by their ramp.
+template <class Real>
+struct MotionLoss {
+  Real offset = 0, offset_rigidity = 0, offset_softening = 1e-4;  ///< softening in scene units
+  Real divergence = 0;
+  bool hutchinson = false;
+};
+
+/// Reverse sweep of the ray a kernel just marched: turns d loss / d rgb into records for the radiance rows and, through the
+/// derivatives of the interpolation weights, for the motion slice.
+///
+/// Compositing has no division (numerics H9): g_sigma_i = dt (T_{i+1} c_i . G - S), S += w_i c_i . G, S starting at
+/// T_end background . G.
+template <class Real, int Sh, bool Jet>
+void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const RayResult<Real>& result,
+              const FieldView<Real>& field, const Vec3T<Real>& d_rgb,
+              RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out) {
+  using K = RayKernel<Real, Sh>;
+  using Eight = typename K::Eight;
+  using Vec = Vec3T<Real>;
+  Real behind = result.transmittance * dot(input.background, d_rgb);
+  for (int i = ray.count - 1; i >= 0; --i) {
+    const auto& s = ray.samples[i];
+    const Vec positional{ray.base[0][i], ray.base[1][i], ray.base[2][i]};
+    const Real along = dot(positional, d_rgb);
+    const Real factor = Sh >= 0 ? ray.view[i] : Real(1);
+    const Real w = ray.weight[i];
+    const Real d_sigma = field.step * (ray.transmittance_next[i] * factor * along - behind);
+    behind += w * factor * along;
+
+    auto& record = out.radiance.emplace_back();
+    record.cell = s.radiance_cell;
+    record.fraction = s.radiance_fraction;
+    Eight g[K::kRegisters];
+    const Real d_view = Sh >= 0 ? w * along * ray.view_slope[i] : Real(0);
+    for (int k = 0; k < K::kRegisters; ++k) g[k] = d_view * ray.harmonics[k];
+    const Real wf = w * factor;
+    g[0][0] = d_sigma * ray.sigma_slope[i];
+    for (int c = 0; c < 3; ++c) g[0][1 + c] = wf * d_rgb[c] * ray.base_slope[c][i];
+    for (int k = 0; k < K::kRegisters; ++k) store(record.g + 8 * k, g[k]);
+
+    if (!field.moving) continue;
+    Eight dx = g[0] * s.slope[0][0], dy = g[0] * s.slope[0][1], dz = g[0] * s.slope[0][2];
+    for (int k = 1; k < K::kRegisters; ++k) dx += g[k] * s.slope[k][0], dy += g[k] * s.slope[k][1], dz += g[k] * s.slope[k][2];
+    const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
+    auto& m = out.motion.emplace_back();
+    m.cell = s.motion_cell;
+    m.fraction = s.motion_fraction;
+    const Real r = ray.r[i];
+    m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
+    m.g[3] = ray.r_slope[i] * (d_delta.x * s.motion[0] + d_delta.y * s.motion[1] + d_delta.z * s.motion[2]);
+    if constexpr (Jet)
+      for (auto& row : m.h)
+        for (Real& v : row) v = 0;
+  }
+}
+
+/// Adds the gradients of the offset and divergence losses to the motion records that `backward` wrote for this ray
+/// (`first` is the index of its first record, that of the last sample). Visibility weights are constants here, as in the
+/// paper. Returns the summed value.
+template <class Real, int Sh>
+Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field, const FrameView<Real>& frame,
+                   const MotionLoss<Real>& loss, const Vec3T<Real>& probe, std::size_t first,
+                   RayRecords<Real, RayKernel<Real, Sh>::kWidth, true>& out) {
+  using Four = typename Simd<Real>::Four;
+  Real value = 0;
+  for (int i = 0; i < ray.count; ++i) {
+    const auto& s = ray.samples[i];
+    const CellRows rows = field.motion.rows(s.motion_cell);
+    const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * 4); };
+    const auto v = trilinear_with_gradient(s.motion_fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),
+                                           corner(6), corner(7));
+    const Real inv = field.motion.inv_spacing, w = ray.weight[i];
+    MotionJet<Real> jet;
+    jet.delta = {v.value[0], v.value[1], v.value[2]};
+    const Four* slope[3] = {&v.dx, &v.dy, &v.dz};
+    for (int j = 0; j < 3; ++j) {
+      jet.d_delta[j] = inv * Vec3T<Real>{(*slope[j])[0], (*slope[j])[1], (*slope[j])[2]};
+      jet.d_rho[j] = inv * (*slope[j])[3];
+    }
+    jet.r = ray.r[i], jet.r1 = ray.r_slope[i], jet.r2 = jet.r1 * (1 - 2 * jet.r);
+    auto& record = out.motion[first + std::size_t(ray.count - 1 - i)];
+    if (loss.offset > 0) {
+      const auto term = offset_term(jet.delta, jet.r, loss.offset_rigidity, loss.offset_softening);
+      const Real scale = loss.offset * w;
+      value += scale * term.value;
+      for (int a = 0; a < 3; ++a) record.g[a] += scale * term.d_delta[a];
+      record.g[3] += scale * term.d_r * jet.r1;
+    }
+    if (loss.divergence > 0) {
+      MotionJetAdjoint<Real> d;
+      const Real q = loss.hutchinson ? divergence_probe(jet, probe, d) : divergence(jet, d);
+      value += loss.divergence * w * q * q;
+      const Real scale = 2 * loss.divergence * w * q;
+      for (int a = 0; a < 3; ++a) record.g[a] += scale * d.delta[a];
+      record.g[3] += scale * d.rho;
+      for (int j = 0; j < 3; ++j) {
+        for (int a = 0; a < 3; ++a) record.h[j][a] += scale * inv * d.d_delta[j][a];
+        record.h[j][3] += scale * inv * d.d_rho[j];
+      }
+    }
+  }
+  return value;
+}
+
+}  // namespace splinevox

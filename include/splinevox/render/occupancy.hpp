@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "splinevox/field/model.hpp"
+#include "splinevox/field/slice.hpp"
+#include "splinevox/render/views.hpp"
+
+namespace splinevox {
+
+/// Regular grid of cells over a box with one bit each, x slowest.
+struct BitGrid {
+  Vec3 origin{};
+  float cell = 1;  ///< scene units
+  Int3 size{};
+  std::vector<std::uint32_t> bits;
+
+  BitGrid() = default;
+  BitGrid(const Box& box, int cells_along_longest);
+  std::size_t cells() const { return std::size_t(size.x) * size.y * size.z; }
+  bool test(std::size_t i) const { return bits[i >> 5] >> (i & 31) & 1; }
+  void set(std::size_t i) { bits[i >> 5] |= 1u << (i & 31); }
+  std::size_t index(Int3 c) const { return (std::size_t(c.x) * size.y + c.y) * size.z + c.z; }
+  Vec3 center(Int3 c) const { return origin + cell * (cast<float>(c) + Vec3{0.5f, 0.5f, 0.5f}); }
+  /// Cell of a position, clamped to the grid.
+  Int3 cell_of(Vec3 x) const;
+  std::size_t count() const;
+
+  template <class Real = float>
+  OccupancyView<Real> view() const {
+    return {cast<Real>(origin), Real(1) / Real(cell), size, bits.data()};
+  }
+};
+
+/// The grid grown by one cell in every direction, diagonals included.
+BitGrid dilate(const BitGrid& grid);
+
+/// Cells of the canonical volume that may hold matter: those within one radiance vertex of a vertex whose alpha over `step`
+/// is at least `alpha`, grown by one cell. That margin covers every position of an observed cell when the warp stretches
+/// it by less than a factor of two.
+BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step);
+
+/// Cells of observed space that may hold matter at the slice's time: those whose centre is warped into an occupied
+/// canonical cell. `within`, if not null, limits the answer (same grid).
+BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const BitGrid& canonical, const BitGrid* within);
+
+}  // namespace splinevox

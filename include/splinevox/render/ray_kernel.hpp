@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "splinevox/core/simd.hpp"
+#include "splinevox/field/channels.hpp"
+#include "splinevox/math/activation.hpp"
+#include "splinevox/math/sh.hpp"
+#include "splinevox/math/trilinear.hpp"
+#include "splinevox/math/view_factor.hpp"
+#include "splinevox/render/views.hpp"
+
+namespace splinevox {
+
+/// What a ray composites to (Eq. 1).
+template <class Real>
+struct RayResult {
+  Vec3T<Real> rgb{};       ///< over the ray's background
+  Real transmittance = 1;  ///< left at the end of the ray
+};
+
+/// Forward march of one ray through a frame. Keeps what the backward sweep needs, as arrays over the visible samples, so
+/// that the arithmetic between the gathers is plain loops the compiler turns into vector code. One instance per task, reused.
+///
+/// @tparam Sh  spherical harmonic order of the view rescale, -1 for none.
+template <class Real, int Sh>
+class RayKernel {
+ public:
+  static constexpr int kShCount = (Sh + 1) * (Sh + 1);
+  static constexpr int kWidth = radiance_width(Sh);
+  static constexpr int kRegisters = kWidth / 8;
+  static constexpr int kChunk = 16;  ///< samples processed together; also the prefetch distance
+  using Four = typename Simd<Real>::Four;
+  using Eight = typename Simd<Real>::Eight;
+  using Vec = Vec3T<Real>;
+
+  /// Marches until the box ends or transmittance falls below `stop`; the sample that crosses is the last one counted.
+  RayResult<Real> forward(const RayInput<Real>& ray, const FieldView<Real>& field, const FrameView<Real>& frame, Real stop) {
+    count = 0, visited = 0;
+    transmittance_ = 1;
+    rgb_ = {};
+    sh_basis_padded(ray.direction);
+    int pending = 0;
+    for (int i0 = 0; i0 < ray.count; i0 += kChunk) {
+      pending = find_occupied(ray, field, frame.occupancy, i0, pending);
+      const bool last = i0 + kChunk >= ray.count;
+      while (pending >= kChunk || (last && pending > 0)) {
+        const int n = std::min(pending, kChunk);
+        if (shade_chunk(ray, field, frame, n, stop)) return finish(ray);
+        pending -= n;
+        std::copy(index_ + n, index_ + n + pending, index_);
+      }
+    }
+    return finish(ray);
+  }
+
+  int count = 0;    ///< samples of the last ray that lie in stored bricks, in order along it
+  int visited = 0;  ///< samples that lay in occupied cells
+
+  /// Per-sample values kept for the backward sweep; [count] each.
+  struct Sample {
+    Cell motion_cell, radiance_cell;
+    Vec motion_fraction, radiance_fraction;
+    Four motion;                  ///< Delta_0 and raw rigidity
+    Eight slope[kRegisters][3];   ///< d row / d fraction
+  };
+  std::vector<Sample> samples;
+  AlignedVector<Real> r, r_slope;                  ///< rigidity
+  AlignedVector<Real> sigma_slope;                 ///< d sigma / d raw density
+  AlignedVector<Real> base[3], base_slope[3];      ///< sigmoid(rgb)
+  AlignedVector<Real> view, view_slope;            ///< view factor
+  AlignedVector<Real> weight, transmittance_next;  ///< T_i alpha_i, T_{i+1}
+  AlignedVector<Real> distance;                    ///< sample index along the ray
+  Eight harmonics[kRegisters];                     ///< Y_j(direction) in the lanes of the row's coefficients
+
+ private:
+  void sh_basis_padded(const Vec& d) {
+    Real y[kMaxShCount + 8] = {}, lanes[kWidth] = {};
+    if constexpr (Sh >= 0) sh_basis(Sh, d, y);
+    for (int j = 0; j < kShCount; ++j) lanes[4 + j] = y[j];
+    for (int k = 0; k < kRegisters; ++k) harmonics[k] = load<Eight>(lanes + 8 * k);
+  }
+
+  void reserve(int n) {
+    if (int(samples.size()) >= n) return;
+    n = (n + 255) / 256 * 256;
+    samples.resize(n);
+    for (auto* a : {&r, &r_slope, &sigma_slope, &base[0], &base[1], &base[2], &base_slope[0], &base_slope[1], &base_slope[2],
+                    &view, &view_slope, &weight, &transmittance_next, &distance})
+      a->resize(n);
+  }
+
+  /// Appends the occupied samples of [i0, i0 + kChunk) to index_.
+  int find_occupied(const RayInput<Real>& ray, const FieldView<Real>& field, const OccupancyView<Real>& grid, int i0, int pending) {
+    const int n = std::min(kChunk, ray.count - i0);
+    if (!grid.bits) {
+      for (int j = 0; j < n; ++j) index_[pending++] = i0 + j;
+      return pending;
+    }
+    std::uint32_t hit[kChunk];
+    const Vec o = (ray.origin - grid.origin) * grid.inv_cell, d = ray.direction * (field.step * grid.inv_cell);
+    for (int j = 0; j < kChunk; ++j) {
+      const Real i = Real(i0 + j);
+      int x = int(o.x + i * d.x), y = int(o.y + i * d.y), z = int(o.z + i * d.z);
+      x = std::clamp(x, 0, grid.size.x - 1), y = std::clamp(y, 0, grid.size.y - 1), z = std::clamp(z, 0, grid.size.z - 1);
+      const std::uint32_t cell = std::uint32_t((x * grid.size.y + y) * grid.size.z + z);
+      hit[j] = grid.bits[cell >> 5] >> (cell & 31) & 1;
+    }
+    for (int j = 0; j < n; ++j) {
+      index_[pending] = i0 + j;
+      pending += int(hit[j]);
+    }
+    return pending;
+  }
+
+  RayResult<Real> finish(const RayInput<Real>& ray) const { return {rgb_ + transmittance_ * ray.background, transmittance_}; }
+
+  /// Fractions and cells of kChunk positions in a lattice.
+  struct Located {
+    alignas(64) Real fraction[3][kChunk];
+    alignas(64) std::int32_t vertex[3][kChunk];
+    Vec at(int j) const { return {fraction[0][j], fraction[1][j], fraction[2][j]}; }
+  };
+  static void locate(const BrickView<Real>& view, const Real (&x)[3][kChunk], Located& out) {
+    for (int a = 0; a < 3; ++a)
+      for (int j = 0; j < kChunk; ++j) {
+        const Real u = view.coordinate(x[a][j], a);
+        const std::int32_t base_vertex = std::int32_t(u);
+        out.vertex[a][j] = base_vertex;
+        out.fraction[a][j] = u - Real(base_vertex);
+      }
+  }
+  static Cell cell_of(const BrickView<Real>& view, const Located& at, int j) {
+    return view.cell(at.vertex[0][j], at.vertex[1][j], at.vertex[2][j]);
+  }
+
+  /// Warps, gathers, activates and composites the first n pending samples. Returns true when the ray is opaque.
+  bool shade_chunk(const RayInput<Real>& ray, const FieldView<Real>& field, const FrameView<Real>& frame, int n, Real stop) {
+    reserve(count + 2 * kChunk);
+    visited += n;
+    alignas(64) Real x[3][kChunk], i_real[kChunk];
+    for (int j = 0; j < kChunk; ++j) i_real[j] = Real(index_[std::min(j, n - 1)]);
+    for (int a = 0; a < 3; ++a)
+      for (int j = 0; j < kChunk; ++j) x[a][j] = ray.origin[a] + i_real[j] * (field.step * ray.direction[a]);
+
+    alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk];
+    Located motion_at;
+    Cell motion_cell[kChunk];
+    Four motion[kChunk];
+    if (field.moving) {
+      locate(field.motion, x, motion_at);
+      gather_motion(field, frame, motion_at, n, motion_cell, motion);
+      for (int j = 0; j < kChunk; ++j) chunk_r[j] = motion[std::min(j, n - 1)][3];
+      for (int j = 0; j < kChunk; ++j) {
+        const Activated<Real> s = sigmoid(chunk_r[j] + field.rigidity_offset);
+        chunk_r[j] = field.rigidity ? s.value : Real(1);
+        chunk_slope[j] = field.rigidity ? s.slope : Real(0);
+      }
+      for (int j = 0; j < n; ++j)
+        for (int a = 0; a < 3; ++a) x[a][j] += chunk_r[j] * motion[j][a];
+    }
+
+    Located at;
+    locate(field.radiance, x, at);
+    // Keep only samples with a stored corner; start fetching their rows.
+    CellRows rows[kChunk];
+    int kept = 0;
+    for (int j = 0; j < n; ++j) {
+      const Cell cell = cell_of(field.radiance, at, j);
+      const CellRows cr = field.radiance.rows(cell);
+      bool stored = cr.row[0] >= kBrickRows;
+      if (!stored && !cell.interior())
+        for (int c = 1; c < kCorners; ++c) stored |= cr.row[c] >= kBrickRows;
+      if (!stored) continue;
+      for (int c = 0; c < kCorners; c += 2) __builtin_prefetch(field.radiance_rows + std::size_t(cr.row[c]) * kWidth);
+      Sample& s = samples[count + kept];
+      s.radiance_cell = cell;
+      s.radiance_fraction = at.at(j);
+      distance[count + kept] = i_real[j];
+      if (field.moving) {
+        s.motion_cell = motion_cell[j];
+        s.motion_fraction = motion_at.at(j);
+        s.motion = motion[j];
+        r[count + kept] = chunk_r[j];
+        r_slope[count + kept] = chunk_slope[j];
+      }
+      rows[kept++] = cr;
+    }
+    if (kept == 0) return false;
+    return shade_stored(field, rows, kept, stop);
+  }
+
+  void gather_motion(const FieldView<Real>& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out) {
+    for (int j = 0; j < n; ++j) {
+      cells[j] = cell_of(field.motion, at, j);
+      const CellRows rows = field.motion.rows(cells[j]);
+      Real w[kCorners];
+      trilinear_weights(at.at(j), w);
+      Four sum{};
+      for (int c = 0; c < kCorners; ++c) sum += w[c] * load<Four>(frame.slice + std::size_t(rows.row[c]) * 4);
+      out[j] = sum;
+    }
+  }
+
+  bool shade_stored(const FieldView<Real>& field, const CellRows* rows, int n, Real stop) {
+    alignas(64) Real raw[5][kChunk] = {};  // density, r, g, b, view
+    for (int j = 0; j < n; ++j) {
+      Sample& s = samples[count + j];
+      Real view_raw = 0;
+      for (int k = 0; k < kRegisters; ++k) {
+        const auto corner = [&](int c) { return load<Eight>(field.radiance_rows + std::size_t(rows[j].row[c]) * kWidth + 8 * k); };
+        const auto v = trilinear_with_gradient(s.radiance_fraction, corner(0), corner(1), corner(2), corner(3), corner(4),
+                                               corner(5), corner(6), corner(7));
+        s.slope[k][0] = v.dx, s.slope[k][1] = v.dy, s.slope[k][2] = v.dz;
+        if (k == 0)
+          for (int c = 0; c < 4; ++c) raw[c][j] = v.value[c];
+        if constexpr (Sh >= 0) view_raw += sum8(v.value * harmonics[k]);
+      }
+      raw[4][j] = view_raw;
+    }
+
+    alignas(64) Real alpha[kChunk], passed[kChunk];
+    Real* const at_sigma_slope = sigma_slope.data() + count;
+    for (int j = 0; j < kChunk; ++j) {
+      const Activated<Real> s = softplus(raw[0][j] + field.density_shift);
+      const Real depth = field.density_scale * s.value * field.step;
+      at_sigma_slope[j] = field.density_scale * s.slope;
+      alpha[j] = one_minus_exp_neg(depth);
+      passed[j] = exp_(-depth);
+    }
+    for (int c = 0; c < 3; ++c) {
+      Real* const value = base[c].data() + count;
+      Real* const slope = base_slope[c].data() + count;
+      for (int j = 0; j < kChunk; ++j) {
+        const Activated<Real> s = sigmoid(raw[1 + c][j]);
+        value[j] = s.value, slope[j] = s.slope;
+      }
+    }
+    if constexpr (Sh >= 0) {
+      Real* const value = view.data() + count;
+      Real* const slope = view_slope.data() + count;
+      for (int j = 0; j < kChunk; ++j) {
+        const Activated<Real> s = view_factor(raw[4][j]);
+        value[j] = s.value, slope[j] = s.slope;
+      }
+    }
+
+    for (int j = 0; j < n; ++j, ++count) {
+      const Real w = transmittance_ * alpha[j];
+      const Real factor = Sh >= 0 ? view[count] : Real(1);
+      rgb_ += (w * factor) * Vec{base[0][count], base[1][count], base[2][count]};
+      transmittance_ *= passed[j];
+      weight[count] = w;
+      transmittance_next[count] = transmittance_;
+      if (transmittance_ < stop) {
+        ++count;
+        return true;
+      }
+    }
+    return false;
+  }
+
+  int index_[3 * kChunk];
+  Real transmittance_ = 1;
+  Vec rgb_{};
+};
+
+}  // namespace splinevox

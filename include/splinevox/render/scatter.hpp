@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+#include "splinevox/core/simd.hpp"
+#include "splinevox/render/records.hpp"
+
+namespace splinevox {
+
+/// One bit per row of a brick: which rows got a gradient.
+struct RowMask {
+  std::uint64_t word[kBrick] = {};  ///< word x, bit y * 8 + z
+  bool any() const {
+    std::uint64_t all = 0;
+    for (const std::uint64_t w : word) all |= w;
+    return all != 0;
+  }
+};
+
+/// Sums records into rows without locks and with the same bits for any number of threads: records are counting-sorted by
+/// the brick that owns the rows, in task order, and each brick is summed by one thread. A record whose cell straddles
+/// bricks is listed once in each. A brick's rows stay in the first-level cache while it is summed.
+///
+/// Bins are numbered bin_offset(task) + brick, so that several frames can have rows of their own.
+template <class Real, int N, bool Jet>
+class Scatter {
+ public:
+  using Rec = Record<Real, N, Jet>;
+
+  void begin(int tasks, int bins) {
+    bins_ = bins;
+    counts_.resize(std::size_t(tasks) * bins);
+    tasks_.assign(tasks, {});
+  }
+  /// Counts a task's records. Tasks may call this at the same time; the records must stay in place until reduce is done.
+  void count(int task, const std::vector<Rec>& records, const BrickView<Real>& view, int bin_offset) {
+    tasks_[task] = {records.data(), records.size(), bin_offset};
+    std::uint32_t* counts = counts_.data() + std::size_t(task) * bins_;
+    std::memset(counts, 0, sizeof(std::uint32_t) * bins_);
+    for (const Rec& record : records)
+      for_bricks(record.cell, view, [&](std::int32_t brick, int, int, int) { ++counts[bin_offset + brick]; });
+  }
+  /// Turns counts into positions; call once, after all tasks have counted.
+  void scan() {
+    begin_.resize(bins_ + 1);
+    std::uint32_t total = 0;
+    for (int b = 0; b < bins_; ++b) {
+      begin_[b] = total;
+      for (std::size_t t = 0; t < tasks_.size(); ++t) {
+        std::uint32_t& slot = counts_[t * bins_ + b];
+        const std::uint32_t n = slot;
+        slot = total;
+        total += n;
+      }
+    }
+    begin_[bins_] = total;
+    entries_.resize(total);
+  }
+  /// Lists a task's records under their bricks. Tasks may call this at the same time.
+  void fill(int task, const BrickView<Real>& view) {
+    const Task& t = tasks_[task];
+    std::uint32_t* next = counts_.data() + std::size_t(task) * bins_;
+    for (std::uint32_t i = 0; i < t.size; ++i)
+      for_bricks(t.records[i].cell, view, [&](std::int32_t brick, int x, int y, int z) {
+        entries_[next[t.bin_offset + brick]++] = {i, std::uint16_t(task), std::uint16_t((x + 1) << 8 | (y + 1) << 4 | (z + 1))};
+      });
+  }
+  bool empty(int bin) const { return begin_[bin] == begin_[bin + 1]; }
+  /// Adds one bin's records to its brick's rows ([512 * N]) and marks the rows touched. Bins are independent.
+  void reduce(int bin, Real* rows, RowMask& touched) const {
+    for (std::uint32_t e = begin_[bin]; e < begin_[bin + 1]; ++e) {
+      if (e + kAhead < begin_[bin + 1]) {
+        const Entry& next = entries_[e + kAhead];
+        const char* record = reinterpret_cast<const char*>(tasks_[next.task].records + next.index);
+        __builtin_prefetch(record), __builtin_prefetch(record + 64);
+      }
+      const Entry entry = entries_[e];
+      add(tasks_[entry.task].records[entry.index], (entry.local >> 8) - 1, (entry.local >> 4 & 15) - 1, (entry.local & 15) - 1,
+          rows, touched);
+    }
+  }
+
+ private:
+  static constexpr int kAhead = 6;
+  struct Entry {
+    std::uint32_t index;
+    std::uint16_t task, local;  ///< local: base vertex relative to the bin's brick, -1..7 per axis, plus 1, 4 bits each
+  };
+  struct Task {
+    const Rec* records = nullptr;
+    std::size_t size = 0;
+    int bin_offset = 0;
+  };
+
+  template <class Visit>
+  static void for_bricks(const Cell& cell, const BrickView<Real>& view, Visit&& visit) {
+    const int x = cell.x(), y = cell.y(), z = cell.z();
+    if (cell.interior()) {
+      if (const std::int32_t brick = view.table[cell.slot]) visit(brick, x, y, z);
+      return;
+    }
+    for (int dx = 0; dx <= (x == 7); ++dx)
+      for (int dy = 0; dy <= (y == 7); ++dy)
+        for (int dz = 0; dz <= (z == 7); ++dz)
+          if (const std::int32_t brick = view.table[cell.slot + dx * view.stride_x + dy * view.stride_y + dz])
+            visit(brick, x - 8 * dx, y - 8 * dy, z - 8 * dz);
+  }
+
+  static void add(const Rec& record, int x, int y, int z, Real* rows, RowMask& touched) {
+    Real w[kCorners];
+    trilinear_weights(record.fraction, w);
+    Vec3T<Real> d[Jet ? kCorners : 1];
+    if constexpr (Jet) trilinear_weight_gradients(record.fraction, d);
+    const bool inside = ((x | y | z) >= 0) && x < 7 && y < 7 && z < 7;
+    if (inside) {
+      const std::uint64_t bits = std::uint64_t(0x303) << (y * 8 + z);
+      touched.word[x] |= bits, touched.word[x + 1] |= bits;
+    }
+    for (int c = 0; c < kCorners; ++c) {
+      const int cx = x + (c >> 2), cy = y + (c >> 1 & 1), cz = z + (c & 1);
+      if (!inside) {
+        if ((cx | cy | cz) < 0 || cx > 7 || cy > 7 || cz > 7) continue;
+        touched.word[cx] |= std::uint64_t(1) << (cy * 8 + cz);
+      }
+      Real* row = rows + std::size_t(cx * 64 + cy * 8 + cz) * N;
+      using V = typename RowRegister<Real, N>::type;
+      constexpr int kLanes = RowRegister<Real, N>::lanes;
+      for (int k = 0; k < N; k += kLanes) {
+        V sum = load<V>(row + k) + w[c] * load<V>(record.g + k);
+        if constexpr (Jet)
+          for (int j = 0; j < 3; ++j) sum += d[c][j] * load<V>(record.h[j] + k);
+        store(row + k, sum);
+      }
+    }
+  }
+
+  int bins_ = 0;
+  std::vector<std::uint32_t> counts_, begin_;
+  std::vector<Task> tasks_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace splinevox

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/render/render_image.hpp"
+
+#include <algorithm>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/field/slice.hpp"
+#include "splinevox/render/field_view.hpp"
+#include "splinevox/render/occupancy.hpp"
+#include "splinevox/render/ray_kernel.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr int kTile = 16;                ///< pixels per tile edge: neighbouring rays share cache lines
+constexpr int kOccupancyCells = 64;
+constexpr float kOccupancyAlpha = 1e-3f; ///< far below what shows in 8 bit over a whole ray of skipped cells
+
+template <int Sh>
+void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<float>& field, const FrameView<float>& frame,
+                 float stop, int tile, Rendered& out) {
+  RayKernel<float, Sh> kernel;
+  const int tiles_x = (camera.width + kTile - 1) / kTile;
+  const int x0 = tile % tiles_x * kTile, y0 = tile / tiles_x * kTile;
+  for (int y = y0; y < std::min(y0 + kTile, camera.height); ++y)
+    for (int x = x0; x < std::min(x0 + kTile, camera.width); ++x) {
+      const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
+      const RayInput<float> input = clip_ray(ray, model.box, field.step, 0.5f, model.background);
+      const RayResult<float> result = kernel.forward(input, field, frame, stop);
+      const float alpha = 1 - result.transmittance;
+      Vec3 flow{};
+      float depth = 0, rigidity = 0, weights = 0;
+      // Depth along the viewing axis: distance times the cosine between ray and axis.
+      const float cosine = float(-dot(ray.direction, camera.axes[2]));
+      const float start = float(dot(cast<double>(input.origin) - ray.origin, ray.direction));
+      for (int i = 0; i < kernel.count; ++i) {
+        const float w = kernel.weight[i];
+        weights += w;
+        depth += w * (start + kernel.distance[i] * field.step);
+        if (!field.moving) continue;
+        const auto& m = kernel.samples[i].motion;
+        flow += (w * kernel.r[i]) * Vec3{m[0], m[1], m[2]};
+        rigidity += w * kernel.r[i];
+      }
+      for (int c = 0; c < 3; ++c) out.rgb.pixel(x, y)[c] = result.rgb[c];
+      *out.alpha.pixel(x, y) = alpha;
+      *out.depth.pixel(x, y) = weights > 1e-4f ? cosine * depth / weights : 0;
+      for (int c = 0; c < 3; ++c) out.flow.pixel(x, y)[c] = flow[c];
+      *out.rigidity.pixel(x, y) = rigidity;
+    }
+}
+
+}  // namespace
+
+Rendered render_image(const VoxelModel& model, const Camera& camera, double time, const RenderOptions& options) {
+  const int w = camera.width, h = camera.height;
+  Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};
+  const float step = model.step * options.step_scale;
+  const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, time));
+  const BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
+  const BitGrid occupied = frame_occupancy(model, slice, canonical, nullptr);
+  const FieldView<float> field = view_field(model, step);
+  const FrameView<float> frame{slice.values.data(), occupied.view()};
+  const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
+  parallel_for(tiles, [&](int tile) {
+    switch (model.radiance.sh_order) {
+      case -1: return render_tile<-1>(model, camera, field, frame, options.stop, tile, out);
+      case 0: return render_tile<0>(model, camera, field, frame, options.stop, tile, out);
+      case 1: return render_tile<1>(model, camera, field, frame, options.stop, tile, out);
+      case 2: return render_tile<2>(model, camera, field, frame, options.stop, tile, out);
+      default: return render_tile<3>(model, camera, field, frame, options.stop, tile, out);
+    }
+  });
+  return out;
+}
+
+}  // namespace splinevox
