@@ -30,9 +30,9 @@ struct Dataset {
   std::string path;
   std::vector<Split> splits;         ///< those that exist on disk, train first
   TimeMap time_map;
-  bool has_alpha = false;            ///< any training pixel with alpha < 1
+  bool has_alpha = false;            ///< any training pixel with alpha < 1 (any pixel read, if train was not)
   int downscale = 1;
-  std::uint64_t fingerprint = 0;     ///< hash of poses, times and pixels of the train split
+  std::uint64_t fingerprint = 0;     ///< hash of lenses, poses, times and pixels of train; 0 if not read
   std::vector<std::string> notes;    ///< what is odd about it, one line each, for `info` and the log
 
   const Split* find(const std::string& split) const {
@@ -48,8 +48,13 @@ struct LoadOptions {
   std::optional<TimeMap> time_map;        ///< the run's map; absent = take it from the train split
 };
 
-/// Reads a data set folder. The format is recognised by looking at it.
-/// Throws Error (Fault::input) naming file, frame and field.
+/// Reads a data set folder: transforms_{train,val,test}.json of NeRF and D-NeRF with PNGs, checked once and
+/// completely; nothing is returned of a set with a fault.
+///
+/// Times: a train split within [0, 1] is taken as it is, any other has its range mapped to [0, 1], and the
+/// same map serves every split. A split without any 'time' gets index / (n - 1). If train is not asked for and
+/// options give no map, its JSON is read for the map, its pictures are not.
+/// Throws Error (Fault::input) naming file, frame and field; of several bad pictures always the first.
 Dataset load_dataset(const std::string& path, const LoadOptions& options = {});
 
 }  // namespace splinevox

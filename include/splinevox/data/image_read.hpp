@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "splinevox/core/image.hpp"
+
+namespace splinevox {
+
+/// What a PNG says about itself before anything is decoded.
+struct PngHeader {
+  int width = 0, height = 0;  ///< pixels, each in [1, 65536]
+  int bits = 0;               ///< per sample: 1, 2, 4, 8 or 16
+  int samples = 0;            ///< per pixel as stored: 1 (grey, palette), 2, 3 or 4
+};
+
+/// Reads and checks the first bytes of a PNG, without allocating for what they claim.
+/// Refuses more than 65536 pixels a side, more than 2^28 pixels in all, and a picture that could not have
+/// been deflated into a file of this size (deflate packs at most 1032 to 1).
+/// @param where  how an error names the file; empty = its path.
+/// Throws Error (Fault::input).
+PngHeader read_png_header(const std::filesystem::path& path, const std::string& where = "");
+
+/// Reads a PNG of any kind (grey, RGB, palette, with or without alpha, 1 to 16 bit, interlaced or not) as
+/// straight RGBA, 65535 = 1. Never premultiplies, never applies gamma or a colour profile: values are those
+/// stored. Refuses a file that ends early or whose checksums do not match; no partial picture.
+/// Throws Error (Fault::input).
+Image16 read_png(const std::filesystem::path& path, const std::string& where = "");
+
+/// Averages blocks of factor x factor pixels, each of the four channels for itself (straight alpha stays
+/// straight, as D-NeRF's own evaluation does it), rounded to the nearest 1/65535.
+/// @pre factor >= 1 divides width and height; load_dataset checks.
+Image16 area_downscale(const Image16& image, int factor);
+
+}  // namespace splinevox

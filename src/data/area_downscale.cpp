@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+
+#include "splinevox/data/image_read.hpp"
+
+namespace splinevox {
+
+Image16 area_downscale(const Image16& image, int factor) {
+  if (factor == 1) return image;
+  Image16 small{image.width / factor, image.height / factor, {}};
+  small.rgba.reserve(std::size_t(small.width) * small.height * 4);
+  const std::uint64_t count = std::uint64_t(factor) * factor;
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x) {
+      std::array<std::uint64_t, 4> sum{};
+      for (int dy = 0; dy < factor; ++dy) {
+        const std::uint16_t* from = image.pixel(x * factor, y * factor + dy);
+        for (int k = 0; k < 4 * factor; ++k) sum[std::size_t(k & 3)] += from[k];
+      }
+      for (const std::uint64_t s : sum) small.rgba.push_back(std::uint16_t((s + count / 2) / count));
+    }
+  return small;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/camera_check.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "data/message_text.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox::data {
+namespace {
+
+constexpr double kFarthest = 1e12;   ///< scene units; beyond it rays lose their meaning in double
+constexpr double kTolerance = 1e-3;  ///< of scale and shear
+constexpr const char* kMatrix = "'transform_matrix' ";
+
+void check_numbers(const std::array<double, 16>& m, const std::string& where) {
+  for (std::size_t i = 0; i < 16; ++i)
+    if (!(std::abs(m[i]) <= kFarthest))
+      fail({where, std::string(kMatrix) + "has a number that is not finite or too large", "finite, at most 1e12",
+            number(m[i]) + " in row " + std::to_string(i / 4) + ", column " + std::to_string(i % 4), ""});
+  for (std::size_t i = 12; i < 16; ++i)
+    if (std::abs(m[i] - (i == 15 ? 1.0 : 0.0)) > 1e-6)
+      fail({where, std::string(kMatrix) + "has a wrong last row", "0 0 0 1",
+            number(m[12]) + " " + number(m[13]) + " " + number(m[14]) + " " + number(m[15]),
+            "store the camera-to-world matrix by rows, not transposed"});
+}
+
+void check_rigid(const Eigen::Vector3d& s, double det, const std::string& where) {
+  const std::string got = "singular values " + number(s[0]) + ", " + number(s[1]) + ", " + number(s[2]);
+  if (s[2] <= 1e-6 * s[0]) fail({where, std::string(kMatrix) + "is singular", "a rotation and a position", got, ""});
+  if (det < 0)
+    fail({where, std::string(kMatrix) + "mirrors the camera", "a rotation (determinant 1)",
+          "determinant " + number(det), "flip one axis: x must point right, y up, z backwards (OpenGL)"});
+  if (s[0] - s[2] > kTolerance * s[0])
+    fail({where, std::string(kMatrix) + "is not rigid (shear or uneven scale)", "a rotation and a position", got, ""});
+  if (std::abs(s.mean() - 1) > kTolerance)
+    fail({where, std::string(kMatrix) + "has a scale", "a rotation and a position, scale 1",
+          "scale " + number(s.mean()), "divide its first three columns by the scale"});
+}
+
+double focal(double angle, int pixels) { return 0.5 * pixels / std::tan(0.5 * angle); }
+
+void check_angle(const std::optional<double>& angle, const char* field, const std::string& where) {
+  if (!angle || (*angle > 0 && *angle < std::numbers::pi)) return;
+  const bool degrees = *angle > std::numbers::pi && *angle < 180;
+  fail({where, std::string("'") + field + "' is no field of view", "radians, above 0 and below pi", number(*angle),
+        degrees ? "it looks like degrees: multiply by pi / 180" : ""});
+}
+
+void check_focal(double f, const char* field, int pixels, const std::string& where) {
+  if (f >= 1e-4 * pixels && f <= 1e7 * pixels) return;
+  fail({where, std::string("the focal length '") + field + "' is out of range",
+        number(1e-4 * pixels) + " to " + number(1e7 * pixels) + " pixels", number(f), ""});
+}
+
+void check_size(const std::optional<double>& stated, const char* field, int pixels, const std::string& where) {
+  if (!stated || *stated == pixels) return;
+  fail({where, std::string("'") + field + "' is not the picture's size",
+        std::to_string(pixels) + ", as in the image file", number(*stated),
+        "give w, h, fl_x, fl_y, cx and cy for the stored pictures"});
+}
+
+void check_centre(double c, const char* field, int pixels, const std::string& where) {
+  if (std::abs(c) <= 10.0 * pixels) return;
+  fail({where, std::string("the centre '") + field + "' is far outside the picture", "within 10 picture widths",
+        number(c), ""});
+}
+
+}  // namespace
+
+RigidPose rigid_pose(const std::array<double, 16>& m, const std::string& where) {
+  check_numbers(m, where);
+  Eigen::Matrix3d a;
+  a << m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10];
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(a, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Vector3d s =
+      svd.info() == Eigen::Success ? Eigen::Vector3d(svd.singularValues()) : Eigen::Vector3d::Zero();
+  check_rigid(s, a.determinant(), where);
+  const Eigen::Matrix3d r = svd.matrixU() * svd.matrixV().transpose();
+  RigidPose pose;
+  for (int k = 0; k < 3; ++k) pose.axes[std::size_t(k)] = {r(0, k), r(1, k), r(2, k)};
+  pose.position = {m[3], m[7], m[11]};
+  pose.deviation = std::max(std::abs(s[0] - 1), std::abs(s[2] - 1));
+  return pose;
+}
+
+Lens merge(const Lens& file, const Lens& frame) {
+  Lens lens = file;
+  if (frame.camera_angle_x || frame.fl_x) lens.camera_angle_x = lens.camera_angle_y = lens.fl_x = lens.fl_y = {};
+  using Field = std::optional<double> Lens::*;
+  for (const Field f : {&Lens::camera_angle_x, &Lens::camera_angle_y, &Lens::fl_x, &Lens::fl_y, &Lens::cx, &Lens::cy,
+                        &Lens::w, &Lens::h})
+    if (frame.*f) lens.*f = frame.*f;
+  return lens;
+}
+
+Camera pinhole(const Lens& lens, const RigidPose& pose, int width, int height, const std::string& where) {
+  check_angle(lens.camera_angle_x, "camera_angle_x", where);
+  check_angle(lens.camera_angle_y, "camera_angle_y", where);
+  if (!lens.fl_x && !lens.camera_angle_x)
+    fail({where, "there is no focal length", "'camera_angle_x' (radians) or 'fl_x' (pixels)", "neither", ""});
+  check_size(lens.w, "w", width, where);
+  check_size(lens.h, "h", height, where);
+  Camera camera{width, height, 0, 0, 0, 0, pose.axes, pose.position};
+  camera.fx = lens.fl_x ? *lens.fl_x : focal(*lens.camera_angle_x, width);
+  const bool by_angle = !lens.fl_x && lens.camera_angle_y;
+  camera.fy = lens.fl_y ? *lens.fl_y : by_angle ? focal(*lens.camera_angle_y, height) : camera.fx;
+  camera.cx = lens.cx.value_or(0.5 * width);
+  camera.cy = lens.cy.value_or(0.5 * height);
+  check_focal(camera.fx, "fl_x", width, where);
+  check_focal(camera.fy, "fl_y", height, where);
+  check_centre(camera.cx, "cx", width, where);
+  check_centre(camera.cy, "cy", height, where);
+  return camera;
+}
+
+}  // namespace splinevox::data

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <filesystem>
+
+#include "data/fingerprint.hpp"
+#include "data/message_text.hpp"
+#include "data/pictures.hpp"
+#include "data/time_map.hpp"
+#include "data/transforms.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/scene.hpp"
+
+namespace splinevox {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace data;
+constexpr const char* kSplits[] = {"train", "val", "test"};
+constexpr const char* kLookedFor = "transforms_train.json, transforms_val.json or transforms_test.json (NeRF / D-NeRF)";
+
+bool has_split(const fs::path& folder, const std::string& split) {
+  std::error_code ignored;
+  return fs::exists(folder / transforms_name(split), ignored);
+}
+
+void check_folder(const fs::path& folder) {
+  const std::string where = printable(folder.string());
+  std::error_code error;
+  if (!fs::exists(folder, error))
+    fail({where.empty() ? "''" : where, "the data set does not exist", "a folder with " + std::string(kLookedFor),
+          "no such folder", ""});
+  if (!fs::is_directory(folder, error))
+    fail({where, "the data set is not a folder", "a folder with " + std::string(kLookedFor), "a file",
+          "give the folder that holds it"});
+  if (std::none_of(std::begin(kSplits), std::end(kSplits), [&](const char* split) { return has_split(folder, split); }))
+    fail({where, "no known kind of data set is in this folder", kLookedFor,
+          fs::exists(folder / "transforms.json", error) ? "only transforms.json" : "none of them",
+          fs::exists(folder / "transforms.json", error) ? "split it into a train, a val and a test file"
+                                                        : "give the folder that holds the JSON files"});
+}
+
+/// The splits to read, train first.
+std::vector<std::string> choose_splits(const fs::path& folder, const std::vector<std::string>& wanted) {
+  for (const std::string& split : wanted) {
+    if (std::find(std::begin(kSplits), std::end(kSplits), split) == std::end(kSplits))
+      fail({printable(folder.string()), "there is no such split", "train, val or test", in_quotes(split), ""});
+    if (!has_split(folder, split))
+      fail({printable((folder / transforms_name(split)).string()),
+            "the " + split + " split was asked for and is not there", transforms_name(split), "no such file", ""});
+  }
+  std::vector<std::string> chosen;
+  for (const char* split : kSplits) {
+    const bool want = wanted.empty() || std::find(wanted.begin(), wanted.end(), split) != wanted.end();
+    if (want && has_split(folder, split)) chosen.push_back(split);
+  }
+  return chosen;
+}
+
+/// The run's map if it gave one, else the train split's, reading its JSON if it is not among those read.
+TimeMap map_of(const fs::path& folder, const std::vector<RawSplit>& raw, const LoadOptions& options,
+               std::vector<std::string>& notes) {
+  if (options.time_map) return *options.time_map;
+  if (raw[0].name == "train") return choose_time_map(&raw[0], raw, notes);
+  if (!has_split(folder, "train")) return choose_time_map(nullptr, raw, notes);
+  const RawSplit train = read_transforms(folder, "train");
+  return choose_time_map(&train, raw, notes);
+}
+
+Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
+  Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.width, plan.height, raw.where(i));
+  camera.width /= plan.downscale;
+  camera.height /= plan.downscale;
+  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value /= plan.downscale;
+  return camera;
+}
+
+/// Frames with everything but their pictures.
+Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map) {
+  Split split{raw.name, {}};
+  for (std::size_t i = 0; i < raw.frames.size(); ++i)
+    split.frames.push_back({plan.paths[i].stem().string(), camera_of(raw, i, plan), model_time(raw, i, map), {}});
+  return split;
+}
+
+void note_cameras(const RawSplit& raw, std::vector<std::string>& notes) {
+  constexpr double kRounding = 1e-6;  // of matrices written from 32-bit floats
+  std::size_t count = 0;
+  double worst = 0;
+  for (const RawFrame& frame : raw.frames) {
+    count += frame.pose.deviation > kRounding ? 1 : 0;
+    worst = std::max(worst, frame.pose.deviation);
+  }
+  if (count > 0)
+    notes.push_back(raw.name + ": " + std::to_string(count) + " of " + std::to_string(raw.frames.size()) +
+                    " camera matrices were off rigid by up to " + number(worst) + " and were made orthonormal");
+}
+
+void note_pictures(const Split& split, const std::vector<PictureFacts>& facts, bool PictureFacts::*odd,
+                   const std::string& what, std::vector<std::string>& notes) {
+  const auto found = std::find_if(facts.begin(), facts.end(), [&](const PictureFacts& f) { return f.*odd; });
+  if (found == facts.end()) return;
+  const auto count = std::count_if(facts.begin(), facts.end(), [&](const PictureFacts& f) { return f.*odd; });
+  notes.push_back(split.name + ": " + std::to_string(count) + " of " + std::to_string(facts.size()) + " pictures are " +
+                  what + ", first " + printable(split.frames[std::size_t(found - facts.begin())].name));
+}
+
+/// Over the numbers as written and the pixels as kept, so that it does not depend on this machine's rounding.
+std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts>& facts) {
+  Fingerprint hash;
+  hash.add(std::uint64_t(raw.frames.size()));
+  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
+    const RawFrame& frame = raw.frames[i];
+    for (const double value : frame.matrix) hash.add(value);
+    const Lens& lens = frame.lens;
+    for (const auto& value : {lens.camera_angle_x, lens.camera_angle_y, lens.fl_x, lens.fl_y, lens.cx, lens.cy})
+      hash.add(value);
+    hash.add(frame.time);
+    hash.add(facts[i].hash);
+  }
+  return hash.value();
+}
+
+/// Decodes one split's pictures and records what they show.
+std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan, std::vector<std::string>& notes) {
+  std::vector<Image16> images = decode(plan);
+  std::vector<const Image16*> views;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    split.frames[i].image = std::move(images[i]);
+    views.push_back(&split.frames[i].image);
+  }
+  std::vector<PictureFacts> facts = look_at(views);
+  for (PictureFacts& f : facts) f.black &= !f.invisible;
+  note_pictures(split, facts, &PictureFacts::invisible, "wholly transparent", notes);
+  note_pictures(split, facts, &PictureFacts::black, "wholly black", notes);
+  return facts;
+}
+
+void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSplit>& raw,
+                std::vector<std::string>& notes) {
+  for (std::size_t s = 1; s < plans.size(); ++s)
+    if (plans[s].width != plans[0].width || plans[s].height != plans[0].height)
+      notes.push_back(raw[s].name + ": pictures of " + std::to_string(plans[s].width) + " x " +
+                      std::to_string(plans[s].height) + ", " + raw[0].name + " has " + std::to_string(plans[0].width) +
+                      " x " + std::to_string(plans[0].height));
+}
+
+}  // namespace
+
+Dataset load_dataset(const std::string& path, const LoadOptions& options) {
+  const fs::path folder(path);
+  check_folder(folder);
+  if (options.downscale < 1)
+    fail({"--downscale", "out of range", "a whole number, at least 1", std::to_string(options.downscale), ""});
+  std::vector<RawSplit> raw;
+  for (const std::string& split : choose_splits(folder, options.splits)) raw.push_back(read_transforms(folder, split));
+
+  Dataset dataset;
+  dataset.path = path;
+  dataset.downscale = options.downscale;
+  dataset.time_map = map_of(folder, raw, options, dataset.notes);
+  std::vector<PicturePlan> plans;
+  for (const RawSplit& split : raw) {
+    plans.push_back(plan_pictures(folder, split, options.downscale));
+    dataset.splits.push_back(frames_of(split, plans.back(), dataset.time_map));
+    note_times(split, dataset.time_map, dataset.notes);
+    note_cameras(split, dataset.notes);
+  }
+  check_memory(plans);
+  note_sizes(plans, raw, dataset.notes);
+  for (std::size_t s = 0; s < raw.size(); ++s) {
+    const auto facts = fill_pictures(dataset.splits[s], plans[s], dataset.notes);
+    if (raw[s].name == "train") dataset.fingerprint = fingerprint_of(raw[s], facts);
+    if (raw[s].name == "train" || raw[0].name != "train")
+      for (const PictureFacts& f : facts) dataset.has_alpha |= f.see_through;
+  }
+  return dataset;
+}
+
+}  // namespace splinevox

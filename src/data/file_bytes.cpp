@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/file_bytes.hpp"
+
+#include <algorithm>
+#include <fstream>
+
+#include "splinevox/core/error.hpp"
+
+namespace splinevox::data {
+namespace fs = std::filesystem;
+
+std::uintmax_t file_size_of(const fs::path& path, const std::string& where) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) fail({where, "the file does not exist", "", "", ""});
+  if (fs::exists(status) && !fs::is_regular_file(status))
+    fail({where, "this is not a file", "a regular file", fs::is_directory(status) ? "a folder" : "a device or pipe",
+          ""});
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error) fail({where, "the file cannot be read", "a readable file", error.message(), ""});
+  return size;
+}
+
+std::vector<std::uint8_t> read_bytes(const fs::path& path, const std::string& where, std::uintmax_t limit,
+                                     std::uintmax_t first) {
+  const std::uintmax_t size = file_size_of(path, where);
+  if (size > limit)
+    fail({where, "the file is too large", "at most " + std::to_string(limit) + " bytes",
+          std::to_string(size) + " bytes", ""});
+  std::vector<std::uint8_t> bytes(std::min(size, first));
+  std::ifstream in(path, std::ios::binary);
+  in.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(bytes.size()));
+  if (!in)
+    fail({where, "the file cannot be read", std::to_string(bytes.size()) + " bytes",
+          std::to_string(in.gcount()) + " bytes", "check its permissions"});
+  return bytes;
+}
+
+}  // namespace splinevox::data

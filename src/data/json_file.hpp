@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace splinevox::data {
+
+/// Reads a JSON file strictly: no comments, no NaN, no number beyond double, nesting of at most 64, no key
+/// twice in one object (the parser alone would silently keep the last). At most 64 MiB.
+/// @param where  how an error names the file.
+/// Throws Error (Fault::input) with line, column and the field that was being read.
+nlohmann::json read_json(const std::filesystem::path& path, const std::string& where);
+
+}  // namespace splinevox::data

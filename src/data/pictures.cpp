@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/pictures.hpp"
+
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <exception>
+#include <numeric>
+
+#include "data/fingerprint.hpp"
+#include "data/message_text.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_read.hpp"
+
+namespace splinevox::data {
+namespace {
+
+/// Runs work(0) .. work(n - 1) on all cores. If some throw, the exception of the lowest index comes out,
+/// whatever the order they ran in: an index is skipped only when a lower one has failed.
+template <class Work>
+void for_each_frame(std::size_t n, const Work& work) {
+  std::vector<std::exception_ptr> errors(n);
+  std::atomic<std::size_t> first{n};
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+    if (i > first.load()) return;
+    try {
+      work(i);
+    } catch (...) {
+      errors[i] = std::current_exception();
+      for (std::size_t seen = first.load(); i < seen && !first.compare_exchange_weak(seen, i);) continue;
+    }
+  });
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
+std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
+
+void check_divides(const PicturePlan& plan) {
+  const int common = std::gcd(plan.width, plan.height);
+  if (common % plan.downscale == 0) return;
+  std::string divisors;
+  for (int k = 2; k <= common && k <= 64; ++k)
+    if (common % k == 0) divisors += (divisors.empty() ? "--downscale " : ", ") + std::to_string(k);
+  fail({plan.where[0], "--downscale " + std::to_string(plan.downscale) + " does not divide the image's size",
+        "a divisor of both sides", size_text(plan.width, plan.height), divisors.empty() ? "no --downscale" : divisors});
+}
+
+PictureFacts facts_of(const Image16& image) {
+  PictureFacts facts;
+  Fingerprint hash;
+  hash.add(std::uint64_t(image.width));
+  hash.add(std::uint64_t(image.height));
+  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+    const std::uint64_t r = image.rgba[i], g = image.rgba[i + 1], b = image.rgba[i + 2], a = image.rgba[i + 3];
+    hash.add(r | (g << 16) | (b << 32) | (a << 48));
+    facts.see_through |= a < 65535;
+    facts.invisible &= a == 0;
+    facts.black &= a == 0 || (r | g | b) == 0;
+  }
+  facts.hash = hash.value();
+  return facts;
+}
+
+}  // namespace
+
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale) {
+  const std::filesystem::path root = std::filesystem::canonical(folder);
+  PicturePlan plan;
+  plan.downscale = downscale;
+  for (std::size_t i = 0; i < split.frames.size(); ++i) {
+    plan.paths.push_back(locate_image(root, split.frames[i].file_path, split.where(i)));
+    const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
+    plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
+    const PngHeader header = read_png_header(plan.paths[i], plan.where[i]);
+    if (i == 0) {
+      plan.width = header.width;
+      plan.height = header.height;
+      check_divides(plan);
+    }
+    if (header.width != plan.width || header.height != plan.height)
+      fail({plan.where[i], "the images of a split differ in size",
+            size_text(plan.width, plan.height) + " as in " + printable(plan.paths[0].filename().string()),
+            size_text(header.width, header.height) + " in " + printable(plan.paths[i].filename().string()),
+            "render or crop them to one size"});
+  }
+  return plan;
+}
+
+void check_memory(const std::vector<PicturePlan>& plans) {
+  double bytes = 0;
+  for (const PicturePlan& plan : plans)
+    bytes += 8.0 * plan.width * plan.height * double(plan.paths.size()) / plan.downscale / plan.downscale;
+  const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE));
+  if (bytes <= memory) return;
+  constexpr double kGiB = 1u << 30;
+  fail({plans[0].where[0], "the pictures do not fit into memory", "at most " + number(memory / kGiB) + " GiB",
+        number(bytes / kGiB) + " GiB", "--downscale " + std::to_string(2 * plans[0].downscale)});
+}
+
+std::vector<Image16> decode(const PicturePlan& plan) {
+  std::vector<Image16> images(plan.paths.size());
+  for_each_frame(images.size(), [&](std::size_t i) {
+    images[i] = read_png(plan.paths[i], plan.where[i]);
+    if (plan.downscale > 1) images[i] = area_downscale(images[i], plan.downscale);
+  });
+  return images;
+}
+
+std::vector<PictureFacts> look_at(const std::vector<const Image16*>& images) {
+  std::vector<PictureFacts> facts(images.size());
+  for_each_frame(images.size(), [&](std::size_t i) { facts[i] = facts_of(*images[i]); });
+  return facts;
+}
+
+}  // namespace splinevox::data

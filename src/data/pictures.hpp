@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "data/transforms.hpp"
+#include "splinevox/core/image.hpp"
+
+namespace splinevox::data {
+
+/// The pictures of one split, found and measured but not decoded.
+struct PicturePlan {
+  std::vector<std::filesystem::path> paths;
+  std::vector<std::string> where;  ///< how errors name each
+  int width = 0, height = 0;       ///< stored pixels, the same for all
+  int downscale = 1;
+};
+
+/// Finds a split's pictures and reads their headers. Throws Error (Fault::input) for the first frame whose
+/// picture is missing, not a PNG, of another size than frame 0's or not divisible by the downscale.
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale);
+
+/// Throws Error (Fault::input) if the pictures of all plans together exceed the machine's memory.
+void check_memory(const std::vector<PicturePlan>& plans);
+
+/// Decodes on all cores. If several pictures are bad, the Error is always that of the first of them.
+std::vector<Image16> decode(const PicturePlan& plan);
+
+/// What the pixels of one picture tell, found in one pass.
+struct PictureFacts {
+  std::uint64_t hash = 0;    ///< of size and pixels
+  bool see_through = false;  ///< some pixel has alpha < 1
+  bool invisible = true;     ///< every pixel has alpha 0
+  bool black = true;         ///< every pixel that shows is black
+};
+
+/// Facts of each picture, on all cores.
+std::vector<PictureFacts> look_at(const std::vector<const Image16*>& images);
+
+}  // namespace splinevox::data
