@@ -6,6 +6,8 @@ function(splinevox_target name)
                                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wno-psabi)
+  # Neither changes a value: they only let sqrt and selects become vector code.
+  target_compile_options(${name} PRIVATE -fno-math-errno -fno-trapping-math)
   if(SPLINEVOX_NATIVE)
     target_compile_options(${name} PRIVATE -march=native)
   else()

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <vector>
-
 #include "splinevox/field/model.hpp"
+#include "splinevox/field/row_mask.hpp"
 #include "splinevox/math/basis.hpp"
 
 namespace splinevox {
@@ -17,29 +16,22 @@ BasisWeights<float> stored_weights_dt(const MotionField& motion, double t);
 /// Row of a slice: displacement before rigidity (3, scene units) and raw rigidity (1).
 inline constexpr int kSliceWidth = 4;
 
-/// The motion field at one time, contracted: on the finest lattice, 4 floats a row instead of 3 K + 1. Every sample of
-/// a frame shares its time and interpolation is linear, so sampling the slice equals sampling the curves.
+/// The motion field at one time, contracted: 4 floats a row instead of 3 K + 1. Every sample of a frame shares its time and
+/// interpolation is linear, so sampling the slice equals sampling the curves.
 struct MotionSlice {
-  TopologyPtr topology;         ///< of the finest level; null: the scene does not move
+  TopologyPtr topology;         ///< null: the scene does not move
   AlignedVector<float> values;  ///< [rows * 4]
 };
 
-/// Contracts bricks [first, last) of one level with the given weights: out ([rows * 4]) = sum_k w_k p_k and raw rigidity.
+/// Contracts bricks [first, last) of one level: out ([rows * 4]) = sum_k w_k p_k and raw rigidity.
 void contract_bricks(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int first,
                      int last, float* out);
-/// Adjoint of contract_bricks summed over frames: gradient += the slices' gradients ([frames] of [rows * 4]), expanded.
-void expand_bricks(const MotionField& motion, const BasisWeights<float>* weights, const float* const* slice_gradients,
-                   int frames, int first, int last, Channels& gradient);
+/// Adjoint of contract_bricks for one brick, summed over frames: gradient += the slices' gradients ([frames] of [rows * 4]),
+/// expanded to control points. Marks the rows that any frame touched.
+void expand_brick(const MotionField& motion, const BasisWeights<float>* weights, const float* const* slice_gradients,
+                  int frames, int brick, Channels& gradient, RowMask& touched);
 
-/// out += the coarse slice, interpolated at the vertices of the fine lattice. Exact: the lattices are nested, each
-/// half the spacing of the one before.
-void prolong_slice(const Topology& coarse, const float* coarse_values, const Topology& fine, float* out);
-/// Adjoint of prolong_slice: coarse_gradient += its transpose applied to the fine gradient.
-void restrict_gradient(const Topology& fine, const float* fine_gradient, const Topology& coarse, float* coarse_gradient);
-
-/// Slices of every level at once; the last is the sum of all. Reuses the storage of `out`.
-void make_slice(const MotionField& motion, const BasisWeights<float>& weights, std::vector<AlignedVector<float>>& out);
-/// The slice on the finest level, for the weights of one time.
+/// The slice for the weights of one time. @pre at most one level: collapse first.
 MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights);
 
 /// The same motion with all levels summed into one on the finest lattice.

@@ -1,25 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <vector>
 
 #include "splinevox/core/simd.hpp"
+#include "splinevox/field/row_mask.hpp"
 #include "splinevox/render/records.hpp"
 
 namespace splinevox {
-
-/// One bit per row of a brick: which rows got a gradient.
-struct RowMask {
-  std::uint64_t word[kBrick] = {};  ///< word x, bit y * 8 + z
-  bool any() const {
-    std::uint64_t all = 0;
-    for (const std::uint64_t w : word) all |= w;
-    return all != 0;
-  }
-};
 
 /// Sums records into rows without locks and with the same bits for any number of threads: records are counting-sorted by
 /// the brick that owns the rows, in task order, and each brick is summed by one thread. A record whose cell straddles

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "splinevox/data/scene.hpp"
+#include "splinevox/render/views.hpp"
+#include "splinevox/train/config.hpp"
+
+namespace splinevox {
+
+/// Rays of a few frames and the colours they should have.
+struct Batch {
+  struct Task {
+    int frame;        ///< index into frames
+    int first, last;  ///< rays [first, last)
+  };
+  std::vector<int> frames;              ///< training frame of each slot
+  std::vector<RayInput<float>> rays;    ///< grouped by frame slot
+  std::vector<Vec3> targets;            ///< [rays] composited over the ray's background
+  std::vector<Task> tasks;              ///< fixed cut of the rays into pieces of work, none across frames
+};
+
+/// Draws batches. A draw depends on (seed, step) alone.
+///
+/// Frames come from a shuffled deck, so every frame is used equally often. Rays come in patches of 2 x 2 pixels, whose
+/// samples share cache lines; most are taken where the picture shows something or nearly does, the rest anywhere, so that
+/// matter where there should be none is found as well.
+class BatchSampler {
+ public:
+  BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed);
+  /// @param step  march step, scene units.
+  void draw(std::int64_t index, float step, Batch& out) const;
+
+ private:
+  const Split& train_;
+  Box box_;
+  SamplingConfig config_;
+  Vec3 background_;
+  std::uint64_t seed_;
+  std::vector<std::vector<std::uint32_t>> busy_;  ///< per frame: 2 x 2 blocks (y * width / 2 + x) near what the picture shows
+};
+
+}  // namespace splinevox

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "splinevox/field/levels.hpp"
+#include "splinevox/field/row_mask.hpp"
+#include "splinevox/render/backward.hpp"
+#include "splinevox/render/occupancy.hpp"
+#include "splinevox/train/batch.hpp"
+
+namespace splinevox {
+
+/// Gradient of one value array: same rows, plus which rows it touches. Rows outside the mask are zero.
+struct Gradient {
+  Channels values;
+  std::vector<RowMask> touched;  ///< [bricks + 1]
+
+  explicit Gradient(const Channels& of);
+  Gradient() = default;
+};
+
+/// What one pass over a batch gives besides the gradients.
+struct PassResult {
+  double squared_error = 0;  ///< summed over rays and colour channels
+  double motion_loss = 0;    ///< offset and divergence losses, summed
+  std::int64_t samples = 0;  ///< in stored bricks, forward and backward
+  std::int64_t visited = 0;  ///< in occupied cells
+  double slice_seconds = 0, ray_seconds = 0, scatter_seconds = 0;
+};
+
+/// Forward and backward over one batch: slices, rays, scatter. Gradients are of the sum over rays of the squared colour error
+/// plus the motion losses. Keeps its buffers between steps. The same bits for any number of threads.
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  /// @param model      motion collapsed into one level (or none).
+  /// @param times      model time of each frame slot of the batch, [0, 1].
+  /// @param occupancy  of each frame slot.
+  /// @param radiance   gradient of model.radiance.raw, accumulated.
+  /// @param motion     gradient of the collapsed motion level, accumulated; ignored when nothing moves.
+  virtual PassResult run(const VoxelModel& model, float step, float stop, const Batch& batch, const std::vector<double>& times,
+                         const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
+                         Gradient& radiance, Gradient& motion) = 0;
+};
+
+/// @param sh_order       -1..3
+/// @param motion_losses  whether offset or divergence losses may be asked for
+std::unique_ptr<Engine> make_engine(int sh_order, bool motion_losses);
+
+}  // namespace splinevox

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "splinevox/field/model.hpp"
+#include "splinevox/render/occupancy.hpp"
+
+namespace splinevox {
+
+/// Bricks of a lattice that come within one vertex of a set cell.
+TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells);
+
+/// The field at the vertices of another topology over the same box, by trilinear interpolation of raw values; where the old one
+/// has nothing the background is copied.
+Channels resample(const Channels& from, TopologyPtr topology);
+
+/// Exact degree elevation of every stored curve of a Bezier motion field, K -> K + 1 control points (numerics H3).
+void elevate(MotionField& motion);
+
+/// Floats per motion row: 3 per stored point and one for rigidity, rounded up to whole registers.
+int motion_width(const MotionField& motion);
+
+}  // namespace splinevox

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/train/engine.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/core/rng.hpp"
+#include "splinevox/field/slice.hpp"
+#include "splinevox/render/field_view.hpp"
+#include "splinevox/render/scatter.hpp"
+
+namespace splinevox {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double seconds_since(Clock::time_point& last) {
+  const auto now = Clock::now();
+  const double s = std::chrono::duration<double>(now - last).count();
+  last = now;
+  return s;
+}
+
+/// A Rademacher probe: each component +1 or -1.
+Vec3 draw_probe(std::uint64_t seed, std::size_t ray) {
+  const std::uint64_t bits = Rng(seed, 5).bits(ray);
+  return {bits & 1 ? 1.0f : -1.0f, bits & 2 ? 1.0f : -1.0f, bits & 4 ? 1.0f : -1.0f};
+}
+
+template <int Sh, bool Jet>
+class RayEngine final : public Engine {
+  using Kernel = RayKernel<float, Sh>;
+  static constexpr int kWidth = Kernel::kWidth;
+
+  struct Worker {
+    Kernel kernel;
+    RayRecords<float, kWidth, Jet> records;
+    double squared_error, motion_loss;
+    std::int64_t samples, visited;
+  };
+
+ public:
+  PassResult run(const VoxelModel& model, float step, float stop, const Batch& batch, const std::vector<double>& times,
+                 const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
+                 Gradient& radiance, Gradient& motion) override {
+    PassResult result;
+    auto clock = Clock::now();
+    const FieldView<float> field = view_field(model, step);
+    make_slices(model, times);
+    result.slice_seconds = seconds_since(clock);
+
+    const int tasks = int(batch.tasks.size());
+    workers_.resize(tasks);
+    radiance_scatter_.begin(tasks, model.radiance.raw.topology->brick_count() + 1);
+    const int motion_bricks = field.moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
+    motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
+    parallel_for(tasks, [&](int t) {
+      march(field, stop, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t]);
+      radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
+      if (field.moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
+    });
+    for (const Worker& w : workers_) {
+      result.squared_error += w.squared_error, result.motion_loss += w.motion_loss;
+      result.samples += w.samples, result.visited += w.visited;
+    }
+    result.ray_seconds = seconds_since(clock);
+
+    radiance_scatter_.scan();
+    if (field.moving) motion_scatter_.scan();
+    parallel_for(tasks, [&](int t) {
+      radiance_scatter_.fill(t, field.radiance);
+      if (field.moving) motion_scatter_.fill(t, field.motion);
+    });
+    parallel_for(model.radiance.raw.topology->brick_count() + 1, [&](int b) {
+      if (!radiance_scatter_.empty(b)) radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
+    });
+    if (field.moving) expand_motion(model, times, motion_bricks, motion);
+    result.scatter_seconds = seconds_since(clock);
+    return result;
+  }
+
+ private:
+  void make_slices(const VoxelModel& model, const std::vector<double>& times) {
+    if (model.motion.levels.empty()) return;
+    const Channels& level = model.motion.levels[0];
+    const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
+    slices_.resize(frames), slice_gradients_.resize(frames), weights_.resize(frames);
+    for (int f = 0; f < frames; ++f) {
+      weights_[f] = stored_weights(model.motion, times[f]);
+      slices_[f].resize(level.topology->rows() * kSliceWidth);
+      slice_gradients_[f].resize(slices_[f].size());
+    }
+    parallel_for(bricks, [&](int b) {
+      for (int f = 0; f < frames; ++f) contract_bricks(model.motion, level, weights_[f], b, b + 1, slices_[f].data());
+    });
+  }
+
+  void march(const FieldView<float>& field, float stop, const Batch& batch, const Batch::Task& task, const BitGrid& occupancy,
+             const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w) {
+    w.records.clear();
+    w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
+    const FrameView<float> frame{field.moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
+    for (int i = task.first; i < task.last; ++i) {
+      const RayInput<float>& ray = batch.rays[i];
+      const RayResult<float> result = w.kernel.forward(ray, field, frame, stop);
+      const Vec3 error = result.rgb - batch.targets[i];
+      w.squared_error += dot(error, error);
+      w.samples += w.kernel.count, w.visited += w.kernel.visited;
+      const std::size_t first = w.records.motion.size();
+      backward(w.kernel, ray, result, field, 2.0f * error, w.records);
+      if constexpr (Jet)
+        if (field.moving) w.motion_loss += motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), first, w.records);
+    }
+  }
+
+  void expand_motion(const VoxelModel& model, const std::vector<double>& times, int bricks, Gradient& motion) {
+    const int frames = int(times.size());
+    std::vector<const float*> slices(frames);
+    for (int f = 0; f < frames; ++f) slices[f] = slice_gradients_[f].data();
+    parallel_for(bricks, [&](int b) {
+      if (b == 0) return;
+      bool any = false;
+      for (int f = 0; f < frames; ++f) {
+        float* rows = slice_gradients_[f].data() + std::size_t(b) * kBrickRows * kSliceWidth;
+        std::fill_n(rows, kBrickRows * kSliceWidth, 0.0f);
+        const int bin = f * bricks + b;
+        if (motion_scatter_.empty(bin)) continue;
+        any = true;
+        RowMask unused;
+        motion_scatter_.reduce(bin, rows, unused);
+      }
+      if (any) expand_brick(model.motion, weights_.data(), slices.data(), frames, b, motion.values, motion.touched[b]);
+    });
+  }
+
+  std::vector<AlignedVector<float>> slices_, slice_gradients_;
+  std::vector<BasisWeights<float>> weights_;
+  std::vector<Worker> workers_;
+  Scatter<float, kWidth, false> radiance_scatter_;
+  Scatter<float, 4, Jet> motion_scatter_;
+};
+
+template <bool Jet>
+std::unique_ptr<Engine> make(int sh_order) {
+  switch (sh_order) {
+    case -1: return std::make_unique<RayEngine<-1, Jet>>();
+    case 0: return std::make_unique<RayEngine<0, Jet>>();
+    case 1: return std::make_unique<RayEngine<1, Jet>>();
+    case 2: return std::make_unique<RayEngine<2, Jet>>();
+    default: return std::make_unique<RayEngine<3, Jet>>();
+  }
+}
+
+}  // namespace
+
+Gradient::Gradient(const Channels& of) : values{of.topology, of.width, {}}, touched(of.topology->brick_count() + 1) {
+  values.values.assign(of.values.size(), 0.0f);
+}
+
+std::unique_ptr<Engine> make_engine(int sh_order, bool motion_losses) {
+  return motion_losses ? make<true>(sh_order) : make<false>(sh_order);
+}
+
+}  // namespace splinevox

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/train/hull.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/math/camera.hpp"
+
+namespace splinevox {
+namespace {
+
+/// Cube around the point nearest to all viewing axes.
+Box camera_cube(const Split& train) {
+  Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Frame& f : train.frames) {
+    const Vec3d z = f.camera.axes[2], p = f.camera.position;
+    const Eigen::Vector3d axis(z.x, z.y, z.z), position(p.x, p.y, p.z);
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    a += across;
+    b += across * position;
+  }
+  const Eigen::Vector3d x = a.ldlt().solve(b);
+  const Vec3d center{x[0], x[1], x[2]};
+  std::vector<double> reach;
+  for (const Frame& f : train.frames) {
+    const double half = std::max(f.camera.width / f.camera.fx, f.camera.height / f.camera.fy) / 2;
+    reach.push_back(length(f.camera.position - center) * half);
+  }
+  std::nth_element(reach.begin(), reach.begin() + reach.size() / 2, reach.end());
+  const double r = std::max(1e-6, 1.1 * reach[reach.size() / 2]);
+  const Vec3 c = cast<float>(center), e{float(r), float(r), float(r)};
+  return {c - e, c + e};
+}
+
+/// Silhouette in blocks: set where any pixel of the block, or of a ring of `grow` pixels around it, has alpha > 0.
+struct Silhouette {
+  static constexpr int kBlock = 4;
+  int width = 0, height = 0;
+  std::vector<char> inside;
+
+  Silhouette(const Image16& image, int grow) : width((image.width + kBlock - 1) / kBlock), height((image.height + kBlock - 1) / kBlock), inside(std::size_t(width) * height) {
+    for (int y = 0; y < image.height; ++y)
+      for (int x = 0; x < image.width; ++x) {
+        if (image.pixel(x, y)[3] < 1000) continue;
+        const int x0 = std::max(0, x - grow) / kBlock, x1 = std::min(image.width - 1, x + grow) / kBlock;
+        const int y0 = std::max(0, y - grow) / kBlock, y1 = std::min(image.height - 1, y + grow) / kBlock;
+        for (int v = y0; v <= y1; ++v) std::fill_n(inside.begin() + std::size_t(v) * width + x0, x1 - x0 + 1, char(1));
+      }
+  }
+};
+
+/// Cells whose centre projects into the silhouette or out of the picture.
+BitGrid carve(const Frame& frame, const BitGrid& like) {
+  BitGrid out = like;
+  std::fill(out.bits.begin(), out.bits.end(), 0u);
+  const double distance = length(frame.camera.position - cast<double>(like.center({like.size.x / 2, like.size.y / 2, like.size.z / 2})));
+  const int grow = 2 + int(0.9 * like.cell * frame.camera.fx / std::max(distance, 1e-9));
+  const Silhouette silhouette(frame.image, grow);
+  Int3 c;
+  std::size_t i = 0;
+  for (c.x = 0; c.x < out.size.x; ++c.x)
+    for (c.y = 0; c.y < out.size.y; ++c.y)
+      for (c.z = 0; c.z < out.size.z; ++c.z, ++i) {
+        const Projection p = project(frame.camera, cast<double>(out.center(c)));
+        if (p.depth <= 0) continue;
+        if (p.u < 0 || p.v < 0 || p.u >= frame.camera.width || p.v >= frame.camera.height ||
+            silhouette.inside[std::size_t(p.v) / Silhouette::kBlock * silhouette.width + std::size_t(p.u) / Silhouette::kBlock])
+          out.set(i);
+      }
+  return out;
+}
+
+BitGrid swept_hull(const Split& train, const Box& box, int cells) {
+  std::vector<int> by_time(train.frames.size());
+  std::iota(by_time.begin(), by_time.end(), 0);
+  std::stable_sort(by_time.begin(), by_time.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
+  const int n = int(by_time.size());
+  // A window is a twentieth of the frames: longer clips what moves fast, shorter leaves the hull loose.
+  const int window = std::min(n, std::clamp(n / 20, 3, 9));
+  std::vector<BitGrid> inside(n);
+  const BitGrid empty(box, cells);
+  parallel_for(n, [&](int i) { inside[i] = carve(train.frames[by_time[i]], empty); });
+  BitGrid hull = empty;
+  for (int first = 0; first + window <= n; ++first)
+    for (std::size_t w = 0; w < hull.bits.size(); ++w) {
+      std::uint32_t all = inside[first].bits[w];
+      for (int k = 1; k < window; ++k) all &= inside[first + k].bits[w];
+      hull.bits[w] |= all;
+    }
+  return hull;
+}
+
+/// Smallest box around the set cells, grown by margin times its longest edge.
+Box bounding_box(const BitGrid& grid, float margin) {
+  Int3 lo = grid.size, hi{-1, -1, -1}, c;
+  for (c.x = 0; c.x < grid.size.x; ++c.x)
+    for (c.y = 0; c.y < grid.size.y; ++c.y)
+      for (c.z = 0; c.z < grid.size.z; ++c.z)
+        if (grid.test(grid.index(c))) lo = min(lo, c), hi = max(hi, c);
+  Box box{grid.origin + grid.cell * cast<float>(lo), grid.origin + grid.cell * cast<float>(hi + Int3{1, 1, 1})};
+  const Vec3 e = box.extent();
+  const float m = margin * std::max({e.x, e.y, e.z});
+  box.lo -= Vec3{m, m, m}, box.hi += Vec3{m, m, m};
+  return box;
+}
+
+}  // namespace
+
+SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float margin) {
+  Box box = camera_cube(train);
+  if (has_alpha) {
+    const BitGrid coarse = swept_hull(train, box, 48);
+    if (coarse.count() > 0) {
+      box = bounding_box(coarse, margin);
+      const BitGrid hull = swept_hull(train, box, cells);
+      if (hull.count() > 0) return {box, dilate(hull)};
+    }
+  }
+  BitGrid all(box, cells);
+  std::fill(all.bits.begin(), all.bits.end(), ~0u);
+  return {box, all};
+}
+
+}  // namespace splinevox

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/train/optimiser.hpp"
+
+#include <bit>
+#include <cmath>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/core/rng.hpp"
+#include "splinevox/core/simd.hpp"
+#include "splinevox/math/tv.hpp"
+
+namespace splinevox {
+namespace {
+
+using Eight = Simd<float>::Eight;
+
+Eight root(const Eight& v) {
+  Eight out;
+  for (int i = 0; i < 8; ++i) out[i] = std::sqrt(v[i]);
+  return out;
+}
+Eight flush(const Eight& v) {
+  const Eight magnitude = v < 0 ? -v : v;
+  return magnitude < 1e-30f ? Eight{} : v;
+}
+
+bool chosen(std::uint64_t draw, int brick, float share) { return Rng(draw, 6).uniform(brick) < share; }
+
+/// Rows of a brick and of the layers of its neighbours one vertex around it; null where absent.
+struct Padded {
+  const float* row[10][10][10];
+  Padded(const Channels& c, int brick) {
+    const Topology& t = *c.topology;
+    const Int3 at = t.bricks[brick];
+    std::int32_t around[3][3][3];
+    for (int x = -1; x <= 1; ++x)
+      for (int y = -1; y <= 1; ++y)
+        for (int z = -1; z <= 1; ++z) around[x + 1][y + 1][z + 1] = t.brick_at({at.x + x, at.y + y, at.z + z});
+    for (int x = -1; x <= 8; ++x)
+      for (int y = -1; y <= 8; ++y)
+        for (int z = -1; z <= 8; ++z) {
+          const std::int32_t b = around[(x + 8) >> 3][(y + 8) >> 3][(z + 8) >> 3];
+          row[x + 1][y + 1][z + 1] = b ? c.row(std::size_t(b) * kBrickRows + ((x & 7) << 6 | (y & 7) << 3 | (z & 7))) : nullptr;
+        }
+  }
+};
+
+void brick_total_variation(const Channels& values, int brick, const float* weight, float* gradient) {
+  const Padded padded(values, brick);
+  const auto inside = [](int x, int y, int z) { return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8; };
+  const auto target = [&](int x, int y, int z) { return gradient + std::size_t(x * 64 + y * 8 + z) * values.width; };
+  for (int x = -1; x < 8; ++x)
+    for (int y = -1; y < 8; ++y)
+      for (int z = -1; z < 8; ++z) {
+        // A voxel of the layer below acts only through its one neighbour inside.
+        if ((x < 0) + (y < 0) + (z < 0) > 1) continue;
+        const float* self = padded.row[x + 1][y + 1][z + 1];
+        if (!self) continue;
+        const auto neighbour = [&](const float* p) { return p ? p : self; };
+        const float* nx = neighbour(padded.row[x + 2][y + 1][z + 1]);
+        const float* ny = neighbour(padded.row[x + 1][y + 2][z + 1]);
+        const float* nz = neighbour(padded.row[x + 1][y + 1][z + 2]);
+        for (int k = 0; k < values.width; k += 8) {
+          const auto term = tv_term(load<Eight>(self + k), load<Eight>(nx + k), load<Eight>(ny + k), load<Eight>(nz + k), 1e-10f, root);
+          const Eight w = load<Eight>(weight + k);
+          const auto add = [&](int cx, int cy, int cz, const Eight& d) {
+            if (!inside(cx, cy, cz)) return;
+            float* to = target(cx, cy, cz) + k;
+            store(to, load<Eight>(to) + w * d);
+          };
+          add(x, y, z, term.d_self);
+          if (nx != self) add(x + 1, y, z, term.d_x);
+          if (ny != self) add(x, y + 1, z, term.d_y);
+          if (nz != self) add(x, y, z + 1, term.d_z);
+        }
+      }
+}
+
+}  // namespace
+
+Learner::Learner(const Channels& values)
+    : gradient(values), m(values.values.size(), 0.0f), v(values.values.size(), 0.0f), rate(values.width, 0.0f), tv(values.width, 0.0f) {}
+
+void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale) {
+  const int width = values.width;
+  parallel_for(values.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    RowMask& touched = learner.gradient.touched[brick];
+    if (!touched.any()) return;
+    const std::size_t base = std::size_t(brick) * kBrickRows * width;
+    for (int x = 0; x < kBrick; ++x)
+      for (std::uint64_t bits = touched.word[x]; bits; bits &= bits - 1) {
+        const std::size_t row = base + std::size_t(x * 64 + std::countr_zero(bits)) * width;
+        for (int k = 0; k < width; k += 8) {
+          float* g = learner.gradient.values.values.data() + row + k;
+          float *m = learner.m.data() + row + k, *v = learner.v.data() + row + k, *p = values.values.data() + row + k;
+          Eight mm = load<Eight>(m), vv = load<Eight>(v), pp = load<Eight>(p);
+          const Eight rate = rate_scale * load<Eight>(learner.rate.data() + k);
+          adam_step(factors, rate, load<Eight>(g), mm, vv, pp, root, flush);
+          store(m, mm), store(v, vv), store(p, pp), store(g, Eight{});
+        }
+      }
+    touched = {};
+  });
+}
+
+void add_total_variation(const Channels& values, Learner& learner, float share, std::uint64_t draw) {
+  std::vector<float> weight(values.width);
+  bool any = false;
+  for (int k = 0; k < values.width; ++k) weight[k] = learner.tv[k] / share, any |= weight[k] > 0;
+  if (!any) return;
+  parallel_for(values.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    if (!chosen(draw, brick, share)) return;
+    brick_total_variation(values, brick, weight.data(), learner.gradient.values.row(std::size_t(brick) * kBrickRows));
+    learner.gradient.touched[brick].set_all();
+  });
+}
+
+void add_curve_length(const Channels& values, Learner& learner, int stored, bool pinned, float weight, float share, std::uint64_t draw) {
+  if (weight == 0) return;
+  parallel_for(values.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    if (!chosen(draw, brick, share)) return;
+    for (int i = 0; i < kBrickRows; ++i) {
+      const std::size_t row = std::size_t(brick) * kBrickRows + i;
+      const float* p = values.row(row);
+      float* g = learner.gradient.values.row(row);
+      for (int j = pinned ? -3 : 0; j + 3 < 3 * stored; ++j) {
+        const float step = p[j + 3] - (j < 0 ? 0.0f : p[j]);
+        const float d = 2 * weight / share * step;
+        g[j + 3] += d;
+        if (j >= 0) g[j] -= d;
+      }
+    }
+    learner.gradient.touched[brick].set_all();
+  });
+}
+
+}  // namespace splinevox

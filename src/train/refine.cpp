@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/train/refine.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/core/simd.hpp"
+#include "splinevox/field/brick_view.hpp"
+#include "splinevox/math/basis.hpp"
+
+namespace splinevox {
+
+TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells) {
+  std::vector<Int3> bricks;
+  Int3 b;
+  for (b.x = 0; b.x * kBrick < lattice.size.x; ++b.x)
+    for (b.y = 0; b.y * kBrick < lattice.size.y; ++b.y)
+      for (b.z = 0; b.z * kBrick < lattice.size.z; ++b.z) {
+        const Int3 first{b.x * kBrick - 1, b.y * kBrick - 1, b.z * kBrick - 1};
+        const Int3 lo = cells.cell_of(lattice.position(first)), hi = cells.cell_of(lattice.position(first + Int3{9, 9, 9}));
+        bool any = false;
+        for (int x = lo.x; x <= hi.x && !any; ++x)
+          for (int y = lo.y; y <= hi.y && !any; ++y)
+            for (int z = lo.z; z <= hi.z && !any; ++z) any = cells.test(cells.index({x, y, z}));
+        if (any) bricks.push_back(b);
+      }
+  return make_topology(lattice, std::move(bricks));
+}
+
+Channels resample(const Channels& from, TopologyPtr topology) {
+  using Eight = Simd<float>::Eight;
+  Channels out = make_channels(std::move(topology), from.width, from.row(0));
+  const BrickView<float> view(*from.topology);
+  const Topology& to = *out.topology;
+  parallel_for(to.brick_count(), [&](int index) {
+    const int b = index + 1;
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Int3 brick = to.bricks[b];
+      const Vec3 x = to.lattice.position({brick.x * kBrick + (i >> 6), brick.y * kBrick + (i >> 3 & 7), brick.z * kBrick + (i & 7)});
+      Vec3 f;
+      int base[3];
+      for (int a = 0; a < 3; ++a) {
+        const float u = view.coordinate(x[a], a);
+        base[a] = int(u);
+        f[a] = u - float(base[a]);
+      }
+      const CellRows rows = view.rows(view.cell(base[0], base[1], base[2]));
+      float w[kCorners];
+      trilinear_weights(f, w);
+      float* row = out.row(std::size_t(b) * kBrickRows + i);
+      for (int k = 0; k < out.width; k += 8) {
+        Eight sum{};
+        for (int c = 0; c < kCorners; ++c) sum += w[c] * load<Eight>(from.row(rows.row[c]) + k);
+        store(row + k, sum);
+      }
+    }
+  });
+  return out;
+}
+
+int motion_width(const MotionField& motion) { return (3 * motion.stored_points() + 1 + 7) / 8 * 8; }
+
+void elevate(MotionField& motion) {
+  MotionField next = motion;
+  next.points = motion.points + 1;
+  const int width = motion_width(next), pinned = motion.points - motion.stored_points();
+  for (Channels& level : next.levels) {
+    const Channels old = std::move(level);
+    const std::vector<float> zero(width, 0.0f);
+    level = make_channels(old.topology, width, zero.data());
+    for (std::size_t r = 0; r < old.topology->rows(); ++r) {
+      for (int a = 0; a < 3; ++a) {
+        float in[kMaxPoints + 1] = {}, out[kMaxPoints + 1];
+        for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[3 * (k - pinned) + a];
+        elevate_bezier(motion.points, in, out);
+        for (int k = pinned; k < next.points; ++k) level.row(r)[3 * (k - pinned) + a] = out[k];
+      }
+      level.row(r)[next.rigidity_column()] = old.row(r)[motion.rigidity_column()];
+    }
+  }
+  motion = std::move(next);
+}
+
+}  // namespace splinevox

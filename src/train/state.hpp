@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "splinevox/train/archive.hpp"
+#include "splinevox/train/batch.hpp"
+#include "splinevox/train/engine.hpp"
+#include "splinevox/train/hull.hpp"
+#include "splinevox/train/optimiser.hpp"
+#include "splinevox/train/refine.hpp"
+#include "splinevox/train/trainer.hpp"
+
+namespace splinevox {
+
+/// Parameters and everything else a run carries from step to step.
+struct Trainer::State {
+  State(const Config& config, const Split& train, const TimeMap& time_map);
+
+  const Config config;
+  const Split& train;
+  SceneBounds bounds;
+  float edge;                        ///< longest edge of the box, scene units: the unit of lr_control
+  BatchSampler sampler;
+  std::unique_ptr<Engine> engine;
+
+  VoxelModel model;                  ///< motion.levels: the sum of the active levels
+  Learner radiance;
+  std::vector<Channels> levels;      ///< active motion levels, coarse to fine; the learned parameters
+  std::vector<Learner> level_learners;
+  Gradient motion_gradient;          ///< of the summed level
+  std::vector<BitGrid> occupancy;    ///< per training frame; empty: the hull stands for all
+
+  std::int64_t step = 0;
+  int stage = -1;                    ///< radiance stage
+  int elevations = 0;                ///< degree elevations done
+  double seconds_before = 0;         ///< of earlier sessions and of loading
+  PhaseSeconds phases;
+  Batch batch;
+
+  /// Brings lattices, levels and degree to what the progress asks for. True if anything changed.
+  bool refine(double progress);
+  /// model.motion.levels = sum of the active levels.
+  void collapse_levels();
+  void refresh_occupancy();
+  void set_rates();
+  void archive(Archive& a);
+
+ private:
+  void start_radiance();
+  void refine_radiance(int cells);
+  void add_level(int cells);
+  BitGrid swept() const;
+};
+
+}  // namespace splinevox

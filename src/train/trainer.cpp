@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/train/trainer.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/core/rng.hpp"
+#include "state.hpp"
+
+namespace splinevox {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Cosine from 1 to `end` over progress 0..1, exact at both ends.
+double cosine(double progress, double end) {
+  if (progress >= 1) return end;
+  return end + (1 - end) * 0.5 * (1 + std::cos(std::numbers::pi * progress));
+}
+
+/// Gradient of the summed level -> gradients of the levels: the finest takes it as it is, each coarser one the transpose of its
+/// prolongation. A row of a coarse level is touched when anything non-zero arrives.
+void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
+  Learner& finest = learners.back();
+  std::swap(finest.gradient.values.values, sum.values.values);
+  std::swap(finest.gradient.touched, sum.touched);
+  for (std::size_t l = learners.size() - 1; l > 0; --l) {
+    const Channels& fine = learners[l].gradient.values;
+    Gradient& coarse = learners[l - 1].gradient;
+    parallel_for(coarse.values.topology->brick_count(), [&](int index) {
+      const int b = index + 1;
+      restrict_brick(fine, coarse.values, b);
+      for (int i = 0; i < kBrickRows; ++i) {
+        const float* row = coarse.values.row(std::size_t(b) * kBrickRows + i);
+        if (std::any_of(row, row + coarse.values.width, [](float g) { return g != 0; })) coarse.touched[b].set(i);
+      }
+    });
+  }
+}
+
+}  // namespace
+
+Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used) {
+  validate(config);
+  const auto start = Clock::now();
+  state_ = std::make_unique<State>(config, train, time_map);
+  state_->refine(0);
+  state_->seconds_before = seconds_used + since(start);
+}
+
+Trainer::~Trainer() = default;
+
+namespace {
+double progress_of(const Config& config, std::int64_t step, double seconds) {
+  double p = 0;
+  if (config.run.max_time > 0) p = std::max(p, seconds / config.run.max_time);
+  if (config.run.max_steps > 0) p = std::max(p, double(step) / config.run.max_steps);
+  return std::min(p, 1.0);
+}
+}  // namespace
+
+bool Trainer::done() const { return progress_of(state_->config, state_->step, state_->seconds_before) >= 1; }
+
+StepReport Trainer::step() {
+  State& s = *state_;
+  const Config& c = s.config;
+  auto clock = Clock::now();
+  const auto lap = [&](double& phase) {
+    const auto now = Clock::now();
+    const double seconds = std::chrono::duration<double>(now - clock).count();
+    phase += seconds, s.seconds_before += seconds;
+    clock = now;
+  };
+  StepReport report;
+  const double progress = progress_of(c, s.step, s.seconds_before);
+  report.stage_changed = s.refine(progress);
+  lap(s.phases.refine);
+  if (s.step > 0 && s.step % c.sampling.occupancy_every == 0 && !report.stage_changed) s.refresh_occupancy();
+  lap(s.phases.occupancy);
+
+  s.collapse_levels();
+  s.sampler.draw(s.step, s.model.step, s.batch);
+  std::vector<double> times;
+  std::vector<const BitGrid*> occupancy;
+  for (const int f : s.batch.frames) {
+    times.push_back(s.train.frames[f].time);
+    occupancy.push_back(s.occupancy.empty() ? &s.bounds.hull : s.occupancy.size() == 1 ? &s.occupancy[0] : &s.occupancy[f]);
+  }
+  lap(s.phases.slices);
+
+  const double ramp = c.loss.ramp ? std::pow(0.01, 1 - progress) : 1.0;
+  MotionLoss<float> losses;
+  losses.offset = float(c.loss.offset * ramp), losses.offset_rigidity = c.loss.offset_rigidity;
+  losses.offset_softening = 1e-4f * s.model.step;
+  losses.divergence = float(c.loss.divergence * ramp);
+  losses.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
+  const std::uint64_t draw = hash64(c.run.seed ^ hash64(std::uint64_t(s.step)));
+  const PassResult pass = s.engine->run(s.model, s.model.step, c.sampling.stop, s.batch, times, occupancy, losses, draw,
+                                        s.radiance.gradient, s.motion_gradient);
+  clock = Clock::now();
+  s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;
+  s.seconds_before += pass.slice_seconds + pass.ray_seconds + pass.scatter_seconds;
+
+  if (!s.levels.empty()) spread_motion_gradient(s.motion_gradient, s.level_learners);
+  lap(s.phases.slices);
+  add_total_variation(s.model.radiance.raw, s.radiance, c.loss.tv_share, draw);
+  const MotionField& motion = s.model.motion;
+  for (std::size_t l = 0; l < s.levels.size(); ++l) {
+    add_total_variation(s.levels[l], s.level_learners[l], c.loss.tv_share, draw + 1 + l);
+    add_curve_length(s.levels[l], s.level_learners[l], motion.stored_points(), motion.stored_points() < motion.points,
+                     c.loss.curve_length, c.loss.tv_share, draw + 1 + l);
+  }
+  lap(s.phases.regularise);
+
+  ++s.step;
+  const double beta1 = c.optimiser.kind == OptimiserKind::adam ? c.optimiser.beta1 : 0.0;
+  const MomentFactors factors = moment_factors(beta1, c.optimiser.beta2, c.optimiser.epsilon, double(s.step));
+  update(s.model.radiance.raw, s.radiance, factors, float(cosine(progress, c.optimiser.final_radiance)));
+  for (std::size_t l = 0; l < s.levels.size(); ++l)
+    update(s.levels[l], s.level_learners[l], factors, float(cosine(progress, c.optimiser.final_motion)));
+  lap(s.phases.update);
+
+  report.step = s.step;
+  report.seconds = s.seconds_before;
+  report.progress = progress_of(c, s.step, s.seconds_before);
+  report.rays = std::int64_t(s.batch.rays.size());
+  report.samples = pass.samples;
+  report.loss = (pass.squared_error + pass.motion_loss) / double(s.batch.rays.size());
+  report.psnr = -10 * std::log10(std::max(1e-10, pass.squared_error / (3.0 * double(s.batch.rays.size()))));
+  return report;
+}
+
+VoxelModel Trainer::model() const {
+  state_->collapse_levels();
+  return state_->model;
+}
+
+PhaseSeconds Trainer::phases() const { return state_->phases; }
+
+std::vector<char> Trainer::save() const {
+  Archive archive;
+  state_->archive(archive);
+  return archive.take();
+}
+
+void Trainer::restore(const std::vector<char>& bytes) {
+  Archive archive(bytes);
+  state_->archive(archive);
+}
+
+}  // namespace splinevox
