@@ -52,7 +52,7 @@ class Guard {
   struct Level {
     bool array = false;
     std::size_t done = 0;  ///< elements of the array that are complete
-    std::string key;       ///< the object's latest key
+    std::string key;       ///< the object's field whose value is being read
     std::set<std::string> keys;
   };
 
@@ -68,7 +68,9 @@ class Guard {
             "remove one of the two"});
   }
   void element_done() {
-    if (!levels_.empty()) ++levels_.back().done;
+    if (levels_.empty()) return;
+    ++levels_.back().done;
+    levels_.back().key.clear();
   }
 
   std::string where_;

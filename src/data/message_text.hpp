@@ -7,7 +7,7 @@
 /// How text from the user's files appears in messages: one line, printable, of bounded length.
 namespace splinevox::data {
 
-/// Control characters as \xNN, at most 120 bytes and then "...".
+/// Control characters and bytes that are no UTF-8 as \xNN; about 120 bytes at most, then "...".
 std::string printable(std::string_view text);
 /// printable() in single quotes.
 std::string in_quotes(std::string_view text);

@@ -67,7 +67,8 @@ void note_times(const RawSplit& split, const TimeMap& map, std::vector<std::stri
   std::sort(times.begin(), times.end());
   const auto distinct = std::size_t(std::unique(times.begin(), times.end()) - times.begin());
   if (distinct < n && map.scale != 0)
-    notes.push_back(split.name + ": " + count_of(n, n) + " share " + std::to_string(distinct) + " distinct times");
+    notes.push_back(split.name + ": " + std::to_string(n) + " frames share " + std::to_string(distinct) +
+                    " distinct times");
 }
 
 }  // namespace splinevox::data

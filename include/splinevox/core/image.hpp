@@ -26,6 +26,7 @@ struct Image16 {
   int width = 0, height = 0;
   std::vector<std::uint16_t> rgba;  ///< [height * width * 4]
 
+  std::size_t pixels() const { return std::size_t(width) * height; }
   const std::uint16_t* pixel(int x, int y) const { return rgba.data() + (std::size_t(y) * width + x) * 4; }
 };
 

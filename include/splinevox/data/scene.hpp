@@ -44,8 +44,8 @@ struct Dataset {
 
 struct LoadOptions {
   int downscale = 1;                      ///< KxK blocks of the stored straight RGBA are averaged, >= 1
-  std::vector<std::string> splits;        ///< which to read; empty = all that exist
-  std::optional<TimeMap> time_map;        ///< the run's map; absent = take it from the train split
+  std::vector<std::string> splits = {};   ///< which to read; empty = all that exist
+  std::optional<TimeMap> time_map = {};   ///< the run's map; absent = take it from the train split
 };
 
 /// Reads a data set folder: transforms_{train,val,test}.json of NeRF and D-NeRF with PNGs, checked once and

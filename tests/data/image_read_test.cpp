@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/data/image_read.hpp"
+
+#include <doctest/doctest.h>
+
+#include <array>
+#include <fstream>
+#include <random>
+
+#include "data/expect_error.hpp"
+#include "support/tiny_dataset.hpp"
+
+namespace {
+
+using namespace splinevox;
+using namespace splinevox::test;
+using Pixel = std::array<int, 4>;
+
+Pixel pixel_of(const Image16& image, int x, int y) {
+  const std::uint16_t* p = image.pixel(x, y);
+  return {p[0], p[1], p[2], p[3]};
+}
+
+Image16 round_trip(const TempFolder& folder, const TinyPng& png) {
+  write_png(folder.path() / "a.png", png);
+  return read_png(folder.path() / "a.png");
+}
+
+TEST_SUITE("data/image_read") {
+  TEST_CASE("8-bit RGBA becomes 257 v, straight: colour under alpha is kept as stored") {
+    const TempFolder folder;
+    const Image16 image = round_trip(folder, {2, 1, 8, PngKind::rgba, {200, 100, 50, 128, 255, 1, 7, 0}});
+    CHECK(image.width == 2);
+    CHECK(image.height == 1);
+    CHECK(pixel_of(image, 0, 0) == Pixel{200 * 257, 100 * 257, 50 * 257, 128 * 257});
+    CHECK(pixel_of(image, 1, 0) == Pixel{65535, 257, 7 * 257, 0});
+  }
+
+  TEST_CASE("16-bit RGBA keeps every bit") {
+    const TempFolder folder;
+    const Image16 image =
+        round_trip(folder, {1, 1, 16, PngKind::rgba, {0x12, 0x34, 0xff, 0xfe, 0x00, 0x01, 0x80, 0x00}});
+    CHECK(pixel_of(image, 0, 0) == Pixel{0x1234, 0xfffe, 1, 0x8000});
+  }
+
+  TEST_CASE("pictures without alpha are opaque") {
+    const TempFolder folder;
+    CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::rgb, {1, 2, 3}}), 0, 0) == Pixel{257, 514, 771, 65535});
+    CHECK(pixel_of(round_trip(folder, {1, 1, 16, PngKind::rgb, {1, 2, 3, 4, 5, 6}}), 0, 0) ==
+          Pixel{0x0102, 0x0304, 0x0506, 65535});
+    CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::grey, {9}}), 0, 0) == Pixel{2313, 2313, 2313, 65535});
+    CHECK(pixel_of(round_trip(folder, {1, 1, 16, PngKind::grey, {9, 8}}), 0, 0) ==
+          Pixel{0x0908, 0x0908, 0x0908, 65535});
+  }
+
+  TEST_CASE("grey of fewer bits spans the whole range") {
+    const TempFolder folder;
+    const Image16 one = round_trip(folder, {2, 1, 1, PngKind::grey, {0x40}});
+    CHECK(pixel_of(one, 0, 0) == Pixel{0, 0, 0, 65535});
+    CHECK(pixel_of(one, 1, 0) == Pixel{65535, 65535, 65535, 65535});
+    const Image16 four = round_trip(folder, {2, 1, 4, PngKind::grey, {0x5f}});
+    CHECK(pixel_of(four, 0, 0) == Pixel{0x5555, 0x5555, 0x5555, 65535});
+    CHECK(pixel_of(four, 1, 0) == Pixel{65535, 65535, 65535, 65535});
+  }
+
+  TEST_CASE("grey with alpha, and colour keys, give alpha") {
+    const TempFolder folder;
+    CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::grey_alpha, {10, 20}}), 0, 0) ==
+          Pixel{2570, 2570, 2570, 5140});
+    const Image16 keyed = round_trip(folder, {2, 1, 8, PngKind::rgb, {1, 2, 3, 4, 5, 6}, {}, {0, 1, 0, 2, 0, 3}});
+    CHECK(pixel_of(keyed, 0, 0)[3] == 0);
+    CHECK(pixel_of(keyed, 1, 0) == Pixel{1028, 1285, 1542, 65535});
+  }
+
+  TEST_CASE("a palette is looked up, with its alpha") {
+    const TempFolder folder;
+    const Image16 image = round_trip(folder, {2, 1, 8, PngKind::palette, {1, 0}, {10, 20, 30, 40, 50, 60}, {255, 77}});
+    CHECK(pixel_of(image, 0, 0) == Pixel{40 * 257, 50 * 257, 60 * 257, 77 * 257});
+    CHECK(pixel_of(image, 1, 0) == Pixel{10 * 257, 20 * 257, 30 * 257, 65535});
+  }
+
+  TEST_CASE("the area filter averages each channel for itself and rounds to the nearest") {
+    Image16 image{2, 2, {10, 0, 0, 65535, 20, 0, 0, 0, 30, 0, 0, 0, 41, 3, 0, 65535}};
+    const Image16 small = area_downscale(image, 2);
+    CHECK(small.width == 1);
+    CHECK(small.height == 1);
+    CHECK(pixel_of(small, 0, 0) == Pixel{25, 1, 0, 32768});
+    CHECK(area_downscale(image, 1).rgba == image.rgba);
+  }
+
+  TEST_CASE("blocks of the area filter do not mix") {
+    Image16 image{4, 2, {}};
+    for (int y = 0; y < 2; ++y)
+      for (int x = 0; x < 4; ++x)
+        for (int c = 0; c < 4; ++c) image.rgba.push_back(std::uint16_t(x < 2 ? 1000 : 3000));
+    const Image16 small = area_downscale(image, 2);
+    CHECK(pixel_of(small, 0, 0) == Pixel{1000, 1000, 1000, 1000});
+    CHECK(pixel_of(small, 1, 0) == Pixel{3000, 3000, 3000, 3000});
+  }
+
+  TEST_CASE("every truncation of a PNG is an error that names the file") {
+    const TempFolder folder;
+    const Bytes whole = png_bytes(flat_png(5, 3));
+    const auto path = folder.path() / "cut.png";
+    for (std::size_t n = 0; n < whole.size(); ++n) {
+      CAPTURE(n);
+      write_bytes(path, Bytes(whole.begin(), whole.begin() + std::ptrdiff_t(n)));
+      expect_error([&] { read_png(path); }, {"cut.png: the image is"});
+    }
+    write_bytes(path, whole);
+    CHECK(read_png(path).pixels() == 15);
+  }
+
+  TEST_CASE("damaged bytes give an error or a whole picture, never a crash") {
+    const TempFolder folder;
+    const Bytes whole = png_bytes({4, 4, 8, PngKind::palette, Bytes(16, 1), {1, 2, 3, 4, 5, 6}, {9}});
+    const auto path = folder.path() / "mutant.png";
+    std::mt19937 random(7);
+    int refused = 0;
+    for (int trial = 0; trial < 2000; ++trial) {
+      Bytes bytes = whole;
+      for (unsigned k = 0; k < 1 + trial % 3u; ++k) bytes[random() % bytes.size()] = std::uint8_t(random());
+      write_bytes(path, bytes);
+      try {
+        const Image16 image = read_png(path);
+        CHECK(image.rgba.size() == image.pixels() * 4);
+      } catch (const Error&) {
+        ++refused;
+      }
+    }
+    CHECK(refused > 1500);
+  }
+
+  TEST_CASE("what is no PNG is named") {
+    const TempFolder folder;
+    const auto path = folder.path() / "x.png";
+    write_bytes(path, {0xff, 0xd8, 0xff, 0xe0, 0, 0});
+    expect_error([&] { read_png(path); }, {"x.png: the image is not a PNG", "got:      a JPEG"});
+    write_bytes(path, {});
+    expect_error([&] { read_png(path); }, {"not a PNG", "an empty file"});
+    expect_error([&] { read_png(folder.path()); }, {"this is not a file", "a folder"});
+    expect_error([&] { read_png(folder.path() / "none.png"); }, {"none.png: the file does not exist"});
+  }
+
+  TEST_CASE("a header that claims too much is refused before anything is allocated") {
+    const TempFolder folder;
+    const auto path = folder.path() / "bomb.png";
+    const auto refuse = [&](std::uint32_t w, std::uint32_t h, int bits, const std::string& part) {
+      CAPTURE(w);
+      CAPTURE(h);
+      write_bytes(path, png_header(w, h, bits, PngKind::rgba));
+      expect_error([&] { read_png(path); }, {"bomb.png", part});
+      expect_error([&] { read_png_header(path); }, {"bomb.png", part});
+    };
+    refuse(100000, 100000, 8, "size is out of range");
+    refuse(65537, 1, 8, "size is out of range");
+    refuse(0, 5, 8, "size is out of range");
+    refuse(5, 0, 8, "size is out of range");
+    refuse(0xffffffffu, 1, 8, "size is out of range");
+    refuse(65536, 65536, 8, "size is out of range");
+    refuse(16384, 16384, 8, "claims more pixels than its file can hold");
+    refuse(4, 4, 3, "the image is damaged");
+    write_bytes(path, png_header(4, 4, 16, PngKind::palette));
+    expect_error([&] { read_png(path); }, {"the image is damaged", "type 3 with 16 bits"});
+  }
+
+  TEST_CASE("the caller may name the file for the message") {
+    expect_error([] { read_png("/nowhere/a.png", "scene/a.png (train, frame 3)"); },
+                 {"scene/a.png (train, frame 3): the file does not exist"});
+  }
+}
+
+}  // namespace
