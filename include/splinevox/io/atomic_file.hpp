@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+namespace splinevox {
+
+/// Size and XXH64 of a file: what a manifest records of it.
+struct FileDigest {
+  std::uint64_t size = 0;  ///< bytes
+  std::uint64_t hash = 0;
+  friend bool operator==(const FileDigest&, const FileDigest&) = default;
+};
+
+/// Writes a whole file, or leaves what was there untouched: a temporary file beside it, fsync, rename, fsync of the folder.
+/// Whoever reads `path` at any moment, also after a crash or a power cut, finds the old bytes or the new ones.
+///
+/// @param parts     the bytes, in order; they are not copied.
+/// @param previous  if not empty and `path` exists, the old file is kept under this name in the same folder; there is no
+///                  moment without a file at `path`.
+/// Throws Error (Fault::output) naming the file and the system's reason (full disk, permission, missing folder); the
+/// temporary file is removed. A process that wants this instead of a signal when it meets a file size limit must ignore
+/// SIGXFSZ.
+FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
+                      const std::string& previous = "");
+
+/// Reads a whole file. Throws Error (Fault::input) if it cannot be read or is larger than `max_bytes`.
+std::string read_file(const std::string& path, std::uint64_t max_bytes = std::uint64_t(8) << 30);
+
+/// Size and hash of a file on disk. Throws Error (Fault::input) if it cannot be read.
+FileDigest digest_file(const std::string& path);
+
+}  // namespace splinevox

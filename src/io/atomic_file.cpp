@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/io/atomic_file.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <vector>
+
+#include "io/hash.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox {
+namespace {
+
+/// A file descriptor that closes itself.
+class Handle {
+ public:
+  Handle(const std::string& path, int flags) {
+    do fd_ = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
+    while (fd_ < 0 && errno == EINTR);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  ~Handle() { close(); }
+  int get() const { return fd_; }
+  bool ok() const { return fd_ >= 0; }
+  bool close() {
+    const int fd = fd_;
+    fd_ = -1;
+    return fd < 0 || ::close(fd) == 0;
+  }
+
+ private:
+  int fd_ = -1;
+};
+
+bool write_all(int fd, std::string_view bytes) {
+  while (!bytes.empty()) {
+    // Linux writes at most 2^31 - 4096 bytes per call.
+    const ssize_t n = ::write(fd, bytes.data(), std::min<std::size_t>(bytes.size(), std::size_t(1) << 30));
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    bytes.remove_prefix(std::size_t(n));
+  }
+  return true;
+}
+
+std::string hint_for(int reason) {
+  if (reason == ENOSPC || reason == EDQUOT) return "free space on this disk, or choose another output folder";
+  if (reason == EFBIG) return "raise the file size limit (ulimit -f)";
+  if (reason == EACCES || reason == EPERM || reason == EROFS) return "choose a folder that you may write to";
+  return "";
+}
+
+[[noreturn]] void fail_write(const std::string& path, int reason, std::uint64_t bytes) {
+  fail_output({.where = path,
+               .what = "could not be written",
+               .expected = "room and permission for " + std::to_string(bytes) + " bytes",
+               .got = std::strerror(reason),
+               .hint = hint_for(reason)});
+}
+
+[[noreturn]] void fail_read(const std::string& path, int reason) {
+  fail({.where = path, .what = "could not be read", .got = std::strerror(reason)});
+}
+
+/// Gives `path` the second name `previous`, replacing what had it; falls back to a move where links are not supported.
+bool keep_previous(const std::string& path, const std::string& previous) {
+  const std::string link = previous + ".tmp";
+  ::unlink(link.c_str());
+  if (::link(path.c_str(), link.c_str()) == 0) return ::rename(link.c_str(), previous.c_str()) == 0;
+  if (errno == ENOENT) return true;
+  return ::rename(path.c_str(), previous.c_str()) == 0;
+}
+
+bool sync_folder(const std::string& path) {
+  const std::filesystem::path parent = std::filesystem::path(path).parent_path();
+  const Handle folder(parent.empty() ? "." : parent.string(), O_RDONLY | O_DIRECTORY);
+  // Some file systems refuse fsync on a folder (EINVAL); they order renames themselves.
+  return folder.ok() && (::fsync(folder.get()) == 0 || errno == EINVAL);
+}
+
+template <class Piece>
+void read_pieces(const std::string& path, std::uint64_t max_bytes, const Piece& piece) {
+  Handle file(path, O_RDONLY);
+  struct stat info {};
+  if (!file.ok() || ::fstat(file.get(), &info) != 0) fail_read(path, errno);
+  if (S_ISDIR(info.st_mode)) fail_read(path, EISDIR);
+  if (std::uint64_t(info.st_size) > max_bytes)
+    fail({.where = path,
+          .what = "is too large",
+          .expected = "at most " + std::to_string(max_bytes) + " bytes",
+          .got = std::to_string(info.st_size) + " bytes"});
+  std::vector<char> buffer(std::size_t(1) << 16);
+  std::uint64_t total = 0;
+  for (;;) {
+    const ssize_t n = ::read(file.get(), buffer.data(), buffer.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) fail_read(path, errno);
+    if (n == 0) return;
+    total += std::uint64_t(n);
+    if (total > max_bytes) fail({.where = path, .what = "grew while it was read"});
+    piece(std::string_view(buffer.data(), std::size_t(n)), std::uint64_t(info.st_size));
+  }
+}
+
+}  // namespace
+
+FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts, const std::string& previous) {
+  FileDigest digest;
+  Hash64 hash;
+  for (const std::string_view part : parts) hash.add(part), digest.size += part.size();
+  digest.hash = hash.value();
+
+  const std::string temporary = path + ".tmp";
+  Handle file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+  if (!file.ok()) fail_write(path, errno, digest.size);
+  bool ok = true;
+  for (const std::string_view part : parts) ok = ok && write_all(file.get(), part);
+  ok = ok && ::fsync(file.get()) == 0;
+  ok = ok && file.close();
+  ok = ok && (previous.empty() || keep_previous(path, previous));
+  ok = ok && ::rename(temporary.c_str(), path.c_str()) == 0;
+  if (!ok) {
+    const int reason = errno;
+    ::unlink(temporary.c_str());
+    fail_write(path, reason, digest.size);
+  }
+  if (!sync_folder(path)) fail_write(path, errno, digest.size);
+  return digest;
+}
+
+std::string read_file(const std::string& path, std::uint64_t max_bytes) {
+  std::string bytes;
+  read_pieces(path, max_bytes, [&](std::string_view piece, std::uint64_t size) {
+    bytes.reserve(std::size_t(size));
+    bytes.append(piece);
+  });
+  return bytes;
+}
+
+FileDigest digest_file(const std::string& path) {
+  FileDigest digest;
+  Hash64 hash;
+  read_pieces(path, ~std::uint64_t(0), [&](std::string_view piece, std::uint64_t) {
+    hash.add(piece);
+    digest.size += piece.size();
+  });
+  digest.hash = hash.value();
+  return digest;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/io/checkpoint.hpp"
+
+#include <doctest/doctest.h>
+
+#include <cstring>
+#include <random>
+
+#include "io/scratch.hpp"
+#include "splinevox/core/error.hpp"
+
+using namespace splinevox;
+using test::FileSizeLimit, test::Scratch, test::slurp, test::spit;
+
+namespace {
+
+std::vector<char> noise(std::size_t n, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<char> bytes(n);
+  for (char& b : bytes) b = char(random());
+  return bytes;
+}
+
+const CheckpointHeader kHeader{3, 0x0123456789abcdefull, 42, 1700, "trainer"};
+
+std::string message_of(const std::string& path) {
+  try {
+    read_checkpoint(path);
+  } catch (const Error& e) {
+    CHECK(e.fault == Fault::input);
+    return e.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST_SUITE("io/checkpoint") {
+  TEST_CASE("what is written is read back bit for bit, and the one before is kept") {
+    const Scratch scratch;
+    const std::string path = scratch.path("checkpoint.bin");
+    for (const std::size_t size : {std::size_t(0), std::size_t(1), std::size_t(100003)}) {
+      CAPTURE(size);
+      const auto bytes = noise(size, 7);
+      const FileDigest digest = write_checkpoint(path, kHeader, bytes);
+      CHECK(digest == digest_file(path));
+      const Checkpoint back = read_checkpoint(path);
+      CHECK(back.header == kHeader);
+      CHECK(back.bytes == bytes);
+      CHECK(back.note.empty());
+    }
+    CHECK(read_checkpoint(path + ".prev").bytes == noise(1, 7));
+    CHECK(scratch.count() == 2);  // no temporary file stays
+  }
+
+  TEST_CASE("every truncation and every flipped byte is found") {
+    const Scratch scratch;
+    const std::string path = scratch.path("c");
+    write_checkpoint(path, kHeader, noise(300, 1));
+    const std::string good = slurp(path);
+    for (std::size_t n = 0; n < good.size(); ++n) {
+      CAPTURE(n);
+      spit(path, good.substr(0, n));
+      CHECK_THROWS_AS(read_checkpoint(path), Error);
+      std::string flipped = good;
+      flipped[n] = char(flipped[n] ^ (1 << n % 8));
+      spit(path, flipped);
+      CHECK_THROWS_AS(read_checkpoint(path), Error);
+    }
+    spit(path, good + "x");
+    CHECK_THROWS_AS(read_checkpoint(path), Error);
+  }
+
+  TEST_CASE("a damaged checkpoint is replaced by the one before, which is said") {
+    const Scratch scratch;
+    const std::string path = scratch.path("c");
+    CheckpointHeader later = kHeader;
+    later.step = 1800;
+    write_checkpoint(path, kHeader, noise(50, 1));
+    write_checkpoint(path, later, noise(50, 2));
+    spit(path, slurp(path).substr(0, 60));
+    const Checkpoint back = read_checkpoint(path);
+    CHECK(back.header == kHeader);
+    CHECK(back.bytes == noise(50, 1));
+    CHECK(back.note == path + " is damaged or not complete (another one); the one before it, " + path +
+                           ".prev at step 1700, is used instead");
+    std::filesystem::remove(path);
+    CHECK(read_checkpoint(path).note.find("could not be read (No such file or directory)") != std::string::npos);
+  }
+
+  TEST_CASE("messages name the file and what is wrong") {
+    const Scratch scratch;
+    const std::string path = scratch.path("c");
+    CHECK(message_of(path) == path + ": could not be read\n  got:      No such file or directory");
+    spit(path, "PK\3\4 something else entirely, long enough for a header of ours, which this is not at all");
+    CHECK(message_of(path) == path + ": is not a checkpoint of splinevox\n  expected: a file that begins with SPVXCKPT\n"
+                                     "  got:      other bytes");
+  }
+
+  TEST_CASE("a newer version is refused, even with an older one beside it") {
+    const Scratch scratch;
+    const std::string path = scratch.path("c"), inner = scratch.path("inner");
+    write_checkpoint(path, kHeader, noise(9, 1));
+    write_checkpoint(path, kHeader, noise(9, 2));
+    // A whole file of version 9: the same frame with another number, sealed by its own checksum. The checksum of a
+    // checkpoint is that of its bytes, so the digest of a file with those bytes gives it.
+    std::string newer = slurp(path);
+    newer.resize(newer.size() - 8);
+    newer[8] = 9;
+    spit(inner, newer);
+    const std::uint64_t hash = digest_file(inner).hash;
+    newer.append(reinterpret_cast<const char*>(&hash), 8);
+    spit(path, newer);
+    CHECK(message_of(path) == path + ": was written by a newer version of splinevox\n"
+                                     "  expected: checkpoint version 1 or older\n  got:      9\n"
+                                     "  try:      resume with the version that wrote it, or train into another folder");
+  }
+
+  TEST_CASE("a disk that fills up at any byte leaves the old checkpoint and no rubbish") {
+    const Scratch scratch;
+    const std::string path = scratch.path("c");
+    write_checkpoint(path, kHeader, noise(4000, 1));
+    const std::string good = slurp(path);
+    for (std::size_t room = 0; room < good.size(); room += 61) {
+      CAPTURE(room);
+      {
+        const FileSizeLimit limit(room);
+        CHECK_THROWS_AS(write_checkpoint(path, kHeader, noise(4000, 2)), Error);
+      }
+      CHECK(slurp(path) == good);
+      CHECK(scratch.count() == 1);
+    }
+  }
+
+  TEST_CASE("an output folder that is missing or not a folder is named") {
+    const Scratch scratch;
+    const std::string path = scratch.path("missing/c");
+    try {
+      write_checkpoint(path, kHeader, {});
+      FAIL("written into a missing folder");
+    } catch (const Error& e) {
+      CHECK(e.fault == Fault::output);
+      CHECK(std::string(e.what()).find(path + ": could not be written") == 0);
+      CHECK(e.problem.got == "No such file or directory");
+    }
+  }
+}
