@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "app/command.hpp"
+#include "app/evaluate.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/math/metrics.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::app {
+namespace {
+
+struct EvalOptions {
+  std::string run, data, split = "test", images;
+  int threads = 0;
+  bool json = false;
+};
+
+/// The figures of a split into the run: those of the test split join what training left in metrics.json, others get a
+/// file of their own.
+void save(const Run& run, const Json& result) {
+  const std::string split = result["split"];
+  std::string path = run.path + "/metrics.json";
+  Json metrics = Json::object();
+  if (split != "test")
+    path = fmt::format("{}/metrics_{}.json", run.path, split);
+  else if (fs::exists(path))
+    metrics = read_json(path);
+  if (!metrics.is_object()) metrics = Json::object();
+  Json merged = result;  // the figures of interest first
+  for (const auto& [key, value] : metrics.items())
+    if (!merged.contains(key)) merged[key] = value;
+  write_file(path, {merged.dump(2) + "\n"});
+}
+
+int evaluate(const EvalOptions& o) {
+  const Run run = open_run(o.run);
+  const Dataset data = open_split(run, o.data, o.split);
+  if (!o.images.empty()) probe_output_folder(o.images);
+  if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
+  Json frames = Json::array();
+  std::vector<double> psnrs;
+  double ssim_sum = 0, ms_ssim_sum = 0, seconds = 0;
+  for (const Frame& frame : data.find(o.split)->frames) {
+    const auto start = std::chrono::steady_clock::now();
+    const View v = evaluate_view(run, frame);
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    psnrs.push_back(v.psnr);
+    ssim_sum += v.ssim;
+    ms_ssim_sum += v.ms_ssim;
+    frames.push_back({{"name", frame.name},
+                      {"time", frame.time},
+                      {"psnr", capped_psnr(v.psnr)},
+                      {"ssim", v.ssim},
+                      {"ms_ssim", v.ms_ssim}});
+    if (!o.json)
+      fmt::print("{:<16} {:>7.4f} {:>8.3f} {:>8.4f} {:>8.4f}\n", frame.name, frame.time, v.psnr, v.ssim, v.ms_ssim),
+          std::fflush(stdout);
+    if (!o.images.empty()) save_view(run, v, frame, o.images);
+  }
+  const double n = double(frames.size());
+  const Json result{{"psnr", mean_psnr(psnrs)},
+                    {"ssim", ssim_sum / n},
+                    {"ms_ssim", ms_ssim_sum / n},
+                    {"split", o.split},
+                    {"frames", frames},
+                    {"eval_seconds", seconds},
+                    {"eval_data", fs::absolute(data.path).lexically_normal().string()}};
+  save(run, result);
+  if (o.json)
+    fmt::print("{}\n", result.dump(2));
+  else
+    fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", result["psnr"].get<double>(),
+               ssim_sum / n, ms_ssim_sum / n, frames.size());
+  return 0;
+}
+
+}  // namespace
+
+Action eval_command(CLI::App& verb) {
+  auto o = std::make_shared<EvalOptions>();
+  verb.add_option("RUN", o->run, "the run to measure")->required();
+  verb.add_option("--data", o->data, "the data set, if not the run's own or no longer where it was");
+  verb.add_option("--split", o->split, "test, val or train")->capture_default_str();
+  verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
+  verb.add_flag("--json", o->json, "the figures as JSON on stdout");
+  add_threads(verb, o->threads);
+  return [o] { return with_threads(o->threads, [&] { return evaluate(*o); }); };
+}
+
+}  // namespace splinevox::app

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "app/command.hpp"
+#include "app/run_folder.hpp"
+#include "app/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/io/inspect.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::app {
+namespace {
+
+template <class T>
+Json triple(const Vec3T<T>& v) {
+  return Json::array({v.x, v.y, v.z});
+}
+
+Json vdb_json(const std::string& path) {
+  const VdbInfo info = inspect_vdb(path);
+  Json grids = Json::array();
+  for (const GridInfo& g : info.grids)
+    grids.push_back({{"name", g.name},
+                     {"type", g.type},
+                     {"class", g.grid_class},
+                     {"active_voxels", g.active_voxels},
+                     {"leaves", g.leaves},
+                     {"memory_bytes", g.memory_bytes},
+                     {"half", g.half},
+                     {"linear", g.linear},
+                     {"voxel_size", triple(g.voxel_size)},
+                     {"origin", triple(g.origin)},
+                     {"bounds", {triple(g.lo), triple(g.hi)}},
+                     {"meta", g.meta}});
+  return {{"file", path},          {"bytes", info.file_bytes}, {"version", info.version},
+          {"sealed", info.sealed}, {"meta", info.meta},        {"grids", grids}};
+}
+
+void print_vdb(const Json& j) {
+  fmt::print("{}: {:.2f} MB, {}{}\n", j["file"].get<std::string>(), j["bytes"].get<double>() / 1e6,
+             j["version"].get<std::string>(), j["sealed"].get<bool>() ? ", checksum right" : "");
+  fmt::print("  {:<12} {:<7} {:<11} {:>11} {:>9} {:>10} {:>16}\n", "grid", "type", "class", "active", "leaves",
+             "memory", "voxel");
+  for (const Json& g : j["grids"]) {
+    const Json &lo = g["bounds"][0], &hi = g["bounds"][1];
+    fmt::print("  {:<12} {:<7} {:<11} {:>11} {:>9} {:>7.1f} MB {:>11.6f}{}  ", g["name"].get<std::string>(),
+               g["type"].get<std::string>(), g["class"].get<std::string>(), g["active_voxels"].get<std::uint64_t>(),
+               g["leaves"].get<std::uint64_t>(), g["memory_bytes"].get<double>() / 1e6,
+               g["voxel_size"][0].get<double>(), g["half"].get<bool>() ? " half" : "     ");
+    if (lo[0] <= hi[0])
+      fmt::print("[{} {} {}] to [{} {} {}]", lo[0].dump(), lo[1].dump(), lo[2].dump(), hi[0].dump(), hi[1].dump(),
+                 hi[2].dump());
+    fmt::print("\n");
+  }
+  for (const auto& [key, value] : j["meta"].items())
+    if (!key.empty()) fmt::print("  {} = {}\n", key, value.get<std::string>());
+}
+
+Json run_json(const std::string& path) {
+  Config config;
+  RunRecord record;
+  read_run_config(path, config, record);
+  Json j{{"run", path},
+         {"preset", config.preset},
+         {"seed", config.run.seed},
+         {"downscale", config.run.downscale},
+         {"dataset", record.dataset},
+         {"fingerprint", fmt::format("{:016x}", record.fingerprint)},
+         {"time_map", {{"origin", record.time_map.origin}, {"scale", record.time_map.scale}}},
+         {"version", record.version}};
+  if (fs::exists(path + "/metrics.json")) j["metrics"] = read_json(path + "/metrics.json");
+  Json curve = Json::array();  // what was seen of the held view
+  for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
+    const Json l = Json::parse(line, nullptr, false);
+    if (l.is_object() && l.contains("held_view"))
+      curve.push_back({{"seconds", l["seconds"]}, {"psnr", l["held_psnr"]}});
+  }
+  j["held_view"] = curve;
+  j["model"] = vdb_json(path + "/model.vdb");
+  return j;
+}
+
+void print_run(const Json& j) {
+  fmt::print("{}: preset {}, seed {}, made by splinevox {}\n", j["run"].get<std::string>(),
+             j["preset"].get<std::string>(), j["seed"].get<std::uint64_t>(), j["version"].get<std::string>());
+  fmt::print("data {}, downscale {}\n", j["dataset"].get<std::string>(), j["downscale"].get<int>());
+  if (!j["held_view"].empty()) fmt::print("held view:");
+  for (const Json& p : j["held_view"])
+    fmt::print("  {:.0f} s {:.1f} dB", p["seconds"].get<double>(), p["psnr"].get<double>());
+  if (!j["held_view"].empty()) fmt::print("\n");
+  const Json metrics = j.value("metrics", Json::object());
+  if (metrics.contains("steps"))
+    fmt::print("{} steps in {:.1f} s\n", metrics["steps"].get<std::int64_t>(), metrics.value("train_seconds", 0.0));
+  if (metrics.contains("psnr"))
+    fmt::print("{} split: PSNR {:.2f} dB, SSIM {:.4f}, MS-SSIM {:.4f}\n", metrics.value("split", ""),
+               metrics["psnr"].get<double>(), metrics.value("ssim", 0.0), metrics.value("ms_ssim", 0.0));
+  print_vdb(j["model"]);
+}
+
+Json dataset_json(const std::string& path) {
+  const Dataset data = load_dataset(path);
+  Json splits = Json::array();
+  for (const Split& s : data.splits) {
+    double lo = 1e300, hi = -1e300;
+    for (const Frame& f : s.frames) lo = std::min(lo, f.time), hi = std::max(hi, f.time);
+    const Image16& first = s.frames.front().image;
+    splits.push_back({{"name", s.name},
+                      {"frames", s.frames.size()},
+                      {"width", first.width},
+                      {"height", first.height},
+                      {"times", {lo, hi}}});
+  }
+  return {{"dataset", data.path},
+          {"alpha", data.has_alpha},
+          {"fingerprint", fmt::format("{:016x}", data.fingerprint)},
+          {"time_map", {{"origin", data.time_map.origin}, {"scale", data.time_map.scale}}},
+          {"splits", splits},
+          {"notes", data.notes}};
+}
+
+void print_dataset(const Json& j) {
+  fmt::print("{}: {}\n", j["dataset"].get<std::string>(),
+             j["alpha"].get<bool>() ? "pictures with alpha" : "opaque pictures");
+  for (const Json& s : j["splits"])
+    fmt::print("  {:<6} {:>5} frames of {}x{}, model times {:.4f} to {:.4f}\n", s["name"].get<std::string>(),
+               s["frames"].get<int>(), s["width"].get<int>(), s["height"].get<int>(), s["times"][0].get<double>(),
+               s["times"][1].get<double>());
+  for (const Json& note : j["notes"]) fmt::print("  note: {}\n", note.get<std::string>());
+}
+
+int info(const std::string& path, bool json) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored))
+    fail({path, "there is nothing of that name", "a run, a .vdb file or a data set", "", ""});
+  void (*print)(const Json&) = print_dataset;
+  Json j;
+  if (!fs::is_directory(path, ignored))
+    j = vdb_json(path), print = print_vdb;
+  else if (fs::exists(path + "/config.toml"))
+    check_run(path), j = run_json(path), print = print_run;
+  else
+    j = dataset_json(path);
+  if (json)
+    fmt::print("{}\n", j.dump(2));
+  else
+    print(j);
+  return 0;
+}
+
+}  // namespace
+
+Action info_command(CLI::App& verb) {
+  struct Options {
+    std::string path;
+    bool json = false;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("RUN|FILE.vdb|DATASET", o->path, "a run, any VDB file, or a data set")->required();
+  verb.add_flag("--json", o->json, "the same as JSON");
+  return [o] { return info(o->path, o->json); };
+}
+
+}  // namespace splinevox::app

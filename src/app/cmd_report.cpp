@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <set>
+
+#include "app/command.hpp"
+#include "app/evaluate.hpp"
+#include "app/report_page.hpp"
+#include "app/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "splinevox/io/atomic_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::app {
+namespace {
+
+struct ReportOptions {
+  std::vector<std::string> runs;
+  std::string out, data;
+  int views = 6, threads = 0;
+};
+
+/// Which frames to show: the worst by PSNR if the split was evaluated, else evenly spaced ones.
+std::vector<std::size_t> choose_views(const Json& metrics, const Split& split, int count) {
+  std::vector<std::pair<double, std::size_t>> order;
+  const std::size_t n = split.frames.size();
+  const bool known =
+      metrics.contains("frames") && metrics["frames"].size() == n && metrics.value("split", "") == split.name;
+  for (std::size_t i = 0; i < n; ++i) order.emplace_back(known ? metrics["frames"][i].value("psnr", 0.0) : 0.0, i);
+  std::stable_sort(order.begin(), order.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::size_t> chosen;
+  for (std::size_t k = 0; k < std::min(n, std::size_t(count)); ++k)
+    chosen.push_back(known ? order[k].second : k * n / std::min(n, std::size_t(count)));
+  return chosen;
+}
+
+void add_views(ReportRun& page, const ReportOptions& o, const std::string& path) {
+  try {
+    const Run run = open_run(path);
+    const std::string split = page.metrics.value("split", "test");
+    const Dataset data = open_split(run, o.data, split);
+    for (const std::size_t i : choose_views(page.metrics, *data.find(split), o.views)) {
+      const Frame& frame = data.find(split)->frames[i];
+      const View v = evaluate_view(run, frame);
+      page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render),
+                            encode_png(error_picture(v.render, v.truth)),
+                            encode_png(layer_picture(run, v.layers, "flow", frame.camera))});
+    }
+    std::stable_sort(page.views.begin(), page.views.end(),
+                     [](const auto& a, const auto& b) { return a.psnr < b.psnr; });
+    page.views_note = fmt::format("{} split, {}", split,
+                                  page.metrics.contains("frames")
+                                      ? "the worst views first"
+                                      : "some views, the worst of them first; `splinevox eval` measures all");
+  } catch (const Error& e) {
+    page.views_note = std::string("There are no pictures: ") + e.what();
+  }
+}
+
+ReportRun read_run(const ReportOptions& o, std::string path) {
+  while (path.size() > 1 && path.back() == '/') path.pop_back();
+  check_run(path);
+  ReportRun page;
+  page.name = fs::weakly_canonical(path).filename().string();
+  if (fs::exists(path + "/metrics.json")) page.metrics = read_json(path + "/metrics.json");
+  if (!page.metrics.is_object()) page.metrics = Json::object();
+  for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
+    Json j = Json::parse(line, nullptr, false);
+    if (j.is_object()) page.lines.push_back(std::move(j));
+  }
+  page.config = read_text(path + "/config.toml");
+  page.model_bytes = double(fs::file_size(path + "/model.vdb"));
+  add_views(page, o, path);
+  return page;
+}
+
+int report(const ReportOptions& o) {
+  probe_output_file(o.out);
+  std::vector<ReportRun> runs;
+  for (const std::string& path : o.runs) runs.push_back(read_run(o, path));
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < runs.size(); ++i)
+    if (!names.insert(runs[i].name).second)
+      runs[i].name = o.runs[i];  // two folders of one name: the paths tell them apart
+  write_file(o.out, {report_page(runs)});
+  fmt::print("{}\n", o.out);
+  return 0;
+}
+
+}  // namespace
+
+Action report_command(CLI::App& verb) {
+  auto o = std::make_shared<ReportOptions>();
+  verb.add_option("RUN", o->runs, "one or more runs")->required();
+  verb.add_option("--out", o->out, "the page, one self-contained HTML file")->required();
+  verb.add_option("--data", o->data, "the data set, if it is no longer where the run found it");
+  verb.add_option("--views", o->views, "test pictures per run")->check(CLI::Range(0, 1000))->capture_default_str();
+  add_threads(verb, o->threads);
+  return [o] { return with_threads(o->threads, [&] { return report(*o); }); };
+}
+
+}  // namespace splinevox::app

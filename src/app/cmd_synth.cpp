@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "app/command.hpp"
+#include "app/support.hpp"
+#include "splinevox/data/synth.hpp"
+
+namespace splinevox::app {
+
+Action synth_command(CLI::App& verb) {
+  struct Options {
+    std::string scene, out;
+    SynthOptions synth;
+    int threads = 0;
+    bool quiet = false;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("SCENE", o->scene, fmt::format("one of {}", fmt::join(synth_scenes(), ", ")))->required();
+  verb.add_option("--out", o->out, "folder of the data set")->required();
+  verb.add_option("--frames", o->synth.frames, "training pictures, each at its own time")->capture_default_str();
+  verb.add_option("--size", o->synth.size, "width and height of every picture, pixels")->capture_default_str();
+  verb.add_option("--seed", o->synth.seed, "of the training cameras")->capture_default_str();
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_threads(verb, o->threads);
+  return [o] {
+    probe_output_folder(o->out);
+    return with_threads(o->threads, [&] {
+      const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
+      write_synth(o->scene, o->out, o->synth, [&](int done, int total) {
+        if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
+      });
+      if (!o->quiet)
+        fmt::print("{}: scene {}, {} training pictures of {}x{}\n", o->out, o->scene, o->synth.frames, o->synth.size,
+                   o->synth.size);
+      return 0;
+    });
+  };
+}
+
+}  // namespace splinevox::app

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "app/command.hpp"
+#include "app/signals.hpp"
+#include "app/support.hpp"
+#include "app/train_options.hpp"
+#include "app/train_session.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/io/atomic_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::app {
+namespace {
+
+/// The dataset as it was when the run began: another one cannot be gone on with.
+void check_same_run(const RunFolder& folder, const Config& saved, const Config& asked, const RunRecord& record,
+                    const Dataset& data) {
+  const std::string differs = config_difference(saved, asked);
+  if (!differs.empty())
+    fail({folder.file("config.toml"),
+          "the run was made with another configuration, so it cannot be resumed with this one", "the same settings",
+          differs, "splinevox train DATASET --out RUN --resume  (it knows its own settings), or another --out"});
+  if (record.fingerprint != data.fingerprint)
+    fail({folder.file("config.toml"), "the run was made from other training data", record.dataset,
+          fmt::format("{} (fingerprint {:016x}, the run has {:016x})", data.path, data.fingerprint, record.fingerprint),
+          "another folder for --out"});
+}
+
+void greet(const Dataset& data, const Config& c, Progress& progress) {
+  const Split& train = *data.find("train");
+  const Image16& first = train.frames.front().image;
+  for (const std::string& note : data.notes) progress.note("note: " + note);
+  const std::string length = c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
+  progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads", data.path, train.frames.size(),
+                            first.width, first.height, c.preset, length, tbb::this_task_arena::max_concurrency()));
+}
+
+void summarise(const Json& j, const RunFolder& folder) {
+  const double train = j["train_seconds"];
+  fmt::print("{} steps in {:.1f} s; {:.2f} million rays/s, {:.2f} million samples/s\n", j["steps"].get<std::int64_t>(),
+             train, j["rays_per_second"].get<double>() / 1e6, j["samples_per_second"].get<double>() / 1e6);
+  fmt::print("seconds:");
+  for (const auto& [name, seconds] : j["phases"].items()) fmt::print(" {} {:.1f}", name, seconds.get<double>());
+  fmt::print(", held view {:.1f}, loading {:.1f}, saving {:.1f}\n", j["held_view_seconds"].get<double>(),
+             j["load_seconds"].get<double>(), j["save_seconds"].get<double>());
+  fmt::print("peak memory {:.2f} GB\n", j["peak_memory_bytes"].get<double>() / 1e9);
+  if (j.contains("held"))
+    fmt::print("{} {}: PSNR {:.2f} dB\n", j["held"]["of_training_split"].get<bool>() ? "training view" : "held view",
+               j["held"]["view"].get<std::string>(), j["held"]["psnr"].get<double>());
+  fmt::print("model: {}\n", folder.file("model.vdb"));
+}
+
+int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
+  Progress progress(choose_talk(o.quiet, o.json));
+  RunFolder folder(o.out, o.resume);
+  const bool checkpoint = o.resume && folder.has("config.toml") &&
+                          (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
+  Config saved;
+  RunRecord record;
+  if (checkpoint) read_run_config(folder.path(), saved, record);
+  const Config config = effective_config(o, checkpoint ? &saved : nullptr);
+  if (o.resume && !checkpoint)
+    progress.note(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
+
+  LoadOptions load;
+  load.downscale = config.run.downscale;
+  load.splits = {"train", "val"};
+  if (!fs::exists(fs::path(o.dataset) / "transforms_val.json")) load.splits.pop_back();
+  const Dataset data = load_dataset(o.dataset, load);
+  if (checkpoint) check_same_run(folder, saved, config, record, data);
+  if (!checkpoint) {
+    record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(), data.fingerprint,
+              data.time_map};
+    write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
+    write_file(folder.file("metrics.jsonl"), {std::string()});
+  }
+  greet(data, config, progress);
+  const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  TrainSession session({config, data, folder, used, checkpoint}, progress);
+  Json figures = session.run();
+  figures["threads"] = tbb::this_task_arena::max_concurrency();
+  if (!figures["finished"].get<bool>()) {
+    if (progress.talk() == Talk::json)
+      fmt::print("{}\n", Json{{"interrupted", true}, {"step", figures["steps"]}}.dump());
+    progress.note(fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume",
+                              figures["steps"].get<std::int64_t>()));
+    write_file(folder.file("metrics.json"), {figures.dump(2) + "\n"});
+    return 128 + stop_signal();
+  }
+  write_file(folder.file("metrics.json"), {figures.dump(2) + "\n"});
+  if (progress.talk() == Talk::json) fmt::print("{}\n", figures.dump());
+  if (progress.talk() == Talk::bar || progress.talk() == Talk::lines) summarise(figures, folder);
+  return 0;
+}
+
+}  // namespace
+
+Action train_command(CLI::App& verb) {
+  auto options = std::make_shared<TrainOptions>();
+  add_train_options(verb, *options);
+  return [options] {
+    const auto start = std::chrono::steady_clock::now();
+    if (options->list_settings) {
+      fmt::print("{}", write_config(effective_config(*options, nullptr)));
+      return 0;
+    }
+    for (const auto& [value, name] : {std::pair{options->dataset, "DATASET"}, {options->out, "--out"}})
+      if (value.empty())
+        fail({"train", fmt::format("{} is missing", name), "splinevox train DATASET --out RUN", "",
+              "splinevox train --help"});
+    check_device(options->device);
+    if (!options->resume) effective_config(*options, nullptr);  // wrong settings are found before anything is touched
+    catch_stop_signals();
+    return with_threads(options->threads, [&] { return train(*options, start); });
+  };
+}
+
+}  // namespace splinevox::app

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+namespace splinevox::app {
+
+/// What a verb does once its options are parsed; the result is the exit code.
+using Action = std::function<int()>;
+
+/// Each declares the options of one verb on its subcommand and returns what to do.
+Action train_command(CLI::App& verb);
+Action eval_command(CLI::App& verb);
+Action render_command(CLI::App& verb);
+Action export_command(CLI::App& verb);
+Action info_command(CLI::App& verb);
+Action verify_command(CLI::App& verb);
+Action synth_command(CLI::App& verb);
+Action report_command(CLI::App& verb);
+
+}  // namespace splinevox::app

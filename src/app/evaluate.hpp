@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "app/run_folder.hpp"
+#include "app/support.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/field/model.hpp"
+#include "splinevox/render/render_image.hpp"
+
+namespace splinevox::app {
+
+/// A finished run as eval, render and report read it.
+struct Run {
+  std::string path;
+  Config config;
+  RunRecord record;
+  VoxelModel model;
+
+  Vec3 background() const { return {config.run.background[0], config.run.background[1], config.run.background[2]}; }
+};
+/// Throws Error (input).
+Run open_run(const std::string& path);
+/// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale and time map.
+Dataset open_split(const Run& run, const std::string& dataset, const std::string& split);
+
+/// One view of a run beside the picture it should be.
+struct View {
+  Image truth;   ///< over the run's background
+  Image render;  ///< within [0, 1]
+  Rendered layers;
+  double psnr, ssim, ms_ssim;
+};
+View evaluate_view(const Run& run, const Frame& frame);
+
+/// How far two pictures are apart, as a picture: white where equal, through red to black at a mean difference of 0.25.
+Image error_picture(const Image& a, const Image& b);
+/// A layer of a render ("rgb", "alpha", "depth", "flow", "rigidity") as colours that can be looked at: 3 channels.
+Image layer_picture(const Run& run, const Rendered& r, const std::string& layer, const Camera& camera);
+/// truth, render, error in one row; depth, flow, rigidity in the next.
+Image sheet(const Run& run, const View& view, const Camera& camera);
+/// folder/name.png: the sheet; folder/name_render.png: the render alone.
+void save_view(const Run& run, const View& view, const Frame& frame, const std::string& folder);
+
+}  // namespace splinevox::app

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace splinevox::app {
+
+/// One line or cloud of a chart. Points that are not finite are left out.
+struct Series {
+  enum class Mark { line, faint_line, dots };
+  std::string name;
+  int colour = 0;  ///< index of the run: class "c0".."c7" of the style sheet
+  Mark mark = Mark::line;
+  std::vector<std::pair<double, double>> points;
+};
+
+struct ChartText {
+  std::string title, x, y;
+  bool log_y = false;
+};
+
+/// An inline SVG with axes, grid and a legend; no script, colours from the page's style sheet.
+std::string line_chart(const ChartText& text, const std::vector<Series>& series);
+
+/// A row of parts of a whole, widths in proportion, with a legend.
+std::string stacked_bar(const std::vector<std::pair<std::string, double>>& parts, const std::string& unit);
+
+/// Text made safe for HTML.
+std::string escape(const std::string& text);
+
+}  // namespace splinevox::app

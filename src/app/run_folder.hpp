@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "splinevox/core/camera.hpp"
+#include "splinevox/train/config.hpp"
+
+namespace splinevox::app {
+
+inline constexpr const char* kCheckpoint = "checkpoint.bin";
+
+/// What a run remembers beside its configuration: the [record] table of config.toml.
+struct RunRecord {
+  std::string version;  ///< of the program that made the run
+  std::string compiler;
+  std::string dataset;            ///< absolute path
+  std::uint64_t fingerprint = 0;  ///< of the training data
+  TimeMap time_map;
+};
+
+/// A folder that one run lives in (interface.md lists its files). While the object lives, no other process can open the
+/// same folder for writing.
+class RunFolder {
+ public:
+  /// Makes or opens a folder to train into and proves that it can be written. A folder that already holds something is
+  /// refused unless `resume`. Throws Error (input).
+  RunFolder(const std::string& path, bool resume);
+  ~RunFolder();
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  bool has(const std::string& name) const;
+  const std::string& path() const { return path_; }
+
+ private:
+  void lock();
+  std::string path_;
+  int folder_ = -1;  ///< descriptor of the folder; the lock is on it
+};
+
+/// Throws Error (input) if `path` is not the folder of a run with a saved model.
+void check_run(const std::string& path);
+
+std::string record_text(const RunRecord& record);
+/// Both tables of RUN/config.toml. Throws Error (input).
+void read_run_config(const std::string& run, Config& config, RunRecord& record);
+/// Keys whose values differ, as "key: saved -> asked", at most five.
+std::string config_difference(const Config& saved, const Config& asked);
+
+}  // namespace splinevox::app

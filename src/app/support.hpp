@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "splinevox/core/image.hpp"
+#include "splinevox/core/vec3.hpp"
+
+/// Small things that several verbs need.
+namespace splinevox::app {
+
+inline constexpr const char* kVersion = SPLINEVOX_VERSION;
+using Json = nlohmann::ordered_json;
+
+/// --threads N: 0 = every core.
+void add_threads(CLI::App& verb, int& threads);
+/// Runs `work` on that many TBB threads (0 = every core).
+int with_threads(int threads, const std::function<int()>& work);
+
+/// The parts of a comma separated list, without empty ones.
+std::vector<std::string> split_list(const std::string& text, char separator = ',');
+/// Numbers of a list such as "0:1:24" or "1,1,1". Throws Error naming the option.
+std::vector<double> numbers(const std::string& text, char separator, const std::string& option,
+                            const std::string& expected);
+
+/// Makes the folder if need be and proves that files can be written there, before any work is done.
+/// Throws Error (input): a place that cannot be written is a wrong argument.
+void probe_output_folder(const std::string& path);
+/// The folder that a file is to be written into: as probe_output_folder.
+void probe_output_file(const std::string& path);
+
+/// Throws Error (input) naming the file and what is wrong.
+Json read_json(const std::string& path);
+/// "" if there is none.
+std::string read_text(const std::string& path);
+
+/// Straight RGBA over a background: [height * width * 3].
+Image composite(const Image16& picture, Vec3 background);
+/// Every value brought into [0, 1]; NaN becomes 0.
+Image clamped(Image picture);
+
+/// "1:23" or "4.2 s".
+std::string duration(double seconds);
+/// Largest resident memory of this process so far, bytes.
+double peak_memory();
+
+}  // namespace splinevox::app

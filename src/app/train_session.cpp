@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/train_session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "app/signals.hpp"
+#include "app/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "splinevox/io/checkpoint.hpp"
+#include "splinevox/io/manifest.hpp"
+#include "splinevox/io/model_vdb.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::app {
+namespace {
+
+constexpr double kHeldShare = 0.025;       // of training time, for pictures of the held view
+constexpr double kCheckpointEvery = 30;    // seconds
+constexpr double kCheckpointShare = 0.02;  // of training time at most
+
+/// A stable hash of a text (FNV-1a, 64 bit).
+std::uint64_t fnv1a(const std::string& text) {
+  std::uint64_t h = 14695981039346656037u;
+  for (const char c : text) h = (h ^ std::uint8_t(c)) * 1099511628211u;
+  return h;
+}
+
+Vec3 background(const Config& c) { return {c.run.background[0], c.run.background[1], c.run.background[2]}; }
+
+/// metrics.jsonl without the lines after `step`: those of a run that died after its last checkpoint.
+void cut_metrics(const std::string& path, std::int64_t step) {
+  std::string kept;
+  for (const std::string& line : split_list(read_text(path), '\n')) {
+    const Json j = Json::parse(line, nullptr, false);
+    if (j.is_object() && j.value("step", std::int64_t(0)) <= step) kept += line + "\n";
+  }
+  write_file(path, {kept});
+}
+
+}  // namespace
+
+TrainSession::TrainSession(const Setup& setup, Progress& progress)
+    : setup_(setup),
+      progress_(progress),
+      trainer_(setup.config, *setup.data.find("train"), setup.data.time_map, setup.seconds_used) {
+  if (setup_.resume) resume();
+  const Split* split = setup_.data.find("val");
+  held_is_training_ = !split || split->frames.empty();
+  if (held_is_training_) split = setup_.data.find("train");
+  held_ = split->frames[split->frames.size() / 2];
+}
+
+double TrainSession::clock() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+Json TrainSession::run() {
+  checkpoint_at_ = clock();
+  while (!trainer_.done() && stop_signal() == 0) {
+    const double start = clock();
+    last_ = trainer_.step();
+    stepping_ += clock() - start;
+    rays_ += last_.rays;
+    samples_ += last_.samples;
+    report(progress_.step(last_, held_psnr_));
+    if (held_view_due(last_.seconds)) render_held_view();
+    if (clock() - checkpoint_at_ > std::max(kCheckpointEvery, checkpoint_cost_ / kCheckpointShare)) save_checkpoint();
+  }
+  report(progress_.rest(held_psnr_));
+  progress_.finish();
+  const double start = clock();
+  save_checkpoint();
+  const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model());
+  saving_ = clock() - start;
+  const bool interrupted = stop_signal() != 0;
+  if (!interrupted) render_held_view();
+  save_manifest(model);
+  return figures(interrupted);
+}
+
+void TrainSession::report(const Json& line) {
+  if (line.is_null()) return;
+  const std::string path = setup_.folder.file("metrics.jsonl");
+  std::ofstream out(path, std::ios::app);
+  if (!(out << line.dump() << "\n" << std::flush))
+    fail_output({path, "this file could not be written", "", "a full disk?", ""});
+}
+
+/// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
+bool TrainSession::held_view_due(double seconds) const {
+  if (last_.stage_changed) return false;  // the step that just refined was slow already
+  const double expected = held_cost_ > 0 ? held_cost_ : 1e-6 * double(held_->image.width) * held_->image.height * 2;
+  return held_spent_ + expected < kHeldShare * seconds && last_.progress > 0.02 && last_.progress < 0.98;
+}
+
+void TrainSession::render_held_view() {
+  if (held_step_ == double(last_.step)) return;
+  const double start = clock();
+  const Image picture = clamped(render_image(trainer_.model(), held_->camera, held_->time).rgb);
+  held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, background(setup_.config))));
+  held_step_ = double(last_.step);
+  const std::string folder = setup_.folder.file("preview");
+  fs::create_directories(folder);
+  write_png(fmt::format("{}/step_{:06}.png", folder, last_.step), picture);
+  held_cost_ = clock() - start;
+  held_spent_ += held_cost_;
+  report({{"step", last_.step}, {"seconds", last_.seconds}, {"held_psnr", held_psnr_}, {"held_view", held_->name}});
+}
+
+void TrainSession::resume() {
+  const std::string path = setup_.folder.file(kCheckpoint);
+  const Checkpoint saved = read_checkpoint(path);
+  const CheckpointHeader expected = header();
+  if (saved.header.kind != expected.kind || saved.header.format != expected.format ||
+      saved.header.config != expected.config || saved.header.dataset != expected.dataset)
+    fail({path, "this checkpoint belongs to another run", "the checkpoint that config.toml was written with", "",
+          "another folder for --out"});
+  if (!saved.note.empty()) progress_.note("note: " + saved.note);
+  trainer_.restore(saved.bytes);
+  last_.step = std::int64_t(saved.header.step);
+  cut_metrics(setup_.folder.file("metrics.jsonl"), last_.step);
+}
+
+CheckpointHeader TrainSession::header() const {
+  CheckpointHeader h;
+  h.kind = "trainer";
+  h.config = fnv1a(write_config(setup_.config));
+  h.dataset = setup_.data.fingerprint;
+  h.step = std::uint64_t(last_.step);
+  return h;
+}
+
+void TrainSession::save_checkpoint() {
+  const double start = clock();
+  const std::vector<char> bytes = trainer_.save();
+  checkpoint_digest_ = write_checkpoint(setup_.folder.file(kCheckpoint), header(), bytes);
+  checkpoint_at_ = clock();
+  checkpoint_cost_ = checkpoint_at_ - start;
+}
+
+/// What `verify` checks. Written last: it says that everything else is there.
+void TrainSession::save_manifest(const FileDigest& model) {
+  const auto& folder = setup_.folder;
+  Manifest manifest;
+  manifest.kind = "run";
+  manifest.info["splinevox"] = kVersion;
+  manifest.files = {manifest_entry(folder.path(), "config.toml"),
+                    manifest_entry(folder.path(), "metrics.jsonl"),
+                    {"model.vdb", model, {}},
+                    {kCheckpoint, checkpoint_digest_, {{"step", double(last_.step)}}}};
+  write_manifest(folder.path(), manifest);
+}
+
+Json TrainSession::figures(bool interrupted) const {
+  const PhaseSeconds p = trainer_.phases();
+  const double in_ray_loop = p.rays, all = std::max(stepping_, 1e-9);
+  Json j{{"steps", last_.step}, {"train_seconds", last_.seconds}, {"finished", !interrupted}};
+  j["preset"] = setup_.config.preset;
+  j["seed"] = setup_.config.run.seed;
+  j["loss"] = last_.loss;
+  if (std::isfinite(held_psnr_))
+    j["held"] = {{"view", held_->name}, {"psnr", held_psnr_}, {"of_training_split", held_is_training_}};
+  j["phases"] = {{"slices", p.slices}, {"rays", p.rays},           {"scatter", p.scatter}, {"regularise", p.regularise},
+                 {"update", p.update}, {"occupancy", p.occupancy}, {"refine", p.refine}};
+  j["outside_ray_loop"] = std::max(0.0, 1 - in_ray_loop / all);
+  j["rays_per_second"] = double(rays_) / all;
+  j["samples_per_second"] = double(samples_) / all;
+  j["load_seconds"] = setup_.seconds_used;
+  j["held_view_seconds"] = held_spent_;
+  j["save_seconds"] = saving_;
+  j["peak_memory_bytes"] = peak_memory();
+  return j;
+}
+
+}  // namespace splinevox::app

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "app/progress.hpp"
+#include "app/run_folder.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/io/checkpoint.hpp"
+#include "splinevox/train/trainer.hpp"
+
+namespace splinevox::app {
+
+/// Trains into a run folder: steps, reports, pictures of a held view, checkpoints, the final files.
+class TrainSession {
+ public:
+  struct Setup {
+    const Config& config;
+    const Dataset& data;
+    const RunFolder& folder;
+    double seconds_used;  ///< of the budget, before this
+    bool resume;          ///< there is a checkpoint to go on from
+  };
+  TrainSession(const Setup& setup, Progress& progress);
+
+  /// Until the budget is spent or a signal asks to stop; saves either way. Returns the figures of metrics.json.
+  Json run();
+
+ private:
+  double clock() const;
+  void report(const Json& line);
+  bool held_view_due(double seconds) const;
+  void render_held_view();
+  void resume();
+  CheckpointHeader header() const;
+  void save_checkpoint();
+  void save_manifest(const FileDigest& model);
+  Json figures(bool interrupted) const;
+
+  Setup setup_;
+  Progress& progress_;
+  Trainer trainer_;
+  std::optional<Frame> held_;  ///< a view that training does not see, or the first it does
+  bool held_is_training_ = false;
+  double held_psnr_ = std::numeric_limits<double>::quiet_NaN();
+  double held_cost_ = 0, held_spent_ = 0, held_step_ = -1;
+  double checkpoint_at_ = 0, checkpoint_cost_ = 0, saving_ = 0;
+  FileDigest checkpoint_digest_;
+  StepReport last_;
+  std::int64_t samples_ = 0, rays_ = 0;  ///< of this session
+  double stepping_ = 0;                  ///< seconds of this session in Trainer::step
+};
+
+}  // namespace splinevox::app
