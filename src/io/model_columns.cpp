@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/model_columns.hpp"
+
+#include <algorithm>
+
+namespace splinevox {
+
+std::vector<ModelColumn> radiance_columns(const RadianceField& radiance) {
+  std::vector<ModelColumn> columns{{"density", 0, 1, "density before its activation"}, {"rgb", 1, 3, "colour before the sigmoid"}};
+  for (int j = 0; j < radiance.sh_count(); ++j)
+    columns.push_back({"sh" + std::to_string(j), 4 + j, 1, "spherical-harmonic coefficient of the view rescale"});
+  return columns;
+}
+
+std::vector<ModelColumn> motion_columns(const MotionField& motion) {
+  std::vector<ModelColumn> columns;
+  const int skipped = motion.points - motion.stored_points();
+  for (int k = 0; k < motion.stored_points(); ++k)
+    columns.push_back({"control_" + std::to_string(k + skipped), 3 * k, 3, "control point of the displacement to canonical, scene units"});
+  if (motion.rigidity)
+    columns.push_back({"rigidity", motion.rigidity_column(), 1, "rigidity before the sigmoid: 1 moves, 0 is static"});
+  return columns;
+}
+
+int padded_width(const std::vector<ModelColumn>& columns) {
+  int width = 0;
+  for (const ModelColumn& column : columns) width = std::max(width, column.first + column.width);
+  return (width + 7) / 8 * 8;
+}
+
+}  // namespace splinevox

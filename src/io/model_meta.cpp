@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/model_meta.hpp"
+
+#include <cmath>
+
+#include "io/exact_text.hpp"
+#include "io/model_columns.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/math/basis.hpp"
+#include "splinevox/math/sh.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr int kMaxVertices = 1 << 13, kMaxWidth = 64;  // per axis; floats per row
+constexpr double kMaxTable = 1 << 28;                  // bricks of a lattice
+
+[[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
+  fail({.where = in.where, .what = "metadata '" + key + "' is missing or wrong", .expected = std::move(expected),
+        .got = got.substr(0, 200), .hint = "is this the model.vdb of a run?"});
+}
+
+std::string text_of(const NamedMeta& in, const std::string& key) {
+  const auto at = in.meta.find(key);
+  if (at == in.meta.end()) bad(in, key, "a text", "nothing");
+  if (!std::holds_alternative<std::string>(at->second)) bad(in, key, "a text", "a number");
+  return std::get<std::string>(at->second);
+}
+
+int integer(const NamedMeta& in, const std::string& key, int lo, int hi) {
+  const auto at = in.meta.find(key);
+  const std::string expected = "an integer from " + std::to_string(lo) + " to " + std::to_string(hi);
+  if (at == in.meta.end() || !std::holds_alternative<std::int64_t>(at->second)) bad(in, key, expected, "nothing of that type");
+  const std::int64_t v = std::get<std::int64_t>(at->second);
+  if (v < lo || v > hi) bad(in, key, expected, std::to_string(v));
+  return int(v);
+}
+
+template <class T>
+std::vector<T> numbers(const NamedMeta& in, const std::string& key, std::size_t count) {
+  const std::string text = text_of(in, key);
+  std::vector<T> values = parse_exact<T>(text, count);
+  if (values.size() != count) bad(in, key, std::to_string(count) + " finite numbers", "'" + text + "'");
+  return values;
+}
+
+/// Position of a text in a list of names.
+template <std::size_t N>
+std::size_t choice(const NamedMeta& in, const std::string& key, const char* const (&names)[N]) {
+  const std::string text = text_of(in, key);
+  std::string all;
+  for (std::size_t i = 0; i < N; ++i) {
+    if (text == names[i]) return i;
+    if (i > 0) all += ", ";
+    all += names[i];
+  }
+  bad(in, key, "one of: " + all, "'" + text + "'");
+}
+
+constexpr const char* kBases[] = {"bezier", "bspline"};
+constexpr const char* kFirstPoints[] = {"zero", "free"};
+constexpr const char* kActivations[] = {"softplus"};
+constexpr const char* kSwitch[] = {"off", "on"};
+
+void put_shape(VdbMeta& meta, const Channels& channels) {
+  const Lattice& l = channels.topology->lattice;
+  meta["lattice"] = exact_text<float>({l.origin.x, l.origin.y, l.origin.z, l.spacing, float(l.size.x), float(l.size.y), float(l.size.z)});
+  meta["row_width"] = std::int64_t(channels.width);
+}
+
+FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& columns) {
+  const std::vector<float> v = numbers<float>(in, "lattice", 7);
+  FieldShape shape;
+  shape.lattice.origin = {v[0], v[1], v[2]};
+  shape.lattice.spacing = v[3];
+  double table = 1;
+  bool ok = v[3] > 0;
+  for (int a = 0; a < 3; ++a) {
+    const float n = v[std::size_t(4 + a)];
+    ok = ok && n >= 2 && n <= float(kMaxVertices) && n == std::floor(n);
+    shape.lattice.size[a] = ok ? int(n) : 2;
+    table *= n / kBrick + 3;
+  }
+  if (!ok || table > kMaxTable)
+    bad(in, "lattice", "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMaxVertices), "'" + text_of(in, "lattice") + "'");
+  const int least = padded_width(columns);
+  shape.width = integer(in, "row_width", least, kMaxWidth);
+  if (shape.width % 8 != 0) bad(in, "row_width", "a multiple of 8", std::to_string(shape.width));
+  return shape;
+}
+
+}  // namespace
+
+VdbMeta model_meta(const VoxelModel& m) {
+  VdbMeta meta;
+  meta["creator"] = std::string("splinevox");
+  meta["splinevox_model"] = std::int64_t(kModelFormat);
+  meta["box"] = exact_text<float>({m.box.lo.x, m.box.lo.y, m.box.lo.z, m.box.hi.x, m.box.hi.y, m.box.hi.z});
+  meta["background"] = exact_text<float>({m.background.x, m.background.y, m.background.z});
+  meta["march_step"] = exact_text<float>({m.step});
+  meta["time_map"] = exact_text<double>({m.time_map.origin, m.time_map.scale});
+  return meta;
+}
+
+VdbMeta radiance_meta(const RadianceField& radiance) {
+  VdbMeta meta;
+  put_shape(meta, radiance.raw);
+  meta["activation"] = std::string(kActivations[0]);
+  meta["activation_scale"] = exact_text<float>({radiance.activation.scale});
+  meta["activation_shift"] = exact_text<float>({radiance.activation.shift});
+  meta["sh_order"] = std::int64_t(radiance.sh_order);
+  return meta;
+}
+
+VdbMeta motion_meta(const MotionField& motion) {
+  VdbMeta meta;
+  put_shape(meta, motion.levels[0]);
+  meta["basis"] = std::string(kBases[std::size_t(motion.basis)]);
+  meta["points"] = std::int64_t(motion.points);
+  meta["first_point"] = std::string(kFirstPoints[std::size_t(motion.first_point)]);
+  meta["rigidity_switch"] = std::string(kSwitch[motion.rigidity]);
+  meta["rigidity_offset"] = exact_text<float>({motion.rigidity_offset});
+  return meta;
+}
+
+void parse_model_meta(const NamedMeta& in, VoxelModel& m) {
+  const auto at = in.meta.find("splinevox_model");
+  if (at == in.meta.end())
+    fail({.where = in.where, .what = "is a VDB file, but not a model of splinevox", .expected = "metadata 'splinevox_model'",
+          .got = "none", .hint = "give the model.vdb of a run"});
+  if (const auto* version = std::get_if<std::int64_t>(&at->second); version && *version > kModelFormat)
+    fail({.where = in.where, .what = "was written by a newer version of splinevox",
+          .expected = "model format " + std::to_string(kModelFormat) + " or older", .got = std::to_string(*version), .hint = ""});
+  integer(in, "splinevox_model", 1, kModelFormat);
+  const auto box = numbers<float>(in, "box", 6);
+  m.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
+  for (int a = 0; a < 3; ++a)
+    if (!(m.box.lo[a] < m.box.hi[a])) bad(in, "box", "lo.xyz below hi.xyz", "'" + text_of(in, "box") + "'");
+  const auto background = numbers<float>(in, "background", 3);
+  m.background = {background[0], background[1], background[2]};
+  m.step = numbers<float>(in, "march_step", 1)[0];
+  if (!(m.step > 0)) bad(in, "march_step", "a number > 0", "'" + text_of(in, "march_step") + "'");
+  const auto time = numbers<double>(in, "time_map", 2);
+  m.time_map = {time[0], time[1]};
+}
+
+FieldShape parse_radiance_meta(const NamedMeta& in, RadianceField& radiance) {
+  choice(in, "activation", kActivations);
+  radiance.activation.scale = numbers<float>(in, "activation_scale", 1)[0];
+  if (!(radiance.activation.scale > 0)) bad(in, "activation_scale", "a number > 0", text_of(in, "activation_scale"));
+  radiance.activation.shift = numbers<float>(in, "activation_shift", 1)[0];
+  radiance.sh_order = integer(in, "sh_order", -1, kMaxShOrder);
+  return parse_shape(in, radiance_columns(radiance));
+}
+
+FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
+  motion.basis = BasisKind(choice(in, "basis", kBases));
+  motion.points = integer(in, "points", kMinPoints, kMaxPoints);
+  motion.first_point = FirstPoint(choice(in, "first_point", kFirstPoints));
+  motion.rigidity = choice(in, "rigidity_switch", kSwitch) == 1;
+  motion.rigidity_offset = numbers<float>(in, "rigidity_offset", 1)[0];
+  // The contraction of a row reads one float past its last control point.
+  FieldShape shape = parse_shape(in, motion_columns(motion));
+  if (shape.width <= motion.rigidity_column()) bad(in, "row_width", "more than " + std::to_string(motion.rigidity_column()), std::to_string(shape.width));
+  return shape;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "splinevox/field/model.hpp"
+#include "splinevox/io/vdb_file.hpp"
+
+namespace splinevox {
+
+inline constexpr int kModelFormat = 1;  ///< version of model.vdb; readers refuse newer ones
+
+/// A metadata table and what to call it in an error message.
+struct NamedMeta {
+  std::string where;
+  const VdbMeta& meta;
+};
+
+/// Lattice and row width of a field.
+struct FieldShape {
+  Lattice lattice;
+  int width = 0;
+};
+
+/// What is not a voxel value, as entries of the file and of its grids. Floats go through exact_text: no bit is lost.
+VdbMeta model_meta(const VoxelModel& model);
+VdbMeta radiance_meta(const RadianceField& radiance);
+VdbMeta motion_meta(const MotionField& motion);  ///< of its first level
+
+/// The inverses: fill everything but the channels. Throw Error (Fault::input) naming table and entry.
+void parse_model_meta(const NamedMeta& in, VoxelModel& model);
+FieldShape parse_radiance_meta(const NamedMeta& in, RadianceField& radiance);
+FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion);
+
+}  // namespace splinevox
