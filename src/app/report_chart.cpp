@@ -9,7 +9,7 @@
 namespace splinevox::app {
 namespace {
 
-constexpr double kWidth = 560, kHeight = 300, kLeft = 58, kRight = 14, kTop = 14, kBottom = 44;
+constexpr double kWidth = 430, kHeight = 270, kLeft = 62, kRight = 14, kTop = 14, kBottom = 44;
 
 struct Scale {
   double lo = 0, hi = 1, from = 0, to = 1;
@@ -126,7 +126,7 @@ std::string line_chart(const ChartText& text, const std::vector<Series>& series)
   svg += fmt::format("<text class=\"label\" x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>",
                      (kLeft + kWidth - kRight) / 2, kHeight - 6, escape(text.x));
   svg +=
-      fmt::format("<text class=\"label\" transform=\"translate(13 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
+      fmt::format("<text class=\"label\" transform=\"translate(12 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
                   (kTop + kHeight - kBottom) / 2, escape(text.y));
   for (const Series& s : series) svg += draw(s, x, y);
   svg += "</svg><p class=\"legend\">";

@@ -118,7 +118,7 @@ std::string charts(const std::vector<ReportRun>& runs) {
 }
 
 std::string views(const ReportRun& run) {
-  std::string html = fmt::format("<p class=\"legend\">{}</p>", escape(run.views_note));
+  std::string html = fmt::format("<p class=\"note\">{}</p>", escape(run.views_note));
   if (run.views.empty()) return html;
   html += "<div class=\"views\">";
   for (const ReportView& v : run.views) {

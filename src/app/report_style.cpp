@@ -20,12 +20,12 @@ h3 { font-size:15px; margin:20px 0 8px }
 .run-name i { display:inline-block; width:11px; height:11px; border-radius:3px; margin-right:8px; background:var(--c) }
 .card, .chart, .tile, .views figure { background:var(--card); border:1px solid var(--line); border-radius:12px }
 .card { padding:18px 20px; margin-bottom:14px }
-.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(138px,1fr)); gap:12px; margin-bottom:18px }
-.tile { padding:13px 16px }
-.tile b { display:block; font-size:25px; font-weight:650; letter-spacing:-.02em; font-variant-numeric:tabular-nums }
+.tiles { display:grid; grid-template-columns:repeat(auto-fit,minmax(126px,1fr)); gap:12px; margin-bottom:18px }
+.tile { padding:12px 14px }
+.tile b { display:block; font-size:22px; font-weight:650; white-space:nowrap; letter-spacing:-.02em; font-variant-numeric:tabular-nums }
 .tile b small { font-size:13px; font-weight:500; color:var(--soft); margin-left:4px; letter-spacing:0 }
 .tile span { color:var(--soft); font-size:13px }
-.charts { display:grid; grid-template-columns:repeat(auto-fit,minmax(430px,1fr)); gap:14px }
+.charts { display:grid; grid-template-columns:repeat(auto-fit,minmax(350px,1fr)); gap:14px }
 .chart { margin:0; padding:16px 16px 10px }
 .chart figcaption { font-weight:600; margin-bottom:6px }
 .chart svg { width:100%; height:auto; display:block }
@@ -43,6 +43,7 @@ table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums 
 th { text-align:right; font-weight:600; color:var(--soft); font-size:13px } td { text-align:right }
 th,td { padding:6px 12px; border-bottom:1px solid var(--line) } tr:last-child td { border-bottom:0 }
 th:first-child, td:first-child { text-align:left } td.best { font-weight:700 }
+.note { color:var(--soft); font-size:13.5px; margin:0 0 10px }
 .views { display:grid; grid-template-columns:repeat(auto-fit,minmax(540px,1fr)); gap:14px }
 .views figure { margin:0; padding:14px; overflow:hidden }
 .views .row { display:grid; grid-template-columns:repeat(4,1fr); gap:8px }

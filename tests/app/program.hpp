@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "support/tiny_dataset.hpp"
+
+extern char** environ;
+
+/// The program as a user meets it: words in, exit code and two texts out.
+namespace splinevox::test {
+
+struct Ended {
+  int code = -1;  ///< exit code, or 128 + signal
+  std::string out, err;
+};
+
+inline std::string slurp(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::stringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// A program that was started and not yet waited for.
+class Started {
+ public:
+  explicit Started(std::vector<std::string> words) {
+    std::vector<char*> arguments;
+    for (std::string& w : words) arguments.push_back(w.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_addopen(&actions, 1, (folder_.str() + "/out").c_str(), O_CREAT | O_WRONLY, 0600);
+    posix_spawn_file_actions_addopen(&actions, 2, (folder_.str() + "/err").c_str(), O_CREAT | O_WRONLY, 0600);
+    if (posix_spawnp(&process_, arguments[0], &actions, nullptr, arguments.data(), environ) != 0) process_ = -1;
+    posix_spawn_file_actions_destroy(&actions);
+  }
+  pid_t process() const { return process_; }
+  Ended wait() {
+    Ended e;
+    int status = 0;
+    if (process_ > 0 && ::waitpid(process_, &status, 0) == process_)
+      e.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    e.out = slurp(folder_.path() / "out");
+    e.err = slurp(folder_.path() / "err");
+    return e;
+  }
+
+ private:
+  TempFolder folder_;
+  pid_t process_ = -1;
+};
+
+/// Runs `splinevox WORDS...` to its end.
+inline Ended program(std::vector<std::string> words) {
+  words.insert(words.begin(), SPLINEVOX_PROGRAM);
+  return Started(words).wait();
+}
+
+inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
+
+}  // namespace splinevox::test

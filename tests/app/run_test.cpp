@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "program.hpp"
+
+using namespace splinevox::test;
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+/// A ball that moves, and the words that train on it for a moment.
+struct Scene {
+  TempFolder temp;
+  std::string data = temp.str() + "/ball";
+  Scene() { write_moving_ball(data, {12, 2, 3, 24, 0.8}); }
+  std::string path(const std::string& name) const { return temp.str() + "/" + name; }
+  std::vector<std::string> train(const std::string& run, const std::string& steps,
+                                 std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {
+        "train",       data,  "--out", path(run),           "--preset", "draft",
+        "--max-steps", steps, "--set", "sampling.rays=512", "--set",    "grid.radiance=16,24,32"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+};
+
+}  // namespace
+
+TEST_SUITE("app/run") {
+  TEST_CASE("train leaves the files of a run; eval, info, verify, render, export and report read them") {
+    const Scene scene;
+    const Ended train = program(scene.train("run", "60", {"--threads", "2"}));
+    CAPTURE(train.err);
+    REQUIRE(train.code == 0);
+    CHECK(contains(train.out, "peak memory"));
+    const fs::path run = scene.path("run");
+    for (const char* file : {"config.toml", "model.vdb", "checkpoint.bin", "metrics.jsonl", "metrics.json", "preview"})
+      CHECK_MESSAGE(fs::exists(run / file), file);
+    const std::string config = slurp(run / "config.toml");
+    for (const char* part :
+         {"preset = \"draft\"", "seed = 1", "[record]", "fingerprint = \"", "time_scale = ", "rays = 512"})
+      CHECK_MESSAGE(contains(config, part), part);
+    const Json trained = Json::parse(slurp(run / "metrics.json"));
+    CHECK(trained["steps"] == 60);
+    CHECK(trained["peak_memory_bytes"] > 1e6);
+    CHECK(trained["phases"].size() >= 7);
+
+    const Ended eval = program({"eval", run.string(), "--images", scene.path("pictures"), "--json"});
+    CAPTURE(eval.err);
+    REQUIRE(eval.code == 0);
+    const Json printed = Json::parse(eval.out), saved = Json::parse(slurp(run / "metrics.json"));
+    CHECK(printed["split"] == "test");
+    CHECK(printed["frames"].size() == 3);
+    CHECK(printed["psnr"] > 5);
+    CHECK(saved["psnr"] == printed["psnr"]);
+    CHECK(saved["steps"] == 60);
+    CHECK(fs::exists(scene.path("pictures") + "/r_0.png"));
+    CHECK(program({"eval", run.string(), "--split", "val"}).code == 0);
+    CHECK(Json::parse(slurp(run / "metrics.json"))["split"] == "test");
+
+    const Ended info = program({"info", run.string()});
+    CHECK(info.code == 0);
+    for (const char* part : {"density", "rgb", "PSNR"}) CHECK_MESSAGE(contains(info.out, part), part);
+    CHECK(Json::parse(program({"info", run.string() + "/model.vdb", "--json"}).out)["grids"].size() >= 2);
+    CHECK(contains(program({"info", scene.data}).out, "12 frames of 24x24"));
+    const Ended verify = program({"verify", run.string()});
+    CAPTURE(verify.out);
+    CHECK(verify.code == 0);
+
+    const Ended render = splinevox(
+        {"render", run.string(), "--out", scene.path("views"), "--camera", "dataset:test", "--layers", "all"});
+    CAPTURE(render.err);
+    CHECK(render.code == 0);
+    for (const char* file : {"rgb_0001.png", "alpha_0002.png", "depth_0003.png", "flow_0001.png", "rigidity_0001.png"})
+      CHECK_MESSAGE(fs::exists(scene.path("views") + "/" + file), file);
+    CHECK(program({"render", run.string(), "--out", scene.path("exr"), "--camera", "orbit", "--times", "0:1:2",
+                   "--size", "16", "--format", "exr", "--layers", "rgb,depth"})
+              .code == 0);
+    CHECK(fs::exists(scene.path("exr") + "/frame_0002.exr"));
+    CHECK(program({"render", run.string(), "--out", scene.path("own"), "--camera", scene.data + "/transforms_val.json",
+                   "--size", "20"})
+              .code == 0);
+    CHECK(fs::exists(scene.path("own") + "/rgb_0002.png"));
+
+    const Ended exported =
+        program({"export", run.string(), "--out", scene.path("vdb"), "--frames", "1-2", "--fps", "24"});
+    CAPTURE(exported.err);
+    CHECK(exported.code == 0);
+    CHECK(program({"verify", scene.path("vdb")}).code == 0);
+
+    const Ended report = program({"report", run.string(), "--out", scene.path("page.html"), "--views", "2"});
+    CAPTURE(report.err);
+    CHECK(report.code == 0);
+    const std::string page = slurp(scene.path("page.html"));
+    for (const char* part : {"<svg", "data:image/png;base64,", "PSNR", "[record]", "</html>"})
+      CHECK_MESSAGE(contains(page, part), part);
+    for (const char* part : {"http://", "https://", "<script"}) CHECK_FALSE_MESSAGE(contains(page, part), part);
+
+    std::string model = slurp(run / "model.vdb");
+    model[model.size() / 2] ^= 1;
+    write_text(run / "model.vdb", model);
+    CHECK(program({"verify", run.string()}).code == 2);
+    CHECK(program({"eval", run.string()}).code == 2);
+  }
+
+  TEST_CASE("a run is not overwritten, and is resumed only with its own configuration and data") {
+    const Scene scene;
+    const Ended fresh = program(scene.train("run", "20", {"--resume", "--quiet"}));
+    CAPTURE(fresh.err);
+    REQUIRE(fresh.code == 0);
+    const std::string model = slurp(scene.path("run") + "/model.vdb");
+    const Ended again = program(scene.train("run", "20"));
+    CHECK(again.code == 2);
+    CHECK(contains(again.err, "already holds a run"));
+    CHECK(contains(again.err, "--resume"));
+    const Ended changed = program(scene.train("run", "20", {"--resume", "--set", "loss.offset=1"}));
+    CHECK(changed.code == 2);
+    CHECK(contains(changed.err, "offset = 1"));
+    const Ended preset = program({"train", scene.data, "--out", scene.path("run"), "--resume", "--preset", "paper"});
+    CHECK(preset.code == 2);
+    CHECK(contains(preset.err, "was made with another preset"));
+    write_moving_ball(scene.path("other"), {9, 2, 3, 24, 0.8});
+    const Ended other = program({"train", scene.path("other"), "--out", scene.path("run"), "--resume"});
+    CHECK(other.code == 2);
+    CHECK(contains(other.err, "other training data"));
+    const Ended same = program({"train", scene.data, "--out", scene.path("run"), "--resume"});
+    CAPTURE(same.err);
+    CHECK(same.code == 0);
+    CHECK(slurp(scene.path("run") + "/model.vdb") == model);
+  }
+
+  TEST_CASE("--resume without a checkpoint starts afresh and says so") {
+    const Scene scene;
+    const Ended e = program(scene.train("run", "5", {"--resume"}));
+    CHECK(e.code == 0);
+    CHECK(contains(e.err, "there is no checkpoint in " + scene.path("run") + ": starting afresh"));
+  }
+
+  TEST_CASE("interrupted and resumed ends in the same bits as never interrupted") {
+    const Scene scene;
+    REQUIRE(program(scene.train("whole", "3000", {"--quiet", "--threads", "2"})).code == 0);
+    std::vector<std::string> words = scene.train("parts", "3000", {"--quiet", "--threads", "1"});
+    words.insert(words.begin(), SPLINEVOX_PROGRAM);
+    Started started(words);
+    for (int i = 0; i < 400 && slurp(scene.path("parts") + "/metrics.jsonl").empty(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    ::kill(started.process(), SIGINT);
+    const Ended stopped = started.wait();
+    CAPTURE(stopped.err);
+    CHECK(stopped.code == 130);
+    CHECK(fs::exists(scene.path("parts") + "/model.vdb"));
+    CHECK(Json::parse(slurp(scene.path("parts") + "/metrics.json"))["finished"] == false);
+    const Ended resumed =
+        program({"train", scene.data, "--out", scene.path("parts"), "--resume", "--json", "--threads", "3"});
+    CAPTURE(resumed.err);
+    REQUIRE(resumed.code == 0);
+    CHECK(slurp(scene.path("parts") + "/model.vdb") == slurp(scene.path("whole") + "/model.vdb"));
+    std::stringstream lines(resumed.out);
+    for (std::string line; std::getline(lines, line);) CHECK(Json::accept(line));
+  }
+
+  TEST_CASE("a disk that fills up is an error, and nothing already saved is lost") {
+    const Scene scene;
+    REQUIRE(program(scene.train("run", "5", {"--quiet"})).code == 0);
+    const std::string model = slurp(scene.path("run") + "/model.vdb"),
+                      metrics = slurp(scene.path("run") + "/metrics.json");
+    const std::string command = "ulimit -f 16; exec '" + std::string(SPLINEVOX_PROGRAM) + "' train '" + scene.data +
+                                "' --out '" + scene.path("run") + "' --resume --quiet";
+    const Ended e = Started({"sh", "-c", command}).wait();
+    CAPTURE(e.err);
+    CHECK(e.code == 1);
+    CHECK(contains(e.err, scene.path("run")));
+    CHECK(slurp(scene.path("run") + "/model.vdb") == model);
+    CHECK(slurp(scene.path("run") + "/metrics.json") == metrics);
+    CHECK(program({"eval", scene.path("run")}).code == 0);
+  }
+}
