@@ -45,6 +45,7 @@ using Bytes = std::vector<std::uint8_t>;
 
 inline void write_bytes(const std::filesystem::path& path, const Bytes& bytes) {
   std::filesystem::create_directories(path.parent_path());
+  std::filesystem::remove(path);  // to overwrite in place would wait for the disk on some file systems
   std::ofstream out(path, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
   if (!out) throw std::runtime_error("test set-up: cannot write " + path.string());
@@ -134,7 +135,8 @@ inline void write_png(const std::filesystem::path& path, const TinyPng& png) { w
 /// An RGBA picture of one 8-bit colour.
 inline TinyPng flat_png(int width, int height, std::array<std::uint8_t, 4> rgba = {200, 100, 50, 255}) {
   TinyPng png{width, height, 8, PngKind::rgba, {}};
-  for (int i = 0; i < width * height; ++i) png.rows.insert(png.rows.end(), rgba.begin(), rgba.end());
+  for (int i = 0; i < width * height; ++i)
+    for (const std::uint8_t v : rgba) png.rows.push_back(v);
   return png;
 }
 
@@ -143,7 +145,7 @@ inline std::array<double, 16> orbit_matrix(double angle) {
   const double px = 3 * std::cos(angle), py = 3 * std::sin(angle), pz = 1, r = std::sqrt(10.0);
   const double bx = px / r, by = py / r, bz = pz / r;  // backward, the camera's +z
   const double n = std::hypot(bx, by);
-  const double rx = -by / n, ry = bx / n;  // right = world z x backward
+  const double rx = -by / n, ry = bx / n;                            // right = world z x backward
   const double ux = -bz * ry, uy = bz * rx, uz = bx * ry - by * rx;  // up = backward x right
   return {rx, ux, bx, px, ry, uy, by, py, 0, uz, bz, pz, 0, 0, 0, 1};
 }
