@@ -224,7 +224,7 @@ TEST_SUITE("data/dataset") {
     for (const std::string& note : dataset.notes) CHECK(note.find('\n') == std::string::npos);
   }
 
-  TEST_CASE("real data: D-NeRF's lego" * doctest::may_fail(false)) {
+  TEST_CASE("real data: D-NeRF's lego") {
     const char* root = std::getenv("SPLINEVOX_DATA");
     const std::string folder = root ? std::string(root) + "/dnerf_lego" : "";
     if (folder.empty() || !std::filesystem::exists(folder)) {
