@@ -42,11 +42,14 @@ struct Silhouette {
   static constexpr int kBlock = 4;
   int width = 0, height = 0;
   std::vector<char> inside;
+  bool complete = true;  ///< nothing touches the picture's border, so nothing lies outside it
+
 
   Silhouette(const Image16& image, int grow) : width((image.width + kBlock - 1) / kBlock), height((image.height + kBlock - 1) / kBlock), inside(std::size_t(width) * height) {
     for (int y = 0; y < image.height; ++y)
       for (int x = 0; x < image.width; ++x) {
         if (image.pixel(x, y)[3] < 1000) continue;
+        complete &= x > 0 && y > 0 && x + 1 < image.width && y + 1 < image.height;
         const int x0 = std::max(0, x - grow) / kBlock, x1 = std::min(image.width - 1, x + grow) / kBlock;
         const int y0 = std::max(0, y - grow) / kBlock, y1 = std::min(image.height - 1, y + grow) / kBlock;
         for (int v = y0; v <= y1; ++v) std::fill_n(inside.begin() + std::size_t(v) * width + x0, x1 - x0 + 1, char(1));
@@ -54,27 +57,29 @@ struct Silhouette {
   }
 };
 
-/// Cells whose centre projects into the silhouette or out of the picture.
-BitGrid carve(const Frame& frame, const BitGrid& like) {
-  BitGrid out = like;
-  std::fill(out.bits.begin(), out.bits.end(), 0u);
-  const double distance = length(frame.camera.position - cast<double>(like.center({like.size.x / 2, like.size.y / 2, like.size.z / 2})));
-  const int grow = 2 + int(0.9 * like.cell * frame.camera.fx / std::max(distance, 1e-9));
+enum View : char { kOutside, kInside, kUnseen };
+
+/// What one picture says of every cell: its centre lies in the silhouette, beside it, or out of a picture that shows only part.
+std::vector<char> look(const Frame& frame, const BitGrid& grid) {
+  const Vec3d middle = cast<double>(grid.center({grid.size.x / 2, grid.size.y / 2, grid.size.z / 2}));
+  const double distance = length(frame.camera.position - middle);
+  const int grow = 2 + int(0.9 * grid.cell * frame.camera.fx / std::max(distance, 1e-9));
   const Silhouette silhouette(frame.image, grow);
+  std::vector<char> out(grid.cells(), silhouette.complete ? kOutside : kUnseen);
   Int3 c;
   std::size_t i = 0;
-  for (c.x = 0; c.x < out.size.x; ++c.x)
-    for (c.y = 0; c.y < out.size.y; ++c.y)
-      for (c.z = 0; c.z < out.size.z; ++c.z, ++i) {
-        const Projection p = project(frame.camera, cast<double>(out.center(c)));
-        if (p.depth <= 0) continue;
-        if (p.u < 0 || p.v < 0 || p.u >= frame.camera.width || p.v >= frame.camera.height ||
-            silhouette.inside[std::size_t(p.v) / Silhouette::kBlock * silhouette.width + std::size_t(p.u) / Silhouette::kBlock])
-          out.set(i);
+  for (c.x = 0; c.x < grid.size.x; ++c.x)
+    for (c.y = 0; c.y < grid.size.y; ++c.y)
+      for (c.z = 0; c.z < grid.size.z; ++c.z, ++i) {
+        const Projection p = project(frame.camera, cast<double>(grid.center(c)));
+        if (p.depth <= 0 || p.u < 0 || p.v < 0 || p.u >= frame.camera.width || p.v >= frame.camera.height) continue;
+        const std::size_t block = std::size_t(p.v) / Silhouette::kBlock * silhouette.width + std::size_t(p.u) / Silhouette::kBlock;
+        out[i] = silhouette.inside[block] ? kInside : kOutside;
       }
   return out;
 }
 
+/// Cells that in some window of neighbouring times no view sees outside the silhouette and most see inside.
 BitGrid swept_hull(const Split& train, const Box& box, int cells) {
   std::vector<int> by_time(train.frames.size());
   std::iota(by_time.begin(), by_time.end(), 0);
@@ -82,16 +87,22 @@ BitGrid swept_hull(const Split& train, const Box& box, int cells) {
   const int n = int(by_time.size());
   // A window is a twentieth of the frames: longer clips what moves fast, shorter leaves the hull loose.
   const int window = std::min(n, std::clamp(n / 20, 3, 9));
-  std::vector<BitGrid> inside(n);
-  const BitGrid empty(box, cells);
-  parallel_for(n, [&](int i) { inside[i] = carve(train.frames[by_time[i]], empty); });
-  BitGrid hull = empty;
-  for (int first = 0; first + window <= n; ++first)
-    for (std::size_t w = 0; w < hull.bits.size(); ++w) {
-      std::uint32_t all = inside[first].bits[w];
-      for (int k = 1; k < window; ++k) all &= inside[first + k].bits[w];
-      hull.bits[w] |= all;
+  BitGrid hull(box, cells);
+  std::vector<std::vector<char>> views(n);
+  parallel_for(n, [&](int f) { views[f] = look(train.frames[by_time[f]], hull); });
+  parallel_for(int(hull.bits.size()), [&](int word) {
+    for (std::size_t i = std::size_t(word) * 32; i < std::min(hull.cells(), std::size_t(word) * 32 + 32); ++i) {
+      int inside = 0, outside = 0;
+      for (int f = 0; f < n; ++f) {
+        inside += views[f][i] == kInside, outside += views[f][i] == kOutside;
+        if (f >= window) inside -= views[f - window][i] == kInside, outside -= views[f - window][i] == kOutside;
+        if (f + 1 >= window && outside == 0 && 2 * inside > window) {
+          hull.set(i);
+          break;
+        }
+      }
     }
+  });
   return hull;
 }
 
