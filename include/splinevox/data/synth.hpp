@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "splinevox/data/scene.hpp"
+#include "splinevox/math/camera.hpp"
+
+namespace splinevox {
+
+/// What to make of a built-in scene.
+struct SynthOptions {
+  int frames = 100;        ///< training pictures, 2..10000, picture i at time i / (frames - 1); a fifth as many
+                           ///< test pictures and a tenth as many validation pictures, at least 2 each
+  int size = 200;          ///< width and height of every picture, 8..4096 pixels
+  std::uint64_t seed = 1;  ///< of the training cameras; the scene itself is always the same
+};
+
+/// Names of the built-in scenes, the default first.
+///
+///   dancer  a jointed figure with a swinging plait (forward kinematics), a squashing ball, a plant that bends
+///           in the wind, and a plinth that stands still
+///   ball    one ball on a straight line at constant speed, turning not at all
+///   snake   one body that bends, and nothing rigid
+///   static  the dancer's scene as it is at time 0
+std::vector<std::string> synth_scenes();
+
+/// One point of a surface as a ray meets it.
+struct SynthHit {
+  int body = 0;      ///< which body of the scene
+  Vec3d position{};  ///< world, scene units, at the time of the moment
+  Vec3d rest{};      ///< where the same point of the material is at time 0; never changes with time
+  Vec3d normal{};    ///< unit, outwards
+  double along = 0;  ///< distance from the ray's origin
+  Vec3d colour{};    ///< shaded, display-referred, [0, 1]
+};
+
+class SynthMoment;
+
+/// A built-in scene: bodies whose motion is known in closed form. Rest is the pose at time 0, so position minus
+/// rest is the exact displacement that carries the canonical frame to time t.
+class SynthScene {
+ public:
+  /// Throws Error (Fault::input) listing the scenes when there is none of that name.
+  static SynthScene open(const std::string& name);
+  /// The scene at a time in [0, 1].
+  SynthMoment at(double time) const;
+
+  struct Content;
+
+ private:
+  explicit SynthScene(std::shared_ptr<const Content> content) : content_(std::move(content)) {}
+  std::shared_ptr<const Content> content_;
+};
+
+/// The scene at one time, ready to be looked at. Const use from several threads is safe.
+class SynthMoment {
+ public:
+  /// The first surface along the ray, none if the ray meets nothing.
+  std::optional<SynthHit> trace(const Ray& ray) const;
+  /// Where a point of a body's material is now. Exact for points on or near the body at rest.
+  Vec3d world_from_rest(int body, const Vec3d& rest) const;
+  /// Signed distance of a world point to the surface of a body, a lower bound; negative inside.
+  double distance(int body, const Vec3d& world) const;
+  int bodies() const;
+
+  struct Posed;
+  explicit SynthMoment(std::shared_ptr<const Posed> posed) : posed_(std::move(posed)) {}
+
+ private:
+  std::shared_ptr<const Posed> posed_;
+};
+
+/// Told after every finished picture, from one thread at a time.
+using SynthProgress = std::function<void(int done, int total)>;
+
+/// The whole data set in memory: train, val and test as load_dataset would return them for write_synth's folder,
+/// with the same pixels (8 bit). Train cameras are drawn by the seed from the upper hemisphere of radius 4; val and
+/// test cameras go round on a smooth path. The fingerprint is its own, not that of the folder.
+Dataset make_synth(const std::string& scene, const SynthOptions& options = {}, const SynthProgress& progress = {});
+
+/// Writes the data set as a D-NeRF folder (transforms_*.json, straight-alpha PNG) and, for each test picture
+/// r_XXX, truth/r_XXX_0000.exr with layers `position` (X, Y, Z) and `rest` (R, G, B) and the channel `depth`
+/// (along the viewing axis), 32-bit, point samples at pixel centres, 0 where nothing is hit.
+///
+/// Throws Error: Fault::input for the scene's name or an option out of range, Fault::output for anything that
+/// cannot be written. The transforms files are written last.
+void write_synth(const std::string& scene, const std::string& folder, const SynthOptions& options = {},
+                 const SynthProgress& progress = {});
+
+}  // namespace splinevox
