@@ -1,8 +1,103 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <memory>
 
 #include "app/command.hpp"
 #include "app/evaluate.hpp"
+#include "app/signals.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
-namespace splinevox::app {}
+namespace splinevox::app {
+namespace {
+
+struct ExportVerb {
+  std::string run, out, frames = "1-120";
+  ExportOptions options;
+  bool full = false, afresh = false, quiet = false, json = false;
+  int threads = 0;
+};
+
+/// "1-120" or "7".
+void parse_frames(const std::string& text, ExportOptions& options) {
+  const char* expected = "FIRST-LAST or one number, whole and not negative";
+  const std::vector<double> v = numbers(text, '-', "--frames", expected);
+  const bool whole = std::all_of(v.begin(), v.end(), [](double n) { return n == std::floor(n) && n >= 0 && n < 1e7; });
+  if (v.empty() || v.size() > 2 || !whole || v.front() > v.back() || text[0] == '-')
+    fail({"--frames", "this is not a range of frames", expected, text, "--frames 1-120"});
+  options.first = int(v.front());
+  options.last = int(v.back());
+}
+
+int export_run(ExportVerb& o) {
+  parse_frames(o.frames, o.options);
+  o.options.half = !o.full;
+  o.options.resume = !o.afresh;
+  validate(o.options);
+  const Run run = open_run(o.run);
+  probe_output_folder(o.out);
+  catch_stop_signals();
+  const bool bar = !o.quiet && !o.json && ::isatty(STDERR_FILENO);
+  double bytes = 0, speed = 0;
+  int kept = 0;
+  const ExportResult result = export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& f, int done, int total) {
+    bytes += double(f.file.digest.size);
+    kept += f.kept ? 1 : 0;
+    if (const auto s = f.file.figures.find("max_speed"); s != f.file.figures.end()) speed = std::max(speed, s->second);
+    if (o.json) {
+      Json line{
+          {"frame", f.frame}, {"time", f.time}, {"file", f.file.name}, {"bytes", f.file.digest.size}, {"kept", f.kept}};
+      for (const auto& [key, value] : f.file.figures) line[key] = value;
+      fmt::print("{}\n", line.dump());
+      std::fflush(stdout);
+    }
+    if (bar) fmt::print(stderr, "\r{} of {} frames{}", done, total, done == total ? "\n" : "");
+    return stop_signal() == 0;
+  });
+  if (!result.finished && stop_signal() != 0) {
+    fmt::print(stderr, "interrupted after {} frames; the same command goes on from there\n", result.frames.size());
+    return 128 + stop_signal();
+  }
+  if (o.quiet || o.json) return 0;
+  fmt::print("{}: {} frames, {:.1f} MB, profile {}", o.out, result.frames.size(), bytes / 1e6, o.options.profile);
+  if (kept > 0) fmt::print(", {} of them were there already", kept);
+  if (speed > 0) fmt::print(", fastest {:.3g} scene units a second", speed);
+  fmt::print("\n");
+  if (o.options.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", o.out);
+  return 0;
+}
+
+}  // namespace
+
+Action export_command(CLI::App& verb) {
+  auto o = std::make_shared<ExportVerb>();
+  ExportOptions& e = o->options;
+  verb.add_option("RUN", o->run, "the run to export")->required();
+  verb.add_option("--out", o->out, "folder of the sequence")->required();
+  verb.add_option("--profile", e.profile, fmt::format("whose conventions: {}", fmt::join(export_profiles(), ", ")))
+      ->capture_default_str();
+  verb.add_option("--frames", o->frames, "FIRST-LAST")->capture_default_str();
+  verb.add_option("--fps", e.fps, "frames a second")->capture_default_str();
+  verb.add_option("--seconds", e.seconds, "how long the whole motion lasts, 0 = exactly the frames")
+      ->capture_default_str();
+  verb.add_option("--voxel-size", e.voxel_size, "scene units, 0 = the model's own")->capture_default_str();
+  verb.add_option("--bake-view", e.bake_view, "colour of a voxel: mean (over all directions), none or dir=x,y,z")
+      ->capture_default_str();
+  verb.add_option("--colorspace", e.colorspace, "display (values as in the pictures) or linear")->capture_default_str();
+  verb.add_option("--shutter", e.shutter, "share of a frame it is open: how far velocity is continued")
+      ->capture_default_str();
+  verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")->capture_default_str();
+  verb.add_flag("--full", o->full, "32-bit floats instead of 16");
+  verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
+  add_threads(verb, o->threads);
+  return [o] { return with_threads(o->threads, [&] { return export_run(*o); }); };
+}
+
+}  // namespace splinevox::app

@@ -27,6 +27,7 @@ Action synth_command(CLI::App& verb) {
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
   return [o] {
+    SynthScene::open(o->scene);  // a wrong name is found before a folder is made
     probe_output_folder(o->out);
     return with_threads(o->threads, [&] {
       const bool bar = !o->quiet && ::isatty(STDERR_FILENO);

@@ -35,7 +35,8 @@ std::vector<double> ticks(const Scale& s) {
       for (double m : {1.0, 2.0, 5.0})
         if ((m == 1 || decades < 2.5) && m * std::pow(10, p) >= s.lo * 0.999 && m * std::pow(10, p) <= s.hi * 1.001)
           all.push_back(m * std::pow(10, p));
-    return all;
+    if (all.size() > 2) return all;
+    all.clear();  // less than about a decade: equal steps tell more
   }
   const double step = tick_step(s.hi - s.lo, 6);
   for (double v = std::ceil(s.lo / step - 1e-9) * step; v <= s.hi + 1e-9 * step; v += step)

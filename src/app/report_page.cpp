@@ -63,7 +63,7 @@ std::string tiles(const ReportRun& run) {
   for (const Column& c : kColumns) {
     const bool quality = c.better == 1 && c.scale == 1;
     tile(figure(number(run.metrics, c.key) * c.scale, c.digits, c.unit),
-         c.title + (quality && !split.empty() ? ", " + split + " split" : ""));
+         c.title + (quality && !split.empty() ? ", " + split : ""));
   }
   tile(figure(run.model_bytes / 1e6, 1, "MB"), "model.vdb");
   return html + "</div>";

@@ -19,6 +19,8 @@ namespace splinevox::app {
 
 RunFolder::RunFolder(const std::string& path, bool resume) : path_(path) {
   while (path_.size() > 1 && path_.back() == '/') path_.pop_back();
+  std::error_code ignored;
+  made_ = !fs::exists(path_, ignored);
   probe_output_folder(path_);
   lock();
   if (fs::is_empty(path_)) return;
@@ -32,6 +34,7 @@ RunFolder::RunFolder(const std::string& path, bool resume) : path_(path) {
 }
 
 RunFolder::~RunFolder() {
+  if (made_) ::rmdir(path_.c_str());  // does nothing unless the folder is empty
   if (folder_ >= 0) ::close(folder_);
 }
 

@@ -21,7 +21,7 @@ struct RunRecord {
 };
 
 /// A folder that one run lives in (interface.md lists its files). While the object lives, no other process can open the
-/// same folder for writing.
+/// same folder for writing. A folder that was made here and into which nothing was written goes again.
 class RunFolder {
  public:
   /// Makes or opens a folder to train into and proves that it can be written. A folder that already holds something is
@@ -38,6 +38,7 @@ class RunFolder {
  private:
   void lock();
   std::string path_;
+  bool made_ = false;
   int folder_ = -1;  ///< descriptor of the folder; the lock is on it
 };
 

@@ -78,7 +78,10 @@ Json TrainSession::run() {
   progress_.finish();
   const double start = clock();
   save_checkpoint();
-  const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model());
+  const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model(),
+                                      {{"splinevox", kVersion},
+                                       {"preset", setup_.config.preset},
+                                       {"dataset", fs::path(setup_.data.path).filename().string()}});
   saving_ = clock() - start;
   const bool interrupted = stop_signal() != 0;
   if (!interrupted) render_held_view();

@@ -105,7 +105,8 @@ std::string write_config(const Config& config) {
     using T = std::decay_t<decltype(member)>;
     std::string line = fmt::format("{} = {}", name.substr(dot + 1), config_value::print(member));
     if (line.size() < 40) line.resize(40, ' ');
-    text += fmt::format("{}  # {}; {}\n", line, doc, config_value::expected<T>(lo, hi));
+    const std::string range = config_value::expected<T>(lo, hi);
+    text += fmt::format("{}  # {}{}\n", line, doc, range == doc ? "" : "; " + range);
   });
   return text;
 }

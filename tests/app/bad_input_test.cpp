@@ -73,6 +73,7 @@ TEST_SUITE("app/bad input") {
     const Ended missing = train("nowhere");
     CHECK(missing.code == 2);
     CHECK(contains(missing.err, "nowhere: the data set does not exist"));
+    CHECK_FALSE(fs::exists(temp.path() / "run_nowhere"));
 
     write_moving_ball(temp.path() / "json");
     write_text(temp.path() / "json/transforms_train.json", "{\"frames\": [");

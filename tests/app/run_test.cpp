@@ -73,8 +73,8 @@ TEST_SUITE("app/run") {
     CAPTURE(verify.out);
     CHECK(verify.code == 0);
 
-    const Ended render = splinevox(
-        {"render", run.string(), "--out", scene.path("views"), "--camera", "dataset:test", "--layers", "all"});
+    const Ended render =
+        program({"render", run.string(), "--out", scene.path("views"), "--camera", "dataset:test", "--layers", "all"});
     CAPTURE(render.err);
     CHECK(render.code == 0);
     for (const char* file : {"rgb_0001.png", "alpha_0002.png", "depth_0003.png", "flow_0001.png", "rigidity_0001.png"})
@@ -144,8 +144,8 @@ TEST_SUITE("app/run") {
 
   TEST_CASE("interrupted and resumed ends in the same bits as never interrupted") {
     const Scene scene;
-    REQUIRE(program(scene.train("whole", "3000", {"--quiet", "--threads", "2"})).code == 0);
-    std::vector<std::string> words = scene.train("parts", "3000", {"--quiet", "--threads", "1"});
+    REQUIRE(program(scene.train("whole", "1000", {"--quiet", "--threads", "2"})).code == 0);
+    std::vector<std::string> words = scene.train("parts", "1000", {"--quiet", "--threads", "1"});
     words.insert(words.begin(), SPLINEVOX_PROGRAM);
     Started started(words);
     for (int i = 0; i < 400 && slurp(scene.path("parts") + "/metrics.jsonl").empty(); ++i)
