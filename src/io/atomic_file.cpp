@@ -111,7 +111,8 @@ void read_pieces(const std::string& path, std::uint64_t max_bytes, const Piece& 
 
 }  // namespace
 
-FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts, const std::string& previous) {
+FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
+                      const std::string& previous) {
   FileDigest digest;
   Hash64 hash;
   for (const std::string_view part : parts) hash.add(part), digest.size += part.size();

@@ -12,8 +12,8 @@ namespace {
 
 // magic (8) | framing version (4) | format (4) | config (8) | dataset (8) | step (8) | length of kind (8) |
 // length of bytes (8) | kind | bytes | XXH64 of everything before (8).
-// The magic, the version after it and the checksum at the very end are the same in every version to come, so that a newer
-// file is told from a damaged one.
+// The magic, the version after it and the checksum at the very end are the same in every version to come, so that a
+// newer file is told from a damaged one.
 constexpr std::string_view kMagic = "SPVXCKPT";
 constexpr std::uint32_t kFraming = 1;
 constexpr std::size_t kFixed = 56, kHash = 8;
@@ -39,15 +39,19 @@ Checkpoint parse(const std::string& path, std::string_view file) {
     fail({.where = path, .what = "is damaged or not complete", .expected = std::move(expected), .got = std::move(got)});
   };
   if (file.substr(0, kMagic.size()) != kMagic)
-    fail({.where = path, .what = "is not a checkpoint of splinevox", .expected = "a file that begins with " + std::string(kMagic),
+    fail({.where = path,
+          .what = "is not a checkpoint of splinevox",
+          .expected = "a file that begins with " + std::string(kMagic),
           .got = file.empty() ? "an empty file" : "other bytes"});
   if (file.size() < kMagic.size() + 4 + kHash) damaged("a whole header", std::to_string(file.size()) + " bytes");
   const std::string_view body = file.substr(0, file.size() - kHash);
   if (hash64(body) != get<std::uint64_t>(file, body.size())) damaged("a checksum that fits the content", "another one");
   const auto version = get<std::uint32_t>(file, 8);
   if (version > kFraming)
-    throw Newer({.where = path, .what = "was written by a newer version of splinevox",
-                 .expected = "checkpoint version " + std::to_string(kFraming) + " or older", .got = std::to_string(version),
+    throw Newer({.where = path,
+                 .what = "was written by a newer version of splinevox",
+                 .expected = "checkpoint version " + std::to_string(kFraming) + " or older",
+                 .got = std::to_string(version),
                  .hint = "resume with the version that wrote it, or train into another folder"},
                 Fault::input);
   if (version != kFraming || body.size() < kFixed) damaged("a whole header", std::to_string(file.size()) + " bytes");
@@ -95,8 +99,8 @@ Checkpoint read_checkpoint(const std::string& path) {
     try {
       Checkpoint out = parse(previous, read_file(previous));
       const Problem& p = error.problem;
-      out.note = p.where + " " + p.what + (p.got.empty() ? "" : " (" + p.got + ")") + "; the one before it, " + previous +
-                 " at step " + std::to_string(out.header.step) + ", is used instead";
+      out.note = p.where + " " + p.what + (p.got.empty() ? "" : " (" + p.got + ")") + "; the one before it, " +
+                 previous + " at step " + std::to_string(out.header.step) + ", is used instead";
       return out;
     } catch (const Error&) {
     }

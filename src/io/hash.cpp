@@ -10,8 +10,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "files are written as the machine stores them");
 
-constexpr std::uint64_t kPrime1 = 0x9E3779B185EBCA87ull, kPrime2 = 0xC2B2AE3D27D4EB4Full, kPrime3 = 0x165667B19E3779F9ull,
-                        kPrime4 = 0x85EBCA77C2B2AE63ull, kPrime5 = 0x27D4EB2F165667C5ull;
+constexpr std::uint64_t kPrime1 = 0x9E3779B185EBCA87ull, kPrime2 = 0xC2B2AE3D27D4EB4Full,
+                        kPrime3 = 0x165667B19E3779F9ull, kPrime4 = 0x85EBCA77C2B2AE63ull,
+                        kPrime5 = 0x27D4EB2F165667C5ull;
 
 template <class T>
 T load(const unsigned char* p) {
@@ -20,9 +21,7 @@ T load(const unsigned char* p) {
   return v;
 }
 
-std::uint64_t mix(std::uint64_t lane, std::uint64_t input) {
-  return std::rotl(lane + input * kPrime2, 31) * kPrime1;
-}
+std::uint64_t mix(std::uint64_t lane, std::uint64_t input) { return std::rotl(lane + input * kPrime2, 31) * kPrime1; }
 
 void absorb(std::uint64_t (&lane)[4], const unsigned char* block) {
   for (int i = 0; i < 4; ++i) lane[i] = mix(lane[i], load<std::uint64_t>(block + 8 * i));

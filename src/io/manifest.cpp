@@ -27,7 +27,9 @@ std::uint64_t parse_hash(const std::string& text, const std::string& where) {
   const char *begin = text.data() + std::min(kHashPrefix.size(), text.size()), *end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(begin, end, hash, 16);
   if (text.compare(0, kHashPrefix.size(), kHashPrefix) != 0 || end - begin != 16 || stop != end || error != std::errc())
-    fail({.where = where, .what = "'hash' is malformed", .expected = std::string(kHashPrefix) + " and 16 hexadecimal digits",
+    fail({.where = where,
+          .what = "'hash' is malformed",
+          .expected = std::string(kHashPrefix) + " and 16 hexadecimal digits",
           .got = text.substr(0, 60)});
   return hash;
 }
@@ -38,10 +40,15 @@ void check_name(const std::string& name, const std::string& where) {
   bool inside = !name.empty() && !path.is_absolute();
   for (const auto& part : path) inside = inside && part != "..";
   if (!inside)
-    fail({.where = where, .what = "'name' leads out of the folder", .expected = "a relative path without '..'", .got = name.substr(0, 200)});
+    fail({.where = where,
+          .what = "'name' leads out of the folder",
+          .expected = "a relative path without '..'",
+          .got = name.substr(0, 200)});
 }
 
-std::string join(const std::string& folder, const std::string& name) { return (std::filesystem::path(folder) / name).string(); }
+std::string join(const std::string& folder, const std::string& name) {
+  return (std::filesystem::path(folder) / name).string();
+}
 
 Manifest parse(const std::string& path, const std::string& text) {
   const auto guard = [&](int depth, Json::parse_event_t, Json&) {
@@ -52,11 +59,12 @@ Manifest parse(const std::string& path, const std::string& text) {
   try {
     const Json json = Json::parse(text, guard);
     const int version = json.at("version");
-    if (json.at("format") != "splinevox manifest")
-      fail({.where = path, .what = "is not a manifest of splinevox"});
+    if (json.at("format") != "splinevox manifest") fail({.where = path, .what = "is not a manifest of splinevox"});
     if (version > kVersion)
-      fail({.where = path, .what = "was written by a newer version of splinevox",
-            .expected = "manifest version " + std::to_string(kVersion) + " or older", .got = std::to_string(version)});
+      fail({.where = path,
+            .what = "was written by a newer version of splinevox",
+            .expected = "manifest version " + std::to_string(kVersion) + " or older",
+            .got = std::to_string(version)});
     out.kind = json.at("kind");
     for (const auto& [key, value] : json.at("info").items()) out.info[key] = value.get<std::string>();
     for (const Json& item : json.at("files")) {
@@ -84,7 +92,8 @@ FileCheck check_file(const std::string& folder, const ManifestFile& listed) {
       return {listed.name, false,
               "has " + std::to_string(found.size) + " bytes, the manifest says " + std::to_string(listed.digest.size)};
     if (found.hash != listed.digest.hash)
-      return {listed.name, false, "has hash " + hash_text(found.hash) + ", the manifest says " + hash_text(listed.digest.hash)};
+      return {listed.name, false,
+              "has hash " + hash_text(found.hash) + ", the manifest says " + hash_text(listed.digest.hash)};
     // Bytes that nobody vouches for never reach the parser.
     if (path.ends_with(".vdb")) read_vdb(path);
   } catch (const Error& e) {
@@ -134,6 +143,13 @@ Manifest read_manifest(const std::string& folder, const std::string& name) {
 }
 
 std::vector<FileCheck> verify(const std::string& folder) {
+  namespace fs = std::filesystem;
+  if (!fs::exists(fs::path(folder) / kManifestName) && fs::exists(fs::path(folder) / kPartialManifestName))
+    fail({.where = folder,
+          .what = "holds an export that was not finished",
+          .expected = kManifestName,
+          .got = kPartialManifestName,
+          .hint = "run the export again: the frames that are there are kept"});
   const Manifest manifest = read_manifest(folder);
   std::vector<FileCheck> checks;
   for (const ManifestFile& file : manifest.files) checks.push_back(check_file(folder, file));

@@ -16,8 +16,11 @@ constexpr int kMaxVertices = 1 << 13, kMaxWidth = 64;  // per axis; floats per r
 constexpr double kMaxTable = 1 << 28;                  // bricks of a lattice
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
-  fail({.where = in.where, .what = "metadata '" + key + "' is missing or wrong", .expected = std::move(expected),
-        .got = got.substr(0, 200), .hint = "is this the model.vdb of a run?"});
+  fail({.where = in.where,
+        .what = "metadata '" + key + "' is missing or wrong",
+        .expected = std::move(expected),
+        .got = got.substr(0, 200),
+        .hint = "is this the model.vdb of a run?"});
 }
 
 std::string text_of(const NamedMeta& in, const std::string& key) {
@@ -30,7 +33,8 @@ std::string text_of(const NamedMeta& in, const std::string& key) {
 int integer(const NamedMeta& in, const std::string& key, int lo, int hi) {
   const auto at = in.meta.find(key);
   const std::string expected = "an integer from " + std::to_string(lo) + " to " + std::to_string(hi);
-  if (at == in.meta.end() || !std::holds_alternative<std::int64_t>(at->second)) bad(in, key, expected, "nothing of that type");
+  if (at == in.meta.end() || !std::holds_alternative<std::int64_t>(at->second))
+    bad(in, key, expected, "nothing of that type");
   const std::int64_t v = std::get<std::int64_t>(at->second);
   if (v < lo || v > hi) bad(in, key, expected, std::to_string(v));
   return int(v);
@@ -64,7 +68,8 @@ constexpr const char* kSwitch[] = {"off", "on"};
 
 void put_shape(VdbMeta& meta, const Channels& channels) {
   const Lattice& l = channels.topology->lattice;
-  meta["lattice"] = exact_text<float>({l.origin.x, l.origin.y, l.origin.z, l.spacing, float(l.size.x), float(l.size.y), float(l.size.z)});
+  meta["lattice"] = exact_text<float>(
+      {l.origin.x, l.origin.y, l.origin.z, l.spacing, float(l.size.x), float(l.size.y), float(l.size.z)});
   meta["row_width"] = std::int64_t(channels.width);
 }
 
@@ -82,7 +87,8 @@ FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& colu
     table *= n / kBrick + 3;
   }
   if (!ok || table > kMaxTable)
-    bad(in, "lattice", "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMaxVertices), "'" + text_of(in, "lattice") + "'");
+    bad(in, "lattice", "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMaxVertices),
+        "'" + text_of(in, "lattice") + "'");
   const int least = padded_width(columns);
   shape.width = integer(in, "row_width", least, kMaxWidth);
   if (shape.width % 8 != 0) bad(in, "row_width", "a multiple of 8", std::to_string(shape.width));
@@ -126,11 +132,17 @@ VdbMeta motion_meta(const MotionField& motion) {
 void parse_model_meta(const NamedMeta& in, VoxelModel& m) {
   const auto at = in.meta.find("splinevox_model");
   if (at == in.meta.end())
-    fail({.where = in.where, .what = "is a VDB file, but not a model of splinevox", .expected = "metadata 'splinevox_model'",
-          .got = "none", .hint = "give the model.vdb of a run"});
+    fail({.where = in.where,
+          .what = "is a VDB file, but not a model of splinevox",
+          .expected = "metadata 'splinevox_model'",
+          .got = "none",
+          .hint = "give the model.vdb of a run"});
   if (const auto* version = std::get_if<std::int64_t>(&at->second); version && *version > kModelFormat)
-    fail({.where = in.where, .what = "was written by a newer version of splinevox",
-          .expected = "model format " + std::to_string(kModelFormat) + " or older", .got = std::to_string(*version), .hint = ""});
+    fail({.where = in.where,
+          .what = "was written by a newer version of splinevox",
+          .expected = "model format " + std::to_string(kModelFormat) + " or older",
+          .got = std::to_string(*version),
+          .hint = ""});
   integer(in, "splinevox_model", 1, kModelFormat);
   const auto box = numbers<float>(in, "box", 6);
   m.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
@@ -161,7 +173,8 @@ FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
   motion.rigidity_offset = numbers<float>(in, "rigidity_offset", 1)[0];
   // The contraction of a row reads one float past its last control point.
   FieldShape shape = parse_shape(in, motion_columns(motion));
-  if (shape.width <= motion.rigidity_column()) bad(in, "row_width", "more than " + std::to_string(motion.rigidity_column()), std::to_string(shape.width));
+  if (shape.width <= motion.rigidity_column())
+    bad(in, "row_width", "more than " + std::to_string(motion.rigidity_column()), std::to_string(shape.width));
   return shape;
 }
 

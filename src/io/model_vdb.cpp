@@ -43,14 +43,17 @@ const VdbGrid* find(const VdbFile& file, const std::string& name) {
 }
 
 /// The grids of one field, in the order of its columns. A missing or misshapen one is an error.
-std::vector<const VdbGrid*> find_all(const std::string& path, const VdbFile& file, const std::vector<ModelColumn>& columns) {
+std::vector<const VdbGrid*> find_all(const std::string& path, const VdbFile& file,
+                                     const std::vector<ModelColumn>& columns) {
   std::vector<const VdbGrid*> grids;
   for (const ModelColumn& column : columns) {
     const VdbGrid* grid = find(file, column.grid);
     if (!grid || grid->width != column.width)
-      fail({.where = path, .what = "has no grid '" + column.grid + "' of the right type",
+      fail({.where = path,
+            .what = "has no grid '" + column.grid + "' of the right type",
             .expected = column.width == 1 ? "a float grid" : "a Vec3s grid",
-            .got = grid ? "another type" : "no such grid", .hint = "is this the model.vdb of a run?"});
+            .got = grid ? "another type" : "no such grid",
+            .hint = "is this the model.vdb of a run?"});
     grids.push_back(grid);
   }
   return grids;
@@ -68,9 +71,10 @@ TopologyPtr read_topology(const std::string& path, const Lattice& lattice, const
       bool inside = true;
       for (int a = 0; a < 3; ++a) inside = inside && leaf[a] >= 0 && b[a] < bricks[a];
       if (!inside)
-        fail({.where = path + ", grid '" + grid->name + "'", .what = "has voxels outside its lattice",
-              .expected = "indices within " + std::to_string(lattice.size.x) + " x " + std::to_string(lattice.size.y) + " x " +
-                          std::to_string(lattice.size.z),
+        fail({.where = path + ", grid '" + grid->name + "'",
+              .what = "has voxels outside its lattice",
+              .expected = "indices within " + std::to_string(lattice.size.x) + " x " + std::to_string(lattice.size.y) +
+                          " x " + std::to_string(lattice.size.z),
               .got = std::to_string(leaf.x) + " " + std::to_string(leaf.y) + " " + std::to_string(leaf.z)});
       char& mark = seen[(std::size_t(b.x) * bricks.y + b.y) * bricks.z + b.z];
       if (!mark) stored.push_back(b);
@@ -94,8 +98,12 @@ Channels read_channels(const std::string& path, const VdbFile& file, const Latti
       const std::size_t first = std::size_t(channels.topology->brick_at(brick)) * kBrickRows;
       for (std::size_t r = first; r < first + kBrickRows; ++r)
         for (int c = 0; c < grid.width; ++c, ++in) {
-          if (!std::isfinite(*in)) fail({.where = path + ", grid '" + grid.name + "'", .what = "holds a value that is not finite",
-                                         .expected = "finite numbers", .got = std::to_string(*in), .hint = ""});
+          if (!std::isfinite(*in))
+            fail({.where = path + ", grid '" + grid.name + "'",
+                  .what = "holds a value that is not finite",
+                  .expected = "finite numbers",
+                  .got = std::to_string(*in),
+                  .hint = ""});
           channels.row(r)[columns[g].first + c] = *in;
         }
     }
@@ -107,8 +115,11 @@ Channels read_channels(const std::string& path, const VdbFile& file, const Latti
 
 FileDigest save_model(const std::string& path, const VoxelModel& model, const ModelNotes& notes, bool half) {
   if (model.motion.levels.size() > 1)
-    fail_output({.where = path, .what = "a model file holds one motion level", .expected = "collapse(motion) before saving",
-                 .got = std::to_string(model.motion.levels.size()) + " levels", .hint = ""});
+    fail_output({.where = path,
+                 .what = "a model file holds one motion level",
+                 .expected = "collapse(motion) before saving",
+                 .got = std::to_string(model.motion.levels.size()) + " levels",
+                 .hint = ""});
   VdbFile file;
   file.meta = model_meta(model);
   for (const auto& [key, value] : notes) file.meta[std::string(kNotePrefix) + key] = value;
@@ -140,7 +151,8 @@ VoxelModel load_model(const std::string& path, ModelNotes* notes) {
   for (const VdbGrid& grid : file.grids) {
     if (!grid.name.starts_with("control_")) continue;
     const FieldShape motion = parse_motion_meta({path + ", grid '" + grid.name + "'", grid.meta}, model.motion);
-    model.motion.levels.push_back(read_channels(path, file, motion.lattice, motion.width, motion_columns(model.motion)));
+    model.motion.levels.push_back(
+        read_channels(path, file, motion.lattice, motion.width, motion_columns(model.motion)));
     break;
   }
   return model;

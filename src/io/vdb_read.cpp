@@ -52,7 +52,9 @@ std::string clean(const char* message) {
 }
 
 [[noreturn]] void fail_damaged(const std::string& path, const std::string& got) {
-  fail({.where = path, .what = "is damaged or not complete: OpenVDB cannot read it", .got = got,
+  fail({.where = path,
+        .what = "is damaged or not complete: OpenVDB cannot read it",
+        .got = got,
         .hint = "copy or export the file again"});
 }
 
@@ -109,11 +111,16 @@ VdbMeta to_meta(const openvdb::MetaMap& map) {
   VdbMeta meta;
   for (auto it = map.beginMeta(); it != map.endMeta(); ++it) {
     const openvdb::Metadata& m = *it->second;
-    if (m.typeName() == openvdb::Int64Metadata::staticTypeName()) meta[it->first] = static_cast<const openvdb::Int64Metadata&>(m).value();
-    else if (m.typeName() == openvdb::Int32Metadata::staticTypeName()) meta[it->first] = std::int64_t(static_cast<const openvdb::Int32Metadata&>(m).value());
-    else if (m.typeName() == openvdb::DoubleMetadata::staticTypeName()) meta[it->first] = static_cast<const openvdb::DoubleMetadata&>(m).value();
-    else if (m.typeName() == openvdb::FloatMetadata::staticTypeName()) meta[it->first] = double(static_cast<const openvdb::FloatMetadata&>(m).value());
-    else meta[it->first] = m.str();
+    if (m.typeName() == openvdb::Int64Metadata::staticTypeName())
+      meta[it->first] = static_cast<const openvdb::Int64Metadata&>(m).value();
+    else if (m.typeName() == openvdb::Int32Metadata::staticTypeName())
+      meta[it->first] = std::int64_t(static_cast<const openvdb::Int32Metadata&>(m).value());
+    else if (m.typeName() == openvdb::DoubleMetadata::staticTypeName())
+      meta[it->first] = static_cast<const openvdb::DoubleMetadata&>(m).value();
+    else if (m.typeName() == openvdb::FloatMetadata::staticTypeName())
+      meta[it->first] = double(static_cast<const openvdb::FloatMetadata&>(m).value());
+    else
+      meta[it->first] = m.str();
   }
   return meta;
 }
@@ -144,17 +151,23 @@ VdbGrid from_openvdb(const std::string& path, openvdb::GridBase& grid, const Vdb
   VdbGrid out;
   out.name = grid.getName();
   const auto bad = [&](const char* what, std::string expected, std::string got) {
-    fail({.where = path + ", grid '" + clean(out.name.c_str()) + "'", .what = what, .expected = std::move(expected), .got = std::move(got)});
+    fail({.where = path + ", grid '" + clean(out.name.c_str()) + "'",
+          .what = what,
+          .expected = std::move(expected),
+          .got = std::move(got)});
   };
   if (grid.activeVoxelCount() > limits.max_voxels)
-    bad("has too many active voxels", "at most " + std::to_string(limits.max_voxels), std::to_string(grid.activeVoxelCount()));
+    bad("has too many active voxels", "at most " + std::to_string(limits.max_voxels),
+        std::to_string(grid.activeVoxelCount()));
   const openvdb::math::Transform& transform = grid.transform();
   const Vec3d size = to_vec(transform.voxelSize());
-  const Vec3d along = to_vec(transform.indexToWorld(openvdb::Vec3d(1, 1, 1)) - transform.indexToWorld(openvdb::Vec3d(0, 0, 0)));
+  const Vec3d along =
+      to_vec(transform.indexToWorld(openvdb::Vec3d(1, 1, 1)) - transform.indexToWorld(openvdb::Vec3d(0, 0, 0)));
   const double slack = 1e-9 * size.x;
   for (int a = 0; a < 3; ++a)
     if (!transform.isLinear() || !(std::abs(along[a] - size.x) <= slack))
-      bad("has a transform that this program cannot use", "cubic voxels along the axes", "a rotation, a frustum or uneven voxels");
+      bad("has a transform that this program cannot use", "cubic voxels along the axes",
+          "a rotation, a frustum or uneven voxels");
   out.spacing = size.x;
   out.origin = to_vec(transform.indexToWorld(openvdb::Vec3d(0, 0, 0)));
   out.half = grid.saveFloatAsHalf();
@@ -182,8 +195,10 @@ VdbFile read_vdb(const std::string& path, const VdbLimits& limits) {
   VdbFile out;
   out.meta = to_meta(*parsed.meta);
   for (const openvdb::GridBase::Ptr& grid : *parsed.grids)
-    if (grid->isType<openvdb::FloatGrid>() || grid->isType<openvdb::Vec3SGrid>()) out.grids.push_back(from_openvdb(path, *grid, limits));
-    else out.skipped.push_back(grid->getName());
+    if (grid->isType<openvdb::FloatGrid>() || grid->isType<openvdb::Vec3SGrid>())
+      out.grids.push_back(from_openvdb(path, *grid, limits));
+    else
+      out.skipped.push_back(grid->getName());
   return out;
 }
 

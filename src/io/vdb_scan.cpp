@@ -32,8 +32,8 @@ class Cursor {
   void text(const char* what) {
     const std::uint32_t n = take<std::uint32_t>(what);
     if (n > limits_.max_text)
-      bad(std::string("the length of ") + what + " is out of range", "at most " + std::to_string(limits_.max_text) + " bytes",
-          std::to_string(n));
+      bad(std::string("the length of ") + what + " is out of range",
+          "at most " + std::to_string(limits_.max_text) + " bytes", std::to_string(n));
     skip(n, what);
   }
   /// A metadata table: count, then name, type and sized value of each entry.
@@ -48,8 +48,11 @@ class Cursor {
   std::uint64_t at() const { return at_; }
   void move_to(std::uint64_t at) { at_ = at; }
   [[noreturn]] void bad(std::string what, std::string expected = "", std::string got = "") const {
-    fail({.where = path_ + ", byte " + std::to_string(at_), .what = std::move(what), .expected = std::move(expected),
-          .got = std::move(got), .hint = "the file is damaged or not complete: copy or export it again"});
+    fail({.where = path_ + ", byte " + std::to_string(at_),
+          .what = std::move(what),
+          .expected = std::move(expected),
+          .got = std::move(got),
+          .hint = "the file is damaged or not complete: copy or export it again"});
   }
 
  private:
@@ -75,7 +78,8 @@ void scan_grid(Cursor& cursor) {
 void scan_grids(Cursor& cursor, std::uint64_t size, bool offsets, const VdbLimits& limits) {
   const auto grids = cursor.take<std::int32_t>("the number of grids");
   if (grids < 0 || grids > limits.max_grids)
-    cursor.bad("the number of grids is out of range", "0 to " + std::to_string(limits.max_grids), std::to_string(grids));
+    cursor.bad("the number of grids is out of range", "0 to " + std::to_string(limits.max_grids),
+               std::to_string(grids));
   for (int g = 0; g < grids; ++g) {
     for (const char* what : {"a grid's name", "a grid's type", "a grid's instance parent"}) cursor.text(what);
     const auto start = cursor.take<std::int64_t>("a grid's offset");
@@ -86,13 +90,15 @@ void scan_grids(Cursor& cursor, std::uint64_t size, bool offsets, const VdbLimit
       return;
     }
     if (start != std::int64_t(cursor.at()) || end < start || std::uint64_t(end) > size)
-      cursor.bad("a grid's offsets are out of order", "begin " + std::to_string(cursor.at()) + ", end within " + std::to_string(size),
+      cursor.bad("a grid's offsets are out of order",
+                 "begin " + std::to_string(cursor.at()) + ", end within " + std::to_string(size),
                  std::to_string(start) + " and " + std::to_string(end));
     scan_grid(cursor);
     cursor.move_to(std::uint64_t(end));
   }
   if (cursor.at() != size)
-    cursor.bad("there are bytes after the last grid", "a file of " + std::to_string(cursor.at()) + " bytes", std::to_string(size));
+    cursor.bad("there are bytes after the last grid", "a file of " + std::to_string(cursor.at()) + " bytes",
+               std::to_string(size));
 }
 
 }  // namespace
@@ -110,7 +116,9 @@ VdbScan scan_vdb(const std::string& path, std::string_view bytes, const VdbLimit
     scan.payload = bytes.substr(0, bytes.size() - kVdbSealBytes);
     scan.sealed = true;
     if (bytes.substr(scan.payload.size()) != vdb_seal(scan.payload.size(), hash64(scan.payload)))
-      fail({.where = path, .what = "the checksum does not fit the content", .got = "damaged bytes",
+      fail({.where = path,
+            .what = "the checksum does not fit the content",
+            .got = "damaged bytes",
             .hint = "copy or export the file again"});
   }
   Cursor cursor(path, scan.payload, limits);
@@ -118,8 +126,10 @@ VdbScan scan_vdb(const std::string& path, std::string_view bytes, const VdbLimit
     fail({.where = path, .what = "is not a VDB file", .expected = "the magic number of OpenVDB at the beginning"});
   const auto version = cursor.take<std::uint32_t>("the header");
   if (version < kOldestVersion || version > kNewestVersion)
-    fail({.where = path, .what = "this version of the VDB format is not supported",
-          .expected = std::to_string(kOldestVersion) + " to " + std::to_string(kNewestVersion), .got = std::to_string(version),
+    fail({.where = path,
+          .what = "this version of the VDB format is not supported",
+          .expected = std::to_string(kOldestVersion) + " to " + std::to_string(kNewestVersion),
+          .got = std::to_string(version),
           .hint = "save the file again with a current VDB program"});
   cursor.skip(8, "the header");
   const auto offsets = cursor.take<char>("the header");

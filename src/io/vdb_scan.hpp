@@ -21,8 +21,8 @@ struct VdbScan {
   bool sealed = false;
 };
 
-/// Checks what can be checked without OpenVDB: the seal, the header, every length in the metadata and the table of grids
-/// against the file's own size and the limits. Throws Error (Fault::input) naming `path`.
+/// Checks what can be checked without OpenVDB: the seal, the header, every length in the metadata and the table of
+/// grids against the file's own size and the limits. Throws Error (Fault::input) naming `path`.
 VdbScan scan_vdb(const std::string& path, std::string_view bytes, const VdbLimits& limits);
 
 }  // namespace splinevox

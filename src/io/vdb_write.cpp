@@ -29,9 +29,12 @@ void put(openvdb::MetaMap& map, const VdbMeta& meta) {
     std::visit(
         [&, &name = key](const auto& v) {
           using T = std::decay_t<decltype(v)>;
-          if constexpr (std::is_same_v<T, std::string>) map.insertMeta(name, openvdb::StringMetadata(v));
-          else if constexpr (std::is_same_v<T, double>) map.insertMeta(name, openvdb::DoubleMetadata(v));
-          else map.insertMeta(name, openvdb::Int64Metadata(v));
+          if constexpr (std::is_same_v<T, std::string>)
+            map.insertMeta(name, openvdb::StringMetadata(v));
+          else if constexpr (std::is_same_v<T, double>)
+            map.insertMeta(name, openvdb::DoubleMetadata(v));
+          else
+            map.insertMeta(name, openvdb::Int64Metadata(v));
         },
         value);
 }
@@ -51,7 +54,8 @@ openvdb::GridBase::Ptr make_grid(const VdbGrid& in, const typename Grid::ValueTy
     auto* leaf = new Leaf(openvdb::Coord(at.x, at.y, at.z), background, in.active.empty());
     auto* out = reinterpret_cast<float*>(leaf->buffer().data());
     std::memcpy(out, in.values.data() + l * kFloats, kFloats * sizeof(float));
-    if (in.half) std::transform(out, out + kFloats, out, [](float v) { return std::clamp(v, -kLargestHalf, kLargestHalf); });
+    if (in.half)
+      std::transform(out, out + kFloats, out, [](float v) { return std::clamp(v, -kLargestHalf, kLargestHalf); });
     if (!in.active.empty()) {
       openvdb::util::NodeMask<3> mask;
       for (int w = 0; w < 8; ++w) mask.template getWord<std::uint64_t>(openvdb::Index(w)) = in.active[l * 8 + w];
@@ -64,8 +68,10 @@ openvdb::GridBase::Ptr make_grid(const VdbGrid& in, const typename Grid::ValueTy
 
 openvdb::GridBase::Ptr to_openvdb(const VdbGrid& in) {
   openvdb::GridBase::Ptr grid;
-  if (in.width == 1) grid = make_grid<openvdb::FloatGrid>(in, in.background.x);
-  else grid = make_grid<openvdb::Vec3SGrid>(in, openvdb::Vec3s(in.background.x, in.background.y, in.background.z));
+  if (in.width == 1)
+    grid = make_grid<openvdb::FloatGrid>(in, in.background.x);
+  else
+    grid = make_grid<openvdb::Vec3SGrid>(in, openvdb::Vec3s(in.background.x, in.background.y, in.background.z));
   auto transform = openvdb::math::Transform::createLinearTransform(in.spacing);
   transform->postTranslate(openvdb::Vec3d(in.origin.x, in.origin.y, in.origin.z));
   grid->setTransform(transform);
@@ -87,8 +93,8 @@ std::string uuid_text(std::uint64_t a, std::uint64_t b) {
     for (int i = 60; i >= 0; i -= 4) digits += kHex[half >> i & 15];
   digits[12] = '4';
   digits[16] = kHex[8 | (b >> 60 & 3)];
-  return digits.substr(0, 8) + "-" + digits.substr(8, 4) + "-" + digits.substr(12, 4) + "-" + digits.substr(16, 4) + "-" +
-         digits.substr(20);
+  return digits.substr(0, 8) + "-" + digits.substr(8, 4) + "-" + digits.substr(12, 4) + "-" + digits.substr(16, 4) +
+         "-" + digits.substr(20);
 }
 
 }  // namespace

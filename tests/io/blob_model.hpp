@@ -25,8 +25,8 @@ inline std::vector<Int3> all_bricks(const Lattice& lattice) {
   return bricks;
 }
 
-/// A coloured ball with soft edges, radius 0.35 about (0.1, -0.05, 0), in a box that is no cube. Bricks that it does not
-/// reach are absent.
+/// A coloured ball with soft edges, radius 0.35 about (0.1, -0.05, 0), in a box that is no cube. Bricks that it does
+/// not reach are absent.
 inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_order = 1, float density = 40) {
   VoxelModel m;
   m.box = {{-1, -0.8f, -0.9f}, {1.1f, 0.9f, 0.7f}};
@@ -82,7 +82,8 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
 }
 
 /// The same model with every stored number replaced by noise, for tests about bits.
-inline VoxelModel noisy_model(unsigned seed, int points, FirstPoint first, BasisKind basis, int sh_order, bool rigidity) {
+inline VoxelModel noisy_model(unsigned seed, int points, FirstPoint first, BasisKind basis, int sh_order,
+                              bool rigidity) {
   VoxelModel m = blob_model(24, {true, points, {}, 0, rigidity}, sh_order);
   m.motion.basis = basis;
   m.motion.first_point = first;

@@ -93,8 +93,9 @@ TEST_SUITE("io/checkpoint") {
     const std::string path = scratch.path("c");
     CHECK(message_of(path) == path + ": could not be read\n  got:      No such file or directory");
     spit(path, "PK\3\4 something else entirely, long enough for a header of ours, which this is not at all");
-    CHECK(message_of(path) == path + ": is not a checkpoint of splinevox\n  expected: a file that begins with SPVXCKPT\n"
-                                     "  got:      other bytes");
+    CHECK(message_of(path) == path +
+                                  ": is not a checkpoint of splinevox\n  expected: a file that begins with SPVXCKPT\n"
+                                  "  got:      other bytes");
   }
 
   TEST_CASE("a newer version is refused, even with an older one beside it") {
@@ -111,9 +112,10 @@ TEST_SUITE("io/checkpoint") {
     const std::uint64_t hash = digest_file(inner).hash;
     newer.append(reinterpret_cast<const char*>(&hash), 8);
     spit(path, newer);
-    CHECK(message_of(path) == path + ": was written by a newer version of splinevox\n"
-                                     "  expected: checkpoint version 1 or older\n  got:      9\n"
-                                     "  try:      resume with the version that wrote it, or train into another folder");
+    CHECK(message_of(path) == path +
+                                  ": was written by a newer version of splinevox\n"
+                                  "  expected: checkpoint version 1 or older\n  got:      9\n"
+                                  "  try:      resume with the version that wrote it, or train into another folder");
   }
 
   TEST_CASE("a disk that fills up at any byte leaves the old checkpoint and no rubbish") {

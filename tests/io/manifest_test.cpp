@@ -20,7 +20,8 @@ void fill(const Scratch& scratch) {
   file.grids[0].name = "density";
   write_vdb(scratch.path("model.vdb"), file);
   Manifest manifest{"run", {{"seed", "1"}}, {}};
-  for (const char* name : {"metrics.json", "model.vdb"}) manifest.files.push_back(manifest_entry(scratch.folder(), name));
+  for (const char* name : {"metrics.json", "model.vdb"})
+    manifest.files.push_back(manifest_entry(scratch.folder(), name));
   manifest.files[0].figures["frame"] = 0.1;
   write_manifest(scratch.folder(), manifest);
 }
@@ -46,9 +47,13 @@ void replace(std::string& text, const std::string& from, const std::string& to) 
 TEST_SUITE("io/manifest") {
   TEST_CASE("the hash is XXH64: published values") {
     const Scratch scratch;
-    struct Row { const char* text; std::uint64_t hash; };
-    for (const Row& row : {Row{"", 0xEF46DB3751D8E999ull}, Row{"a", 0xD24EC4F1A98C6E5Bull}, Row{"abc", 0x44BC2CF5AD770999ull},
-                           Row{"Nobody inspects the spammish repetition", 0xFBCEA83C8A378BF1ull}}) {
+    struct Row {
+      const char* text;
+      std::uint64_t hash;
+    };
+    for (const Row& row :
+         {Row{"", 0xEF46DB3751D8E999ull}, Row{"a", 0xD24EC4F1A98C6E5Bull}, Row{"abc", 0x44BC2CF5AD770999ull},
+          Row{"Nobody inspects the spammish repetition", 0xFBCEA83C8A378BF1ull}}) {
       CAPTURE(row.text);
       spit(scratch.path("f"), row.text);
       CHECK(digest_file(scratch.path("f")).hash == row.hash);
@@ -129,11 +134,14 @@ TEST_SUITE("io/manifest") {
     const Scratch scratch;
     fill(scratch);
     const std::string good = slurp(scratch.path(kManifestName));
-    struct Row { const char *from, *to, *says; };
-    for (const Row& row : {Row{"\"version\": 1", "\"version\": 2", "newer version"}, Row{"\"size\"", "\"sizes\"", "size"},
-                           Row{"xxh64:", "crc32:", "'hash' is malformed"}, Row{"model.vdb", "../model.vdb", "leads out of the folder"},
-                           Row{"model.vdb", "/etc/passwd", "leads out of the folder"}, Row{"{", "[", "malformed"},
-                           Row{"\"run\"", "7", "malformed"}, Row{"splinevox manifest", "other", "not a manifest"}}) {
+    struct Row {
+      const char *from, *to, *says;
+    };
+    for (const Row& row :
+         {Row{"\"version\": 1", "\"version\": 2", "newer version"}, Row{"\"size\"", "\"sizes\"", "size"},
+          Row{"xxh64:", "crc32:", "'hash' is malformed"}, Row{"model.vdb", "../model.vdb", "leads out of the folder"},
+          Row{"model.vdb", "/etc/passwd", "leads out of the folder"}, Row{"{", "[", "malformed"},
+          Row{"\"run\"", "7", "malformed"}, Row{"splinevox manifest", "other", "not a manifest"}}) {
       CAPTURE(row.to);
       std::string text = good;
       replace(text, row.from, row.to);

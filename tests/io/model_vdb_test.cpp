@@ -43,9 +43,17 @@ std::set<std::string> grid_names(const std::string& path) {
 
 TEST_SUITE("io/model_vdb") {
   TEST_CASE("a saved model is the model in memory, bit for bit") {
-    struct Row { int points; FirstPoint first; BasisKind basis; int sh_order; bool rigidity; };
-    for (const Row& row : {Row{5, FirstPoint::zero, BasisKind::bezier, 1, true}, Row{7, FirstPoint::free, BasisKind::bspline, -1, true},
-                           Row{2, FirstPoint::zero, BasisKind::bezier, 0, false}, Row{12, FirstPoint::free, BasisKind::bezier, 3, false}}) {
+    struct Row {
+      int points;
+      FirstPoint first;
+      BasisKind basis;
+      int sh_order;
+      bool rigidity;
+    };
+    for (const Row& row :
+         {Row{5, FirstPoint::zero, BasisKind::bezier, 1, true}, Row{7, FirstPoint::free, BasisKind::bspline, -1, true},
+          Row{2, FirstPoint::zero, BasisKind::bezier, 0, false},
+          Row{12, FirstPoint::free, BasisKind::bezier, 3, false}}) {
       CAPTURE(row.points);
       const Scratch scratch;
       const std::string path = scratch.path("model.vdb");

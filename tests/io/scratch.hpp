@@ -19,7 +19,9 @@ class Scratch {
   Scratch() {
     // In memory where possible: hundreds of small files with an fsync each are slow on a disk.
     const std::filesystem::path memory = "/dev/shm";
-    std::string name = ((std::filesystem::is_directory(memory) ? memory : std::filesystem::temp_directory_path()) / "splinevox_XXXXXX").string();
+    std::string name =
+        ((std::filesystem::is_directory(memory) ? memory : std::filesystem::temp_directory_path()) / "splinevox_XXXXXX")
+            .string();
     if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
     folder_ = name;
   }

@@ -61,7 +61,9 @@ bool same_voxels(const VdbGrid& a, const VdbGrid& b) {
   for (std::size_t l = 0; l < a.leaves.size(); ++l) {
     const int m = find_leaf(b, a.leaves[l]);
     if (m < 0 || std::memcmp(&a.values[l * floats], &b.values[std::size_t(m) * floats], floats * 4) != 0) return false;
-    const auto word = [](const VdbGrid& g, std::size_t w) { return g.active.empty() ? ~std::uint64_t(0) : g.active[w]; };
+    const auto word = [](const VdbGrid& g, std::size_t w) {
+      return g.active.empty() ? ~std::uint64_t(0) : g.active[w];
+    };
     for (std::size_t w = 0; w < 8; ++w)
       if (word(a, l * 8 + w) != word(b, std::size_t(m) * 8 + w)) return false;
   }
@@ -137,7 +139,9 @@ TEST_SUITE("io/vdb_file") {
     const std::string good = slurp(path);
     std::mt19937 random(5);
     for (int i = 0; i < 400; ++i) {
-      const std::size_t n = i < 200 ? std::size_t(i) * 3 : i < 230 ? good.size() - std::size_t(i - 199) : random() % good.size();
+      const std::size_t n = i < 200   ? std::size_t(i) * 3
+                            : i < 230 ? good.size() - std::size_t(i - 199)
+                                      : random() % good.size();
       if (n == good.size() - kSeal) continue;  // a whole VDB of any other program
       CAPTURE(n);
       spit(path, good.substr(0, n));

@@ -15,11 +15,12 @@ struct FileDigest {
   friend bool operator==(const FileDigest&, const FileDigest&) = default;
 };
 
-/// Writes a whole file, or leaves what was there untouched: a temporary file beside it, fsync, rename, fsync of the folder.
-/// Whoever reads `path` at any moment, also after a crash or a power cut, finds the old bytes or the new ones.
+/// Writes a whole file, or leaves what was there untouched: a temporary file beside it, fsync, rename, fsync of the
+/// folder. Whoever reads `path` at any moment, also after a crash or a power cut, finds the old bytes or the new ones.
 ///
 /// @param parts     the bytes, in order; they are not copied.
-/// @param previous  if not empty and `path` exists, the old file is kept under this name in the same folder; there is no
+/// @param previous  if not empty and `path` exists, the old file is kept under this name in the same folder; there is
+/// no
 ///                  moment without a file at `path`.
 /// Throws Error (Fault::output) naming the file and the system's reason (full disk, permission, missing folder); the
 /// temporary file is removed. A process that wants this instead of a signal when it meets a file size limit must ignore

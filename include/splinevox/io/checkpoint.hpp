@@ -11,11 +11,11 @@ namespace splinevox {
 
 /// What a resume checks before it touches the bytes.
 struct CheckpointHeader {
-  std::uint32_t format = 1;       ///< version of the bytes' own layout; whoever reads them decides what it accepts
-  std::uint64_t config = 0;       ///< hash of the effective configuration
-  std::uint64_t dataset = 0;      ///< fingerprint of the training data
-  std::uint64_t step = 0;         ///< optimiser steps done
-  std::string kind;               ///< what the bytes are, e.g. "trainer"
+  std::uint32_t format = 1;   ///< version of the bytes' own layout; whoever reads them decides what it accepts
+  std::uint64_t config = 0;   ///< hash of the effective configuration
+  std::uint64_t dataset = 0;  ///< fingerprint of the training data
+  std::uint64_t step = 0;     ///< optimiser steps done
+  std::string kind;           ///< what the bytes are, e.g. "trainer"
   friend bool operator==(const CheckpointHeader&, const CheckpointHeader&) = default;
 };
 
@@ -25,13 +25,13 @@ struct Checkpoint {
   std::string note;  ///< not empty: `path` could not be used and this is its .prev; says why, for the user to see
 };
 
-/// Writes a checkpoint atomically; the one before stays as `path`.prev. Throws Error (Fault::output) if that fails, and then
-/// `path` still holds the old one.
+/// Writes a checkpoint atomically; the one before stays as `path`.prev. Throws Error (Fault::output) if that fails, and
+/// then `path` still holds the old one.
 FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& header, const std::vector<char>& bytes);
 
-/// Reads a checkpoint. One that is missing, truncated, damaged or foreign is replaced by `path`.prev if that is whole, and
-/// `note` says so; otherwise Error (Fault::input) says what is wrong with `path`. One written by a newer version of this
-/// program is refused with both versions, and never replaced.
+/// Reads a checkpoint. One that is missing, truncated, damaged or foreign is replaced by `path`.prev if that is whole,
+/// and `note` says so; otherwise Error (Fault::input) says what is wrong with `path`. One written by a newer version of
+/// this program is refused with both versions, and never replaced.
 Checkpoint read_checkpoint(const std::string& path);
 
 }  // namespace splinevox

@@ -10,10 +10,11 @@
 namespace splinevox {
 
 inline constexpr const char* kManifestName = "manifest.json";
+inline constexpr const char* kPartialManifestName = "manifest.partial.json";  ///< of an export that has not ended
 
 /// One file that a manifest vouches for.
 struct ManifestFile {
-  std::string name;                       ///< relative to the manifest's folder, '/' between parts, never upwards
+  std::string name;  ///< relative to the manifest's folder, '/' between parts, never upwards
   FileDigest digest;
   std::map<std::string, double> figures;  ///< anything countable about it: active voxels, time, frame
 };
@@ -33,7 +34,8 @@ ManifestFile manifest_entry(const std::string& folder, const std::string& name);
 /// Writes `folder`/`name` atomically. Write it last: it is what says that everything else is there.
 FileDigest write_manifest(const std::string& folder, const Manifest& manifest, const std::string& name = kManifestName);
 
-/// Throws Error (Fault::input) naming file and field if it is missing, malformed, newer, or lists a path outside the folder.
+/// Throws Error (Fault::input) naming file and field if it is missing, malformed, newer, or lists a path outside the
+/// folder.
 Manifest read_manifest(const std::string& folder, const std::string& name = kManifestName);
 
 struct FileCheck {
@@ -42,8 +44,9 @@ struct FileCheck {
   std::string problem;  ///< empty if ok
 };
 
-/// Checks size and hash of every listed file; a .vdb whose bytes are right is also parsed. One entry per listed file, in
-/// the manifest's order. Throws Error (Fault::input) if there is no usable manifest; a file's own problem is in the list.
+/// Checks size and hash of every listed file; a .vdb whose bytes are right is also parsed. One entry per listed file,
+/// in the manifest's order. Throws Error (Fault::input) if there is no usable manifest; a file's own problem is in the
+/// list.
 std::vector<FileCheck> verify(const std::string& folder);
 
 }  // namespace splinevox

@@ -8,7 +8,8 @@
 namespace splinevox {
 
 /// Smallest eigenvalue of the symmetric 3x3 matrix with diagonal d and off-diagonal entries o = (m12, m02, m01), by the
-/// trigonometric solution of the characteristic polynomial. Absolute error about one rounding of the largest eigenvalue.
+/// trigonometric solution of the characteristic polynomial. Absolute error about one rounding of the largest
+/// eigenvalue.
 template <class T>
 SPLINEVOX_HD T smallest_eigenvalue(const Vec3T<T>& d, const Vec3T<T>& o) {
   using std::acos, std::cos, std::sqrt;
@@ -35,10 +36,12 @@ inline constexpr double kFoldStretch = 0.05;
 
 /// Velocity of the material at x from the backward warp x' = x + Delta(x, t).
 ///
-/// Delta bends rays: it says where in the canonical volume to look. A particle keeps its canonical place, so along its path
+/// Delta bends rays: it says where in the canonical volume to look. A particle keeps its canonical place, so along its
+/// path
 ///   d/dt (x + Delta(x, t)) = 0  =>  v + grad Delta v + dDelta/dt = 0  =>  v = -(I + grad Delta)^-1 dDelta/dt,
 /// which is not dDelta/dt. Near a fold the inverse has no meaning; there the damped least-squares solution is taken,
-///   v = -(A^T A + mu^2 I)^-1 A^T b,  A = I + grad Delta,  b = dDelta/dt,  mu = max(0, 0.05 - smallest singular value of A),
+///   v = -(A^T A + mu^2 I)^-1 A^T b,  A = I + grad Delta,  b = dDelta/dt,  mu = max(0, 0.05 - smallest singular value
+///   of A),
 /// which is exact for mu = 0 and bounded by |v| <= 25 |b| everywhere (numerics H21).
 ///
 /// @param gradient  gradient[i][j] = d Delta_i / d x_j, unitless, finite.
@@ -53,7 +56,7 @@ SPLINEVOX_HD MaterialVelocity<T> material_velocity(const Vec3T<T> (&gradient)[3]
 
   const auto column = [&](int j) { return Vec3T<T>{row[0][j], row[1][j], row[2][j]}; };
   const Vec3T<T> c0 = column(0), c1 = column(1), c2 = column(2);
-  Vec3T<T> d{dot(c0, c0), dot(c1, c1), dot(c2, c2)};        // A^T A
+  Vec3T<T> d{dot(c0, c0), dot(c1, c1), dot(c2, c2)};  // A^T A
   const Vec3T<T> o{dot(c1, c2), dot(c0, c2), dot(c0, c1)};
   const T least = smallest_eigenvalue(d, o);
   const T stretch = least > T(0) ? sqrt(least) : T(0);

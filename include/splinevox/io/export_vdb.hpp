@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "splinevox/field/model.hpp"
+#include "splinevox/io/manifest.hpp"
+
+namespace splinevox {
+
+/// Settings of an animated VDB sequence.
+struct ExportOptions {
+  std::string profile = "blender";  ///< see export_profiles()
+  int first = 1, last = 120;        ///< frame numbers, inclusive; 0 <= first <= last
+  double fps = 24;                  ///< frames per second, > 0
+  double seconds = 0;               ///< how long model time 0..1 lasts; 0: frame `last` is model time 1
+  double voxel_size = 0;            ///< scene units; 0: the radiance lattice's own
+  bool half = true;                 ///< 16-bit floats
+  std::string bake_view = "mean";   ///< colour per voxel: "mean" over all directions, "none" (positional), "dir=x,y,z"
+  std::string colorspace = "display";  ///< "display": values as in the pictures; "linear": decoded from sRGB per voxel
+  double shutter = 0.5;                ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
+  double min_alpha = 1e-3;             ///< voxels below this opacity over one voxel are dropped, (0, 1)
+  bool resume = true;                  ///< keep frames that an earlier export with the same model and settings finished
+};
+
+/// One written (or kept) frame.
+struct ExportedFrame {
+  int frame = 0;
+  double time = 0;    ///< model time
+  ManifestFile file;  ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
+  bool kept = false;  ///< it was there already
+};
+
+/// Called after every frame with how many are done. Return false to stop; what is written stays and is kept by a later
+/// run.
+using ExportProgress = std::function<bool(const ExportedFrame& frame, int done, int total)>;
+
+struct ExportResult {
+  std::vector<ExportedFrame> frames;
+  bool finished = false;  ///< all frames and the manifest are written
+};
+
+/// Names of the profiles, for help texts and messages.
+std::vector<std::string> export_profiles();
+
+/// Throws Error (Fault::input) naming the option, its range and what was given.
+void validate(const ExportOptions& options);
+
+/// Writes `folder`/frame_0001.vdb and so on, then load_in_blender.py (profile blender) and, last, manifest.json.
+///
+/// Each frame holds, on one lattice and with one transform,
+///   density   sigma(x + Delta(x, t)): extinction per scene unit;
+///   color     Vec3s, display-referred unless told otherwise, one voxel beyond the density so that interpolation at the
+///   rim
+///             does not darken;
+///   velocity  Vec3s, scene units per second, v = -(I + grad Delta)^-1 dDelta/dt (math/velocity.hpp), continued beyond
+///   the
+///             density by max|v| * shutter / (2 fps) plus a voxel, because a renderer asks for it where the ray is;
+///             absent if the model does not move;
+/// with background 0, under the profile's names. Frame f shows model time (f - first) / (fps * seconds), at most 1.
+/// The same model and options give the same bytes for any number of threads. Every file is written atomically.
+/// Throws Error: Fault::input for bad options, Fault::output if a file cannot be written.
+ExportResult export_vdb(const VoxelModel& model, const std::string& folder, const ExportOptions& options,
+                        const ExportProgress& progress = {});
+
+}  // namespace splinevox
