@@ -29,8 +29,10 @@ def import_sequence():
     if len(FILES) > 1:
         volume.data.frame_start = FIRST  # scene frame n shows frame_000n.vdb
         volume.data.frame_duration = len(FILES)
+    bpy.context.scene.frame_set(FIRST)
     if VELOCITY:
-        volume.data.velocity_grid = "velocity"
+        if volume.data.grids.load() and volume.data.velocity_grid != "velocity":  # Blender looks for the name itself
+            volume.data.velocity_grid = "velocity"
         volume.data.velocity_unit = "SECOND"  # 'FRAME', the default, blurs too much
     return volume
 

@@ -31,7 +31,8 @@ LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice, con
                         float min_density) {
   std::vector<float> blocks(candidates.size() * kBrickRows, 0.0f);
   std::vector<LeafMask> masks(candidates.size(), LeafMask{});
-  tbb::parallel_for(std::size_t(0), candidates.size(), [&](std::size_t l) {
+  parallel_for(int(candidates.size()), [&](int leaf) {
+    const auto l = std::size_t(leaf);
     for (int i = 0; i < kBrickRows; ++i) {
       const Int3 v = kBrick * candidates[l] + Int3{i >> 6, i >> 3 & 7, i & 7};
       if (v.x >= lattice.size.x || v.y >= lattice.size.y || v.z >= lattice.size.z) continue;

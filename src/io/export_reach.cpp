@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/export_reach.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/math/activation.hpp"
 
@@ -63,12 +62,13 @@ ExportReach::ExportReach(const VoxelModel& model, float min_density) : model_(mo
       float(std::log(std::expm1(double(min_density) / field.activation.scale))) - field.activation.shift - 1e-3f;
   const bool all = field.raw.row(0)[0] >= raw_min;
   std::vector<char> dense(std::size_t(t.brick_count()) + 1, 0);
-  tbb::parallel_for(1, t.brick_count() + 1, [&](int b) {
+  parallel_for(t.brick_count() + 1, [&](int b) {
     bool any = all;
     for (std::size_t r = std::size_t(b) * kBrickRows; !any && r < std::size_t(b + 1) * kBrickRows; ++r)
       any = field.raw.row(r)[0] >= raw_min;
     dense[std::size_t(b)] = any;
   });
+  dense[0] = 0;  // what is absent shows nothing, whatever the background is
   const Int3 n = bricks_ + Int3{1, 1, 1};
   sums_.assign(std::size_t(n.x) * n.y * n.z, 0);
   const auto at = [&](int x, int y, int z) -> std::int32_t& { return sums_[(std::size_t(x) * n.y + y) * n.z + z]; };
@@ -104,7 +104,7 @@ std::vector<Int3> ExportReach::candidates(const Lattice& out, double time) const
   Int3 leaves{};
   for (int a = 0; a < 3; ++a) leaves[a] = (out.size[a] + kBrick - 1) / kBrick;
   std::vector<std::vector<Int3>> found(std::size_t(leaves.x));
-  tbb::parallel_for(0, leaves.x, [&](int x) {
+  parallel_for(leaves.x, [&](int x) {
     for (int y = 0; y < leaves.y; ++y)
       for (int z = 0; z < leaves.z; ++z) {
         const Int3 leaf{x, y, z};

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <tbb/parallel_for.h>
-
 #include <bit>
 #include <utility>
 #include <vector>
 
 #include "io/leaf_set.hpp"
+#include "splinevox/core/parallel.hpp"
 
 namespace splinevox {
 
@@ -38,7 +37,8 @@ class LeafValues {
 /// own voxel only.
 template <class Masks, class Visit>
 void for_each_voxel(const std::vector<Int3>& leaves, const Masks& masks, const Visit& visit) {
-  tbb::parallel_for(std::size_t(0), leaves.size(), [&](std::size_t l) {
+  parallel_for(int(leaves.size()), [&](int leaf) {
+    const auto l = std::size_t(leaf);
     for (int x = 0; x < kBrick; ++x)
       for (std::uint64_t w = masks(l)[std::size_t(x)]; w != 0; w &= w - 1) {
         const int bit = std::countr_zero(w);
