@@ -44,9 +44,10 @@ double solid(const Shape& s, const Vec3d& m) {
   }
 }
 
-/// Nearest place on a tube: the distance to its wall and the material coordinates.
+/// The point of a tube's centre line nearest to some point, and that point's material coordinates.
 struct Nearest {
-  double wall = std::numeric_limits<double>::infinity();
+  double distance = std::numeric_limits<double>::infinity();  ///< to the centre line
+  double here = 0;                                            ///< length along it
   Vec3d material{};
 };
 
@@ -59,37 +60,47 @@ double along_arc(const Arc& arc, const Vec3d& p) {
   return (middle + std::remainder(angle - middle, 2 * M_PI)) / arc.curvature;
 }
 
-void try_arc(const Shape& shape, const Arc& arc, const Vec3d& p, Nearest& best) {
+void try_arc(const Arc& arc, const Vec3d& p, Nearest& best) {
   const double l = along_arc(arc, p);
   const Place frame = l <= 0 ? arc.start : l >= arc.length ? arc.end : arc.at(l);
   const double here = arc.from + std::clamp(l, 0.0, arc.length);
   const Vec3d q = frame.inverse(p);
-  const double wall = length(q) - shape.radius(here);
-  if (wall < best.wall) best = {wall, {q.x, q.y, here + q.z}};
+  const double distance = length(q);
+  if (distance < best.distance) best = {distance, here, {q.x, q.y, here + q.z}};
 }
 
-/// A lower bound of the distance from p to the wall of one piece.
-double at_least(const Shape& shape, const Arc& arc, const Vec3d& p) {
-  return length(p - arc.middle) - 0.5 * arc.length - shape.widest;
-}
+/// A lower bound of the distance from p to one piece.
+double at_least(const Arc& arc, const Vec3d& p) { return length(p - arc.middle) - 0.5 * arc.length; }
 
 /// The piece that is most likely the nearest, and the bound for it, which no other piece undercuts.
-std::pair<const Arc*, double> likely(const Shape& shape, const std::vector<Arc>& arcs, const Vec3d& p) {
+std::pair<const Arc*, double> likely(const std::vector<Arc>& arcs, const Vec3d& p) {
   std::pair<const Arc*, double> best{nullptr, std::numeric_limits<double>::infinity()};
   for (const Arc& arc : arcs) {
-    const double bound = at_least(shape, arc, p);
+    const double bound = at_least(arc, p);
     if (bound < best.second) best = {&arc, bound};
   }
   return best;
 }
 
-Nearest nearest(const Shape& shape, const std::vector<Arc>& arcs, const Vec3d& p) {
+Nearest nearest(const std::vector<Arc>& arcs, const Vec3d& p) {
   Nearest best;
-  const Arc* const first = likely(shape, arcs, p).first;
-  try_arc(shape, *first, p, best);
+  const Arc* const first = likely(arcs, p).first;
+  try_arc(*first, p, best);
   for (const Arc& arc : arcs)
-    if (&arc != first && at_least(shape, arc, p) < best.wall) try_arc(shape, arc, p, best);
+    if (&arc != first && at_least(arc, p) < best.distance) try_arc(arc, p, best);
   return best;
+}
+
+/// Near the wall the radius at the nearest point of the centre line counts; its slope (steeper on the inside of a
+/// bend) tilts the wall. Farther off that point may jump to a wider part, so only the largest radius is safe.
+double tube_distance(const Shape& shape, const std::vector<Arc>& arcs, const Vec3d& p) {
+  constexpr double kNear = 0.02;
+  const double bound = likely(arcs, p).second - shape.widest;
+  if (bound > kNear) return bound;
+  const Nearest n = nearest(arcs, p);
+  if (n.distance - shape.widest > kNear) return n.distance - shape.widest;
+  const double tilt = 1.5 * shape.slope;
+  return (n.distance - shape.radius(n.here)) / std::sqrt(1 + tilt * tilt);
 }
 
 }  // namespace
@@ -125,7 +136,7 @@ std::vector<Arc> arcs_of(const Place& start, double piece_length, const std::vec
 }
 
 Vec3d material_of(const Shape& shape, const Pose& pose, const Vec3d& world) {
-  if (shape.kind == Shape::Kind::tube) return nearest(shape, pose.arcs, world).material;
+  if (shape.kind == Shape::Kind::tube) return nearest(pose.arcs, world).material;
   const Vec3d d = world - pose.place.at;
   return pose.place.turn.inverse({d.x / pose.squash.x, d.y / pose.squash.y, d.z / pose.squash.z});
 }
@@ -140,11 +151,7 @@ Vec3d world_of(const Pose& pose, const Vec3d& m) {
 }
 
 double distance_to(const Shape& shape, const Pose& pose, const Vec3d& world) {
-  if (shape.kind == Shape::Kind::tube) {
-    const double bound = likely(shape, pose.arcs, world).second;
-    if (bound > 0.05) return bound;  // far away: no need to know better
-    return nearest(shape, pose.arcs, world).wall / std::sqrt(1 + shape.slope * shape.slope);
-  }
+  if (shape.kind == Shape::Kind::tube) return tube_distance(shape, pose.arcs, world);
   const Vec3d m = material_of(shape, pose, world);
   const Vec3d& f = shape.flat;
   return std::min({f.x, f.y, f.z}) * std::min({pose.squash.x, pose.squash.y, pose.squash.z}) *
