@@ -6,6 +6,7 @@
 #include <memory>
 #include <set>
 
+#include "app/colours.hpp"
 #include "app/command.hpp"
 #include "app/evaluate.hpp"
 #include "app/report_page.hpp"
@@ -48,7 +49,7 @@ void add_views(ReportRun& page, const ReportOptions& o, const std::string& path)
       const Frame& frame = data.find(split)->frames[i];
       const View v = evaluate_view(run, frame);
       page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render),
-                            encode_png(error_picture(v.render, v.truth)),
+                            encode_png(error_colours(v.render, v.truth)),
                             encode_png(layer_picture(run, v.layers, "flow", frame.camera))});
     }
     std::stable_sort(page.views.begin(), page.views.end(),

@@ -7,13 +7,31 @@
 #include <cmath>
 #include <filesystem>
 
+#include "app/colours.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/io/model_vdb.hpp"
-#include "splinevox/io/pictures.hpp"
+#include "splinevox/math/camera.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox::app {
+namespace {
+
+constexpr float kFullFlow =
+    0.1f;  // displacement of full colour, share of the box's longest edge: the same for all frames
+
+/// The nearest and the farthest corner of the box before a camera.
+std::pair<float, float> depth_range(const Box& box, const Camera& camera) {
+  float near = 1e30f, far = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p{corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y, corner & 4 ? box.hi.z : box.lo.z};
+    const float depth = float(project(camera, p).depth);
+    near = std::min(near, depth), far = std::max(far, depth);
+  }
+  return {std::max(near, 0.0f), far};
+}
+
+}  // namespace
 
 Run open_run(const std::string& path) {
   check_run(path);
@@ -42,6 +60,24 @@ View evaluate_view(const Run& run, const Frame& frame) {
   v.ssim = ssim(v.render, v.truth);
   v.ms_ssim = ms_ssim(v.render, v.truth);
   return v;
+}
+
+Image layer_picture(const Run& run, const Rendered& r, const std::string& layer, const Camera& camera) {
+  const Vec3 e = run.model.box.extent();
+  const auto [near, far] = depth_range(run.model.box, camera);
+  if (layer == "alpha") return grey(r.alpha);
+  if (layer == "depth") return depth_colours(r, near, far, run.background());
+  if (layer == "flow") return flow_colours(r, kFullFlow * std::max({e.x, e.y, e.z}), run.background());
+  if (layer == "rigidity") return rigidity_colours(r, run.background());
+  return clamped(r.rgb);
+}
+
+void save_view(const Run& run, const View& view, const Frame& frame, const std::string& folder) {
+  std::vector<Image> pictures = {view.truth, view.render, error_colours(view.render, view.truth)};
+  for (const char* layer : {"depth", "flow", "rigidity"})
+    pictures.push_back(layer_picture(run, view.layers, layer, frame.camera));
+  write_png(fmt::format("{}/{}.png", folder, frame.name), contact_sheet(pictures, 3));
+  write_png(fmt::format("{}/{}_render.png", folder, frame.name), view.render);
 }
 
 }  // namespace splinevox::app

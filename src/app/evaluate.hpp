@@ -36,13 +36,10 @@ struct View {
 };
 View evaluate_view(const Run& run, const Frame& frame);
 
-/// How far two pictures are apart, as a picture: white where equal, through red to black at a mean difference of 0.25.
-Image error_picture(const Image& a, const Image& b);
 /// A layer of a render ("rgb", "alpha", "depth", "flow", "rigidity") as colours that can be looked at: 3 channels.
 Image layer_picture(const Run& run, const Rendered& r, const std::string& layer, const Camera& camera);
-/// truth, render, error in one row; depth, flow, rigidity in the next.
-Image sheet(const Run& run, const View& view, const Camera& camera);
-/// folder/name.png: the sheet; folder/name_render.png: the render alone.
+/// folder/name.png: truth, render, error in one row and depth, flow, rigidity in the next; folder/name_render.png: the
+/// render alone.
 void save_view(const Run& run, const View& view, const Frame& frame, const std::string& folder);
 
 }  // namespace splinevox::app
