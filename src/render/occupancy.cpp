@@ -28,6 +28,50 @@ BitGrid dilate_axis(const BitGrid& in, int axis) {
   return out;
 }
 
+/// Blocks of n cells an edge with any cell set.
+BitGrid coarsen(const BitGrid& in, int n) {
+  BitGrid out;
+  out.origin = in.origin, out.cell = in.cell * float(n);
+  for (int a = 0; a < 3; ++a) out.size[a] = (in.size[a] + n - 1) / n;
+  out.bits.assign((out.cells() + 31) / 32, 0);
+  Int3 c;
+  for (c.x = 0; c.x < in.size.x; ++c.x)
+    for (c.y = 0; c.y < in.size.y; ++c.y)
+      for (c.z = 0; c.z < in.size.z; ++c.z)
+        if (in.test(in.index(c))) out.set(out.index({c.x / n, c.y / n, c.z / n}));
+  return out;
+}
+
+/// x + Delta(x) from a slice.
+class WarpedLookup {
+ public:
+  WarpedLookup(const VoxelModel& model, const MotionSlice& slice)
+      : view_(*slice.topology), values_(slice.values.data()), rigidity_(model.motion.rigidity), offset_(model.motion.rigidity_offset) {}
+
+  Vec3 operator()(const Vec3& x) const {
+    Vec3 f;
+    int base[3];
+    for (int a = 0; a < 3; ++a) {
+      const float u = view_.coordinate(x[a], a);
+      base[a] = int(u);
+      f[a] = u - float(base[a]);
+    }
+    const CellRows rows = view_.rows(view_.cell(base[0], base[1], base[2]));
+    float w[kCorners];
+    trilinear_weights(f, w);
+    Simd<float>::Four m{};
+    for (int k = 0; k < kCorners; ++k) m += w[k] * load<Simd<float>::Four>(values_ + std::size_t(rows.row[k]) * kSliceWidth);
+    const float r = rigidity_ ? sigmoid(m[3] + offset_).value : 1.0f;
+    return x + r * Vec3{m[0], m[1], m[2]};
+  }
+
+ private:
+  BrickView<float> view_;
+  const float* values_;
+  bool rigidity_;
+  float offset_;
+};
+
 }  // namespace
 
 BitGrid::BitGrid(const Box& box, int cells_along_longest) : origin(box.lo) {
@@ -37,11 +81,6 @@ BitGrid::BitGrid(const Box& box, int cells_along_longest) : origin(box.lo) {
   bits.assign((cells() + 31) / 32, 0);
 }
 
-Int3 BitGrid::cell_of(Vec3 x) const {
-  Int3 c;
-  for (int a = 0; a < 3; ++a) c[a] = std::clamp(int(std::floor((x[a] - origin[a]) / cell)), 0, size[a] - 1);
-  return c;
-}
 
 std::size_t BitGrid::count() const {
   std::size_t n = 0;
@@ -50,6 +89,20 @@ std::size_t BitGrid::count() const {
 }
 
 BitGrid dilate(const BitGrid& grid) { return dilate_axis(dilate_axis(dilate_axis(grid, 0), 1), 2); }
+
+Box bounding_box(const BitGrid& grid, float margin) {
+  Int3 lo = grid.size, hi{-1, -1, -1}, c;
+  for (c.x = 0; c.x < grid.size.x; ++c.x)
+    for (c.y = 0; c.y < grid.size.y; ++c.y)
+      for (c.z = 0; c.z < grid.size.z; ++c.z)
+        if (grid.test(grid.index(c))) lo = min(lo, c), hi = max(hi, c);
+  if (hi.x < 0) lo = {0, 0, 0}, hi = grid.size - Int3{1, 1, 1};
+  Box box{grid.origin + grid.cell * cast<float>(lo), grid.origin + grid.cell * cast<float>(hi + Int3{1, 1, 1})};
+  const Vec3 e = box.extent();
+  const float m = margin * std::max({e.x, e.y, e.z});
+  box.lo -= Vec3{m, m, m}, box.hi += Vec3{m, m, m};
+  return box;
+}
 
 BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step) {
   const RadianceField& field = model.radiance;
@@ -73,33 +126,27 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
   return dilate(grid);
 }
 
-BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const BitGrid& canonical, const BitGrid* within) {
-  using Four = Simd<float>::Four;
+BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const BitGrid& canonical) {
   if (!slice.topology) return canonical;
+  const WarpedLookup warped(model, slice);
+  // Blocks of 4 cells an edge first: where a whole block is warped into nothing, its cells need no look.
+  constexpr int kBlock = 4;
+  const BitGrid coarse_canonical = dilate(coarsen(canonical, kBlock));
   BitGrid out = canonical;
   std::fill(out.bits.begin(), out.bits.end(), 0u);
-  const BrickView<float> view(*slice.topology);
-  Int3 c;
-  std::size_t i = 0;
-  for (c.x = 0; c.x < out.size.x; ++c.x)
-    for (c.y = 0; c.y < out.size.y; ++c.y)
-      for (c.z = 0; c.z < out.size.z; ++c.z, ++i) {
-        if (within && !within->test(i)) continue;
-        const Vec3 x = out.center(c);
-        Vec3 f;
-        int base[3];
-        for (int a = 0; a < 3; ++a) {
-          const float u = view.coordinate(x[a], a);
-          base[a] = int(u);
-          f[a] = u - float(base[a]);
-        }
-        const CellRows rows = view.rows(view.cell(base[0], base[1], base[2]));
-        float w[kCorners];
-        trilinear_weights(f, w);
-        Four m{};
-        for (int k = 0; k < kCorners; ++k) m += w[k] * load<Four>(slice.values.data() + std::size_t(rows.row[k]) * kSliceWidth);
-        const float r = model.motion.rigidity ? sigmoid(m[3] + model.motion.rigidity_offset).value : 1.0f;
-        if (canonical.test(canonical.index(canonical.cell_of(x + r * Vec3{m[0], m[1], m[2]})))) out.set(i);
+  const OccupancyView<float> fine = canonical.view(), coarse = coarse_canonical.view();
+  Int3 b;
+  for (b.x = 0; b.x < coarse_canonical.size.x; ++b.x)
+    for (b.y = 0; b.y < coarse_canonical.size.y; ++b.y)
+      for (b.z = 0; b.z < coarse_canonical.size.z; ++b.z) {
+        if (!coarse.occupied(warped(coarse_canonical.center(b)))) continue;
+        const Int3 first{b.x * kBlock, b.y * kBlock, b.z * kBlock};
+        const Int3 last = min(out.size, first + Int3{kBlock, kBlock, kBlock});
+        Int3 c;
+        for (c.x = first.x; c.x < last.x; ++c.x)
+          for (c.y = first.y; c.y < last.y; ++c.y)
+            for (c.z = first.z; c.z < last.z; ++c.z)
+              if (fine.occupied(warped(out.center(c)))) out.set(out.index(c));
       }
   return out;
 }

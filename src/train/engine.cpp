@@ -40,7 +40,7 @@ class RayEngine final : public Engine {
   };
 
  public:
-  PassResult run(const VoxelModel& model, float step, float stop, const Batch& batch, const std::vector<double>& times,
+  PassResult run(const VoxelModel& model, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
                  const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
                  Gradient& radiance, Gradient& motion) override {
     PassResult result;
@@ -55,7 +55,7 @@ class RayEngine final : public Engine {
     const int motion_bricks = field.moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
     motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
     parallel_for(tasks, [&](int t) {
-      march(field, stop, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t]);
+      march(field, sampling, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t]);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
       if (field.moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
     });
@@ -95,21 +95,22 @@ class RayEngine final : public Engine {
     });
   }
 
-  void march(const FieldView<float>& field, float stop, const Batch& batch, const Batch::Task& task, const BitGrid& occupancy,
+  void march(const FieldView<float>& field, const SamplingConfig& sampling, const Batch& batch, const Batch::Task& task, const BitGrid& occupancy,
              const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
     const FrameView<float> frame{field.moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = batch.rays[i];
-      const RayResult<float> result = w.kernel.forward(ray, field, frame, stop);
+      const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
       const Vec3 error = result.rgb - batch.targets[i];
       w.squared_error += dot(error, error);
       w.samples += w.kernel.count, w.visited += w.kernel.visited;
-      const std::size_t first = w.records.motion.size();
-      backward(w.kernel, ray, result, field, 2.0f * error, w.records);
+      [[maybe_unused]] const std::size_t first = w.records.motion.size();
+      backward(w.kernel, ray, result, field, 2.0f * error, sampling.min_weight, w.records);
       if constexpr (Jet)
-        if (field.moving) w.motion_loss += motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), first, w.records);
+        if (field.moving)
+          w.motion_loss += motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
     }
   }
 

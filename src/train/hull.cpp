@@ -106,20 +106,6 @@ BitGrid swept_hull(const Split& train, const Box& box, int cells) {
   return hull;
 }
 
-/// Smallest box around the set cells, grown by margin times its longest edge.
-Box bounding_box(const BitGrid& grid, float margin) {
-  Int3 lo = grid.size, hi{-1, -1, -1}, c;
-  for (c.x = 0; c.x < grid.size.x; ++c.x)
-    for (c.y = 0; c.y < grid.size.y; ++c.y)
-      for (c.z = 0; c.z < grid.size.z; ++c.z)
-        if (grid.test(grid.index(c))) lo = min(lo, c), hi = max(hi, c);
-  Box box{grid.origin + grid.cell * cast<float>(lo), grid.origin + grid.cell * cast<float>(hi + Int3{1, 1, 1})};
-  const Vec3 e = box.extent();
-  const float m = margin * std::max({e.x, e.y, e.z});
-  box.lo -= Vec3{m, m, m}, box.hi += Vec3{m, m, m};
-  return box;
-}
-
 }  // namespace
 
 SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float margin) {

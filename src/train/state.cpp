@@ -47,10 +47,11 @@ int reached(const std::vector<float>& starts, double progress) {
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
-    : config(c), train(t), bounds(bounds_of(c, t)), edge(std::max({bounds.box.extent().x, bounds.box.extent().y, bounds.box.extent().z})),
+    : config(c), train(t), bounds(bounds_of(c, t)),
       sampler(t, bounds.box, c.sampling, background_of(c), c.run.seed),
       engine(make_engine(c.radiance.sh_order, c.loss.offset > 0 || c.loss.divergence > 0)) {
   model.box = bounds.box;
+  set_edge();
   model.background = background_of(c);
   model.time_map = time_map;
   model.radiance.sh_order = c.radiance.sh_order;
@@ -60,9 +61,16 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   m.rigidity_offset = c.motion.initial_rigidity;
 }
 
+void Trainer::State::set_edge() {
+  const Vec3 e = model.box.extent();
+  edge = std::max({e.x, e.y, e.z});
+}
+
 bool Trainer::State::refine(double progress) {
   bool changed = false;
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
+  const int wanted_levels = config.motion.enabled ? reached(config.grid.motion_start, progress) + 1 : 0;
+  if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) refresh_occupancy();
   while (stage < wanted) {
     ++stage;
     if (stage == 0) start_radiance();
@@ -70,8 +78,7 @@ bool Trainer::State::refine(double progress) {
     changed = true;
   }
   if (config.motion.enabled) {
-    const int active = reached(config.grid.motion_start, progress) + 1;
-    while (int(levels.size()) < active) {
+    while (int(levels.size()) < wanted_levels) {
       add_level(config.grid.motion[levels.size()]);
       changed = true;
     }
@@ -91,7 +98,6 @@ bool Trainer::State::refine(double progress) {
     set_rates();
     collapse_levels();
     if (!levels.empty()) motion_gradient = Gradient(model.motion.levels[0]);
-    if (step > 0) refresh_occupancy();
   }
   return changed;
 }
@@ -110,7 +116,51 @@ void Trainer::State::start_radiance() {
   radiance = Learner(model.radiance.raw);
 }
 
+void Trainer::State::tighten_box() {
+  if (!config.grid.box.empty()) return;
+  BitGrid kept = canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.box_alpha, model.step);
+  for (const BitGrid& frame : frame_occupancies(config.grid.box_alpha))
+    for (std::size_t w = 0; w < kept.bits.size(); ++w) kept.bits[w] |= frame.bits[w];
+  Box box = bounding_box(kept, config.grid.box_margin);
+  box.lo = max(box.lo, model.box.lo), box.hi = min(box.hi, model.box.hi);
+  const auto volume = [](const Box& b) { return double(b.extent().x) * b.extent().y * b.extent().z; };
+  if (volume(box) > 0.9 * volume(model.box)) return;
+
+  const BitGrid old_hull = bounds.hull;
+  bounds = {box, BitGrid(box, config.sampling.occupancy_cells)};
+  Int3 c;
+  for (c.x = 0; c.x < bounds.hull.size.x; ++c.x)
+    for (c.y = 0; c.y < bounds.hull.size.y; ++c.y)
+      for (c.z = 0; c.z < bounds.hull.size.z; ++c.z)
+        if (old_hull.test(old_hull.index(old_hull.cell_of(bounds.hull.center(c))))) bounds.hull.set(bounds.hull.index(c));
+  model.box = box;
+  set_edge();
+  sampler.set_box(box);
+  if (!levels.empty()) rebase_levels();
+  refresh_occupancy();
+}
+
+void Trainer::State::rebase_levels() {
+  // The levels keep their sum, up to sampling it on lattices that start elsewhere.
+  const Channels sum = model.motion.levels[0];
+  Channels coarser;
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    const TopologyPtr topology = bricks_near(make_lattice(model.box, config.grid.motion[l]), dilate(bounds.hull));
+    const Channels target = resample(sum, topology);
+    levels[l] = target;
+    if (l > 0) {
+      Channels known = make_channels(topology, target.width, std::vector<float>(target.width, 0.0f).data());
+      for (int b = 1; b <= topology->brick_count(); ++b) prolong_brick(coarser, known, b);
+      for (std::size_t i = std::size_t(kBrickRows) * target.width; i < target.values.size(); ++i) levels[l].values[i] -= known.values[i];
+    }
+    coarser = target;
+    level_learners[l] = Learner(levels[l]);
+  }
+  collapse_levels();
+}
+
 void Trainer::State::refine_radiance(int cells) {
+  tighten_box();
   const Lattice lattice = make_lattice(bounds.box, cells);
   BitGrid matter = canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
   model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
@@ -127,7 +177,6 @@ BitGrid Trainer::State::swept() const {
 }
 
 void Trainer::State::add_level(int cells) {
-  if (step > 0) refresh_occupancy();
   const std::vector<float> zero(motion_width(model.motion), 0.0f);
   levels.push_back(make_channels(bricks_near(make_lattice(bounds.box, cells), swept()), int(zero.size()), zero.data()));
   level_learners.emplace_back(levels.back());
@@ -149,16 +198,22 @@ void Trainer::State::collapse_levels() {
   model.motion.levels[0] = std::move(sum);
 }
 
+std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
+  const BitGrid canonical = canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step);
+  std::vector<BitGrid> out(levels.empty() ? 1 : train.frames.size());
+  parallel_for(int(out.size()), [&](int f) {
+    const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, train.frames[f].time));
+    out[f] = frame_occupancy(model, slice, canonical);
+  });
+  return out;
+}
+
 void Trainer::State::refresh_occupancy() {
   collapse_levels();
-  const SamplingConfig& s = config.sampling;
-  const BitGrid canonical = canonical_occupancy(model, s.occupancy_cells, s.occupancy_alpha, model.step);
-  const int frames = levels.empty() ? 1 : int(train.frames.size());
-  occupancy.resize(frames);
-  parallel_for(frames, [&](int f) {
-    const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, train.frames[f].time));
-    occupancy[f] = frame_occupancy(model, slice, canonical, nullptr);
-  });
+  occupancy = frame_occupancies(config.sampling.occupancy_alpha);
+  // A time at which nothing is left would never be looked at again: start it over from the hull.
+  for (BitGrid& frame : occupancy)
+    if (frame.count() == 0) frame = bounds.hull;
 }
 
 void Trainer::State::set_rates() {
@@ -191,6 +246,9 @@ void Trainer::State::archive(Archive& a) {
   }
   for (BitGrid& grid : occupancy) a(grid);
   if (!a.reading()) return;
+  model.box = bounds.box;
+  set_edge();
+  sampler.set_box(bounds.box);
   radiance.gradient = Gradient(model.radiance.raw);
   radiance.rate.assign(model.radiance.raw.width, 0.0f);
   radiance.tv.assign(model.radiance.raw.width, 0.0f);

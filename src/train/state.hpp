@@ -21,7 +21,7 @@ struct Trainer::State {
   const Config config;
   const Split& train;
   SceneBounds bounds;
-  float edge;                        ///< longest edge of the box, scene units: the unit of lr_control
+  float edge = 1;                    ///< longest edge of the box, scene units: the unit of lr_control
   BatchSampler sampler;
   std::unique_ptr<Engine> engine;
 
@@ -48,10 +48,16 @@ struct Trainer::State {
   void archive(Archive& a);
 
  private:
+  void set_edge();
+  /// Shrinks the box, and every lattice with it, to where the model has matter at some training time.
+  void tighten_box();
+  /// Puts the motion levels on lattices of the new box.
+  void rebase_levels();
   void start_radiance();
   void refine_radiance(int cells);
   void add_level(int cells);
   BitGrid swept() const;
+  std::vector<BitGrid> frame_occupancies(float alpha) const;
 };
 
 }  // namespace splinevox

@@ -99,7 +99,7 @@ StepReport Trainer::step() {
   losses.divergence = float(c.loss.divergence * ramp);
   losses.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
   const std::uint64_t draw = hash64(c.run.seed ^ hash64(std::uint64_t(s.step)));
-  const PassResult pass = s.engine->run(s.model, s.model.step, c.sampling.stop, s.batch, times, occupancy, losses, draw,
+  const PassResult pass = s.engine->run(s.model, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
                                         s.radiance.gradient, s.motion_gradient);
   clock = Clock::now();
   s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;

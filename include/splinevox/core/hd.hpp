@@ -7,3 +7,10 @@
 #else
 #define SPLINEVOX_HD
 #endif
+
+/// SPLINEVOX_INLINE: a formula that must dissolve into the loop around it, or the loop cannot become vector code.
+#if defined(__CUDACC__)
+#define SPLINEVOX_INLINE SPLINEVOX_HD __forceinline__
+#else
+#define SPLINEVOX_INLINE __attribute__((always_inline)) inline
+#endif

@@ -46,16 +46,16 @@ struct BrickView {
 
   /// Position -> coordinate along one axis, in vertices of the ring; anything outside the lattice, NaN included, is
   /// clamped into the ring, where every brick is absent.
-  SPLINEVOX_HD Real coordinate(Real x, int axis) const {
+  SPLINEVOX_INLINE Real coordinate(Real x, int axis) const {
     Real u = (x - origin[axis]) * inv_spacing;
     u = u > Real(0) ? u : Real(0);
     return u < limit[axis] ? u : limit[axis];
   }
   /// Base vertex (ring coordinates) -> cell.
-  SPLINEVOX_HD Cell cell(int x, int y, int z) const {
+  SPLINEVOX_INLINE Cell cell(int x, int y, int z) const {
     return {(x >> 3) * stride_x + (y >> 3) * stride_y + (z >> 3), (x & 7) << 6 | (y & 7) << 3 | (z & 7)};
   }
-  SPLINEVOX_HD CellRows rows(const Cell& c) const {
+  SPLINEVOX_INLINE CellRows rows(const Cell& c) const {
     CellRows r;
     if (c.interior()) {
       const std::int32_t base = table[c.slot] * kBrickRows + c.local;

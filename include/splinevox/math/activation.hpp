@@ -13,7 +13,7 @@ namespace splinevox {
 ///
 /// x is clamped to [-87, 88]; 2^n times a polynomial of degree 6 on |r| <= ln 2 / 2. Relative error <= 2 units of rounding.
 /// Other scalars (double, dual numbers) use the library's exp, so that oracles are exact.
-SPLINEVOX_HD inline float exp_(float x) {
+SPLINEVOX_INLINE float exp_(float x) {
   x = x < -87.0f ? -87.0f : x > 88.0f ? 88.0f : x;
   const float shifted = x * 1.44269504f + 12582912.0f;  // rounds to an integer in the low mantissa bits
   const float n = shifted - 12582912.0f;
@@ -30,13 +30,13 @@ SPLINEVOX_HD inline float exp_(float x) {
   return p * std::bit_cast<float>((exponent + 127) << 23);
 }
 template <class T>
-SPLINEVOX_HD inline T exp_(const T& x) {
+SPLINEVOX_INLINE T exp_(const T& x) {
   using std::exp;
   return exp(x);
 }
 
 /// 1 - exp(-x) for x >= 0 without cancellation (numerics H8): a polynomial where exp(-x) is near 1.
-SPLINEVOX_HD inline float one_minus_exp_neg(float x) {
+SPLINEVOX_INLINE float one_minus_exp_neg(float x) {
   // Taylor to degree 7 on [0, 0.5]: error below one unit of rounding of the result.
   float p = -1.98412698e-4f;
   p = std::fma(p, x, 1.38888889e-3f);
@@ -50,13 +50,13 @@ SPLINEVOX_HD inline float one_minus_exp_neg(float x) {
   return x < 0.5f ? small : large;
 }
 template <class T>
-SPLINEVOX_HD inline T one_minus_exp_neg(const T& x) {
+SPLINEVOX_INLINE T one_minus_exp_neg(const T& x) {
   using std::expm1;
   return -expm1(-x);
 }
 
 /// log(1 + e) for e in [0, 1] in float: vector code, error below 3 units of rounding of the result.
-SPLINEVOX_HD inline float log1p_unit(float e) {
+SPLINEVOX_INLINE float log1p_unit(float e) {
   // log(1 + e) = 2 atanh(s), s = e / (2 + e) in [0, 1/3]; an odd series in s.
   const float s = e / (2.0f + e), z = s * s;
   float p = 2.0f / 15;
@@ -70,7 +70,7 @@ SPLINEVOX_HD inline float log1p_unit(float e) {
   return p * s;
 }
 template <class T>
-SPLINEVOX_HD inline T log1p_unit(const T& e) {
+SPLINEVOX_INLINE T log1p_unit(const T& e) {
   using std::log1p;
   return log1p(e);
 }
@@ -84,7 +84,7 @@ struct Activated {
 /// Logistic function and its derivative. e = exp(-|x|) keeps both accurate at either end: the naive s (1 - s) is 0 from
 /// x = 17 on, and a saturated rigidity would never come back (numerics H11).
 template <class T>
-SPLINEVOX_HD inline Activated<T> sigmoid(T x) {
+SPLINEVOX_INLINE Activated<T> sigmoid(T x) {
   const T e = exp_(x < T(0) ? x : -x);
   const T inv = T(1) / (T(1) + e);
   const T small = e * inv;
@@ -93,7 +93,7 @@ SPLINEVOX_HD inline Activated<T> sigmoid(T x) {
 
 /// log(1 + exp(x)) and its derivative, the logistic function; finite for every finite x.
 template <class T>
-SPLINEVOX_HD inline Activated<T> softplus(T x) {
+SPLINEVOX_INLINE Activated<T> softplus(T x) {
   const T e = exp_(x < T(0) ? x : -x);
   const T inv = T(1) / (T(1) + e);
   return {(x > T(0) ? x : T(0)) + log1p_unit(e), x < T(0) ? e * inv : inv};

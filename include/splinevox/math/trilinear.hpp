@@ -10,7 +10,7 @@ inline constexpr int kCorners = 8;
 
 /// The eight trilinear weights at fractions f in [0, 1]; they sum to 1 within 4 units of rounding.
 template <class T>
-SPLINEVOX_HD constexpr void trilinear_weights(const Vec3T<T>& f, T (&w)[kCorners]) {
+SPLINEVOX_INLINE constexpr void trilinear_weights(const Vec3T<T>& f, T (&w)[kCorners]) {
   const T gx = T(1) - f.x, gy = T(1) - f.y, gz = T(1) - f.z;
   const T w00 = gx * gy, w01 = gx * f.y, w10 = f.x * gy, w11 = f.x * f.y;
   w[0] = w00 * gz, w[1] = w00 * f.z, w[2] = w01 * gz, w[3] = w01 * f.z;
@@ -35,7 +35,7 @@ struct TrilinearValue {
 };
 
 template <class T, class V>
-SPLINEVOX_HD inline TrilinearValue<V> trilinear_with_gradient(const Vec3T<T>& f, const V& c0, const V& c1, const V& c2,
+SPLINEVOX_INLINE TrilinearValue<V> trilinear_with_gradient(const Vec3T<T>& f, const V& c0, const V& c1, const V& c2,
                                                               const V& c3, const V& c4, const V& c5, const V& c6,
                                                               const V& c7) {
   // Along x first: four edges, their values and slopes; then y, then z.

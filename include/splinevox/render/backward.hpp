@@ -21,9 +21,12 @@ struct MotionLoss {
 ///
 /// Compositing has no division (numerics H9): g_sigma_i = dt (T_{i+1} c_i . G - S), S += w_i c_i . G, S starting at
 /// T_end background . G.
+///
+/// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink with the gradient,
+/// their tiny pushes would drive the density of empty space to where nothing could bring it back. 0 keeps every sample.
 template <class Real, int Sh, bool Jet>
 void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const RayResult<Real>& result,
-              const FieldView<Real>& field, const Vec3T<Real>& d_rgb,
+              const FieldView<Real>& field, const Vec3T<Real>& d_rgb, Real min_weight,
               RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out) {
   using K = RayKernel<Real, Sh>;
   using Eight = typename K::Eight;
@@ -37,6 +40,7 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
     const Real w = ray.weight[i];
     const Real d_sigma = field.step * (ray.transmittance_next[i] * factor * along - behind);
     behind += w * factor * along;
+    if (w < min_weight) continue;
 
     auto& record = out.radiance.emplace_back();
     record.cell = s.radiance_cell;
@@ -65,16 +69,18 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
   }
 }
 
-/// Adds the gradients of the offset and divergence losses to the motion records that `backward` wrote for this ray
-/// (`first` is the index of its first record, that of the last sample). Visibility weights are constants here, as in the
+/// Adds the gradients of the offset and divergence losses to the motion records that `backward` wrote for this ray with the same
+/// min_weight (`first` is the index of its first record, that of the last sample). Visibility weights are constants here, as in the
 /// paper. Returns the summed value.
 template <class Real, int Sh>
 Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field, const FrameView<Real>& frame,
-                   const MotionLoss<Real>& loss, const Vec3T<Real>& probe, std::size_t first,
-                   RayRecords<Real, RayKernel<Real, Sh>::kWidth, true>& out) {
+                   const MotionLoss<Real>& loss, const Vec3T<Real>& probe, Real min_weight,
+                   std::size_t first, RayRecords<Real, RayKernel<Real, Sh>::kWidth, true>& out) {
   using Four = typename Simd<Real>::Four;
   Real value = 0;
-  for (int i = 0; i < ray.count; ++i) {
+  std::size_t next = first;
+  for (int i = ray.count - 1; i >= 0; --i) {
+    if (ray.weight[i] < min_weight) continue;
     const auto& s = ray.samples[i];
     const CellRows rows = field.motion.rows(s.motion_cell);
     const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * 4); };
@@ -89,7 +95,7 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
       jet.d_rho[j] = inv * (*slope[j])[3];
     }
     jet.r = ray.r[i], jet.r1 = ray.r_slope[i], jet.r2 = jet.r1 * (1 - 2 * jet.r);
-    auto& record = out.motion[first + std::size_t(ray.count - 1 - i)];
+    auto& record = out.motion[next++];
     if (loss.offset > 0) {
       const auto term = offset_term(jet.delta, jet.r, loss.offset_rigidity, loss.offset_softening);
       const Real scale = loss.offset * w;

@@ -25,7 +25,12 @@ struct BitGrid {
   std::size_t index(Int3 c) const { return (std::size_t(c.x) * size.y + c.y) * size.z + c.z; }
   Vec3 center(Int3 c) const { return origin + cell * (cast<float>(c) + Vec3{0.5f, 0.5f, 0.5f}); }
   /// Cell of a position, clamped to the grid.
-  Int3 cell_of(Vec3 x) const;
+  Int3 cell_of(Vec3 x) const {
+    const Vec3 u = (x - origin) * (1 / cell);
+    Int3 c;
+    for (int a = 0; a < 3; ++a) c[a] = u[a] > 0 ? (u[a] < float(size[a]) ? int(u[a]) : size[a] - 1) : 0;
+    return c;
+  }
   std::size_t count() const;
 
   template <class Real = float>
@@ -37,13 +42,16 @@ struct BitGrid {
 /// The grid grown by one cell in every direction, diagonals included.
 BitGrid dilate(const BitGrid& grid);
 
+/// Smallest box around the set cells, grown by `margin` times its longest edge. An empty grid gives the grid's own box.
+Box bounding_box(const BitGrid& grid, float margin);
+
 /// Cells of the canonical volume that may hold matter: those within one radiance vertex of a vertex whose alpha over `step`
 /// is at least `alpha`, grown by one cell. That margin covers every position of an observed cell when the warp stretches
 /// it by less than a factor of two.
 BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step);
 
 /// Cells of observed space that may hold matter at the slice's time: those whose centre is warped into an occupied
-/// canonical cell. `within`, if not null, limits the answer (same grid).
-BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const BitGrid& canonical, const BitGrid* within);
+/// canonical cell.
+BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const BitGrid& canonical);
 
 }  // namespace splinevox

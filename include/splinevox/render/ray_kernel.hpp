@@ -152,11 +152,16 @@ class RayKernel {
     if (field.moving) {
       locate(field.motion, x, motion_at);
       gather_motion(field, frame, motion_at, n, motion_cell, motion);
-      for (int j = 0; j < kChunk; ++j) chunk_r[j] = motion[std::min(j, n - 1)][3];
-      for (int j = 0; j < kChunk; ++j) {
-        const Activated<Real> s = sigmoid(chunk_r[j] + field.rigidity_offset);
-        chunk_r[j] = field.rigidity ? s.value : Real(1);
-        chunk_slope[j] = field.rigidity ? s.slope : Real(0);
+      std::fill_n(chunk_r, kChunk, Real(1));
+      std::fill_n(chunk_slope, kChunk, Real(0));
+      if (field.rigidity) {
+        alignas(64) Real raw[kChunk] = {};
+        for (int j = 0; j < n; ++j) raw[j] = motion[j][3];
+        for (int j = 0; j < kChunk; ++j) {
+          const Activated<Real> s = sigmoid(raw[j] + field.rigidity_offset);
+          chunk_r[j] = s.value;
+          chunk_slope[j] = s.slope;
+        }
       }
       for (int j = 0; j < n; ++j)
         for (int a = 0; a < 3; ++a) x[a][j] += chunk_r[j] * motion[j][a];

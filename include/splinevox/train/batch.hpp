@@ -30,6 +30,7 @@ struct Batch {
 class BatchSampler {
  public:
   BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed);
+  void set_box(const Box& box) { box_ = box; }
   /// @param step  march step, scene units.
   void draw(std::int64_t index, float step, Batch& out) const;
 

@@ -30,6 +30,7 @@ struct GridConfig {
   std::vector<float> motion_start{0, .08f, .25f, .5f};    ///< progress at which each level is switched on
   float prune_alpha = 1e-3f;   ///< bricks whose largest alpha of one step stays below this are dropped at a new stage
   float box_margin = 0.05f;    ///< added around the visual hull, share of its longest edge
+  float box_alpha = 0.05f;     ///< at a new stage the box shrinks to where one step has at least this alpha at some time
   std::vector<float> box;      ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
 };
 
@@ -76,10 +77,11 @@ struct SamplingConfig {
   int rays = 4096;                 ///< rays per step over all of them, in patches of 2 x 2 pixels
   float step = 0.75f;              ///< march step in voxels of the radiance lattice
   float stop = 1e-3f;              ///< transmittance at which a training ray ends
+  float min_weight = 1e-3f;        ///< samples with a smaller share in the pixel get no gradient
   BackgroundKind background = BackgroundKind::random;
-  int occupancy_cells = 64;        ///< cells along the longest edge of the space-time occupancy
+  int occupancy_cells = 48;        ///< cells along the longest edge of the space-time occupancy
   int occupancy_every = 200;       ///< steps between refreshes
-  float occupancy_alpha = 0.01f;   ///< alpha of one step below which a cell is skipped
+  float occupancy_alpha = 0.004f;   ///< alpha of one step below which a cell is skipped
 };
 
 struct Config {
@@ -109,6 +111,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("grid.motion_start", c.grid.motion_start, "progress at which each motion level is switched on", 0, 1);
   visit("grid.prune_alpha", c.grid.prune_alpha, "bricks below this alpha per step are dropped", 0, 1);
   visit("grid.box_margin", c.grid.box_margin, "margin around the visual hull, share of its longest edge", 0, 1);
+  visit("grid.box_alpha", c.grid.box_alpha, "alpha per step the box must keep when it shrinks at a new stage", 0, 1);
   visit("grid.box", c.grid.box, "lo.xyz, hi.xyz of the scene box; empty = automatic", -inf, inf);
   visit("radiance.sh_order", c.radiance.sh_order, "spherical harmonic order of the view rescale, -1 = none", -1, 3);
   visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
@@ -148,6 +151,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.rays", c.sampling.rays, "rays per step", 64, 1 << 20);
   visit("sampling.step", c.sampling.step, "march step in voxels", 0.05, 4);
   visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
+  visit("sampling.min_weight", c.sampling.min_weight, "samples with a smaller share in the pixel get no gradient", 0, 0.1);
   visit("sampling.background", c.sampling.background, "fixed or random", 0, 1);
   visit("sampling.occupancy_cells", c.sampling.occupancy_cells, "cells of the space-time occupancy", 8, 256);
   visit("sampling.occupancy_every", c.sampling.occupancy_every, "steps between occupancy refreshes", 1, 1e6);
