@@ -2,6 +2,8 @@
 #include "splinevox/io/checkpoint.hpp"
 
 #include <doctest/doctest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstring>
 #include <random>
@@ -132,6 +134,36 @@ TEST_SUITE("io/checkpoint") {
       CHECK(slurp(path) == good);
       CHECK(scratch.count() == 1);
     }
+  }
+
+  TEST_CASE("killed at any moment of writing, the checkpoint is the old one or the new one") {
+    const Scratch scratch;
+    const std::string path = scratch.path("c");
+    CheckpointHeader header = kHeader;
+    header.step = 0;
+    write_checkpoint(path, header, noise(200000, 0));
+    std::mt19937 random(3);
+    std::uint64_t last = 0;
+    for (int i = 0; i < 40; ++i) {
+      CAPTURE(i);
+      const pid_t pid = ::fork();
+      if (pid == 0) {  // writes step after step until it is killed
+        for (std::uint64_t step = last + 1;; ++step) {
+          header.step = step;
+          write_checkpoint(path, header, noise(200000, unsigned(step)));
+        }
+      }
+      REQUIRE(pid > 0);
+      ::usleep(2000 + random() % 8000);
+      ::kill(pid, SIGKILL);
+      ::waitpid(pid, nullptr, 0);
+      const Checkpoint back = read_checkpoint(path);
+      CHECK(back.note.empty());
+      CHECK(back.header.step >= last);
+      CHECK(back.bytes == noise(200000, unsigned(back.header.step)));
+      last = back.header.step;
+    }
+    CHECK(last > 0);
   }
 
   TEST_CASE("an output folder that is missing or not a folder is named") {
