@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/math/basis.hpp"
+
+#include <doctest/doctest.h>
+
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "support/dual.hpp"
+
+using namespace splinevox;
+using test::Dual;
+
+namespace {
+
+const std::vector<double> kTimes{0, 1e-9, 0.1, 0.25, 1.0 / 3, 0.5, 0.7, 0.999999, 1};
+
+/// Plain De Casteljau on one component: the paper's evaluator, here the oracle.
+double de_casteljau(std::vector<double> p, double t) {
+  for (std::size_t n = p.size(); n > 1; --n)
+    for (std::size_t i = 0; i + 1 < n; ++i) p[i] = (1 - t) * p[i] + t * p[i + 1];
+  return p[0];
+}
+
+template <class T>
+T sum(const BasisWeights<T>& w) { return std::accumulate(w.begin(), w.end(), T(0)); }
+
+}  // namespace
+
+TEST_SUITE("math/basis") {
+  TEST_CASE("Bernstein weights give the curve of De Casteljau for every number of points") {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int points = kMinPoints; points <= kMaxPoints; ++points)
+      for (const double t : kTimes) {
+        std::vector<double> p(points);
+        for (double& x : p) x = uniform(random);
+        const auto w = bernstein_weights(points, t);
+        double y = 0;
+        for (int k = 0; k < points; ++k) y += w[k] * p[k];
+        CAPTURE(points);
+        CAPTURE(t);
+        CHECK(y == doctest::Approx(de_casteljau(p, t)).epsilon(1e-14));
+      }
+  }
+  TEST_CASE("weights are non-negative, sum to one, and hit the end points exactly") {
+    for (int points = kMinPoints; points <= kMaxPoints; ++points) {
+      CAPTURE(points);
+      for (const double t : kTimes) {
+        CAPTURE(t);
+        for (const auto& w : {bernstein_weights(points, t), bspline_weights(points, t)}) {
+          for (const double x : w) CHECK(x >= 0);
+          CHECK(std::abs(sum(w) - 1) <= 1e-14);
+        }
+      }
+      CHECK(bernstein_weights(points, 0.0)[0] == 1.0);
+      CHECK(bernstein_weights(points, 1.0)[points - 1] == 1.0);
+      CHECK(bspline_weights(points, 0.0)[0] == 1.0);
+      CHECK(bspline_weights(points, 1.0)[points - 1] == 1.0);
+    }
+  }
+  TEST_CASE("time derivatives equal dual-number derivatives and sum to zero") {
+    for (int points = kMinPoints; points <= kMaxPoints; ++points)
+      for (const double t : {0.0, 0.1, 0.33, 0.5, 0.77, 0.9}) {
+        CAPTURE(points);
+        CAPTURE(t);
+        const auto bezier = bernstein_weights(points, Dual{t, 1}), spline = bspline_weights(points, Dual{t, 1});
+        const auto d_bezier = bernstein_weights_dt(points, t), d_spline = bspline_weights_dt(points, t);
+        for (int k = 0; k < points; ++k) {
+          CHECK(std::abs(d_bezier[k] - bezier[k].b) <= 1e-12);
+          CHECK(std::abs(d_spline[k] - spline[k].b) <= 1e-12);
+        }
+        CHECK(std::abs(sum(d_bezier)) <= 1e-12);
+        CHECK(std::abs(sum(d_spline)) <= 1e-12);
+      }
+  }
+  TEST_CASE("a B-spline is local and of up to four points the same as a Bezier curve") {
+    for (const double t : kTimes) {
+      int used = 0;
+      for (const double x : bspline_weights(12, t)) used += x != 0;
+      CHECK(used <= 4);
+      for (int points = 2; points <= 4; ++points)
+        for (int k = 0; k < points; ++k) CHECK(bspline_weights(points, t)[k] == doctest::Approx(bernstein_weights(points, t)[k]));
+    }
+  }
+  TEST_CASE("degree elevation leaves the curve where it is") {
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int points = kMinPoints; points < kMaxPoints; ++points) {
+      std::vector<double> p(points), q(points + 1);
+      for (double& x : p) x = uniform(random);
+      elevate_bezier(points, p.data(), q.data());
+      for (const double t : kTimes) CHECK(std::abs(de_casteljau(p, t) - de_casteljau(q, t)) <= 1e-15 * 8);
+    }
+  }
+}

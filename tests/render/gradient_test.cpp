@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+#include <vector>
+
+#include "splinevox/math/activation.hpp"
+#include "splinevox/math/divergence.hpp"
+#include "splinevox/math/offset.hpp"
+#include "splinevox/math/view_factor.hpp"
+#include "splinevox/render/backward.hpp"
+#include "splinevox/render/scatter.hpp"
+#include "support/dual.hpp"
+
+using namespace splinevox;
+using test::Dual;
+
+namespace {
+
+constexpr double kSpacing = 0.25, kStep = 0.11;
+
+/// A scene small enough to differentiate with respect to every number: lattices of a few bricks with a hole, random values,
+/// a handful of rays.
+template <int Sh>
+struct TinyScene {
+  static constexpr int kWidth = RayKernel<double, Sh>::kWidth;
+  TopologyPtr radiance, motion;
+  std::vector<double> rows, slice;
+  FieldView<double> field;
+  FrameView<double> frame;
+  std::vector<RayInput<double>> rays;
+  std::vector<Vec3d> targets, probes;
+
+  explicit TinyScene(unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    const Lattice fine{{-1, -1, -1}, float(kSpacing), {12, 9, 9}}, coarse{{-1, -1, -1}, float(2 * kSpacing), {9, 5, 5}};
+    radiance = make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // (1, 1, 0) and others absent
+    motion = make_dense_topology(coarse);
+    rows.resize(radiance->rows() * kWidth), slice.resize(motion->rows() * 4);
+    for (double& v : rows) v = 1.5 * uniform(random);
+    for (double& v : slice) v = 0.3 * uniform(random);
+    for (int i = 0; i < kBrickRows; ++i)
+      for (int c = 0; c < kWidth; ++c) rows[i * kWidth + c] = c == 0 ? -10 : 0;
+    for (int i = 0; i < kBrickRows * 4; ++i) slice[i] = 0;
+    field.radiance = BrickView<double>(*radiance);
+    field.radiance_rows = rows.data();
+    field.motion = BrickView<double>(*motion);
+    field.moving = field.rigidity = true;
+    field.rigidity_offset = 0.4;
+    field.density_scale = 3, field.density_shift = -0.5, field.step = kStep;
+    frame.slice = slice.data();
+    for (int i = 0; i < 6; ++i) {
+      RayInput<double> ray;
+      ray.origin = {-1 + 0.05 * uniform(random), 0.4 * uniform(random), 0.4 * uniform(random)};
+      ray.direction = normalize(Vec3d{1, 0.4 * uniform(random), 0.4 * uniform(random)});
+      ray.count = 16 + i;
+      ray.background = {0.3, 0.6, 0.9};
+      rays.push_back(ray);
+      targets.push_back({0.5 + 0.5 * uniform(random), 0.5, 0.2});
+      probes.push_back({1, i % 2 ? -1.0 : 1.0, 1});
+    }
+  }
+};
+
+/// Eight corner rows around x by plain arithmetic, row 0 where a brick is absent.
+struct Corners {
+  std::size_t row[8];
+  bool stored = false;
+};
+Corners corners_of(const Topology& t, const Int3& base) {
+  Corners out;
+  for (int c = 0; c < 8; ++c) {
+    const Int3 v{base.x + (c >> 2), base.y + (c >> 1 & 1), base.z + (c & 1)};
+    const Int3 brick{v.x >> 3, v.y >> 3, v.z >> 3};
+    bool inside = true;
+    for (int a = 0; a < 3; ++a) inside = inside && brick[a] >= -1 && brick[a] <= t.dims[a] - 2;
+    const int b = inside ? t.brick_at(brick) : 0;
+    out.row[c] = std::size_t(b) * kBrickRows + ((v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7));
+    out.stored |= b != 0;
+  }
+  return out;
+}
+
+/// The loss of Eq. 8 by the textbook, on any scalar: no packets, no records, sums in the order of the equations. Motion losses
+/// take their visibility weights from `fixed_weights`, because those are constants by definition; empty: fills it in.
+template <class T, int Sh>
+T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const std::vector<T>& slice, const MotionLoss<double>& loss,
+                 std::vector<double>& fixed_weights, double stop) {
+  constexpr int kWidth = TinyScene<Sh>::kWidth;
+  const bool record = fixed_weights.empty();
+  std::size_t used = 0;
+  T total(0);
+  const auto value_of = [](const T& x) { if constexpr (std::is_same_v<T, Dual>) return x.a; else return x; };
+  for (std::size_t ray = 0; ray < scene.rays.size(); ++ray) {
+    const RayInput<double>& in = scene.rays[ray];
+    T transmittance(1);
+    Vec3T<T> color{T(0), T(0), T(0)};
+    for (int i = 0; i < in.count; ++i) {
+      const Vec3d at = in.origin + (i * kStep) * in.direction;
+      // Motion: value, spatial derivatives, rigidity.
+      Vec3T<T> u;
+      Int3 base;
+      T w[8];
+      Vec3T<T> dw[8];
+      for (int a = 0; a < 3; ++a) {
+        const double g = (at[a] - double(scene.motion->lattice.origin[a])) / double(scene.motion->lattice.spacing);
+        base[a] = int(std::floor(g)), u[a] = T(g - base[a]);
+      }
+      trilinear_weights(u, w);
+      trilinear_weight_gradients(u, dw);
+      const Corners mc = corners_of(*scene.motion, base);
+      MotionJet<T> jet{};
+      T rho(0);
+      const T inv(1 / double(scene.motion->lattice.spacing));
+      for (int c = 0; c < 8; ++c) {
+        const T* row = slice.data() + mc.row[c] * 4;
+        const Vec3T<T> d{row[0], row[1], row[2]};
+        jet.delta += w[c] * d, rho += w[c] * row[3];
+        for (int j = 0; j < 3; ++j) jet.d_delta[j] += (inv * dw[c][j]) * d, jet.d_rho[j] += inv * dw[c][j] * row[3];
+      }
+      const auto r = sigmoid(rho + T(0.4));
+      jet.r = r.value, jet.r1 = r.slope, jet.r2 = r.slope * (T(1) - T(2) * r.value);
+      // Radiance at x + r Delta_0.
+      for (int a = 0; a < 3; ++a) {
+        const T g = (T(at[a] - double(scene.radiance->lattice.origin[a])) + jet.r * jet.delta[a]) / T(double(scene.radiance->lattice.spacing));
+        base[a] = int(std::floor(value_of(g))), u[a] = g - T(base[a]);
+      }
+      trilinear_weights(u, w);
+      const Corners rc = corners_of(*scene.radiance, base);
+      if (!rc.stored) continue;
+      T raw[4 + kMaxShCount] = {};
+      for (int c = 0; c < 8; ++c)
+        for (int k = 0; k < 4 + (Sh + 1) * (Sh + 1); ++k) raw[k] += w[c] * rows[rc.row[c] * kWidth + k];
+      T factor(1);
+      if constexpr (Sh >= 0) {
+        double y[kMaxShCount];
+        sh_basis(Sh, in.direction, y);
+        T q(0);
+        for (int k = 0; k < (Sh + 1) * (Sh + 1); ++k) q += raw[4 + k] * T(y[k]);
+        factor = view_factor(q).value;
+      }
+      const T depth = T(3) * softplus(raw[0] - T(0.5)).value * T(kStep);
+      const T weight = transmittance * one_minus_exp_neg(depth);
+      for (int c = 0; c < 3; ++c) color[c] += weight * factor * sigmoid(raw[1 + c]).value;
+      transmittance *= exp_(-depth);
+      if (loss.offset > 0 || loss.divergence > 0) {
+        if (record) fixed_weights.push_back(value_of(weight));
+        const T fixed(fixed_weights[used++]);
+        MotionJetAdjoint<T> unused;
+        const Vec3T<T> probe{T(scene.probes[ray].x), T(scene.probes[ray].y), T(scene.probes[ray].z)};
+        const T q = loss.hutchinson ? divergence_probe(jet, probe, unused) : divergence(jet, unused);
+        total += T(loss.divergence) * fixed * q * q;
+        if (loss.offset > 0) total += T(loss.offset) * fixed * offset_term(jet.delta, jet.r, T(loss.offset_rigidity), T(loss.offset_softening)).value;
+      }
+      if (value_of(transmittance) < stop) break;
+    }
+    for (int c = 0; c < 3; ++c) {
+      const T e = color[c] + transmittance * T(in.background[c]) - T(scene.targets[ray][c]);
+      total += e * e;
+    }
+  }
+  return total;
+}
+
+/// Gradients through the production kernel, records and scatter.
+template <int Sh>
+void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss, double stop, std::vector<double>& d_rows,
+                      std::vector<double>& d_slice, double& value) {
+  constexpr int kWidth = TinyScene<Sh>::kWidth;
+  RayKernel<double, Sh> kernel;
+  RayRecords<double, kWidth, true> records;
+  value = 0;
+  for (std::size_t i = 0; i < scene.rays.size(); ++i) {
+    const auto result = kernel.forward(scene.rays[i], scene.field, scene.frame, stop);
+    const Vec3d error = result.rgb - scene.targets[i];
+    value += dot(error, error);
+    const std::size_t first = records.motion.size();
+    backward(kernel, scene.rays[i], result, scene.field, 2.0 * error, 0.0, records);
+    value += motion_losses(kernel, scene.field, scene.frame, loss, scene.probes[i], 0.0, first, records);
+  }
+  const auto gather = [](auto& scatter, const auto& list, const BrickView<double>& view, const Topology& t, int width, std::vector<double>& out) {
+    out.assign(t.rows() * width, 0.0);
+    scatter.begin(1, t.brick_count() + 1);
+    scatter.count(0, list, view, 0);
+    scatter.scan();
+    scatter.fill(0, view);
+    for (int b = 1; b <= t.brick_count(); ++b) {
+      RowMask mask;
+      scatter.reduce(b, out.data() + std::size_t(b) * kBrickRows * width, mask);
+      for (int i = 0; i < kBrickRows; ++i) {
+        bool any = false;
+        for (int c = 0; c < width; ++c) any |= out[(std::size_t(b) * kBrickRows + i) * width + c] != 0;
+        if (any) CHECK((mask.word[i >> 6] >> (i & 63) & 1) == 1);
+      }
+    }
+  };
+  Scatter<double, kWidth, false> radiance;
+  Scatter<double, 4, true> motion;
+  gather(radiance, records.radiance, scene.field.radiance, *scene.radiance, kWidth, d_rows);
+  gather(motion, records.motion, scene.field.motion, *scene.motion, 4, d_slice);
+}
+
+/// Checks a random selection of the parameters with a gradient, and some without, against dual numbers.
+template <int Sh>
+void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop) {
+  const TinyScene<Sh> scene(seed);
+  std::vector<double> d_rows, d_slice, weights;
+  double value;
+  kernel_gradients(scene, loss, stop, d_rows, d_slice, value);
+  CHECK(value == doctest::Approx(reference_loss<double, Sh>(scene, scene.rows, scene.slice, loss, weights, stop)).epsilon(1e-12));
+  std::vector<Dual> rows(scene.rows.begin(), scene.rows.end()), slice(scene.slice.begin(), scene.slice.end());
+  const auto check = [&](std::vector<Dual>& parameters, const std::vector<double>& gradient, std::size_t first) {
+    double largest = 0;
+    for (const double g : gradient) largest = std::max(largest, std::abs(g));
+    REQUIRE(largest > 0);
+    std::mt19937 random(seed + 1);
+    int checked = 0;
+    for (int trial = 0; trial < 20000 && checked < 60; ++trial) {
+      const std::size_t i = first + random() % (gradient.size() - first);
+      if (gradient[i] == 0 && trial % 50) continue;
+      parameters[i].b = 1;
+      const double exact = reference_loss<Dual, Sh>(scene, rows, slice, loss, weights, stop).b;
+      parameters[i].b = 0;
+      CAPTURE(i);
+      CHECK(std::abs(gradient[i] - exact) <= 1e-10 * std::abs(exact) + 1e-13 * largest);
+      ++checked;
+    }
+    CHECK(checked == 60);
+  };
+  check(rows, d_rows, std::size_t(kBrickRows) * TinyScene<Sh>::kWidth);
+  check(slice, d_slice, std::size_t(kBrickRows) * 4);
+}
+
+}  // namespace
+
+TEST_SUITE("render/gradient") {
+  TEST_CASE("photometric gradients of every radiance and motion parameter equal dual numbers, with and without early stop") {
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      CAPTURE(seed);
+      check_gradients<1>(seed, {}, 0);
+      check_gradients<1>(seed, {}, 0.2);
+    }
+    check_gradients<-1>(5, {}, 0);
+    check_gradients<0>(6, {}, 0);
+    check_gradients<2>(7, {}, 0);
+    check_gradients<3>(8, {}, 0);
+  }
+  TEST_CASE("offset and divergence losses have the gradients of their values") {
+    MotionLoss<double> offset{.offset = 0.7, .offset_rigidity = 0.3, .offset_softening = 1e-3};
+    MotionLoss<double> divergence{.divergence = 0.4};
+    MotionLoss<double> probe{.divergence = 0.4, .hutchinson = true};
+    for (unsigned seed = 11; seed <= 13; ++seed) {
+      CAPTURE(seed);
+      check_gradients<1>(seed, offset, 0);
+      check_gradients<1>(seed, divergence, 0);
+      check_gradients<1>(seed, probe, 0);
+    }
+  }
+}
