@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "splinevox/field/levels.hpp"
+#include "splinevox/field/sample.hpp"
+#include "splinevox/field/slice.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+const Box kBox{{-1, -0.5f, 0}, {1, 0.5f, 1}};
+
+Channels random_channels(TopologyPtr topology, int width, unsigned seed, float size) {
+  const std::vector<float> zero(width, 0.0f);
+  Channels c = make_channels(std::move(topology), width, zero.data());
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(-size, size);
+  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i) c.values[i] = uniform(random);
+  return c;
+}
+
+/// Sets one column of every stored row to f(position of its vertex).
+template <class F>
+void fill(Channels& c, int column, F&& f) {
+  for (int b = 1; b <= c.topology->brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Int3 at = c.topology->bricks[b];
+      c.row(std::size_t(b) * kBrickRows + i)[column] =
+          f(c.topology->lattice.position({at.x * 8 + (i >> 6), at.y * 8 + (i >> 3 & 7), at.z * 8 + (i & 7)}));
+    }
+}
+
+MotionField three_levels(unsigned seed) {
+  MotionField m;
+  m.basis = BasisKind::bezier, m.points = 5, m.first_point = FirstPoint::zero;
+  for (int l = 0; l < 3; ++l) m.levels.push_back(random_channels(make_dense_topology(make_lattice(kBox, 4 << l)), 16, seed + l, 0.1f));
+  return m;
+}
+
+}  // namespace
+
+TEST_SUITE("field/topology") {
+  TEST_CASE("a lattice covers its box and a brick's number depends only on the set of bricks") {
+    const Lattice lattice = make_lattice(kBox, 20);
+    CHECK(lattice.size == Int3{21, 11, 11});
+    CHECK(lattice.spacing == doctest::Approx(0.1));
+    const auto a = make_topology(lattice, {{2, 0, 1}, {0, 1, 0}, {0, 0, 0}});
+    const auto b = make_topology(lattice, {{0, 0, 0}, {2, 0, 1}, {0, 1, 0}});
+    CHECK(a->table == b->table);
+    CHECK(a->brick_count() == 3);
+    CHECK(a->brick_at({2, 0, 1}) == 3);
+    CHECK(a->brick_at({1, 0, 0}) == 0);
+    CHECK(a->brick_at({-1, -1, -1}) == 0);
+  }
+}
+
+TEST_SUITE("field/levels") {
+  TEST_CASE("levels summed into one give the same motion everywhere") {
+    const MotionField levels = three_levels(5), one = collapse(levels);
+    REQUIRE(one.levels.size() == 1);
+    VoxelModel model;
+    model.box = kBox;
+    model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1, 1);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> uniform(0.02f, 0.98f);
+    for (int trial = 0; trial < 100; ++trial) {
+      const float t = uniform(random);
+      const Vec3 e = kBox.extent(), x = kBox.lo + Vec3{e.x * uniform(random), e.y * uniform(random), e.z * uniform(random)};
+      Vec3 sum{};
+      float rho = 0;
+      for (const Channels& level : levels.levels) {
+        model.motion = levels;
+        model.motion.levels = {level};
+        model.motion.rigidity = false;
+        sum += FrameSampler(model, t).warp(x).displacement;
+        model.motion.rigidity = true;
+        const float r = FrameSampler(model, t).warp(x).rigidity;
+        rho += std::log(r / (1 - r));
+      }
+      model.motion = one;
+      const auto whole = FrameSampler(model, t).warp(x);
+      CHECK(whole.rigidity == doctest::Approx(1 / (1 + std::exp(-rho))).epsilon(1e-4));
+      for (int a = 0; a < 3; ++a) CHECK(std::abs(whole.displacement[a] - whole.rigidity * sum[a]) <= 2e-6f);
+    }
+  }
+  TEST_CASE("restriction is the adjoint of prolongation, absent bricks included") {
+    const Lattice coarse_lattice = make_lattice(kBox, 16), fine_lattice = make_lattice(kBox, 32);
+    const auto coarse_topology = make_topology(coarse_lattice, {{0, 0, 0}, {1, 0, 0}, {1, 1, 1}});
+    const auto fine_topology = make_topology(fine_lattice, {{0, 0, 0}, {2, 1, 1}, {3, 1, 0}, {1, 0, 0}});
+    const Channels x = random_channels(coarse_topology, 8, 7, 1), y = random_channels(fine_topology, 8, 8, 1);
+    Channels px = random_channels(fine_topology, 8, 0, 0), ry = random_channels(coarse_topology, 8, 0, 0);
+    for (int b = 1; b <= fine_topology->brick_count(); ++b) prolong_brick(x, px, b);
+    for (int b = 1; b <= coarse_topology->brick_count(); ++b) restrict_brick(y, ry, b);
+    double forward = 0, adjoint = 0;
+    for (std::size_t i = 0; i < y.values.size(); ++i) forward += double(px.values[i]) * y.values[i];
+    for (std::size_t i = 0; i < x.values.size(); ++i) adjoint += double(ry.values[i]) * x.values[i];
+    CHECK(forward != 0);
+    CHECK(forward == doctest::Approx(adjoint).epsilon(1e-6));
+  }
+}
+
+TEST_SUITE("field/slice") {
+  TEST_CASE("expansion is the adjoint of contraction and marks exactly the rows with a gradient") {
+    MotionField m = three_levels(9);
+    const Channels& level = m.levels[0];
+    const BasisWeights<float> w = stored_weights(m, 0.3);
+    std::vector<float> slice(level.topology->rows() * 4), g(slice.size());
+    contract_bricks(m, level, w, 0, level.topology->brick_count() + 1, slice.data());
+    std::mt19937 random(1);
+    for (std::size_t i = kBrickRows * 4; i < g.size(); i += 4)
+      if (random() % 3 == 0)
+        for (int c = 0; c < 4; ++c) g[i + c] = float(random() % 100) / 100 + 0.01f;
+    Channels expanded = random_channels(level.topology, level.width, 0, 0);
+    const float* gradients[] = {g.data()};
+    double forward = 0, adjoint = 0;
+    for (int b = 1; b <= level.topology->brick_count(); ++b) {
+      RowMask mask;
+      expand_brick(m, &w, gradients, 1, b, expanded, mask);
+      for (int i = 0; i < kBrickRows; ++i)
+        CHECK(bool(mask.word[i >> 6] >> (i & 63) & 1) == (g[(std::size_t(b) * kBrickRows + i) * 4] != 0));
+    }
+    for (std::size_t i = 0; i < g.size(); ++i) forward += double(slice[i]) * g[i];
+    for (std::size_t i = 0; i < level.values.size(); ++i) adjoint += double(level.values[i]) * expanded.values[i];
+    CHECK(forward == doctest::Approx(adjoint).epsilon(1e-5));
+  }
+  TEST_CASE("a pinned Bezier curve does not move anything at t = 0") {
+    const MotionField m = collapse(three_levels(11));
+    const MotionSlice slice = make_slice(m, stored_weights(m, 0));
+    for (std::size_t i = 0; i < slice.values.size(); i += 4)
+      for (int a = 0; a < 3; ++a) REQUIRE(slice.values[i + a] == 0.0f);
+  }
+}
+
+TEST_SUITE("field/sample") {
+  TEST_CASE("a linear field is reproduced exactly, a constant curve translates, outside is empty") {
+    VoxelModel model;
+    model.box = kBox;
+    model.radiance.activation = {10, 0};
+    model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 10)), 8, 1, 0);
+    fill(model.radiance.raw, 0, [](Vec3 x) { return 1 + x.x - 2 * x.y + 0.5f * x.z; });
+    model.motion.points = 3, model.motion.first_point = FirstPoint::free, model.motion.rigidity = false;
+    model.motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 5)), 16, 1, 0)};
+    for (int k = 0; k < 3; ++k) fill(model.motion.levels[0], 3 * k, [](Vec3) { return 0.25f; });
+    const FrameSampler sampler(model, 0.6);
+    const Vec3 x{0.13f, -0.07f, 0.4f};
+    const auto warp = sampler.warp(x);
+    CHECK(warp.displacement.x == doctest::Approx(0.25));
+    CHECK(warp.displacement.y == 0);
+    CHECK(std::abs(warp.velocity_to_canonical.x) <= 1e-6f);
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) CHECK(std::abs(warp.gradient[i][j]) <= 1e-5f);
+    const Vec3 c = sampler.canonical(x);
+    const float raw = 1 + c.x - 2 * c.y + 0.5f * c.z;
+    CHECK(sampler.radiance(c).density == doctest::Approx(10 * std::log1p(std::exp(raw))).epsilon(1e-5));
+    CHECK(sampler.radiance({5, 0, 0.5f}).density == 0);
+    CHECK(sampler.radiance({0, 0, NAN}).density == 0);
+  }
+  TEST_CASE("the warp's gradient and time derivative are those of its displacement") {
+    VoxelModel model;
+    model.box = kBox;
+    model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1, 1);
+    model.motion = collapse(three_levels(21));
+    const float h = 1e-3f;
+    const Vec3 x{0.137f, 0.111f, 0.513f};
+    const double t = 0.41;
+    const FrameSampler now(model, t), before(model, t - h), after(model, t + h);
+    const auto warp = now.warp(x);
+    for (int j = 0; j < 3; ++j) {
+      Vec3 step{};
+      step[j] = h;
+      const Vec3 d = (now.warp(x + step).displacement - now.warp(x - step).displacement) * (1 / (2 * h));
+      for (int i = 0; i < 3; ++i) CHECK(std::abs(warp.gradient[i][j] - d[i]) <= 2e-3f);
+    }
+    const Vec3 dt = (after.warp(x).displacement - before.warp(x).displacement) * (1 / (2 * h));
+    for (int i = 0; i < 3; ++i) CHECK(std::abs(warp.velocity_to_canonical[i] - dt[i]) <= 2e-3f);
+  }
+}
