@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples per second of training, forward and backward with motion, and where the time of a step goes.
+//
+//   bench_training [DATASET] [threads]     DATASET: default $SPLINEVOX_DATA/dnerf_trex, or the built-in dancer
+//
+// The run is cut by steps, so it does the same work on every machine. The last fifth is measured: all levels are on.
+#include <fmt/core.h>
+#include <tbb/global_control.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "splinevox/data/synth.hpp"
+#include "splinevox/train/trainer.hpp"
+
+using namespace splinevox;
+
+int main(int argc, char** argv) {
+  const char* root = std::getenv("SPLINEVOX_DATA");
+  const std::string path = argc > 1 && *argv[1] ? argv[1] : root ? std::string(root) + "/dnerf_trex" : "";
+  const int threads = argc > 2 ? std::atoi(argv[2]) : 1;
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  const Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200}) : load_dataset(path, {.splits = {"train"}});
+
+  Config config = preset("fast");
+  config.run.max_time = 0, config.run.max_steps = 1000;
+  Trainer trainer(config, *data.find("train"), data.time_map);
+  PhaseSeconds before{};
+  std::int64_t samples = 0, rays = 0;
+  while (!trainer.done()) {
+    const StepReport report = trainer.step();
+    if (report.step == 800) before = trainer.phases();
+    if (report.step > 800) samples += report.samples, rays += report.rays;
+  }
+  const PhaseSeconds after = trainer.phases();
+  const double ray_loop = after.rays + after.scatter - before.rays - before.scatter;
+  const double outside = after.slices + after.regularise + after.update + after.occupancy + after.refine -
+                         (before.slices + before.regularise + before.update + before.occupancy + before.refine);
+  const nlohmann::json line{{"bench", "training"},
+                            {"data", path.empty() ? "built-in dancer" : path},
+                            {"threads", threads},
+                            {"samples_per_second", double(samples) / ray_loop},
+                            {"samples_per_second_per_thread", double(samples) / ray_loop / threads},
+                            {"rays_per_second", double(rays) / (ray_loop + outside)},
+                            {"samples_per_ray", double(samples) / double(rays)},
+                            {"share_outside_ray_loop", outside / (ray_loop + outside)},
+                            {"seconds", {{"rays", after.rays}, {"scatter", after.scatter}, {"slices", after.slices}, {"regularise", after.regularise},
+                                         {"update", after.update}, {"occupancy", after.occupancy}, {"refine", after.refine}}}};
+  fmt::print("{}\n", line.dump());
+}
