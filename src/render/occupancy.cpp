@@ -90,6 +90,35 @@ std::size_t BitGrid::count() const {
 
 BitGrid dilate(const BitGrid& grid) { return dilate_axis(dilate_axis(dilate_axis(grid, 0), 1), 2); }
 
+BitGrid drop_small_parts(const BitGrid& grid, float share) {
+  BitGrid left = grid, out = grid;
+  std::fill(out.bits.begin(), out.bits.end(), 0u);
+  const double needed = double(share) * double(grid.count());
+  std::vector<Int3> part;
+  Int3 seed;
+  for (seed.x = 0; seed.x < grid.size.x; ++seed.x)
+    for (seed.y = 0; seed.y < grid.size.y; ++seed.y)
+      for (seed.z = 0; seed.z < grid.size.z; ++seed.z) {
+        if (!left.test(left.index(seed))) continue;
+        part.assign(1, seed);
+        left.clear(left.index(seed));
+        for (std::size_t next = 0; next < part.size(); ++next) {
+          const Int3 at = part[next], lo = max(at - Int3{1, 1, 1}, Int3{0, 0, 0}), hi = min(at + Int3{2, 2, 2}, grid.size);
+          Int3 c;
+          for (c.x = lo.x; c.x < hi.x; ++c.x)
+            for (c.y = lo.y; c.y < hi.y; ++c.y)
+              for (c.z = lo.z; c.z < hi.z; ++c.z)
+                if (left.test(left.index(c))) {
+                  left.clear(left.index(c));
+                  part.push_back(c);
+                }
+        }
+        if (double(part.size()) >= needed)
+          for (const Int3& c : part) out.set(out.index(c));
+      }
+  return out;
+}
+
 Box bounding_box(const BitGrid& grid, float margin) {
   Int3 lo = grid.size, hi{-1, -1, -1}, c;
   for (c.x = 0; c.x < grid.size.x; ++c.x)

@@ -14,6 +14,9 @@ namespace {
 /// Raw density of what is absent: an alpha of about 1e-6 a step, low enough to be nothing and near enough to learn back from.
 constexpr float kEmptyDensity = -10;
 
+/// Share of the occupied cells below which a part on its own does not hold the box open.
+constexpr float kSmallPart = 1 / 300.0f;
+
 bool any_alpha(const Split& train) {
   for (const Frame& f : train.frames)
     for (std::size_t i = 3; i < f.image.rgba.size(); i += 4)
@@ -121,7 +124,7 @@ void Trainer::State::tighten_box() {
   BitGrid kept = canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.box_alpha, model.step);
   for (const BitGrid& frame : frame_occupancies(config.grid.box_alpha))
     for (std::size_t w = 0; w < kept.bits.size(); ++w) kept.bits[w] |= frame.bits[w];
-  Box box = bounding_box(kept, config.grid.box_margin);
+  Box box = bounding_box(drop_small_parts(kept, kSmallPart), config.grid.box_margin);
   box.lo = max(box.lo, model.box.lo), box.hi = min(box.hi, model.box.hi);
   const auto volume = [](const Box& b) { return double(b.extent().x) * b.extent().y * b.extent().z; };
   if (volume(box) > 0.9 * volume(model.box)) return;

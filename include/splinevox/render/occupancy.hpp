@@ -22,6 +22,7 @@ struct BitGrid {
   std::size_t cells() const { return std::size_t(size.x) * size.y * size.z; }
   bool test(std::size_t i) const { return bits[i >> 5] >> (i & 31) & 1; }
   void set(std::size_t i) { bits[i >> 5] |= 1u << (i & 31); }
+  void clear(std::size_t i) { bits[i >> 5] &= ~(1u << (i & 31)); }
   std::size_t index(Int3 c) const { return (std::size_t(c.x) * size.y + c.y) * size.z + c.z; }
   Vec3 center(Int3 c) const { return origin + cell * (cast<float>(c) + Vec3{0.5f, 0.5f, 0.5f}); }
   /// Cell of a position, clamped to the grid.
@@ -41,6 +42,10 @@ struct BitGrid {
 
 /// The grid grown by one cell in every direction, diagonals included.
 BitGrid dilate(const BitGrid& grid);
+
+/// The grid without its small parts: connected sets of cells (faces, edges or corners touching) with less than `share` of all
+/// set cells. What floats alone is dropped; a horn stays, because it grows on something.
+BitGrid drop_small_parts(const BitGrid& grid, float share);
 
 /// Smallest box around the set cells, grown by `margin` times its longest edge. An empty grid gives the grid's own box.
 Box bounding_box(const BitGrid& grid, float margin);

@@ -30,7 +30,7 @@ struct GridConfig {
   std::vector<float> motion_start{0, .08f, .25f, .5f};    ///< progress at which each level is switched on
   float prune_alpha = 1e-3f;   ///< bricks whose largest alpha of one step stays below this are dropped at a new stage
   float box_margin = 0.05f;    ///< added around the visual hull, share of its longest edge
-  float box_alpha = 0.05f;     ///< at a new stage the box shrinks to where one step has at least this alpha at some time
+  float box_alpha = 0.1f;      ///< at a new stage the box shrinks to where one step has at least this alpha at some time
   std::vector<float> box;      ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
 };
 
@@ -43,7 +43,7 @@ struct RadianceConfig {
 struct MotionConfig {
   bool enabled = true;
   BasisKind basis = BasisKind::bspline;
-  int points = 7;                              ///< control points K, 2..12
+  int points = 10;                             ///< control points K, 2..12
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
   float initial_rigidity = 0;                  ///< raw: r begins at sigmoid(initial_rigidity)
@@ -62,7 +62,7 @@ struct OptimiserConfig {
 
 /// Weights of the loss terms (Eq. 8 and 9). The photometric term is the mean over rays of the squared RGB error.
 struct LossConfig {
-  float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 0.1f, tv_rigidity = 0;
+  float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-3f, tv_rigidity = 0;
   float tv_share = 0.125f;        ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
   float offset = 0;               ///< lambda_off of Eq. 8
   float offset_rigidity = 0.3f;   ///< lambda_r of Eq. 6
@@ -79,9 +79,9 @@ struct SamplingConfig {
   float stop = 1e-3f;              ///< transmittance at which a training ray ends
   float min_weight = 1e-3f;        ///< samples with a smaller share in the pixel get no gradient
   BackgroundKind background = BackgroundKind::random;
-  int occupancy_cells = 48;        ///< cells along the longest edge of the space-time occupancy
+  int occupancy_cells = 64;        ///< cells along the longest edge of the space-time occupancy
   int occupancy_every = 200;       ///< steps between refreshes
-  float occupancy_alpha = 0.004f;   ///< alpha of one step below which a cell is skipped
+  float occupancy_alpha = 0.01f;   ///< alpha of one step below which a cell is skipped
 };
 
 struct Config {
