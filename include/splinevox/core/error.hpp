@@ -16,7 +16,7 @@ enum class Fault {
 /// One problem as a user reads it: where it is, what is wrong, what was expected, what was found, what to try.
 /// `where` and `what` are required; empty fields are left out of the message.
 struct Problem {
-  std::string where, what, expected, got, hint;
+  std::string where{}, what{}, expected{}, got{}, hint{};
 };
 
 /// The only exception thrown on purpose. what() is the full message:
