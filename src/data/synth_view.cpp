@@ -52,16 +52,18 @@ Sample look(const SynthMoment& moment, const Camera& camera, double u, double v)
   return hit ? Sample{hit->body, hit->colour} : Sample{};
 }
 
-/// Whether four samples look like the inside of one smooth surface (or all like nothing).
-bool alike(std::span<const Sample> samples) {
-  constexpr double kContrast = 0.1;
+bool one_body(std::span<const Sample> samples) {
+  return std::all_of(samples.begin(), samples.end(), [&](const Sample& s) { return s.body == samples[0].body; });
+}
+
+/// Largest difference of any colour component.
+double contrast(std::span<const Sample> samples) {
   Vec3d lo = samples[0].colour, hi = lo;
   for (const Sample& s : samples) {
-    if (s.body != samples[0].body) return false;
     lo = min(lo, s.colour);
     hi = max(hi, s.colour);
   }
-  return std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z}) < kContrast;
+  return std::max({hi.x - lo.x, hi.y - lo.y, hi.z - lo.z});
 }
 
 void average(std::span<const Sample> samples, float* rgba) {
@@ -77,12 +79,19 @@ void average(std::span<const Sample> samples, float* rgba) {
   for (int c = 0; c < 4; ++c) rgba[c] = float(std::floor(values[c] * 255 + 0.5)) / 255.0f;
 }
 
-/// Four samples; sixteen where they differ.
+/// Four samples; eight where the paint differs, sixteen where bodies do.
 void draw_pixel(const SynthMoment& moment, const Camera& camera, int x, int y, float* rgba) {
-  static constexpr double kFew[4][2] = {{0.125, 0.375}, {0.625, 0.125}, {0.375, 0.875}, {0.875, 0.625}};
+  constexpr double kContrast = 0.1;
+  static constexpr double kFew[8][2] = {{0.125, 0.375}, {0.625, 0.125}, {0.375, 0.875}, {0.875, 0.625},
+                                        {0.375, 0.125}, {0.875, 0.375}, {0.125, 0.625}, {0.625, 0.875}};
   std::array<Sample, 16> samples;
-  for (int i = 0; i < 4; ++i) samples[std::size_t(i)] = look(moment, camera, x + kFew[i][0], y + kFew[i][1]);
-  if (alike(std::span(samples).first(4))) return average(std::span(samples).first(4), rgba);
+  const std::span four = std::span(samples).first(4), eight = std::span(samples).first(8);
+  for (std::size_t i = 0; i < 4; ++i) samples[i] = look(moment, camera, x + kFew[i][0], y + kFew[i][1]);
+  if (one_body(four) && contrast(four) < kContrast) return average(four, rgba);
+  if (one_body(four)) {
+    for (std::size_t i = 4; i < 8; ++i) samples[i] = look(moment, camera, x + kFew[i][0], y + kFew[i][1]);
+    if (one_body(eight)) return average(eight, rgba);
+  }
   for (int i = 0; i < 16; ++i)
     samples[std::size_t(i)] = look(moment, camera, x + (i % 4 + 0.5) / 4, y + (i / 4 + 0.5) / 4);
   average(samples, rgba);
