@@ -30,6 +30,13 @@ std::string text_of(const NamedMeta& in, const std::string& key) {
   return std::get<std::string>(at->second);
 }
 
+/// The text as an error shows it. Appends, because g++ 12 sees an overlap in "'" + text + "'" that is not there.
+std::string quoted(const NamedMeta& in, const std::string& key) {
+  std::string out = "'";
+  out += text_of(in, key);
+  return out += "'";
+}
+
 int integer(const NamedMeta& in, const std::string& key, int lo, int hi) {
   const auto at = in.meta.find(key);
   const std::string expected = "an integer from " + std::to_string(lo) + " to " + std::to_string(hi);
@@ -88,7 +95,7 @@ FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& colu
   }
   if (!ok || table > kMaxTable)
     bad(in, "lattice", "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMaxVertices),
-        "'" + text_of(in, "lattice") + "'");
+        quoted(in, "lattice"));
   const int least = padded_width(columns);
   shape.width = integer(in, "row_width", least, kMaxWidth);
   if (shape.width % 8 != 0) bad(in, "row_width", "a multiple of 8", std::to_string(shape.width));
@@ -147,11 +154,11 @@ void parse_model_meta(const NamedMeta& in, VoxelModel& m) {
   const auto box = numbers<float>(in, "box", 6);
   m.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
   for (int a = 0; a < 3; ++a)
-    if (!(m.box.lo[a] < m.box.hi[a])) bad(in, "box", "lo.xyz below hi.xyz", "'" + text_of(in, "box") + "'");
+    if (!(m.box.lo[a] < m.box.hi[a])) bad(in, "box", "lo.xyz below hi.xyz", quoted(in, "box"));
   const auto background = numbers<float>(in, "background", 3);
   m.background = {background[0], background[1], background[2]};
   m.step = numbers<float>(in, "march_step", 1)[0];
-  if (!(m.step > 0)) bad(in, "march_step", "a number > 0", "'" + text_of(in, "march_step") + "'");
+  if (!(m.step > 0)) bad(in, "march_step", "a number > 0", quoted(in, "march_step"));
   const auto time = numbers<double>(in, "time_map", 2);
   m.time_map = {time[0], time[1]};
 }
