@@ -4,8 +4,15 @@
 namespace splinevox {
 namespace {
 
-Config draft() {
+/// What our presets share beyond the defaults: view dependence learns fast (docs/experiments.md).
+Config ours() {
   Config c;
+  c.optimiser.lr_sh = 0.05f;
+  return c;
+}
+
+Config draft() {
+  Config c = ours();
   c.preset = "draft";
   c.run.max_time = 15;
   c.grid.radiance = {40, 64, 96};
@@ -13,10 +20,10 @@ Config draft() {
   return c;
 }
 
-Config fast() { return {}; }
+Config fast() { return ours(); }
 
 Config standard() {
-  Config c;
+  Config c = ours();
   c.preset = "standard";
   c.run.max_time = 180;
   c.grid.radiance = {40, 64, 96, 128, 160};
