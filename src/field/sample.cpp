@@ -2,6 +2,7 @@
 #include "splinevox/field/sample.hpp"
 
 #include "splinevox/core/simd.hpp"
+#include "splinevox/field/locate.hpp"
 #include "splinevox/math/activation.hpp"
 
 namespace splinevox {
@@ -9,23 +10,6 @@ namespace {
 
 using Four = Simd<float>::Four;
 using Eight = Simd<float>::Eight;
-
-struct Located {
-  Vec3 fraction;
-  CellRows rows;
-};
-
-Located locate(const BrickView<float>& view, Vec3 x) {
-  Located out;
-  int base[3];
-  for (int a = 0; a < 3; ++a) {
-    const float u = view.coordinate(x[a], a);
-    base[a] = int(u);
-    out.fraction[a] = u - float(base[a]);
-  }
-  out.rows = view.rows(view.cell(base[0], base[1], base[2]));
-  return out;
-}
 
 template <class V>
 TrilinearValue<V> gather(const Located& at, const float* values, int width, int offset) {

@@ -5,8 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/core/simd.hpp"
+#include "splinevox/field/locate.hpp"
 #include "splinevox/math/activation.hpp"
 
 namespace splinevox {
@@ -49,18 +48,7 @@ class WarpedLookup {
       : view_(*slice.topology), values_(slice.values.data()), rigidity_(model.motion.rigidity), offset_(model.motion.rigidity_offset) {}
 
   Vec3 operator()(const Vec3& x) const {
-    Vec3 f;
-    int base[3];
-    for (int a = 0; a < 3; ++a) {
-      const float u = view_.coordinate(x[a], a);
-      base[a] = int(u);
-      f[a] = u - float(base[a]);
-    }
-    const CellRows rows = view_.rows(view_.cell(base[0], base[1], base[2]));
-    float w[kCorners];
-    trilinear_weights(f, w);
-    Simd<float>::Four m{};
-    for (int k = 0; k < kCorners; ++k) m += w[k] * load<Simd<float>::Four>(values_ + std::size_t(rows.row[k]) * kSliceWidth);
+    const auto m = interpolate<Simd<float>::Four>(locate(view_, x), values_, kSliceWidth, 0);
     const float r = rigidity_ ? sigmoid(m[3] + offset_).value : 1.0f;
     return x + r * Vec3{m[0], m[1], m[2]};
   }

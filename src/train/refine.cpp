@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "splinevox/core/parallel.hpp"
-#include "splinevox/core/simd.hpp"
-#include "splinevox/field/brick_view.hpp"
+#include "splinevox/field/locate.hpp"
 #include "splinevox/math/basis.hpp"
 
 namespace splinevox {
@@ -39,22 +38,9 @@ Channels resample(const Channels& from, TopologyPtr topology) {
     for (int i = 0; i < kBrickRows; ++i) {
       const Int3 brick = to.bricks[b];
       const Vec3 x = to.lattice.position({brick.x * kBrick + (i >> 6), brick.y * kBrick + (i >> 3 & 7), brick.z * kBrick + (i & 7)});
-      Vec3 f;
-      int base[3];
-      for (int a = 0; a < 3; ++a) {
-        const float u = view.coordinate(x[a], a);
-        base[a] = int(u);
-        f[a] = u - float(base[a]);
-      }
-      const CellRows rows = view.rows(view.cell(base[0], base[1], base[2]));
-      float w[kCorners];
-      trilinear_weights(f, w);
+      const Located at = locate(view, x);
       float* row = out.row(std::size_t(b) * kBrickRows + i);
-      for (int k = 0; k < out.width; k += 8) {
-        Eight sum{};
-        for (int c = 0; c < kCorners; ++c) sum += w[c] * load<Eight>(from.row(rows.row[c]) + k);
-        store(row + k, sum);
-      }
+      for (int k = 0; k < out.width; k += 8) store(row + k, interpolate<Eight>(at, from.values.data(), out.width, k));
     }
   });
   return out;

@@ -186,19 +186,24 @@ void Trainer::State::add_level(int cells) {
 }
 
 void Trainer::State::collapse_levels() {
+  // Into the arrays of the last call: every step comes here, and fresh memory would cost more than the sums.
+  const auto match = [](const Channels& like, Channels& out) {
+    if (out.topology == like.topology && out.width == like.width) return;
+    out = like;
+  };
   if (levels.empty()) return;
-  if (levels.size() == 1) {
-    model.motion.levels.assign(1, levels[0]);
-    return;
-  }
-  Channels sum = levels[0];
-  for (std::size_t l = 1; l < levels.size(); ++l) {
-    Channels fine = levels[l];
-    parallel_for(fine.topology->brick_count(), [&](int b) { prolong_brick(sum, fine, b + 1); });
-    sum = std::move(fine);
-  }
+  partial_sums.resize(levels.size() - 1);
   model.motion.levels.resize(1);
-  model.motion.levels[0] = std::move(sum);
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    Channels& sum = l + 1 < levels.size() ? partial_sums[l] : model.motion.levels[0];
+    match(levels[l], sum);
+    const std::size_t size = std::size_t(kBrickRows) * sum.width;
+    parallel_for(sum.topology->brick_count(), [&](int index) {
+      const int b = index + 1;
+      std::copy_n(levels[l].values.data() + b * size, size, sum.values.data() + b * size);
+      if (l > 0) prolong_brick(partial_sums[l - 1], sum, b);
+    });
+  }
 }
 
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {

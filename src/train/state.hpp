@@ -29,6 +29,7 @@ struct Trainer::State {
   Learner radiance;
   std::vector<Channels> levels;      ///< active motion levels, coarse to fine; the learned parameters
   std::vector<Learner> level_learners;
+  std::vector<Channels> partial_sums;  ///< of the levels up to each but the last
   Gradient motion_gradient;          ///< of the summed level
   std::vector<BitGrid> occupancy;    ///< per training frame; empty: the hull stands for all
 

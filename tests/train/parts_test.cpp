@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "splinevox/data/synth.hpp"
+#include "splinevox/field/sample.hpp"
+#include "splinevox/math/tv.hpp"
+#include "splinevox/train/batch.hpp"
+#include "splinevox/train/hull.hpp"
+#include "splinevox/train/optimiser.hpp"
+#include "splinevox/train/refine.hpp"
+#include "support/dual.hpp"
+
+using namespace splinevox;
+using test::Dual;
+
+namespace {
+
+const Box kBox{{-1, -1, -1}, {1, 1, 1}};
+
+Channels random_channels(TopologyPtr topology, int width, unsigned seed) {
+  const std::vector<float> zero(width, 0.0f);
+  Channels c = make_channels(std::move(topology), width, zero.data());
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i) c.values[i] = uniform(random);
+  return c;
+}
+
+/// Row of a vertex, or -1 where it is absent.
+std::int64_t row_of(const Topology& t, Int3 v) {
+  const Int3 brick{v.x >> 3, v.y >> 3, v.z >> 3};
+  for (int a = 0; a < 3; ++a)
+    if (brick[a] < 0 || brick[a] > t.dims[a] - 2) return -1;
+  const int b = t.brick_at(brick);
+  return b ? std::int64_t(b) * kBrickRows + ((v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7)) : -1;
+}
+
+/// Derivative of column 0's total variation with respect to one value: every term that reads it, in dual numbers.
+double tv_derivative(const Channels& c, Int3 at) {
+  const Topology& t = *c.topology;
+  const std::int64_t seeded = row_of(t, at);
+  const auto value = [&](std::int64_t row) { return Dual(c.row(row)[0], row == seeded); };
+  Dual sum;
+  for (const Int3& back : {Int3{0, 0, 0}, Int3{1, 0, 0}, Int3{0, 1, 0}, Int3{0, 0, 1}}) {
+    const Int3 v = at - back;
+    const std::int64_t self = row_of(t, v);
+    if (self < 0) continue;
+    const auto neighbour = [&](Int3 step) {
+      const std::int64_t row = row_of(t, v + step);
+      return value(row < 0 ? self : row);
+    };
+    sum += tv_term(value(self), neighbour({1, 0, 0}), neighbour({0, 1, 0}), neighbour({0, 0, 1}), 1e-10,
+                   [](Dual x) { return sqrt(x); }).value;
+  }
+  return sum.b;
+}
+
+}  // namespace
+
+TEST_SUITE("train/optimiser") {
+  TEST_CASE("total variation over all bricks has the gradient of its value, at absent neighbours too") {
+    const auto topology = make_topology(make_lattice(kBox, 23), {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {2, 2, 2}, {2, 2, 1}});
+    const Channels values = random_channels(topology, 8, 3);
+    Learner learner(values);
+    learner.tv[0] = 0.5f;
+    add_total_variation(values, learner, 1.0f, 11);
+    for (int b = 1; b <= topology->brick_count(); ++b)
+      for (int i = 0; i < kBrickRows; ++i) {
+        const Int3 at{topology->bricks[b].x * 8 + (i >> 6), topology->bricks[b].y * 8 + (i >> 3 & 7), topology->bricks[b].z * 8 + (i & 7)};
+        const float* g = learner.gradient.values.row(std::size_t(b) * kBrickRows + i);
+        REQUIRE(std::abs(g[0] - 0.5 * tv_derivative(values, at)) <= 2e-6);
+        REQUIRE(g[1] == 0);
+      }
+  }
+  TEST_CASE("a share of the bricks estimates the whole without bias") {
+    const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 31)), 8, 4);
+    Learner whole(values);
+    whole.tv[0] = 1;
+    add_total_variation(values, whole, 1.0f, 0);
+    std::vector<double> mean(values.values.size());
+    const int draws = 400;
+    for (int d = 0; d < draws; ++d) {
+      Learner part(values);
+      part.tv[0] = 1;
+      add_total_variation(values, part, 0.25f, 100 + d);
+      for (std::size_t i = 0; i < mean.size(); i += 8) mean[i] += part.gradient.values.values[i] / draws;
+    }
+    // The estimate of one entry g is 4 g with probability 1/4: standard error sqrt(3 / draws) |g|.
+    double error = 0, size = 0;
+    for (std::size_t i = 0; i < mean.size(); i += 8) {
+      const double g = whole.gradient.values.values[i];
+      error += (mean[i] - g) * (mean[i] - g), size += g * g;
+    }
+    CHECK(std::sqrt(error / size) <= 1.5 * std::sqrt(3.0 / draws));
+  }
+  TEST_CASE("an update moves touched rows by the rate and leaves the others bit for bit") {
+    Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 8, 5);
+    const Channels before = values;
+    Learner learner(values);
+    learner.rate[0] = 0.1f;
+    const std::size_t row = kBrickRows + 77;
+    learner.gradient.values.row(row)[0] = 1e-3f;
+    learner.gradient.touched[1].set(77);
+    update(values, learner, moment_factors(0.9, 0.99, 1e-12, 1), 1.0f);
+    CHECK(values.row(row)[0] == doctest::Approx(before.row(row)[0] - 0.1f).epsilon(1e-5));
+    values.row(row)[0] = before.row(row)[0];
+    CHECK(values.values == before.values);
+    CHECK_FALSE(learner.gradient.touched[1].any());
+    CHECK(learner.gradient.values.row(row)[0] == 0);
+  }
+  TEST_CASE("curve length has the gradient of a sum of squares") {
+    const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
+    Learner learner(values);
+    add_curve_length(values, learner, 4, true, 0.5f, 1.0f, 1);
+    const std::size_t row = kBrickRows + 5;
+    const float *p = values.row(row), *g = learner.gradient.values.row(row);
+    for (int a = 0; a < 3; ++a) {
+      CHECK(g[a] == doctest::Approx(p[a] - (p[3 + a] - p[a])).epsilon(1e-5));
+      CHECK(g[9 + a] == doctest::Approx(p[9 + a] - p[6 + a]).epsilon(1e-5));
+    }
+    CHECK(g[12] == 0);
+  }
+}
+
+TEST_SUITE("train/refine") {
+  TEST_CASE("resampling a linear field onto a finer lattice is exact") {
+    Channels coarse = random_channels(make_dense_topology(make_lattice(kBox, 10)), 8, 7);
+    for (int b = 1; b <= coarse.topology->brick_count(); ++b)
+      for (int i = 0; i < kBrickRows; ++i) {
+        const Int3 k = coarse.topology->bricks[b];
+        const Vec3 x = coarse.topology->lattice.position({k.x * 8 + (i >> 6), k.y * 8 + (i >> 3 & 7), k.z * 8 + (i & 7)});
+        coarse.row(std::size_t(b) * kBrickRows + i)[0] = 1 + x.x - 2 * x.y + 3 * x.z;
+      }
+    const Lattice lattice = make_lattice(kBox, 17);
+    const Channels fine = resample(coarse, make_dense_topology(lattice));
+    for (int v = 0; v < 18; ++v) {
+      const Vec3 x = lattice.position({v, 17 - v, v / 2});
+      CHECK(fine.row(std::size_t(row_of(*fine.topology, {v, 17 - v, v / 2})))[0] == doctest::Approx(1 + x.x - 2 * x.y + 3 * x.z).epsilon(1e-4));
+    }
+  }
+  TEST_CASE("degree elevation leaves the motion where it is") {
+    MotionField motion;
+    motion.basis = BasisKind::bezier, motion.points = 4, motion.first_point = FirstPoint::zero;
+    motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion_width(motion), 8)};
+    MotionField raised = motion;
+    elevate(raised);
+    CHECK(raised.points == 5);
+    for (const double t : {0.0, 0.3, 1.0}) {
+      const MotionSlice a = make_slice(motion, stored_weights(motion, t)), b = make_slice(raised, stored_weights(raised, t));
+      for (std::size_t i = 0; i < a.values.size(); ++i) REQUIRE(std::abs(a.values[i] - b.values[i]) <= 1e-6f);
+    }
+  }
+  TEST_CASE("small parts on their own are dropped, thin ones that grow on something stay") {
+    BitGrid grid(kBox, 20);
+    for (int x = 5; x < 12; ++x)
+      for (int y = 5; y < 12; ++y)
+        for (int z = 5; z < 12; ++z) grid.set(grid.index({x, y, z}));
+    for (int x = 12; x < 17; ++x) grid.set(grid.index({x, 8, 8}));  // a horn
+    grid.set(grid.index({1, 1, 19}));                               // a floater
+    const BitGrid kept = drop_small_parts(grid, 0.01f);
+    CHECK(kept.count() == grid.count() - 1);
+    CHECK_FALSE(kept.test(kept.index({1, 1, 19})));
+    const Box box = bounding_box(kept, 0);
+    CHECK(box.hi.x == doctest::Approx(-1 + 17 * 0.1));
+    CHECK(box.hi.z == doctest::Approx(-1 + 12 * 0.1));
+  }
+}
+
+TEST_SUITE("train/bounds and batches") {
+  TEST_CASE("the hull of a moving ball holds the ball at every time and the rays reach it") {
+    const Dataset data = make_synth("ball", {.frames = 40, .size = 64, .seed = 2});
+    const Split& train = *data.find("train");
+    const SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
+    const SynthScene scene = SynthScene::open("ball");
+    int hits = 0;
+    for (const Frame& frame : train.frames)
+      for (int y = 8; y < 64; y += 8)
+        for (int x = 8; x < 64; x += 8)
+          if (const auto hit = scene.at(frame.time).trace(camera_ray(frame.camera, x + 0.5, y + 0.5))) {
+            ++hits;
+            const Vec3 p = cast<float>(hit->position);
+            CHECK(bounds.hull.test(bounds.hull.index(bounds.hull.cell_of(p))));
+            for (int a = 0; a < 3; ++a) CHECK((p[a] > bounds.box.lo[a] && p[a] < bounds.box.hi[a]));
+          }
+    CHECK(hits > 50);
+    CHECK(bounds.box.extent().x < 4);
+
+    SamplingConfig config;
+    config.frames = 4, config.rays = 256;
+    const BatchSampler sampler(train, bounds.box, config, {1, 1, 1}, 9);
+    Batch a, b;
+    std::set<int> used;
+    for (int step = 0; step < 10; ++step) {
+      sampler.draw(step, 0.02f, a);
+      CHECK(a.rays.size() == 256);
+      used.insert(a.frames.begin(), a.frames.end());
+    }
+    CHECK(used.size() == 40);  // one round of the deck shows every frame once
+    sampler.draw(3, 0.02f, a), sampler.draw(3, 0.02f, b);
+    CHECK(a.targets == b.targets);
+    sampler.draw(4, 0.02f, b);
+    CHECK(a.targets != b.targets);
+  }
+}
