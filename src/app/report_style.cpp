@@ -17,6 +17,7 @@ header h1 { font-size:30px; letter-spacing:-.02em; margin:0 }
 header p { color:var(--soft); margin:4px 0 26px }
 h2 { font-size:19px; letter-spacing:-.01em; margin:38px 0 12px }
 h3 { font-size:15px; margin:20px 0 8px }
+.card h3:first-child { margin-top:0 }
 .run-name i { display:inline-block; width:11px; height:11px; border-radius:3px; margin-right:8px; background:var(--c) }
 .card, .chart, .tile, .views figure { background:var(--card); border:1px solid var(--line); border-radius:12px }
 .card { padding:18px 20px; margin-bottom:14px }

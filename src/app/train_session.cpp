@@ -72,16 +72,21 @@ Json TrainSession::run() {
     samples_ += last_.samples;
     report(progress_.step(last_, held_psnr_));
     if (held_view_due(last_.seconds)) render_held_view();
-    if (clock() - checkpoint_at_ > std::max(kCheckpointEvery, checkpoint_cost_ / kCheckpointShare)) save_checkpoint();
+    if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+      finish_checkpoint();
+    const bool due = clock() - checkpoint_at_ > std::max(kCheckpointEvery, checkpoint_cost_ / kCheckpointShare);
+    if (due && !writing_.valid()) start_checkpoint();
   }
   report(progress_.rest(held_psnr_));
   progress_.finish();
   const double start = clock();
-  save_checkpoint();
+  finish_checkpoint();
+  if (written_step_ != last_.step) start_checkpoint();
   const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model(),
                                       {{"splinevox", kVersion},
                                        {"preset", setup_.config.preset},
                                        {"dataset", fs::path(setup_.data.path).filename().string()}});
+  finish_checkpoint();
   saving_ = clock() - start;
   const bool interrupted = stop_signal() != 0;
   if (!interrupted) render_held_view();
@@ -112,7 +117,9 @@ void TrainSession::render_held_view() {
   held_step_ = double(last_.step);
   const std::string folder = setup_.folder.file("preview");
   fs::create_directories(folder);
-  write_png(fmt::format("{}/step_{:06}.png", folder, last_.step), picture);
+  const std::vector<char> png = encode_png(picture);  // no waiting for the disk: these are only to look at
+  std::ofstream(fmt::format("{}/step_{:06}.png", folder, last_.step), std::ios::binary)
+      .write(png.data(), std::streamsize(png.size()));
   held_cost_ = clock() - start;
   held_spent_ += held_cost_;
   report({{"step", last_.step}, {"seconds", last_.seconds}, {"held_psnr", held_psnr_}, {"held_view", held_->name}});
@@ -141,12 +148,21 @@ CheckpointHeader TrainSession::header() const {
   return h;
 }
 
-void TrainSession::save_checkpoint() {
+/// Copies the state here and writes it on a thread of its own: training does not wait for the disk.
+void TrainSession::start_checkpoint() {
   const double start = clock();
-  const std::vector<char> bytes = trainer_.save();
-  checkpoint_digest_ = write_checkpoint(setup_.folder.file(kCheckpoint), header(), bytes);
+  auto write = [path = setup_.folder.file(kCheckpoint), header = header(), bytes = trainer_.save()] {
+    return write_checkpoint(path, header, bytes);
+  };
+  writing_ = std::async(std::launch::async, std::move(write));
+  written_step_ = last_.step;
   checkpoint_at_ = clock();
   checkpoint_cost_ = checkpoint_at_ - start;
+}
+
+/// Throws what the writing threw.
+void TrainSession::finish_checkpoint() {
+  if (writing_.valid()) checkpoint_digest_ = writing_.get();
 }
 
 /// What `verify` checks. Written last: it says that everything else is there.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <future>
 #include <limits>
 #include <optional>
 #include <string>
@@ -36,7 +37,8 @@ class TrainSession {
   void render_held_view();
   void resume();
   CheckpointHeader header() const;
-  void save_checkpoint();
+  void start_checkpoint();
+  void finish_checkpoint();
   void save_manifest(const FileDigest& model);
   Json figures(bool interrupted) const;
 
@@ -48,6 +50,8 @@ class TrainSession {
   double held_psnr_ = std::numeric_limits<double>::quiet_NaN();
   double held_cost_ = 0, held_spent_ = 0, held_step_ = -1;
   double checkpoint_at_ = 0, checkpoint_cost_ = 0, saving_ = 0;
+  std::future<FileDigest> writing_;  ///< a checkpoint on its way to the disk
+  std::int64_t written_step_ = -1;   ///< of the last checkpoint that was begun
   FileDigest checkpoint_digest_;
   StepReport last_;
   std::int64_t samples_ = 0, rays_ = 0;  ///< of this session
