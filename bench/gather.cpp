@@ -8,8 +8,7 @@
 // places. The other lines add the voxel-to-row map: the brick table the renderer uses, an OpenVDB Int32 grid of row numbers, and an
 // OpenVDB mask grid with leaf offsets. One thread, median of five.
 #include <fmt/core.h>
-#include <openvdb/Grid.h>
-#include <openvdb/tree/Tree.h>
+#include <openvdb/openvdb.h>
 
 #include <algorithm>
 #include <chrono>
