@@ -224,6 +224,20 @@ void Trainer::State::refresh_occupancy() {
     if (frame.count() == 0) frame = bounds.hull;
 }
 
+void Trainer::State::clear_skipped(VoxelModel& out) const {
+  const BitGrid canonical = canonical_occupancy(out, config.sampling.occupancy_cells, config.sampling.occupancy_alpha, out.step);
+  if (canonical.count() == 0) return;
+  Channels& raw = out.radiance.raw;
+  const Topology& t = *raw.topology;
+  parallel_for(t.brick_count(), [&](int index) {
+    const Int3 brick = t.bricks[index + 1];
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Vec3 x = t.lattice.position({brick.x * kBrick + (i >> 6), brick.y * kBrick + (i >> 3 & 7), brick.z * kBrick + (i & 7)});
+      if (!canonical.test(canonical.index(canonical.cell_of(x)))) raw.row(std::size_t(index + 1) * kBrickRows + i)[0] = kEmptyDensity;
+    }
+  });
+}
+
 void Trainer::State::set_rates() {
   const OptimiserConfig& o = config.optimiser;
   const LossConfig& l = config.loss;

@@ -45,6 +45,8 @@ struct Trainer::State {
   /// model.motion.levels = sum of the active levels.
   void collapse_levels();
   void refresh_occupancy();
+  /// Empties the canonical cells that the occupancy calls empty.
+  void clear_skipped(VoxelModel& model) const;
   void set_rates();
   void archive(Archive& a);
 

@@ -136,7 +136,10 @@ StepReport Trainer::step() {
 
 VoxelModel Trainer::model() const {
   state_->collapse_levels();
-  return state_->model;
+  VoxelModel model = state_->model;
+  // What training skipped as empty it never looked at again: leftovers of the first fog would show in a picture.
+  if (!state_->occupancy.empty()) state_->clear_skipped(model);
+  return model;
 }
 
 PhaseSeconds Trainer::phases() const { return state_->phases; }
