@@ -136,6 +136,7 @@ void TrainSession::resume() {
   if (!saved.note.empty()) progress_.note("note: " + saved.note);
   trainer_.restore(saved.bytes);
   last_.step = std::int64_t(saved.header.step);
+  last_.seconds = trainer_.seconds();
   cut_metrics(setup_.folder.file("metrics.jsonl"), last_.step);
 }
 

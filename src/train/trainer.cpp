@@ -144,6 +144,8 @@ VoxelModel Trainer::model() const {
 
 PhaseSeconds Trainer::phases() const { return state_->phases; }
 
+double Trainer::seconds() const { return state_->seconds_before; }
+
 std::vector<char> Trainer::save() const {
   Archive archive;
   state_->archive(archive);

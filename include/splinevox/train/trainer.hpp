@@ -42,6 +42,8 @@ class Trainer {
   /// The model as it is: motion levels collapsed into one, ready for render_image and for model.vdb.
   VoxelModel model() const;
   PhaseSeconds phases() const;
+  /// Seconds of the budget spent so far, loading and earlier sessions included.
+  double seconds() const;
 
   /// Everything an exact resume needs, as bytes. `restore` takes what `save` of a trainer with the same config and data
   /// gave; throws Error if it does not fit.
