@@ -22,6 +22,14 @@ double cosine(double progress, double end) {
   return end + (1 - end) * 0.5 * (1 + std::cos(std::numbers::pi * progress));
 }
 
+/// Share of the budget used: of the time, the steps, or whichever of the two is further.
+double progress_of(const Config& config, std::int64_t step, double seconds) {
+  double p = 0;
+  if (config.run.max_time > 0) p = std::max(p, seconds / config.run.max_time);
+  if (config.run.max_steps > 0) p = std::max(p, double(step) / config.run.max_steps);
+  return std::min(p, 1.0);
+}
+
 /// Gradient of the summed level -> gradients of the levels: the finest takes it as it is, each coarser one the transpose of its
 /// prolongation. A row of a coarse level is touched when anything non-zero arrives.
 void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
@@ -53,15 +61,6 @@ Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_m
 }
 
 Trainer::~Trainer() = default;
-
-namespace {
-double progress_of(const Config& config, std::int64_t step, double seconds) {
-  double p = 0;
-  if (config.run.max_time > 0) p = std::max(p, seconds / config.run.max_time);
-  if (config.run.max_steps > 0) p = std::max(p, double(step) / config.run.max_steps);
-  return std::min(p, 1.0);
-}
-}  // namespace
 
 bool Trainer::done() const { return progress_of(state_->config, state_->step, state_->seconds_before) >= 1; }
 
