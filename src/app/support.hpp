@@ -38,11 +38,6 @@ Json read_json(const std::string& path);
 /// "" if there is none.
 std::string read_text(const std::string& path);
 
-/// Straight RGBA over a background: [height * width * 3].
-Image composite(const Image16& picture, Vec3 background);
-/// Every value brought into [0, 1]; NaN becomes 0.
-Image clamped(Image picture);
-
 /// "1:23" or "4.2 s".
 std::string duration(double seconds);
 /// Largest resident memory of this process so far, bytes.

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "splinevox/core/vec3.hpp"
+
 namespace splinevox {
 
 /// Float picture, row-major from the top left, channels interleaved. Colour is display-referred in [0, 1]
@@ -29,5 +31,10 @@ struct Image16 {
   std::size_t pixels() const { return std::size_t(width) * height; }
   const std::uint16_t* pixel(int x, int y) const { return rgba.data() + (std::size_t(y) * width + x) * 4; }
 };
+
+/// Straight RGBA over a background: [height * width * 3].
+Image composite(const Image16& picture, Vec3 background);
+/// Every value brought into [0, 1]; NaN becomes 0.
+Image clamped(Image picture);
 
 }  // namespace splinevox

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// One row of docs/experiments.md: trains scenes with a preset and some changes, and prints PSNR on a held-out split.
+//
+//   bench_experiment SCENE... [--preset fast] [--set group.key=value]... [--steps 1000] [--seeds 1] [--split val] [--threads 2]
+//                    [--pictures FOLDER]
+//
+// Runs are cut by steps (--steps 0: by the preset's time), so that a row does not depend on what else the machine does.
+// One JSON line per run.
+#include <fmt/core.h>
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "splinevox/train/trainer.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes, changes;
+  std::string preset = "fast", split = "val", pictures;
+  int steps = 1000, seeds = 1, threads = 2;
+};
+
+void run(const Options& options, const Config& base, const std::string& scene, int seed) {
+  const Dataset data = load_dataset(scene, {.downscale = base.run.downscale, .splits = {"train", options.split}});
+  Config config = base;
+  config.run.seed = std::uint64_t(seed);
+  if (options.steps > 0) config.run.max_time = 0, config.run.max_steps = options.steps;
+  Trainer trainer(config, *data.find("train"), data.time_map);
+  std::int64_t samples = 0, rays = 0;
+  double batch_psnr = 0, weight = 0;  // mean over the last tenth
+  while (!trainer.done()) {
+    const StepReport report = trainer.step();
+    samples += report.samples, rays += report.rays;
+    if (report.progress > 0.9) batch_psnr += report.psnr, weight += 1;
+  }
+  const VoxelModel model = trainer.model();
+  double psnr = 0, worst = 1e9;
+  const Split& held = *data.find(options.split);
+  for (std::size_t f = 0; f < held.frames.size(); ++f) {
+    const Frame& frame = held.frames[f];
+    const Image truth = composite(frame.image, model.background);
+    const Image render = clamped(render_image(model, frame.camera, frame.time).rgb);
+    const double p = splinevox::psnr(render, truth);
+    psnr += p / double(held.frames.size());
+    worst = std::min(worst, p);
+    if (options.pictures.empty()) continue;
+    std::filesystem::create_directories(options.pictures);
+    write_png(options.pictures + fmt::format("/{}_{:03}.png", std::filesystem::path(scene).filename().string(), f), render);
+  }
+  const PhaseSeconds s = trainer.phases();
+  const nlohmann::json line{{"scene", std::filesystem::path(scene).filename()},
+                            {"seed", seed},
+                            {"set", options.changes},
+                            {"psnr", std::round(psnr * 100) / 100},
+                            {"worst", std::round(worst * 100) / 100},
+                            {"batch_psnr", std::round(batch_psnr / weight * 100) / 100},
+                            {"samples_per_ray", double(samples) / double(rays)},
+                            {"seconds", trainer.seconds()},
+                            {"phases", fmt::format("slices {:.1f} rays {:.1f} scatter {:.1f} regularise {:.1f} update {:.1f} occupancy {:.1f} refine {:.1f}",
+                                                   s.slices, s.rays, s.scatter, s.regularise, s.update, s.occupancy, s.refine)}};
+  fmt::print("{}\n", line.dump());
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("one row of docs/experiments.md");
+  app.add_option("scenes", options.scenes)->required();
+  app.add_option("--preset", options.preset);
+  app.add_option("--set", options.changes);
+  app.add_option("--steps", options.steps);
+  app.add_option("--seeds", options.seeds);
+  app.add_option("--split", options.split);
+  app.add_option("--threads", options.threads);
+  app.add_option("--pictures", options.pictures);
+  CLI11_PARSE(app, argc, argv);
+  try {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, options.threads);
+    Config config = preset(options.preset);
+    for (const std::string& change : options.changes) set_config(config, change, "--set");
+    for (int seed = 1; seed <= options.seeds; ++seed)
+      for (const std::string& scene : options.scenes) run(options, config, scene, seed);
+  } catch (const Error& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return 1;
+  }
+}
