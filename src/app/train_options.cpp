@@ -19,18 +19,21 @@ std::string preset_help() {
 
 /// --effects: `auto` leaves the preset's own; otherwise what is not named is off.
 void apply_effects(Config& c, const std::string& text) {
-  static const std::vector<std::string> known = {"motion", "rigidity", "view"};
+  static const std::vector<std::string> known = {"motion", "rigidity", "view", "light"};
   if (text == "auto") return;
   const std::vector<std::string> names = text == "all" ? known : split_list(text);
   for (const std::string& n : names)
     if (std::find(known.begin(), known.end(), n) == known.end())
-      fail({"--effects", fmt::format("there is no effect '{}'", n), "auto, all, or a list of motion, rigidity, view",
+      fail({"--effects", fmt::format("there is no effect '{}'", n), "auto, all, or a list of motion, rigidity, view, light",
             text, ""});
   const auto on = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   if (on("rigidity") && !on("motion"))
     fail({"--effects", "rigidity scales motion, so it needs motion", "motion,rigidity", text, ""});
+  if (on("light") && !on("motion"))
+    fail({"--effects", "light is stored beside motion, so it needs motion", "motion,light", text, ""});
   c.motion.enabled = on("motion");
   c.motion.rigidity = on("rigidity");
+  c.motion.light = on("light");
   c.radiance.sh_order = on("view") ? std::max(c.radiance.sh_order, 1) : -1;
 }
 
@@ -50,7 +53,7 @@ void add_train_options(CLI::App& verb, TrainOptions& o) {
   verb.add_option("--device", o.device, "auto or cpu")->capture_default_str();
   verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
   verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, behind pictures with alpha");
-  verb.add_option("--effects", o.effects, "auto (the preset's own), all, or a list of motion,rigidity,view")
+  verb.add_option("--effects", o.effects, "auto (the preset's own), all, or a list of motion,rigidity,view,light")
       ->capture_default_str();
   verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
   verb.add_flag("--quiet", o.quiet, "say nothing but errors");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/field/levels.hpp"
 
+#include <algorithm>
+
 #include "splinevox/core/simd.hpp"
 
 namespace splinevox {
@@ -8,20 +10,15 @@ namespace {
 
 using Eight = Simd<float>::Eight;
 
-/// Row of a vertex, 0 (the background brick) where it is absent. Vertices may lie outside the lattice by any amount.
-std::size_t row_of(const Topology& t, Int3 v) {
-  Int3 brick;
-  for (int a = 0; a < 3; ++a) {
-    brick[a] = v[a] >> 3;
+/// Brick number at a brick coordinate, 0 where it is absent or beyond the table.
+std::int32_t brick_at(const Topology& t, Int3 brick) {
+  for (int a = 0; a < 3; ++a)
     if (brick[a] < -1 || brick[a] > t.dims[a] - 2) return 0;
-  }
-  const std::int32_t b = t.brick_at(brick);
-  return b == 0 ? 0 : std::size_t(b) * kBrickRows + ((v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7));
+  return t.brick_at(brick);
 }
 
-Int3 vertex(const Topology& t, int brick, int i) {
-  const Int3 b = t.bricks[brick];
-  return {b.x * kBrick + (i >> 6), b.y * kBrick + (i >> 3 & 7), b.z * kBrick + (i & 7)};
+std::size_t row_in(std::int32_t brick, int x, int y, int z) {
+  return std::size_t(brick) * kBrickRows + ((x & 7) << 6 | (y & 7) << 3 | (z & 7));
 }
 
 void add_row(const float* from, float weight, float* to, int width) {
@@ -30,29 +27,46 @@ void add_row(const float* from, float weight, float* to, int width) {
 
 }  // namespace
 
-void prolong_brick(const Channels& coarse, Channels& fine, int fine_brick) {
-  for (int i = 0; i < kBrickRows; ++i) {
-    const Int3 v = vertex(*fine.topology, fine_brick, i), odd{v.x & 1, v.y & 1, v.z & 1};
+void prolong_brick(const Channels& coarse, Channels& fine, int fine_brick, const RowMask& rows) {
+  // The fine brick's coarse vertices lie in one coarse brick, or in the next along an axis.
+  const Int3 at = fine.topology->bricks[fine_brick], base{at.x >> 1, at.y >> 1, at.z >> 1};
+  std::int32_t around[2][2][2];
+  for (int i = 0; i < 8; ++i)
+    around[i >> 2][i >> 1 & 1][i & 1] = brick_at(*coarse.topology, base + Int3{i >> 2, i >> 1 & 1, i & 1});
+  rows.for_each([&](int i) {
+    const Int3 v{(at.x & 1) * kBrick + (i >> 6), (at.y & 1) * kBrick + (i >> 3 & 7), (at.z & 1) * kBrick + (i & 7)};
+    const Int3 odd{v.x & 1, v.y & 1, v.z & 1};
     const float weight = 1.0f / float(1 << (odd.x + odd.y + odd.z));
     float* to = fine.row(std::size_t(fine_brick) * kBrickRows + i);
-    for (int x = 0; x <= odd.x; ++x)
-      for (int y = 0; y <= odd.y; ++y)
-        for (int z = 0; z <= odd.z; ++z)
-          add_row(coarse.row(row_of(*coarse.topology, {(v.x >> 1) + x, (v.y >> 1) + y, (v.z >> 1) + z})), weight, to, fine.width);
-  }
+    for (int x = v.x >> 1; x <= (v.x + 1) >> 1; ++x)
+      for (int y = v.y >> 1; y <= (v.y + 1) >> 1; ++y)
+        for (int z = v.z >> 1; z <= (v.z + 1) >> 1; ++z)
+          add_row(coarse.row(row_in(around[x >> 3][y >> 3][z >> 3], x, y, z)), weight, to, fine.width);
+  });
 }
 
-void restrict_brick(const Channels& fine, Channels& coarse, int coarse_brick) {
-  for (int i = 0; i < kBrickRows; ++i) {
-    const Int3 v = vertex(*coarse.topology, coarse_brick, i);
-    float* to = coarse.row(std::size_t(coarse_brick) * kBrickRows + i);
-    for (int x = -1; x <= 1; ++x)
-      for (int y = -1; y <= 1; ++y)
-        for (int z = -1; z <= 1; ++z) {
-          const std::size_t from = row_of(*fine.topology, {2 * v.x + x, 2 * v.y + y, 2 * v.z + z});
-          if (from) add_row(fine.row(from), 1.0f / float(1 << (x * x + y * y + z * z)), to, fine.width);
-        }
-  }
+void restrict_brick(const Channels& fine, const std::vector<RowMask>& fine_rows, Channels& coarse, int coarse_brick, RowMask& touched) {
+  const Int3 first = 2 * coarse.topology->bricks[coarse_brick];
+  Int3 d;  // fine bricks relative to the first of the eight inside; the layer around them reaches in with one layer of rows
+  for (d.x = -1; d.x <= 2; ++d.x)
+    for (d.y = -1; d.y <= 2; ++d.y)
+      for (d.z = -1; d.z <= 2; ++d.z) {
+        const std::int32_t brick = brick_at(*fine.topology, first + d);
+        if (brick == 0) continue;
+        fine_rows[brick].for_each([&](int i) {
+          const Int3 v{d.x * kBrick + (i >> 6), d.y * kBrick + (i >> 3 & 7), d.z * kBrick + (i & 7)};
+          Int3 lo, hi;  // its coarse vertices inside the brick
+          for (int a = 0; a < 3; ++a) lo[a] = std::max(v[a] >> 1, 0), hi[a] = std::min((v[a] + 1) >> 1, kBrick - 1);
+          const float weight = 1.0f / float(1 << ((v.x & 1) + (v.y & 1) + (v.z & 1)));
+          const float* from = fine.row(std::size_t(brick) * kBrickRows + i);
+          for (int x = lo.x; x <= hi.x; ++x)
+            for (int y = lo.y; y <= hi.y; ++y)
+              for (int z = lo.z; z <= hi.z; ++z) {
+                touched.set(x * 64 + y * 8 + z);
+                add_row(from, weight, coarse.row(row_in(coarse_brick, x, y, z)), fine.width);
+              }
+        });
+      }
 }
 
 }  // namespace splinevox

@@ -12,6 +12,15 @@ namespace {
 
 using Four = Simd<float>::Four;
 
+/// The control points [first, last) whose weight is not zero: at most four of a B-spline.
+struct Range {
+  int first = 0, last = 0;
+  Range(const BasisWeights<float>& w, int stored) : last(stored) {
+    while (last > 0 && w[last - 1] == 0) --last;
+    while (first < last && w[first] == 0) ++first;
+  }
+};
+
 BasisWeights<float> rounded(const MotionField& motion, const BasisWeights<double>& all) {
   const int first = motion.points - motion.stored_points();
   BasisWeights<float> w{};
@@ -33,43 +42,50 @@ BasisWeights<float> stored_weights_dt(const MotionField& motion, double t) {
                                                            : bspline_weights_dt(motion.points, t));
 }
 
-void contract_bricks(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int first,
-                     int last, float* out) {
-  const int stored = motion.stored_points(), rigidity = motion.rigidity_column();
-  for (std::size_t r = std::size_t(first) * kBrickRows; r < std::size_t(last) * kBrickRows; ++r) {
+void contract_brick(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int brick,
+                    const RowMask& rows, float* out) {
+  const int stride = motion.stride(), rigidity = motion.rigidity_column();
+  const Range points(weights, motion.stored_points());
+  rows.for_each([&](int i) {
+    const std::size_t r = std::size_t(brick) * kBrickRows + i;
     const float* row = level.row(r);
     Four sum{};
-    // The fourth lane reads the next point's x (or the rigidity) and is replaced below.
-    for (int k = 0; k < stored; ++k) sum += weights[k] * load<Four>(row + 3 * k);
+    // Without light the fourth lane reads what comes next in the row and is not used.
+    for (int k = points.first; k < points.last; ++k) sum += weights[k] * load<Four>(row + stride * k);
+    const float light = motion.light ? sum[3] : 0.0f;
     sum[3] = motion.rigidity ? row[rigidity] : 0.0f;
     store(out + r * kSliceWidth, sum);
-  }
+    store(out + r * kSliceWidth + 4, Four{light, 0, 0, 0});
+  });
 }
 
-void expand_brick(const MotionField& motion, const BasisWeights<float>* weights, const float* const* slice_gradients,
-                  int frames, int brick, Channels& gradient, RowMask& touched) {
-  const int stored = motion.stored_points(), rigidity = motion.rigidity_column();
-  for (int i = 0; i < kBrickRows; ++i) {
-    const std::size_t r = std::size_t(brick) * kBrickRows + i;
-    float* row = gradient.row(r);
-    for (int f = 0; f < frames; ++f) {
-      Four g = load<Four>(slice_gradients[f] + r * kSliceWidth);
-      if (g[0] == 0 && g[1] == 0 && g[2] == 0 && g[3] == 0) continue;
-      touched.set(i);
-      if (motion.rigidity) row[rigidity] += g[3];
-      g[3] = 0;
-      for (int k = 0; k < stored; ++k) store(row + 3 * k, load<Four>(row + 3 * k) + weights[f][k] * g);
-    }
-  }
+void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows, float* slice_gradient,
+                  int brick, Channels& gradient) {
+  const int stride = motion.stride(), rigidity = motion.rigidity_column();
+  const Range points(weights, motion.stored_points());
+  rows.for_each([&](int i) {
+    float* from = slice_gradient + std::size_t(i) * kSliceWidth;
+    float* row = gradient.row(std::size_t(brick) * kBrickRows + i);
+    Four g = load<Four>(from);
+    if (motion.rigidity) row[rigidity] += g[3];
+    g[3] = motion.light ? from[4] : 0.0f;
+    for (int k = points.first; k < points.last; ++k) store(row + stride * k, load<Four>(row + stride * k) + weights[k] * g);
+    std::fill_n(from, kSliceWidth, 0.0f);
+  });
 }
 
 MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights) {
-  if (motion.levels.empty()) return {};
-  const Channels& level = motion.levels.back();
-  MotionSlice out{level.topology, {}};
-  out.values.resize(level.topology->rows() * kSliceWidth);
-  contract_bricks(motion, level, weights, 0, level.topology->brick_count() + 1, out.values.data());
+  MotionSlice out;
+  fill_slice(motion, weights, out);
   return out;
+}
+
+void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out) {
+  if (motion.levels.empty()) return;
+  const Channels& level = motion.levels.back();
+  out.topology = level.topology;
+  out.values.resize(level.topology->rows() * kSliceWidth);
+  for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(motion, level, weights, b, RowMask::all(), out.values.data());
 }
 
 MotionField collapse(const MotionField& motion) {
@@ -78,7 +94,7 @@ MotionField collapse(const MotionField& motion) {
   Channels sum = motion.levels.front();
   for (std::size_t l = 1; l < motion.levels.size(); ++l) {
     Channels fine = motion.levels[l];
-    for (int b = 1; b <= fine.topology->brick_count(); ++b) prolong_brick(sum, fine, b);
+    for (int b = 1; b <= fine.topology->brick_count(); ++b) prolong_brick(sum, fine, b, RowMask::all());
     sum = std::move(fine);
   }
   out.levels = {std::move(sum)};

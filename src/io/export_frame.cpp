@@ -63,12 +63,14 @@ LeafValues bake_color(const FrameSampler& sampler, const Lattice& lattice, const
   const auto masks = [&](std::size_t l) -> const LeafMask& { return set.masks()[l]; };
   std::vector<LeafMask> missing(set.size(), LeafMask{});
   for_each_voxel(set.leaves(), masks, [&](std::size_t l, int i, Int3 v) {
-    const auto radiance = sampler.radiance(sampler.canonical(lattice.position(v)));
+    const Vec3 x = lattice.position(v);
+    const FrameSampler::Warp warp = sampler.warp(x);
+    const auto radiance = sampler.radiance(x + warp.displacement);
     if (radiance.density == 0) {  // nothing is stored there
       missing[l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
       return;
     }
-    const Vec3 color = radiance.color * view.factor(radiance.sh);
+    const Vec3 color = (warp.light * view.factor(radiance.sh)) * radiance.color;
     for (int a = 0; a < 3; ++a) out.at(l, i)[a] = linear ? srgb_to_linear(color[a]) : color[a];
   });
   for_each_voxel(

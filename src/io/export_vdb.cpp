@@ -32,7 +32,7 @@ std::string model_hash(const VoxelModel& m) {
   hash.add(&m.radiance.activation, sizeof m.radiance.activation);
   add(hash, m.radiance.raw);
   const int shape[] = {m.radiance.sh_order, int(m.motion.basis), m.motion.points, int(m.motion.first_point),
-                       int(m.motion.rigidity)};
+                       int(m.motion.rigidity), int(m.motion.light)};
   hash.add(shape, sizeof shape);
   hash.add(&m.motion.rigidity_offset, sizeof m.motion.rigidity_offset);
   for (const Channels& level : m.motion.levels) add(hash, level);

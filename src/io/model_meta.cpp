@@ -132,6 +132,7 @@ VdbMeta motion_meta(const MotionField& motion) {
   meta["points"] = std::int64_t(motion.points);
   meta["first_point"] = std::string(kFirstPoints[std::size_t(motion.first_point)]);
   meta["rigidity_switch"] = std::string(kSwitch[motion.rigidity]);
+  meta["light_switch"] = std::string(kSwitch[motion.light]);
   meta["rigidity_offset"] = exact_text<float>({motion.rigidity_offset});
   return meta;
 }
@@ -177,6 +178,7 @@ FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
   motion.points = integer(in, "points", kMinPoints, kMaxPoints);
   motion.first_point = FirstPoint(choice(in, "first_point", kFirstPoints));
   motion.rigidity = choice(in, "rigidity_switch", kSwitch) == 1;
+  motion.light = choice(in, "light_switch", kSwitch) == 1;
   motion.rigidity_offset = numbers<float>(in, "rigidity_offset", 1)[0];
   // The contraction of a row reads one float past its last control point.
   FieldShape shape = parse_shape(in, motion_columns(motion));

@@ -2,10 +2,13 @@
 #include "splinevox/render/occupancy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <utility>
 
-#include "splinevox/field/locate.hpp"
+#include "splinevox/core/simd.hpp"
+#include "splinevox/field/brick_view.hpp"
 #include "splinevox/math/activation.hpp"
 
 namespace splinevox {
@@ -41,23 +44,46 @@ BitGrid coarsen(const BitGrid& in, int n) {
   return out;
 }
 
-/// x + Delta(x) from a slice.
-class WarpedLookup {
+/// x + Delta(x) of a slice at the centres of a grid's cells. What a coordinate means for the lattice is looked up in a table per
+/// axis: finding the rows would cost more than reading them.
+class WarpedCenters {
  public:
-  WarpedLookup(const VoxelModel& model, const MotionSlice& slice)
-      : view_(*slice.topology), values_(slice.values.data()), rigidity_(model.motion.rigidity), offset_(model.motion.rigidity_offset) {}
+  WarpedCenters(const VoxelModel& model, const MotionSlice& slice, const BitGrid& grid)
+      : grid_(grid), view_(*slice.topology), values_(slice.values.data()), rigidity_(model.motion.rigidity), offset_(model.motion.rigidity_offset) {
+    const std::int32_t slots[3] = {view_.stride_x, view_.stride_y, 1}, locals[3] = {64, 8, 1};
+    for (int a = 0; a < 3; ++a) {
+      axis_[a].resize(grid.size[a]);
+      for (int c = 0; c < grid.size[a]; ++c) {
+        const float u = view_.coordinate(grid.center({c, c, c})[a], a);
+        const int vertex = int(u);
+        axis_[a][c] = {{(vertex >> 3) * slots[a], (vertex & 7) * locals[a]}, u - float(vertex)};
+      }
+    }
+  }
 
-  Vec3 operator()(const Vec3& x) const {
-    const auto m = interpolate<Simd<float>::Four>(locate(view_, x), values_, kSliceWidth, 0);
+  Vec3 operator()(Int3 c) const {
+    using Four = Simd<float>::Four;
+    const Entry &x = axis_[0][c.x], &y = axis_[1][c.y], &z = axis_[2][c.z];
+    const CellRows rows = view_.rows({x.cell.slot + y.cell.slot + z.cell.slot, x.cell.local + y.cell.local + z.cell.local});
+    float w[kCorners];
+    trilinear_weights(Vec3{x.fraction, y.fraction, z.fraction}, w);
+    Four m{};
+    for (int i = 0; i < kCorners; ++i) m += w[i] * load<Four>(values_ + std::size_t(rows.row[i]) * kSliceWidth);
     const float r = rigidity_ ? sigmoid(m[3] + offset_).value : 1.0f;
-    return x + r * Vec3{m[0], m[1], m[2]};
+    return grid_.center(c) + r * Vec3{m[0], m[1], m[2]};
   }
 
  private:
+  struct Entry {
+    Cell cell;  ///< this axis' share of slot and local
+    float fraction;
+  };
+  const BitGrid& grid_;
   BrickView<float> view_;
   const float* values_;
   bool rigidity_;
   float offset_;
+  std::vector<Entry> axis_[3];
 };
 
 }  // namespace
@@ -68,7 +94,6 @@ BitGrid::BitGrid(const Box& box, int cells_along_longest) : origin(box.lo) {
   for (int a = 0; a < 3; ++a) size[a] = std::max(1, int(std::ceil(extent[a] / cell - 1e-3f)));
   bits.assign((cells() + 31) / 32, 0);
 }
-
 
 std::size_t BitGrid::count() const {
   std::size_t n = 0;
@@ -132,8 +157,7 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
   for (int b = 1; b <= topology.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       if (!(field.raw.row(std::size_t(b) * kBrickRows + i)[0] >= threshold)) continue;
-      const Int3 brick = topology.bricks[b];
-      const Vec3 x = lattice.position({brick.x * kBrick + (i >> 6), brick.y * kBrick + (i >> 3 & 7), brick.z * kBrick + (i & 7)});
+      const Vec3 x = topology.position(b, i);
       const Vec3 reach{lattice.spacing, lattice.spacing, lattice.spacing};
       const Int3 lo = grid.cell_of(x - reach), hi = grid.cell_of(x + reach);
       for (int cx = lo.x; cx <= hi.x; ++cx)
@@ -143,28 +167,38 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
   return dilate(grid);
 }
 
-BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const BitGrid& canonical) {
-  if (!slice.topology) return canonical;
-  const WarpedLookup warped(model, slice);
-  // Blocks of 4 cells an edge first: where a whole block is warped into nothing, its cells need no look.
-  constexpr int kBlock = 4;
-  const BitGrid coarse_canonical = dilate(coarsen(canonical, kBlock));
-  BitGrid out = canonical;
+OccupancyPyramid::OccupancyPyramid(BitGrid canonical) : levels{{std::move(canonical), {}, {}}} {
+  // A block is warped by its centre alone, hence the margin of one block.
+  for (int l = 1; l < kLevels; ++l) levels[l] = dilate(coarsen(levels[0], 1 << l));
+}
+
+BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const OccupancyPyramid& canonical) {
+  const BitGrid& cells = canonical.levels[0];
+  if (!slice.topology) return cells;
+  BitGrid out = cells;
   std::fill(out.bits.begin(), out.bits.end(), 0u);
-  const OccupancyView<float> fine = canonical.view(), coarse = coarse_canonical.view();
+  std::array<OccupancyView<float>, OccupancyPyramid::kLevels> views;
+  std::vector<WarpedCenters> warped;
+  for (int l = 0; l < OccupancyPyramid::kLevels; ++l) {
+    views[l] = canonical.levels[l].view();
+    warped.emplace_back(model, slice, canonical.levels[l]);
+  }
+  // Where a whole block is warped into nothing, its parts need no look.
+  const auto descend = [&](const auto& self, int level, Int3 c) -> void {
+    if (!views[level].occupied(warped[level](c))) return;
+    if (level == 0) return out.set(out.index(c));
+    const Int3 first = 2 * c, last = min(canonical.levels[level - 1].size, first + Int3{2, 2, 2});
+    Int3 part;
+    for (part.x = first.x; part.x < last.x; ++part.x)
+      for (part.y = first.y; part.y < last.y; ++part.y)
+        for (part.z = first.z; part.z < last.z; ++part.z) self(self, level - 1, part);
+  };
+  constexpr int kTop = OccupancyPyramid::kLevels - 1;
+  const Int3 size = canonical.levels[kTop].size;
   Int3 b;
-  for (b.x = 0; b.x < coarse_canonical.size.x; ++b.x)
-    for (b.y = 0; b.y < coarse_canonical.size.y; ++b.y)
-      for (b.z = 0; b.z < coarse_canonical.size.z; ++b.z) {
-        if (!coarse.occupied(warped(coarse_canonical.center(b)))) continue;
-        const Int3 first{b.x * kBlock, b.y * kBlock, b.z * kBlock};
-        const Int3 last = min(out.size, first + Int3{kBlock, kBlock, kBlock});
-        Int3 c;
-        for (c.x = first.x; c.x < last.x; ++c.x)
-          for (c.y = first.y; c.y < last.y; ++c.y)
-            for (c.z = first.z; c.z < last.z; ++c.z)
-              if (fine.occupied(warped(out.center(c)))) out.set(out.index(c));
-      }
+  for (b.x = 0; b.x < size.x; ++b.x)
+    for (b.y = 0; b.y < size.y; ++b.y)
+      for (b.z = 0; b.z < size.z; ++b.z) descend(descend, kTop, b);
   return out;
 }
 

@@ -57,7 +57,7 @@ Rendered render_image(const VoxelModel& model, const Camera& camera, double time
   Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};
   const float step = model.step * options.step_scale;
   const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, time));
-  const BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
+  const OccupancyPyramid canonical(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step));
   const BitGrid occupied = frame_occupancy(model, slice, canonical);
   const FieldView<float> field = view_field(model, step);
   const FrameView<float> frame{slice.values.data(), occupied.view()};

@@ -40,13 +40,13 @@ class RayEngine final : public Engine {
   };
 
  public:
-  PassResult run(const VoxelModel& model, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
+  PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
                  const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
                  Gradient& radiance, Gradient& motion) override {
     PassResult result;
     auto clock = Clock::now();
     const FieldView<float> field = view_field(model, step);
-    make_slices(model, times);
+    make_slices(model, active, times);
     result.slice_seconds = seconds_since(clock);
 
     const int tasks = int(batch.tasks.size());
@@ -80,7 +80,7 @@ class RayEngine final : public Engine {
   }
 
  private:
-  void make_slices(const VoxelModel& model, const std::vector<double>& times) {
+  void make_slices(const VoxelModel& model, const std::vector<RowMask>& active, const std::vector<double>& times) {
     if (model.motion.levels.empty()) return;
     const Channels& level = model.motion.levels[0];
     const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
@@ -88,10 +88,10 @@ class RayEngine final : public Engine {
     for (int f = 0; f < frames; ++f) {
       weights_[f] = stored_weights(model.motion, times[f]);
       slices_[f].resize(level.topology->rows() * kSliceWidth);
-      slice_gradients_[f].resize(slices_[f].size());
+      slice_gradients_[f].resize(slices_[f].size());  // all zero between steps: expand_brick clears what it reads
     }
     parallel_for(bricks, [&](int b) {
-      for (int f = 0; f < frames; ++f) contract_bricks(model.motion, level, weights_[f], b, b + 1, slices_[f].data());
+      for (int f = 0; f < frames; ++f) contract_brick(model.motion, level, weights_[f], b, active[b], slices_[f].data());
     });
   }
 
@@ -115,22 +115,17 @@ class RayEngine final : public Engine {
   }
 
   void expand_motion(const VoxelModel& model, const std::vector<double>& times, int bricks, Gradient& motion) {
-    const int frames = int(times.size());
-    std::vector<const float*> slices(frames);
-    for (int f = 0; f < frames; ++f) slices[f] = slice_gradients_[f].data();
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;
-      bool any = false;
-      for (int f = 0; f < frames; ++f) {
-        float* rows = slice_gradients_[f].data() + std::size_t(b) * kBrickRows * kSliceWidth;
-        std::fill_n(rows, kBrickRows * kSliceWidth, 0.0f);
-        const int bin = f * bricks + b;
+      for (std::size_t f = 0; f < times.size(); ++f) {
+        const int bin = int(f) * bricks + b;
         if (motion_scatter_.empty(bin)) continue;
-        any = true;
-        RowMask unused;
-        motion_scatter_.reduce(bin, rows, unused);
+        float* rows = slice_gradients_[f].data() + std::size_t(b) * kBrickRows * kSliceWidth;
+        RowMask hit;
+        motion_scatter_.reduce(bin, rows, hit);
+        expand_brick(model.motion, weights_[f], hit, rows, b, motion.values);
+        motion.touched[b] |= hit;
       }
-      if (any) expand_brick(model.motion, weights_.data(), slices.data(), frames, b, motion.values, motion.touched[b]);
     });
   }
 
@@ -138,7 +133,7 @@ class RayEngine final : public Engine {
   std::vector<BasisWeights<float>> weights_;
   std::vector<Worker> workers_;
   Scatter<float, kWidth, false> radiance_scatter_;
-  Scatter<float, 4, Jet> motion_scatter_;
+  Scatter<float, kSliceWidth, Jet> motion_scatter_;
 };
 
 template <bool Jet>

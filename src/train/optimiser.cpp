@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/train/optimiser.hpp"
 
-#include <bit>
 #include <cmath>
 
 #include "splinevox/core/parallel.hpp"
@@ -87,27 +86,25 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
     const int brick = index + 1;
     RowMask& touched = learner.gradient.touched[brick];
     if (!touched.any()) return;
-    const std::size_t base = std::size_t(brick) * kBrickRows * width;
-    for (int x = 0; x < kBrick; ++x)
-      for (std::uint64_t bits = touched.word[x]; bits; bits &= bits - 1) {
-        const std::size_t row = base + std::size_t(x * 64 + std::countr_zero(bits)) * width;
-        for (int k = 0; k < width; k += 8) {
-          float* g = learner.gradient.values.values.data() + row + k;
-          float *m = learner.m.data() + row + k, *v = learner.v.data() + row + k, *p = values.values.data() + row + k;
-          Eight mm = load<Eight>(m), vv = load<Eight>(v), pp = load<Eight>(p);
-          const Eight rate = rate_scale * load<Eight>(learner.rate.data() + k);
-          adam_step(factors, rate, load<Eight>(g), mm, vv, pp, root, flush);
-          store(m, mm), store(v, vv), store(p, pp), store(g, Eight{});
-        }
+    touched.for_each([&](int i) {
+      const std::size_t row = (std::size_t(brick) * kBrickRows + i) * width;
+      for (int k = 0; k < width; k += 8) {
+        float* g = learner.gradient.values.values.data() + row + k;
+        float *m = learner.m.data() + row + k, *v = learner.v.data() + row + k, *p = values.values.data() + row + k;
+        Eight mm = load<Eight>(m), vv = load<Eight>(v), pp = load<Eight>(p);
+        const Eight rate = rate_scale * load<Eight>(learner.rate.data() + k);
+        adam_step(factors, rate, load<Eight>(g), mm, vv, pp, root, flush);
+        store(m, mm), store(v, vv), store(p, pp), store(g, Eight{});
       }
+    });
     touched = {};
   });
 }
 
-void add_total_variation(const Channels& values, Learner& learner, float share, std::uint64_t draw) {
+void add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw) {
   std::vector<float> weight(values.width);
   bool any = false;
-  for (int k = 0; k < values.width; ++k) weight[k] = learner.tv[k] / share, any |= weight[k] > 0;
+  for (int k = 0; k < values.width; ++k) weight[k] = scale * learner.tv[k] / share, any |= weight[k] > 0;
   if (!any) return;
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
@@ -117,8 +114,10 @@ void add_total_variation(const Channels& values, Learner& learner, float share, 
   });
 }
 
-void add_curve_length(const Channels& values, Learner& learner, int stored, bool pinned, float weight, float share, std::uint64_t draw) {
+void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw) {
   if (weight == 0) return;
+  const int stride = motion.stride(), stored = motion.stored_points();
+  const bool pinned = stored < motion.points;  // the curve starts at a point pinned to zero before the first stored one
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
     if (!chosen(draw, brick, share)) return;
@@ -126,12 +125,13 @@ void add_curve_length(const Channels& values, Learner& learner, int stored, bool
       const std::size_t row = std::size_t(brick) * kBrickRows + i;
       const float* p = values.row(row);
       float* g = learner.gradient.values.row(row);
-      for (int j = pinned ? -3 : 0; j + 3 < 3 * stored; ++j) {
-        const float step = p[j + 3] - (j < 0 ? 0.0f : p[j]);
-        const float d = 2 * weight / share * step;
-        g[j + 3] += d;
-        if (j >= 0) g[j] -= d;
-      }
+      for (int k = pinned ? 0 : 1; k < stored; ++k)
+        for (int a = 0; a < 3; ++a) {
+          const float step = p[stride * k + a] - (k == 0 ? 0.0f : p[stride * (k - 1) + a]);
+          const float d = 2 * weight / share * step;
+          g[stride * k + a] += d;
+          if (k > 0) g[stride * (k - 1) + a] -= d;
+        }
     }
     learner.gradient.touched[brick].set_all();
   });

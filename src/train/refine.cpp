@@ -36,9 +36,7 @@ Channels resample(const Channels& from, TopologyPtr topology) {
   parallel_for(to.brick_count(), [&](int index) {
     const int b = index + 1;
     for (int i = 0; i < kBrickRows; ++i) {
-      const Int3 brick = to.bricks[b];
-      const Vec3 x = to.lattice.position({brick.x * kBrick + (i >> 6), brick.y * kBrick + (i >> 3 & 7), brick.z * kBrick + (i & 7)});
-      const Located at = locate(view, x);
+      const Located at = locate(view, to.position(b, i));
       float* row = out.row(std::size_t(b) * kBrickRows + i);
       for (int k = 0; k < out.width; k += 8) store(row + k, interpolate<Eight>(at, from.values.data(), out.width, k));
     }
@@ -46,22 +44,20 @@ Channels resample(const Channels& from, TopologyPtr topology) {
   return out;
 }
 
-int motion_width(const MotionField& motion) { return (3 * motion.stored_points() + 1 + 7) / 8 * 8; }
-
 void elevate(MotionField& motion) {
   MotionField next = motion;
   next.points = motion.points + 1;
-  const int width = motion_width(next), pinned = motion.points - motion.stored_points();
+  const int width = next.width(), pinned = motion.points - motion.stored_points();
   for (Channels& level : next.levels) {
     const Channels old = std::move(level);
     const std::vector<float> zero(width, 0.0f);
     level = make_channels(old.topology, width, zero.data());
     for (std::size_t r = 0; r < old.topology->rows(); ++r) {
-      for (int a = 0; a < 3; ++a) {
+      for (int a = 0; a < motion.stride(); ++a) {
         float in[kMaxPoints + 1] = {}, out[kMaxPoints + 1];
-        for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[3 * (k - pinned) + a];
+        for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[motion.stride() * (k - pinned) + a];
         elevate_bezier(motion.points, in, out);
-        for (int k = pinned; k < next.points; ++k) level.row(r)[3 * (k - pinned) + a] = out[k];
+        for (int k = pinned; k < next.points; ++k) level.row(r)[motion.stride() * (k - pinned) + a] = out[k];
       }
       level.row(r)[next.rigidity_column()] = old.row(r)[motion.rigidity_column()];
     }

@@ -59,7 +59,7 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   model.time_map = time_map;
   model.radiance.sh_order = c.radiance.sh_order;
   MotionField& m = model.motion;
-  m.basis = c.motion.basis, m.points = c.motion.points, m.rigidity = c.motion.rigidity;
+  m.basis = c.motion.basis, m.points = c.motion.points, m.rigidity = c.motion.rigidity, m.light = c.motion.light;
   m.first_point = c.motion.basis == BasisKind::bspline ? FirstPoint::free : c.motion.first_point;
   m.rigidity_offset = c.motion.initial_rigidity;
 }
@@ -73,7 +73,11 @@ bool Trainer::State::refine(double progress) {
   bool changed = false;
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const int wanted_levels = config.motion.enabled ? reached(config.grid.motion_start, progress) + 1 : 0;
-  if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) refresh_occupancy();
+  if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
+    collapse_levels({});
+    if (stage < wanted) tighten_box();
+    refresh_occupancy();
+  }
   while (stage < wanted) {
     ++stage;
     if (stage == 0) start_radiance();
@@ -99,7 +103,8 @@ bool Trainer::State::refine(double progress) {
   }
   if (changed) {
     set_rates();
-    collapse_levels();
+    collapse_levels({});
+    find_active();
     if (!levels.empty()) motion_gradient = Gradient(model.motion.levels[0]);
   }
   return changed;
@@ -140,7 +145,6 @@ void Trainer::State::tighten_box() {
   set_edge();
   sampler.set_box(box);
   if (!levels.empty()) rebase_levels();
-  refresh_occupancy();
 }
 
 void Trainer::State::rebase_levels() {
@@ -153,17 +157,16 @@ void Trainer::State::rebase_levels() {
     levels[l] = target;
     if (l > 0) {
       Channels known = make_channels(topology, target.width, std::vector<float>(target.width, 0.0f).data());
-      for (int b = 1; b <= topology->brick_count(); ++b) prolong_brick(coarser, known, b);
+      for (int b = 1; b <= topology->brick_count(); ++b) prolong_brick(coarser, known, b, RowMask::all());
       for (std::size_t i = std::size_t(kBrickRows) * target.width; i < target.values.size(); ++i) levels[l].values[i] -= known.values[i];
     }
     coarser = target;
     level_learners[l] = Learner(levels[l]);
   }
-  collapse_levels();
+  collapse_levels({});
 }
 
 void Trainer::State::refine_radiance(int cells) {
-  tighten_box();
   const Lattice lattice = make_lattice(bounds.box, cells);
   BitGrid matter = canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
   model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
@@ -171,21 +174,22 @@ void Trainer::State::refine_radiance(int cells) {
   radiance = Learner(model.radiance.raw);
 }
 
-BitGrid Trainer::State::swept() const {
-  if (occupancy.empty()) return bounds.hull;
+BitGrid Trainer::State::occupied_ever() const {
   BitGrid all = occupancy.front();
   for (const BitGrid& frame : occupancy)
     for (std::size_t w = 0; w < all.bits.size(); ++w) all.bits[w] |= frame.bits[w];
-  return dilate(all);
+  return all;
 }
 
+BitGrid Trainer::State::swept() const { return occupancy.empty() ? bounds.hull : dilate(occupied_ever()); }
+
 void Trainer::State::add_level(int cells) {
-  const std::vector<float> zero(motion_width(model.motion), 0.0f);
+  const std::vector<float> zero(model.motion.width(), 0.0f);
   levels.push_back(make_channels(bricks_near(make_lattice(bounds.box, cells), swept()), int(zero.size()), zero.data()));
   level_learners.emplace_back(levels.back());
 }
 
-void Trainer::State::collapse_levels() {
+void Trainer::State::collapse_levels(const std::vector<RowMask>& rows) {
   // Into the arrays of the last call: every step comes here, and fresh memory would cost more than the sums.
   const auto match = [](const Channels& like, Channels& out) {
     if (out.topology == like.topology && out.width == like.width) return;
@@ -197,31 +201,57 @@ void Trainer::State::collapse_levels() {
   for (std::size_t l = 0; l < levels.size(); ++l) {
     Channels& sum = l + 1 < levels.size() ? partial_sums[l] : model.motion.levels[0];
     match(levels[l], sum);
-    const std::size_t size = std::size_t(kBrickRows) * sum.width;
+    const bool finest = l + 1 == levels.size();
     parallel_for(sum.topology->brick_count(), [&](int index) {
       const int b = index + 1;
-      std::copy_n(levels[l].values.data() + b * size, size, sum.values.data() + b * size);
-      if (l > 0) prolong_brick(partial_sums[l - 1], sum, b);
+      const RowMask mask = finest && !rows.empty() ? rows[b] : RowMask::all();
+      mask.for_each([&](int i) { std::copy_n(levels[l].row(std::size_t(b) * kBrickRows + i), sum.width, sum.row(std::size_t(b) * kBrickRows + i)); });
+      if (l > 0) prolong_brick(partial_sums[l - 1], sum, b, mask);
     });
   }
 }
 
+void Trainer::State::find_active() {
+  if (levels.empty()) return;
+  const Topology& t = *levels.back().topology;
+  active.assign(t.bricks.size(), {});
+  active[0].set_all();
+  const BitGrid cells = occupancy.empty() ? bounds.hull : occupied_ever();
+  const Vec3 reach{t.lattice.spacing, t.lattice.spacing, t.lattice.spacing};
+  parallel_for(t.brick_count(), [&](int index) {
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Vec3 x = t.position(index + 1, i);
+      const Int3 lo = cells.cell_of(x - reach), hi = cells.cell_of(x + reach);
+      bool any = false;
+      for (int cx = lo.x; cx <= hi.x && !any; ++cx)
+        for (int cy = lo.y; cy <= hi.y && !any; ++cy)
+          for (int cz = lo.z; cz <= hi.z && !any; ++cz) any = cells.test(cells.index({cx, cy, cz}));
+      if (any) active[index + 1].set(i);
+    }
+  });
+}
+
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
-  const BitGrid canonical = canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step);
+  const OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
   std::vector<BitGrid> out(levels.empty() ? 1 : train.frames.size());
-  parallel_for(int(out.size()), [&](int f) {
-    const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, train.frames[f].time));
-    out[f] = frame_occupancy(model, slice, canonical);
+  constexpr int kFrames = 8;  // that share the memory of a slice
+  parallel_for((int(out.size()) + kFrames - 1) / kFrames, [&](int group) {
+    MotionSlice slice;
+    for (int f = group * kFrames; f < std::min(int(out.size()), (group + 1) * kFrames); ++f) {
+      fill_slice(model.motion, stored_weights(model.motion, train.frames[f].time), slice);
+      out[f] = frame_occupancy(model, slice, canonical);
+    }
   });
   return out;
 }
 
 void Trainer::State::refresh_occupancy() {
-  collapse_levels();
+  collapse_levels({});
   occupancy = frame_occupancies(config.sampling.occupancy_alpha);
   // A time at which nothing is left would never be looked at again: start it over from the hull.
   for (BitGrid& frame : occupancy)
     if (frame.count() == 0) frame = bounds.hull;
+  find_active();
 }
 
 void Trainer::State::clear_skipped(VoxelModel& out) const {
@@ -230,9 +260,8 @@ void Trainer::State::clear_skipped(VoxelModel& out) const {
   Channels& raw = out.radiance.raw;
   const Topology& t = *raw.topology;
   parallel_for(t.brick_count(), [&](int index) {
-    const Int3 brick = t.bricks[index + 1];
     for (int i = 0; i < kBrickRows; ++i) {
-      const Vec3 x = t.lattice.position({brick.x * kBrick + (i >> 6), brick.y * kBrick + (i >> 3 & 7), brick.z * kBrick + (i & 7)});
+      const Vec3 x = t.position(index + 1, i);
       if (!canonical.test(canonical.index(canonical.cell_of(x)))) raw.row(std::size_t(index + 1) * kBrickRows + i)[0] = kEmptyDensity;
     }
   });
@@ -245,13 +274,14 @@ void Trainer::State::set_rates() {
     radiance.rate[c] = c == 0 ? o.lr_density : c < 4 ? o.lr_color : o.lr_sh;
     radiance.tv[c] = c == 0 ? l.tv_density : c < 4 ? l.tv_color : l.tv_sh;
   }
-  const int rigidity = model.motion.rigidity_column();
+  const MotionField& m = model.motion;
+  const int rigidity = m.rigidity_column();
   for (Learner& learner : level_learners) {
     std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge);
     std::fill_n(learner.tv.begin(), rigidity, l.tv_control / edge);
-    if (!model.motion.rigidity) continue;
-    learner.rate[rigidity] = o.lr_rigidity;
-    learner.tv[rigidity] = l.tv_rigidity;
+    if (m.light)
+      for (int c = 3; c < rigidity; c += m.stride()) learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
+    if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
   }
 }
 
@@ -275,7 +305,8 @@ void Trainer::State::archive(Archive& a) {
   radiance.rate.assign(model.radiance.raw.width, 0.0f);
   radiance.tv.assign(model.radiance.raw.width, 0.0f);
   set_rates();
-  collapse_levels();
+  collapse_levels({});
+  find_active();
   if (!levels.empty()) motion_gradient = Gradient(model.motion.levels[0]);
 }
 

@@ -30,6 +30,7 @@ struct Trainer::State {
   std::vector<Channels> levels;      ///< active motion levels, coarse to fine; the learned parameters
   std::vector<Learner> level_learners;
   std::vector<Channels> partial_sums;  ///< of the levels up to each but the last
+  std::vector<RowMask> active;         ///< rows of the finest level that a sample may read until the next refresh; [bricks + 1]
   Gradient motion_gradient;          ///< of the summed level
   std::vector<BitGrid> occupancy;    ///< per training frame; empty: the hull stands for all
 
@@ -43,7 +44,8 @@ struct Trainer::State {
   /// Brings lattices, levels and degree to what the progress asks for. True if anything changed.
   bool refine(double progress);
   /// model.motion.levels = sum of the active levels.
-  void collapse_levels();
+  /// Rows outside `rows` ([bricks + 1] of the finest level; empty: all rows) keep what they had.
+  void collapse_levels(const std::vector<RowMask>& rows);
   void refresh_occupancy();
   /// Empties the canonical cells that the occupancy calls empty.
   void clear_skipped(VoxelModel& model) const;
@@ -59,7 +61,9 @@ struct Trainer::State {
   void start_radiance();
   void refine_radiance(int cells);
   void add_level(int cells);
+  BitGrid occupied_ever() const;
   BitGrid swept() const;
+  void find_active();
   std::vector<BitGrid> frame_occupancies(float alpha) const;
 };
 

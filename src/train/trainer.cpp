@@ -31,21 +31,16 @@ double progress_of(const Config& config, std::int64_t step, double seconds) {
 }
 
 /// Gradient of the summed level -> gradients of the levels: the finest takes it as it is, each coarser one the transpose of its
-/// prolongation. A row of a coarse level is touched when anything non-zero arrives.
+/// prolongation.
 void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
   Learner& finest = learners.back();
   std::swap(finest.gradient.values.values, sum.values.values);
   std::swap(finest.gradient.touched, sum.touched);
   for (std::size_t l = learners.size() - 1; l > 0; --l) {
-    const Channels& fine = learners[l].gradient.values;
+    const Gradient& fine = learners[l].gradient;
     Gradient& coarse = learners[l - 1].gradient;
     parallel_for(coarse.values.topology->brick_count(), [&](int index) {
-      const int b = index + 1;
-      restrict_brick(fine, coarse.values, b);
-      for (int i = 0; i < kBrickRows; ++i) {
-        const float* row = coarse.values.row(std::size_t(b) * kBrickRows + i);
-        if (std::any_of(row, row + coarse.values.width, [](float g) { return g != 0; })) coarse.touched[b].set(i);
-      }
+      restrict_brick(fine.values, fine.touched, coarse.values, index + 1, coarse.touched[index + 1]);
     });
   }
 }
@@ -81,7 +76,7 @@ StepReport Trainer::step() {
   if (s.step > 0 && s.step % c.sampling.occupancy_every == 0 && !report.stage_changed) s.refresh_occupancy();
   lap(s.phases.occupancy);
 
-  s.collapse_levels();
+  s.collapse_levels(s.active);
   s.sampler.draw(s.step, s.model.step, s.batch);
   std::vector<double> times;
   std::vector<const BitGrid*> occupancy;
@@ -98,7 +93,7 @@ StepReport Trainer::step() {
   losses.divergence = float(c.loss.divergence * ramp);
   losses.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
   const std::uint64_t draw = hash64(c.run.seed ^ hash64(std::uint64_t(s.step)));
-  const PassResult pass = s.engine->run(s.model, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
+  const PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
                                         s.radiance.gradient, s.motion_gradient);
   clock = Clock::now();
   s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;
@@ -106,12 +101,12 @@ StepReport Trainer::step() {
 
   if (!s.levels.empty()) spread_motion_gradient(s.motion_gradient, s.level_learners);
   lap(s.phases.slices);
-  add_total_variation(s.model.radiance.raw, s.radiance, c.loss.tv_share, draw);
+  const float tv = float(std::pow(double(c.loss.tv_final), progress));
+  add_total_variation(s.model.radiance.raw, s.radiance, tv, c.loss.tv_share, draw);
   const MotionField& motion = s.model.motion;
   for (std::size_t l = 0; l < s.levels.size(); ++l) {
-    add_total_variation(s.levels[l], s.level_learners[l], c.loss.tv_share, draw + 1 + l);
-    add_curve_length(s.levels[l], s.level_learners[l], motion.stored_points(), motion.stored_points() < motion.points,
-                     c.loss.curve_length, c.loss.tv_share, draw + 1 + l);
+    add_total_variation(s.levels[l], s.level_learners[l], tv, c.loss.tv_share, draw + 1 + l);
+    add_curve_length(s.levels[l], s.level_learners[l], motion, c.loss.curve_length, c.loss.tv_share, draw + 1 + l);
   }
   lap(s.phases.regularise);
 
@@ -134,7 +129,7 @@ StepReport Trainer::step() {
 }
 
 VoxelModel Trainer::model() const {
-  state_->collapse_levels();
+  state_->collapse_levels({});
   VoxelModel model = state_->model;
   // What training skipped as empty it never looked at again: leftovers of the first fog would show in a picture.
   if (!state_->occupancy.empty()) state_->clear_skipped(model);

@@ -94,8 +94,10 @@ TEST_SUITE("field/levels") {
     const auto fine_topology = make_topology(fine_lattice, {{0, 0, 0}, {2, 1, 1}, {3, 1, 0}, {1, 0, 0}});
     const Channels x = random_channels(coarse_topology, 8, 7, 1), y = random_channels(fine_topology, 8, 8, 1);
     Channels px = random_channels(fine_topology, 8, 0, 0), ry = random_channels(coarse_topology, 8, 0, 0);
-    for (int b = 1; b <= fine_topology->brick_count(); ++b) prolong_brick(x, px, b);
-    for (int b = 1; b <= coarse_topology->brick_count(); ++b) restrict_brick(y, ry, b);
+    for (int b = 1; b <= fine_topology->brick_count(); ++b) prolong_brick(x, px, b, RowMask::all());
+    RowMask touched;
+    const std::vector<RowMask> all(fine_topology->bricks.size(), RowMask::all());
+    for (int b = 1; b <= coarse_topology->brick_count(); ++b) restrict_brick(y, all, ry, b, touched);
     double forward = 0, adjoint = 0;
     for (std::size_t i = 0; i < y.values.size(); ++i) forward += double(px.values[i]) * y.values[i];
     for (std::size_t i = 0; i < x.values.size(); ++i) adjoint += double(ry.values[i]) * x.values[i];
@@ -105,25 +107,25 @@ TEST_SUITE("field/levels") {
 }
 
 TEST_SUITE("field/slice") {
-  TEST_CASE("expansion is the adjoint of contraction and marks exactly the rows with a gradient") {
+  TEST_CASE("expansion is the adjoint of contraction and clears the rows it has read") {
     MotionField m = three_levels(9);
     const Channels& level = m.levels[0];
     const BasisWeights<float> w = stored_weights(m, 0.3);
-    std::vector<float> slice(level.topology->rows() * 4), g(slice.size());
-    contract_bricks(m, level, w, 0, level.topology->brick_count() + 1, slice.data());
+    std::vector<float> slice(level.topology->rows() * kSliceWidth), g(slice.size());
+    for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(m, level, w, b, RowMask::all(), slice.data());
     std::mt19937 random(1);
-    for (std::size_t i = kBrickRows * 4; i < g.size(); i += 4)
-      if (random() % 3 == 0)
-        for (int c = 0; c < 4; ++c) g[i + c] = float(random() % 100) / 100 + 0.01f;
+    std::vector<RowMask> rows(level.topology->brick_count() + 1);
+    for (std::size_t row = kBrickRows; row < level.topology->rows(); ++row)
+      if (random() % 3 == 0) {
+        for (int c = 0; c < 4; ++c) g[row * kSliceWidth + c] = float(random() % 100) / 100 + 0.01f;
+        rows[row / kBrickRows].set(int(row % kBrickRows));
+      }
+    std::vector<float> read = g;
     Channels expanded = random_channels(level.topology, level.width, 0, 0);
-    const float* gradients[] = {g.data()};
     double forward = 0, adjoint = 0;
-    for (int b = 1; b <= level.topology->brick_count(); ++b) {
-      RowMask mask;
-      expand_brick(m, &w, gradients, 1, b, expanded, mask);
-      for (int i = 0; i < kBrickRows; ++i)
-        CHECK(bool(mask.word[i >> 6] >> (i & 63) & 1) == (g[(std::size_t(b) * kBrickRows + i) * 4] != 0));
-    }
+    for (int b = 1; b <= level.topology->brick_count(); ++b)
+      expand_brick(m, w, rows[b], read.data() + std::size_t(b) * kBrickRows * kSliceWidth, b, expanded);
+    CHECK(std::all_of(read.begin(), read.end(), [](float x) { return x == 0; }));
     for (std::size_t i = 0; i < g.size(); ++i) forward += double(slice[i]) * g[i];
     for (std::size_t i = 0; i < level.values.size(); ++i) adjoint += double(level.values[i]) * expanded.values[i];
     CHECK(forward == doctest::Approx(adjoint).epsilon(1e-5));
@@ -131,7 +133,7 @@ TEST_SUITE("field/slice") {
   TEST_CASE("a pinned Bezier curve does not move anything at t = 0") {
     const MotionField m = collapse(three_levels(11));
     const MotionSlice slice = make_slice(m, stored_weights(m, 0));
-    for (std::size_t i = 0; i < slice.values.size(); i += 4)
+    for (std::size_t i = 0; i < slice.values.size(); i += kSliceWidth)
       for (int a = 0; a < 3; ++a) REQUIRE(slice.values[i + a] == 0.0f);
   }
 }

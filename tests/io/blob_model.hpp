@@ -64,7 +64,7 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
   m.motion.rigidity = motion.rigidity;
   m.motion.rigidity_offset = 0.25f;
   const Lattice coarse = make_lattice(m.box, std::max(4, cells / 4));
-  const int stored = m.motion.stored_points(), columns = (3 * stored + 1 + 7) / 8 * 8;
+  const int stored = m.motion.stored_points(), columns = m.motion.width();
   const std::vector<float> zero(std::size_t(columns), 0.0f);
   m.motion.levels.push_back(make_channels(make_dense_topology(coarse), columns, zero.data()));
   Channels& level = m.motion.levels[0];
@@ -83,16 +83,16 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
 
 /// The same model with every stored number replaced by noise, for tests about bits.
 inline VoxelModel noisy_model(unsigned seed, int points, FirstPoint first, BasisKind basis, int sh_order,
-                              bool rigidity) {
+                              bool rigidity, bool light = false) {
   VoxelModel m = blob_model(24, {true, points, {}, 0, rigidity}, sh_order);
   m.motion.basis = basis;
   m.motion.first_point = first;
+  m.motion.light = light;
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
-  const int width = (3 * m.motion.stored_points() + 1 + 7) / 8 * 8;
-  const std::vector<float> zero(std::size_t(width), 0.0f);
-  m.motion.levels[0] = make_channels(m.motion.levels[0].topology, width, zero.data());
-  const int used = 3 * m.motion.stored_points() + (rigidity ? 1 : 0), shown = 4 + m.radiance.sh_count();
+  const std::vector<float> zero(std::size_t(m.motion.width()), 0.0f);
+  m.motion.levels[0] = make_channels(m.motion.levels[0].topology, m.motion.width(), zero.data());
+  const int used = m.motion.rigidity_column() + (rigidity ? 1 : 0), shown = 4 + m.radiance.sh_count();
   for (std::size_t r = kBrickRows; r < m.radiance.raw.topology->rows(); ++r)
     for (int c = 0; c < shown; ++c) m.radiance.raw.row(r)[c] = normal(random);
   for (std::size_t r = kBrickRows; r < m.motion.levels[0].topology->rows(); ++r)

@@ -48,16 +48,17 @@ TEST_SUITE("io/model_vdb") {
       FirstPoint first;
       BasisKind basis;
       int sh_order;
-      bool rigidity;
+      bool rigidity, light = false;
     };
     for (const Row& row :
-         {Row{5, FirstPoint::zero, BasisKind::bezier, 1, true}, Row{7, FirstPoint::free, BasisKind::bspline, -1, true},
+         {Row{5, FirstPoint::zero, BasisKind::bezier, 1, true}, Row{7, FirstPoint::free, BasisKind::bspline, -1, true, true},
+          Row{20, FirstPoint::free, BasisKind::bspline, 1, false, true},
           Row{2, FirstPoint::zero, BasisKind::bezier, 0, false},
           Row{12, FirstPoint::free, BasisKind::bezier, 3, false}}) {
       CAPTURE(row.points);
       const Scratch scratch;
       const std::string path = scratch.path("model.vdb");
-      VoxelModel model = noisy_model(3, row.points, row.first, row.basis, row.sh_order, row.rigidity);
+      VoxelModel model = noisy_model(3, row.points, row.first, row.basis, row.sh_order, row.rigidity, row.light);
       model.box.lo.x = std::nextafter(model.box.lo.x, 0.0f);
       model.time_map = {0.1, 1.0 / 3};
       save_model(path, model, {{"dataset", "lego"}, {"odd", std::string("\0\xff\n", 3)}});
@@ -75,6 +76,7 @@ TEST_SUITE("io/model_vdb") {
       CHECK(back.motion.points == model.motion.points);
       CHECK(back.motion.first_point == model.motion.first_point);
       CHECK(back.motion.rigidity == model.motion.rigidity);
+      CHECK(back.motion.light == model.motion.light);
       CHECK(back.motion.rigidity_offset == model.motion.rigidity_offset);
       REQUIRE(back.motion.levels.size() == 1);
       CHECK(same_bits(back.motion.levels[0], model.motion.levels[0]));
@@ -86,6 +88,7 @@ TEST_SUITE("io/model_vdb") {
         for (int i = 0; i < 200; ++i) {
           const Vec3 x{u(random), u(random), u(random)};
           CHECK(a.canonical(x) == b.canonical(x));
+          CHECK(a.warp(x).light == b.warp(x).light);
           CHECK(a.radiance(x).density == b.radiance(x).density);
           CHECK(a.radiance(x).color == b.radiance(x).color);
         }

@@ -8,6 +8,7 @@
 
 #include "splinevox/math/activation.hpp"
 #include "splinevox/math/divergence.hpp"
+#include "splinevox/math/light.hpp"
 #include "splinevox/math/offset.hpp"
 #include "splinevox/math/view_factor.hpp"
 #include "splinevox/render/backward.hpp"
@@ -39,12 +40,12 @@ struct TinyScene {
     const Lattice fine{{-1, -1, -1}, float(kSpacing), {12, 9, 9}}, coarse{{-1, -1, -1}, float(2 * kSpacing), {9, 5, 5}};
     radiance = make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // (1, 1, 0) and others absent
     motion = make_dense_topology(coarse);
-    rows.resize(radiance->rows() * kWidth), slice.resize(motion->rows() * 4);
+    rows.resize(radiance->rows() * kWidth), slice.resize(motion->rows() * kSliceWidth);
     for (double& v : rows) v = 1.5 * uniform(random);
     for (double& v : slice) v = 0.3 * uniform(random);
     for (int i = 0; i < kBrickRows; ++i)
       for (int c = 0; c < kWidth; ++c) rows[i * kWidth + c] = c == 0 ? -10 : 0;
-    for (int i = 0; i < kBrickRows * 4; ++i) slice[i] = 0;
+    for (int i = 0; i < kBrickRows * kSliceWidth; ++i) slice[i] = 0;
     field.radiance = BrickView<double>(*radiance);
     field.radiance_rows = rows.data();
     field.motion = BrickView<double>(*motion);
@@ -113,12 +114,12 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       trilinear_weight_gradients(u, dw);
       const Corners mc = corners_of(*scene.motion, base);
       MotionJet<T> jet{};
-      T rho(0);
+      T rho(0), light(0);
       const T inv(1 / double(scene.motion->lattice.spacing));
       for (int c = 0; c < 8; ++c) {
-        const T* row = slice.data() + mc.row[c] * 4;
+        const T* row = slice.data() + mc.row[c] * kSliceWidth;
         const Vec3T<T> d{row[0], row[1], row[2]};
-        jet.delta += w[c] * d, rho += w[c] * row[3];
+        jet.delta += w[c] * d, rho += w[c] * row[3], light += w[c] * row[4];
         for (int j = 0; j < 3; ++j) jet.d_delta[j] += (inv * dw[c][j]) * d, jet.d_rho[j] += inv * dw[c][j] * row[3];
       }
       const auto r = sigmoid(rho + T(0.4));
@@ -134,13 +135,13 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       T raw[4 + kMaxShCount] = {};
       for (int c = 0; c < 8; ++c)
         for (int k = 0; k < 4 + (Sh + 1) * (Sh + 1); ++k) raw[k] += w[c] * rows[rc.row[c] * kWidth + k];
-      T factor(1);
+      T factor = light_gain(light).value;
       if constexpr (Sh >= 0) {
         double y[kMaxShCount];
         sh_basis(Sh, in.direction, y);
         T q(0);
         for (int k = 0; k < (Sh + 1) * (Sh + 1); ++k) q += raw[4 + k] * T(y[k]);
-        factor = view_factor(q).value;
+        factor = factor * view_factor(q).value;
       }
       const T depth = T(3) * softplus(raw[0] - T(0.5)).value * T(kStep);
       const T weight = transmittance * one_minus_exp_neg(depth);
@@ -198,9 +199,9 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
     }
   };
   Scatter<double, kWidth, false> radiance;
-  Scatter<double, 4, true> motion;
+  Scatter<double, kSliceWidth, true> motion;
   gather(radiance, records.radiance, scene.field.radiance, *scene.radiance, kWidth, d_rows);
-  gather(motion, records.motion, scene.field.motion, *scene.motion, 4, d_slice);
+  gather(motion, records.motion, scene.field.motion, *scene.motion, kSliceWidth, d_slice);
 }
 
 /// Checks a random selection of the parameters with a gradient, and some without, against dual numbers.
@@ -231,7 +232,7 @@ void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop)
     CHECK(checked == 60);
   };
   check(rows, d_rows, std::size_t(kBrickRows) * TinyScene<Sh>::kWidth);
-  check(slice, d_slice, std::size_t(kBrickRows) * 4);
+  check(slice, d_slice, std::size_t(kBrickRows) * kSliceWidth);
 }
 
 }  // namespace

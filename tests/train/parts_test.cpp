@@ -68,7 +68,7 @@ TEST_SUITE("train/optimiser") {
     const Channels values = random_channels(topology, 8, 3);
     Learner learner(values);
     learner.tv[0] = 0.5f;
-    add_total_variation(values, learner, 1.0f, 11);
+    add_total_variation(values, learner, 1.0f, 1.0f, 11);
     for (int b = 1; b <= topology->brick_count(); ++b)
       for (int i = 0; i < kBrickRows; ++i) {
         const Int3 at{topology->bricks[b].x * 8 + (i >> 6), topology->bricks[b].y * 8 + (i >> 3 & 7), topology->bricks[b].z * 8 + (i & 7)};
@@ -81,13 +81,13 @@ TEST_SUITE("train/optimiser") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 31)), 8, 4);
     Learner whole(values);
     whole.tv[0] = 1;
-    add_total_variation(values, whole, 1.0f, 0);
+    add_total_variation(values, whole, 1.0f, 1.0f, 0);
     std::vector<double> mean(values.values.size());
     const int draws = 400;
     for (int d = 0; d < draws; ++d) {
       Learner part(values);
       part.tv[0] = 1;
-      add_total_variation(values, part, 0.25f, 100 + d);
+      add_total_variation(values, part, 1.0f, 0.25f, 100 + d);
       for (std::size_t i = 0; i < mean.size(); i += 8) mean[i] += part.gradient.values.values[i] / draws;
     }
     // The estimate of one entry g is 4 g with probability 1/4: standard error sqrt(3 / draws) |g|.
@@ -116,7 +116,9 @@ TEST_SUITE("train/optimiser") {
   TEST_CASE("curve length has the gradient of a sum of squares") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
     Learner learner(values);
-    add_curve_length(values, learner, 4, true, 0.5f, 1.0f, 1);
+    MotionField motion;  // a Bezier curve of 5 points, the first pinned
+    motion.points = 5, motion.first_point = FirstPoint::zero;
+    add_curve_length(values, learner, motion, 0.5f, 1.0f, 1);
     const std::size_t row = kBrickRows + 5;
     const float *p = values.row(row), *g = learner.gradient.values.row(row);
     for (int a = 0; a < 3; ++a) {
@@ -146,7 +148,7 @@ TEST_SUITE("train/refine") {
   TEST_CASE("degree elevation leaves the motion where it is") {
     MotionField motion;
     motion.basis = BasisKind::bezier, motion.points = 4, motion.first_point = FirstPoint::zero;
-    motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion_width(motion), 8)};
+    motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion.width(), 8)};
     MotionField raised = motion;
     elevate(raised);
     CHECK(raised.points == 5);

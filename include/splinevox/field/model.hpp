@@ -37,18 +37,24 @@ struct RadianceField {
 
 /// Motion: where in the canonical volume to look at time t, x' = x + r * sum_k w_k(t) p_k (Eq. 2 to 4).
 /// A sum of levels, coarse to fine, each a lattice that halves the one before, so that the sum is again a
-/// trilinear function on the finest lattice. Row: [3 k + axis] stored control point k, [3 * stored] raw
-/// rigidity (r = sigmoid, 1 moves, 0 is static: the paper's name is inverted), then padding.
+/// trilinear function on the finest lattice. Row: [stride * k + axis] stored control point k, with light
+/// [stride * k + 3] point k of the light's curve, then raw rigidity (r = sigmoid, 1 moves, 0 is static: the
+/// paper's name is inverted), then padding.
 struct MotionField {
   BasisKind basis = BasisKind::bezier;
-  int points = 5;                             ///< control points K, 2..12
+  int points = 5;                             ///< control points K, 2..20
   FirstPoint first_point = FirstPoint::zero;  ///< bezier only; bspline is always free
   bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it
+  bool light = false;                         ///< places change their brightness over time, see math/light.hpp
   float rigidity_offset = 0;                  ///< added to the interpolated raw rigidity before the sigmoid
   std::vector<Channels> levels;               ///< empty: the scene does not move
 
   int stored_points() const { return first_point == FirstPoint::zero ? points - 1 : points; }
-  int rigidity_column() const { return 3 * stored_points(); }
+  /// Floats per control point: x, y, z and, with light, the light's.
+  int stride() const { return light ? 4 : 3; }
+  int rigidity_column() const { return stride() * stored_points(); }
+  /// Floats per row, a whole number of registers.
+  int width() const { return (rigidity_column() + 1 + 7) / 8 * 8; }
 };
 
 /// A reconstructed scene: everything rendering needs and nothing it does not.

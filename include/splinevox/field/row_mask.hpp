@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <bit>
 #include <cstdint>
 
 #include "splinevox/field/topology.hpp"
@@ -17,6 +18,22 @@ struct RowMask {
     return all != 0;
   }
   void set(int row) { word[row >> 6] |= std::uint64_t(1) << (row & 63); }
+  RowMask& operator|=(const RowMask& other) {
+    for (int x = 0; x < kBrick; ++x) word[x] |= other.word[x];
+    return *this;
+  }
+  bool test(int row) const { return word[row >> 6] >> (row & 63) & 1; }
+  /// Calls visit(row) for every set row, in order.
+  template <class Visit>
+  void for_each(Visit&& visit) const {
+    for (int x = 0; x < kBrick; ++x)
+      for (std::uint64_t bits = word[x]; bits; bits &= bits - 1) visit(x * 64 + std::countr_zero(bits));
+  }
+  static RowMask all() {
+    RowMask mask;
+    mask.set_all();
+    return mask;
+  }
   void set_all() {
     for (std::uint64_t& w : word) w = ~std::uint64_t(0);
   }

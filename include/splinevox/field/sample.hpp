@@ -19,6 +19,7 @@ class FrameSampler {
     Vec3 velocity_to_canonical;  ///< dDelta/dt, scene units per unit of model time
     Vec3 gradient[3];       ///< gradient[i][j] = d Delta_i / d x_j, unitless
     float rigidity;         ///< r in [0, 1]
+    float light = 1;        ///< gain of the colour at this place and time, in (0, 2)
   };
   Warp warp(Vec3 x) const;
   Vec3 canonical(Vec3 x) const;  ///< x + Delta(x, t)

@@ -13,26 +13,29 @@ BasisWeights<float> stored_weights(const MotionField& motion, double t);
 /// Their time derivatives, per unit of model time.
 BasisWeights<float> stored_weights_dt(const MotionField& motion, double t);
 
-/// Row of a slice: displacement before rigidity (3, scene units) and raw rigidity (1).
-inline constexpr int kSliceWidth = 4;
+/// Row of a slice: displacement before rigidity (3, scene units), raw rigidity (1), raw light (1), padding.
+inline constexpr int kSliceWidth = 8;
 
-/// The motion field at one time, contracted: 4 floats a row instead of 3 K + 1. Every sample of a frame shares its time and
+/// The motion field at one time, contracted: 5 floats a row instead of 4 K + 1. Every sample of a frame shares its time and
 /// interpolation is linear, so sampling the slice equals sampling the curves.
 struct MotionSlice {
   TopologyPtr topology;         ///< null: the scene does not move
-  AlignedVector<float> values;  ///< [rows * 4]
+  AlignedVector<float> values;  ///< [rows * kSliceWidth]
 };
 
-/// Contracts bricks [first, last) of one level: out ([rows * 4]) = sum_k w_k p_k and raw rigidity.
-void contract_bricks(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int first,
-                     int last, float* out);
-/// Adjoint of contract_bricks for one brick, summed over frames: gradient += the slices' gradients ([frames] of [rows * 4]),
-/// expanded to control points. Marks the rows that any frame touched.
-void expand_brick(const MotionField& motion, const BasisWeights<float>* weights, const float* const* slice_gradients,
-                  int frames, int brick, Channels& gradient, RowMask& touched);
+/// Contracts the given rows of one brick of a level into a slice ([rows * kSliceWidth], all bricks): sum_k w_k p_k, raw rigidity,
+/// sum_k w_k l_k.
+void contract_brick(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int brick,
+                    const RowMask& rows, float* out);
+/// Adjoint of contract_brick for the given rows of one brick at one time: gradient += the slice's gradient expanded to control
+/// points. Clears what it has read. @param slice_gradient  of this brick, [512 * kSliceWidth]
+void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows, float* slice_gradient,
+                  int brick, Channels& gradient);
 
 /// The slice for the weights of one time. @pre at most one level: collapse first.
 MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights);
+/// The same into the memory of an earlier slice: fresh memory costs as much as the contraction.
+void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out);
 
 /// The same motion with all levels summed into one on the finest lattice.
 MotionField collapse(const MotionField& motion);

@@ -44,6 +44,13 @@ struct Topology {
   std::size_t slot(Int3 brick) const {
     return (std::size_t(brick.x + 1) * dims.y + (brick.y + 1)) * dims.z + (brick.z + 1);
   }
+  /// Vertex of a brick's row.
+  Int3 vertex(int brick, int row) const {
+    const Int3 b = bricks[brick];
+    return {b.x * kBrick + (row >> 6), b.y * kBrick + (row >> 3 & 7), b.z * kBrick + (row & 7)};
+  }
+  /// Position of a brick's row, scene units.
+  Vec3 position(int brick, int row) const { return lattice.position(vertex(brick, row)); }
   /// Brick number at a brick coordinate; coordinates in the ring are absent. @pre -1 <= coordinate <= dims - 2.
   std::int32_t brick_at(Int3 brick) const { return table[slot(brick)]; }
 };

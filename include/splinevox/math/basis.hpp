@@ -6,7 +6,7 @@
 
 namespace splinevox {
 
-inline constexpr int kMinPoints = 2, kMaxPoints = 12;
+inline constexpr int kMinPoints = 2, kMaxPoints = 20;
 
 /// Weights of up to kMaxPoints control points; entries past the basis' own count are 0.
 template <class T>
@@ -43,8 +43,10 @@ constexpr BasisWeights<T> bernstein_weights_dt(int points, T t) {
   return d;
 }
 
-/// Clamped uniform B-spline weights: degree min(3, K - 1), knots evenly spaced in [0, 1], end points interpolated.
-/// Local: at most four weights are not zero. For K <= 4 it is the Bezier curve of K points.
+/// Uniform B-spline weights: degree min(3, K - 1), knots evenly spaced, [0, 1] cut into K - degree spans.
+/// Local: at most four weights are not zero. The knots go on beyond both ends, so the first and the last time share their points
+/// with their neighbours and are as well determined as the rest: with knots clamped to the ends, the end points had only the
+/// last frames to learn from, and those times came out worst (docs/experiments.md).
 ///
 /// Source: Cox-de Boor recursion on the non-zero weights of one span; every intermediate is a convex combination.
 /// @param t  time in [0, 1]; the caller clamps.
@@ -52,7 +54,7 @@ template <class T>
 constexpr BasisWeights<T> bspline_weights(int points, T t, int degree = 3) {
   degree = std::min(degree, points - 1);
   const int spans = points - degree;
-  const auto knot = [&](int i) { return T(std::clamp(i - degree, 0, spans)) / T(spans); };
+  const auto knot = [&](int i) { return T(i - degree) / T(spans); };
   int span = degree;
   while (span < points - 1 && !(t < knot(span + 1))) ++span;
   // b[j] is the weight of point span - degree + j.
@@ -79,9 +81,9 @@ template <class T>
 constexpr BasisWeights<T> bspline_weights_dt(int points, T t) {
   const int degree = std::min(3, points - 1);
   const int spans = points - degree;
-  const auto knot = [&](int i) { return T(std::clamp(i - degree, 0, spans)) / T(spans); };
+  const auto knot = [&](int i) { return T(i - degree) / T(spans); };
   // The curve's derivative has points - 1 control points q_k = degree (p_{k+1} - p_k) / (knot[k+degree+1] - knot[k+1])
-  // on the knots without their first and last, which is again a clamped uniform B-spline, one degree lower.
+  // on the knots without their first and last, which is again a uniform B-spline, one degree lower.
   const BasisWeights<T> lower = bspline_weights(points - 1, t, degree - 1);
   BasisWeights<T> d{};
   for (int k = 0; k < points - 1; ++k) {

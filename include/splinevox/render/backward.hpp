@@ -36,7 +36,8 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
     const auto& s = ray.samples[i];
     const Vec positional{ray.base[0][i], ray.base[1][i], ray.base[2][i]};
     const Real along = dot(positional, d_rgb);
-    const Real factor = Sh >= 0 ? ray.view[i] : Real(1);
+    const Real gain = field.moving ? ray.light[i] : Real(1);
+    const Real factor = gain * (Sh >= 0 ? ray.view[i] : Real(1));
     const Real w = ray.weight[i];
     const Real d_sigma = field.step * (ray.transmittance_next[i] * factor * along - behind);
     behind += w * factor * along;
@@ -46,7 +47,7 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
     record.cell = s.radiance_cell;
     record.fraction = s.radiance_fraction;
     Eight g[K::kRegisters];
-    const Real d_view = Sh >= 0 ? w * along * ray.view_slope[i] : Real(0);
+    const Real d_view = Sh >= 0 ? w * along * gain * ray.view_slope[i] : Real(0);
     for (int k = 0; k < K::kRegisters; ++k) g[k] = d_view * ray.harmonics[k];
     const Real wf = w * factor;
     g[0][0] = d_sigma * ray.sigma_slope[i];
@@ -63,6 +64,8 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
     const Real r = ray.r[i];
     m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
     m.g[3] = ray.r_slope[i] * (d_delta.x * s.motion[0] + d_delta.y * s.motion[1] + d_delta.z * s.motion[2]);
+    for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
+    m.g[4] = w * along * (Sh >= 0 ? ray.view[i] : Real(1)) * ray.light_slope[i];
     if constexpr (Jet)
       for (auto& row : m.h)
         for (Real& v : row) v = 0;
@@ -83,7 +86,7 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
     if (ray.weight[i] < min_weight) continue;
     const auto& s = ray.samples[i];
     const CellRows rows = field.motion.rows(s.motion_cell);
-    const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * 4); };
+    const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth); };
     const auto v = trilinear_with_gradient(s.motion_fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),
                                            corner(6), corner(7));
     const Real inv = field.motion.inv_spacing, w = ray.weight[i];

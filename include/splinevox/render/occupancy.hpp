@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -55,8 +56,15 @@ Box bounding_box(const BitGrid& grid, float margin);
 /// it by less than a factor of two.
 BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step);
 
+/// A canonical occupancy and, above it, blocks of 2 and of 4 of its cells an edge with any cell set, grown by one block.
+struct OccupancyPyramid {
+  static constexpr int kLevels = 3;
+  std::array<BitGrid, kLevels> levels;
+  explicit OccupancyPyramid(BitGrid canonical);
+};
+
 /// Cells of observed space that may hold matter at the slice's time: those whose centre is warped into an occupied
 /// canonical cell.
-BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const BitGrid& canonical);
+BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const OccupancyPyramid& canonical);
 
 }  // namespace splinevox

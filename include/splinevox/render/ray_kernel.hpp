@@ -6,7 +6,9 @@
 
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/channels.hpp"
+#include "splinevox/field/slice.hpp"
 #include "splinevox/math/activation.hpp"
+#include "splinevox/math/light.hpp"
 #include "splinevox/math/sh.hpp"
 #include "splinevox/math/trilinear.hpp"
 #include "splinevox/math/view_factor.hpp"
@@ -67,6 +69,7 @@ class RayKernel {
     Eight slope[kRegisters][3];   ///< d row / d fraction
   };
   std::vector<Sample> samples;
+  AlignedVector<Real> light, light_slope;          ///< gain of the light
   AlignedVector<Real> r, r_slope;                  ///< rigidity
   AlignedVector<Real> sigma_slope;                 ///< d sigma / d raw density
   AlignedVector<Real> base[3], base_slope[3];      ///< sigmoid(rgb)
@@ -87,7 +90,7 @@ class RayKernel {
     if (int(samples.size()) >= n) return;
     n = (n + 255) / 256 * 256;
     samples.resize(n);
-    for (auto* a : {&r, &r_slope, &sigma_slope, &base[0], &base[1], &base[2], &base_slope[0], &base_slope[1], &base_slope[2],
+    for (auto* a : {&light, &light_slope, &r, &r_slope, &sigma_slope, &base[0], &base[1], &base[2], &base_slope[0], &base_slope[1], &base_slope[2],
                     &view, &view_slope, &weight, &transmittance_next, &distance})
       a->resize(n);
   }
@@ -145,13 +148,17 @@ class RayKernel {
     for (int a = 0; a < 3; ++a)
       for (int j = 0; j < kChunk; ++j) x[a][j] = ray.origin[a] + i_real[j] * (field.step * ray.direction[a]);
 
-    alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk];
+    alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk], chunk_light[kChunk] = {}, chunk_gain[kChunk], chunk_gain_slope[kChunk];
     Located motion_at;
     Cell motion_cell[kChunk];
     Four motion[kChunk];
     if (field.moving) {
       locate(field.motion, x, motion_at);
-      gather_motion(field, frame, motion_at, n, motion_cell, motion);
+      gather_motion(field, frame, motion_at, n, motion_cell, motion, chunk_light);
+      for (int j = 0; j < kChunk; ++j) {
+        const Activated<Real> s = light_gain(chunk_light[j]);
+        chunk_gain[j] = s.value, chunk_gain_slope[j] = s.slope;
+      }
       std::fill_n(chunk_r, kChunk, Real(1));
       std::fill_n(chunk_slope, kChunk, Real(0));
       if (field.rigidity) {
@@ -188,6 +195,7 @@ class RayKernel {
         s.motion_cell = motion_cell[j];
         s.motion_fraction = motion_at.at(j);
         s.motion = motion[j];
+        light[count + kept] = chunk_gain[j], light_slope[count + kept] = chunk_gain_slope[j];
         r[count + kept] = chunk_r[j];
         r_slope[count + kept] = chunk_slope[j];
       }
@@ -197,15 +205,16 @@ class RayKernel {
     return shade_stored(field, rows, kept, stop);
   }
 
-  void gather_motion(const FieldView<Real>& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out) {
+  void gather_motion(const FieldView<Real>& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out, Real* raw_light) {
     for (int j = 0; j < n; ++j) {
       cells[j] = cell_of(field.motion, at, j);
       const CellRows rows = field.motion.rows(cells[j]);
       Real w[kCorners];
       trilinear_weights(at.at(j), w);
-      Four sum{};
-      for (int c = 0; c < kCorners; ++c) sum += w[c] * load<Four>(frame.slice + std::size_t(rows.row[c]) * 4);
-      out[j] = sum;
+      Eight sum{};
+      for (int c = 0; c < kCorners; ++c) sum += w[c] * load<Eight>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth);
+      out[j] = Four{sum[0], sum[1], sum[2], sum[3]};
+      raw_light[j] = sum[4];
     }
   }
 
@@ -254,7 +263,7 @@ class RayKernel {
 
     for (int j = 0; j < n; ++j, ++count) {
       const Real w = transmittance_ * alpha[j];
-      const Real factor = Sh >= 0 ? view[count] : Real(1);
+      const Real factor = (field.moving ? light[count] : Real(1)) * (Sh >= 0 ? view[count] : Real(1));
       rgb_ += (w * factor) * Vec{base[0][count], base[1][count], base[2][count]};
       transmittance_ *= passed[j];
       weight[count] = w;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "splinevox/field/brick_view.hpp"
+#include "splinevox/field/slice.hpp"
 
 namespace splinevox {
 
@@ -21,7 +22,7 @@ struct Record {
 template <class Real, int Width, bool Jet>
 struct RayRecords {
   std::vector<Record<Real, Width>> radiance;
-  std::vector<Record<Real, 4, Jet>> motion;
+  std::vector<Record<Real, kSliceWidth, Jet>> motion;
   void clear() { radiance.clear(), motion.clear(); }
 };
 

@@ -42,7 +42,7 @@ struct FieldView {
 /// One time as the ray kernels read it.
 template <class Real>
 struct FrameView {
-  const Real* slice = nullptr;  ///< [motion rows * 4]
+  const Real* slice = nullptr;  ///< [motion rows * kSliceWidth]
   OccupancyView<Real> occupancy;
 };
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "splinevox/field/model.hpp"
+#include "splinevox/math/basis.hpp"
 
 namespace splinevox {
 
@@ -24,7 +25,7 @@ struct RunConfig {
 
 /// Lattices, coarse to fine over the run.
 struct GridConfig {
-  std::vector<int> radiance{40, 64, 96, 128};        ///< cells along the box's longest edge, per stage
+  std::vector<int> radiance{40, 64, 96, 144};        ///< cells along the box's longest edge, per stage
   std::vector<float> radiance_start{0, .08f, .25f, .5f};  ///< progress in [0, 1) at which each stage begins
   std::vector<int> motion{4, 8, 16, 32};             ///< cells along the longest edge, per level, each twice the one before
   std::vector<float> motion_start{0, .08f, .25f, .5f};    ///< progress at which each level is switched on
@@ -43,9 +44,10 @@ struct RadianceConfig {
 struct MotionConfig {
   bool enabled = true;
   BasisKind basis = BasisKind::bspline;
-  int points = 10;                             ///< control points K, 2..12
+  int points = 12;                             ///< control points K, 2..20
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
+  bool light = true;                           ///< a gain per place and time beside the motion (math/light.hpp)
   float initial_rigidity = 0;                  ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<int> elevate_points;             ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;            ///< progress at which each happens
@@ -54,7 +56,7 @@ struct MotionConfig {
 /// Learning rates are per step; each decays on a cosine from the first value to value * its final share.
 struct OptimiserConfig {
   OptimiserKind kind = OptimiserKind::adam;
-  float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.005f, lr_rigidity = 0.01f;
+  float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.01f, lr_rigidity = 0.01f, lr_light = 0.02f;
   float final_radiance = 0.1f;   ///< share of lr_density, lr_color, lr_sh left at the end
   float final_motion = 0.02f;    ///< share of lr_control, lr_rigidity left at the end
   float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
@@ -62,8 +64,9 @@ struct OptimiserConfig {
 
 /// Weights of the loss terms (Eq. 8 and 9). The photometric term is the mean over rays of the squared RGB error.
 struct LossConfig {
-  float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-3f, tv_rigidity = 0;
-  float tv_share = 0.125f;        ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
+  float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-3f, tv_rigidity = 0, tv_light = 1e-4f;
+  float tv_final = 0.003f;        ///< share of the total variation weights left at the end; they decay exponentially
+  float tv_share = 0.0625f;       ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
   float offset = 0;               ///< lambda_off of Eq. 8
   float offset_rigidity = 0.3f;   ///< lambda_r of Eq. 6
   float divergence = 0;           ///< lambda_div of Eq. 8
@@ -80,7 +83,7 @@ struct SamplingConfig {
   float min_weight = 1e-3f;        ///< samples with a smaller share in the pixel get no gradient
   BackgroundKind background = BackgroundKind::random;
   int occupancy_cells = 64;        ///< cells along the longest edge of the space-time occupancy
-  int occupancy_every = 200;       ///< steps between refreshes
+  int occupancy_every = 500;       ///< steps between refreshes
   float occupancy_alpha = 0.01f;   ///< alpha of one step below which a cell is skipped
 };
 
@@ -118,11 +121,12 @@ void visit_config(C& c, Visit&& visit) {
   visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);
   visit("motion.enabled", c.motion.enabled, "whether the scene may move", 0, 1);
   visit("motion.basis", c.motion.basis, "bezier or bspline", 0, 1);
-  visit("motion.points", c.motion.points, "control points per curve", 2, 12);
+  visit("motion.points", c.motion.points, "control points per curve", kMinPoints, kMaxPoints);
   visit("motion.first_point", c.motion.first_point, "zero (t = 0 is canonical) or free", 0, 1);
   visit("motion.rigidity", c.motion.rigidity, "whether motion is scaled by a learned rigidity", 0, 1);
+  visit("motion.light", c.motion.light, "whether the light of a place may change over time", 0, 1);
   visit("motion.initial_rigidity", c.motion.initial_rigidity, "raw rigidity before training", -20, 20);
-  visit("motion.elevate_points", c.motion.elevate_points, "bezier: control points after each degree elevation", 2, 12);
+  visit("motion.elevate_points", c.motion.elevate_points, "bezier: control points after each degree elevation", kMinPoints, kMaxPoints);
   visit("motion.elevate_start", c.motion.elevate_start, "progress at which each elevation happens", 0, 1);
   visit("optimiser.kind", c.optimiser.kind, "adam or rmsprop", 0, 1);
   visit("optimiser.lr_density", c.optimiser.lr_density, "step of raw density", 0, 100);
@@ -130,6 +134,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("optimiser.lr_sh", c.optimiser.lr_sh, "step of the view rescale", 0, 100);
   visit("optimiser.lr_control", c.optimiser.lr_control, "step of control points, share of the box's longest edge", 0, 100);
   visit("optimiser.lr_rigidity", c.optimiser.lr_rigidity, "step of raw rigidity", 0, 100);
+  visit("optimiser.lr_light", c.optimiser.lr_light, "step of the raw light", 0, 100);
   visit("optimiser.final_radiance", c.optimiser.final_radiance, "share of the radiance rates left at the end", 0, 1);
   visit("optimiser.final_motion", c.optimiser.final_motion, "share of the motion rates left at the end", 0, 1);
   visit("optimiser.beta1", c.optimiser.beta1, "first moment decay", 0, 0.9999);
@@ -140,6 +145,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.tv_sh", c.loss.tv_sh, "total variation of the view rescale", 0, inf);
   visit("loss.tv_control", c.loss.tv_control, "total variation of control points", 0, inf);
   visit("loss.tv_rigidity", c.loss.tv_rigidity, "total variation of raw rigidity", 0, inf);
+  visit("loss.tv_light", c.loss.tv_light, "total variation of the raw light", 0, inf);
+  visit("loss.tv_final", c.loss.tv_final, "share of the total variation weights left at the end", 1e-9, 1);
   visit("loss.tv_share", c.loss.tv_share, "share of the bricks visited per step", 1e-4, 1);
   visit("loss.offset", c.loss.offset, "offset loss (Eq. 6)", 0, inf);
   visit("loss.offset_rigidity", c.loss.offset_rigidity, "lambda_r inside the offset loss", 0, inf);

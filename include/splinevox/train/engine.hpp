@@ -40,7 +40,7 @@ class Engine {
   /// @param occupancy  of each frame slot.
   /// @param radiance   gradient of model.radiance.raw, accumulated.
   /// @param motion     gradient of the collapsed motion level, accumulated; ignored when nothing moves.
-  virtual PassResult run(const VoxelModel& model, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
+  virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
                          const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
                          Gradient& radiance, Gradient& motion) = 0;
 };

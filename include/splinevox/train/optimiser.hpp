@@ -23,13 +23,11 @@ struct Learner {
 /// The only writer of parameters. Padding columns have rate 0 and stay as they are.
 void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale);
 
-/// Adds the gradient of sum_c tv_c * (sum over voxels of Eq. 9), estimated on a random share of the bricks and divided by it,
+/// Adds the gradient of scale * sum_c tv_c * (sum over voxels of Eq. 9), estimated on a random share of the bricks and divided by it,
 /// and marks their rows touched. Absent neighbours do not count. @param draw  identifies the random subset.
-void add_total_variation(const Channels& values, Learner& learner, float share, std::uint64_t draw);
+void add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw);
 
 /// Adds the gradient of weight * sum over voxels and k of |p_{k+1} - p_k|^2 on the same random bricks.
-/// @param stored  control points per row, @param pinned  the curve starts at a point pinned to zero before the first stored one.
-void add_curve_length(const Channels& values, Learner& learner, int stored, bool pinned, float weight, float share,
-                      std::uint64_t draw);
+void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw);
 
 }  // namespace splinevox

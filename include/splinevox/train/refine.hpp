@@ -16,7 +16,4 @@ Channels resample(const Channels& from, TopologyPtr topology);
 /// Exact degree elevation of every stored curve of a Bezier motion field, K -> K + 1 control points (numerics H3).
 void elevate(MotionField& motion);
 
-/// Floats per motion row: 3 per stored point and one for rigidity, rounded up to whole registers.
-int motion_width(const MotionField& motion);
-
 }  // namespace splinevox
