@@ -47,10 +47,10 @@ void prolong_brick(const Channels& coarse, Channels& fine, int fine_brick, const
 
 void restrict_brick(const Channels& fine, const std::vector<RowMask>& fine_rows, Channels& coarse, int coarse_brick, RowMask& touched) {
   const Int3 first = 2 * coarse.topology->bricks[coarse_brick];
-  Int3 d;  // fine bricks relative to the first of the eight inside; the layer around them reaches in with one layer of rows
-  for (d.x = -1; d.x <= 2; ++d.x)
-    for (d.y = -1; d.y <= 2; ++d.y)
-      for (d.z = -1; d.z <= 2; ++d.z) {
+  Int3 d;  // fine bricks relative to the first of the eight inside; those below reach in with their last layer of rows
+  for (d.x = -1; d.x <= 1; ++d.x)
+    for (d.y = -1; d.y <= 1; ++d.y)
+      for (d.z = -1; d.z <= 1; ++d.z) {
         const std::int32_t brick = brick_at(*fine.topology, first + d);
         if (brick == 0) continue;
         fine_rows[brick].for_each([&](int i) {

@@ -38,12 +38,7 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
   Activated<float> r{1, 0};
   if (model_.motion.rigidity) r = sigmoid(p.value[3] + model_.motion.rigidity_offset);
   out.rigidity = r.value;
-  if (model_.motion.light) {
-    float raw = 0, w[kCorners];
-    trilinear_weights(at.fraction, w);
-    for (int c = 0; c < kCorners; ++c) raw += w[c] * position_.values[std::size_t(at.rows.row[c]) * kSliceWidth + 4];
-    out.light = light_gain(raw).value;
-  }
+  if (model_.motion.light) out.light = light_gain(interpolate<Four>(at, position_.values.data(), kSliceWidth, 4)[0]).value;
   out.displacement = r.value * xyz(p.value);
   out.velocity_to_canonical = r.value * xyz(v.value);
   // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.

@@ -81,7 +81,10 @@ MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& wei
 }
 
 void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out) {
-  if (motion.levels.empty()) return;
+  if (motion.levels.empty()) {
+    out = {};
+    return;
+  }
   const Channels& level = motion.levels.back();
   out.topology = level.topology;
   out.values.resize(level.topology->rows() * kSliceWidth);

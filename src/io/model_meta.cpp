@@ -12,7 +12,7 @@
 namespace splinevox {
 namespace {
 
-constexpr int kMaxVertices = 1 << 13, kMaxWidth = 64;  // per axis; floats per row
+constexpr int kMaxVertices = 1 << 13, kMaxWidth = 96;  // per axis; floats per row
 constexpr double kMaxTable = 1 << 28;                  // bricks of a lattice
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
@@ -145,13 +145,13 @@ void parse_model_meta(const NamedMeta& in, VoxelModel& m) {
           .expected = "metadata 'splinevox_model'",
           .got = "none",
           .hint = "give the model.vdb of a run"});
-  if (const auto* version = std::get_if<std::int64_t>(&at->second); version && *version > kModelFormat)
+  if (const auto* version = std::get_if<std::int64_t>(&at->second); version && *version != kModelFormat)
     fail({.where = in.where,
-          .what = "was written by a newer version of splinevox",
-          .expected = "model format " + std::to_string(kModelFormat) + " or older",
+          .what = *version > kModelFormat ? "was written by a newer version of splinevox" : "was written by an older version of splinevox",
+          .expected = "model format " + std::to_string(kModelFormat),
           .got = std::to_string(*version),
-          .hint = ""});
-  integer(in, "splinevox_model", 1, kModelFormat);
+          .hint = *version > kModelFormat ? "" : "train the scene again"});
+  integer(in, "splinevox_model", kModelFormat, kModelFormat);
   const auto box = numbers<float>(in, "box", 6);
   m.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
   for (int a = 0; a < 3; ++a)
@@ -180,7 +180,7 @@ FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
   motion.rigidity = choice(in, "rigidity_switch", kSwitch) == 1;
   motion.light = choice(in, "light_switch", kSwitch) == 1;
   motion.rigidity_offset = numbers<float>(in, "rigidity_offset", 1)[0];
-  // The contraction of a row reads one float past its last control point.
+  // Without light the contraction of a row reads one float past its last control point.
   FieldShape shape = parse_shape(in, motion_columns(motion));
   if (shape.width <= motion.rigidity_column())
     bad(in, "row_width", "more than " + std::to_string(motion.rigidity_column()), std::to_string(shape.width));

@@ -8,7 +8,7 @@
 
 namespace splinevox {
 
-inline constexpr int kModelFormat = 1;  ///< version of model.vdb; readers refuse newer ones
+inline constexpr int kModelFormat = 2;  ///< version of model.vdb; readers refuse others
 
 /// A metadata table and what to call it in an error message.
 struct NamedMeta {

@@ -49,14 +49,15 @@ BitGrid coarsen(const BitGrid& in, int n) {
 class WarpedCenters {
  public:
   WarpedCenters(const VoxelModel& model, const MotionSlice& slice, const BitGrid& grid)
-      : grid_(grid), view_(*slice.topology), values_(slice.values.data()), rigidity_(model.motion.rigidity), offset_(model.motion.rigidity_offset) {
+      : view_(*slice.topology), values_(slice.values.data()), rigidity_(model.motion.rigidity), offset_(model.motion.rigidity_offset) {
     const std::int32_t slots[3] = {view_.stride_x, view_.stride_y, 1}, locals[3] = {64, 8, 1};
     for (int a = 0; a < 3; ++a) {
       axis_[a].resize(grid.size[a]);
       for (int c = 0; c < grid.size[a]; ++c) {
-        const float u = view_.coordinate(grid.center({c, c, c})[a], a);
+        // The last block of an axis may reach beyond the box, where nothing is stored.
+        const float x = std::min(grid.center({c, c, c})[a], model.box.hi[a]), u = view_.coordinate(x, a);
         const int vertex = int(u);
-        axis_[a][c] = {{(vertex >> 3) * slots[a], (vertex & 7) * locals[a]}, u - float(vertex)};
+        axis_[a][c] = {{(vertex >> 3) * slots[a], (vertex & 7) * locals[a]}, u - float(vertex), x};
       }
     }
   }
@@ -70,15 +71,14 @@ class WarpedCenters {
     Four m{};
     for (int i = 0; i < kCorners; ++i) m += w[i] * load<Four>(values_ + std::size_t(rows.row[i]) * kSliceWidth);
     const float r = rigidity_ ? sigmoid(m[3] + offset_).value : 1.0f;
-    return grid_.center(c) + r * Vec3{m[0], m[1], m[2]};
+    return Vec3{x.position, y.position, z.position} + r * Vec3{m[0], m[1], m[2]};
   }
 
  private:
   struct Entry {
     Cell cell;  ///< this axis' share of slot and local
-    float fraction;
+    float fraction, position;
   };
-  const BitGrid& grid_;
   BrickView<float> view_;
   const float* values_;
   bool rigidity_;

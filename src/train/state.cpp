@@ -217,7 +217,9 @@ void Trainer::State::find_active() {
   active.assign(t.bricks.size(), {});
   active[0].set_all();
   const BitGrid cells = occupancy.empty() ? bounds.hull : occupied_ever();
-  const Vec3 reach{t.lattice.spacing, t.lattice.spacing, t.lattice.spacing};
+  // A little more than one spacing: rays find cells and vertices by other roundings than this loop.
+  const float spacing = 1.01f * t.lattice.spacing;
+  const Vec3 reach{spacing, spacing, spacing};
   parallel_for(t.brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
       const Vec3 x = t.position(index + 1, i);

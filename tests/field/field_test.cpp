@@ -28,11 +28,7 @@ Channels random_channels(TopologyPtr topology, int width, unsigned seed, float s
 template <class F>
 void fill(Channels& c, int column, F&& f) {
   for (int b = 1; b <= c.topology->brick_count(); ++b)
-    for (int i = 0; i < kBrickRows; ++i) {
-      const Int3 at = c.topology->bricks[b];
-      c.row(std::size_t(b) * kBrickRows + i)[column] =
-          f(c.topology->lattice.position({at.x * 8 + (i >> 6), at.y * 8 + (i >> 3 & 7), at.z * 8 + (i & 7)}));
-    }
+    for (int i = 0; i < kBrickRows; ++i) c.row(std::size_t(b) * kBrickRows + i)[column] = f(c.topology->position(b, i));
 }
 
 MotionField three_levels(unsigned seed) {
@@ -104,11 +100,38 @@ TEST_SUITE("field/levels") {
     CHECK(forward != 0);
     CHECK(forward == doctest::Approx(adjoint).epsilon(1e-6));
   }
+  TEST_CASE("a mask of rows leaves the others alone, and only what something arrives at is marked") {
+    const auto coarse_topology = make_dense_topology(make_lattice(kBox, 16)), fine_topology = make_dense_topology(make_lattice(kBox, 32));
+    const Channels x = random_channels(coarse_topology, 8, 3, 1);
+    Channels whole = random_channels(fine_topology, 8, 0, 0), part = whole;
+    RowMask some;
+    for (int i = 0; i < kBrickRows; i += 3) some.set(i);
+    prolong_brick(x, whole, 2, RowMask::all());
+    prolong_brick(x, part, 2, some);
+    for (int i = 0; i < kBrickRows; ++i)
+      CHECK(part.row(2 * kBrickRows + i)[1] == (some.test(i) ? whole.row(2 * kBrickRows + i)[1] : 0));
+    // One fine row, odd along two axes: it arrives at four coarse ones.
+    std::vector<RowMask> rows(fine_topology->bricks.size());
+    rows[1].set(3 * 64 + 5 * 8 + 2);
+    Channels y = random_channels(coarse_topology, 8, 0, 0);
+    RowMask touched;
+    restrict_brick(whole, rows, y, 1, touched);
+    int count = 0;
+    touched.for_each([&](int i) {
+      CHECK((i == 1 * 64 + 2 * 8 + 1 || i == 2 * 64 + 2 * 8 + 1 || i == 1 * 64 + 3 * 8 + 1 || i == 2 * 64 + 3 * 8 + 1));
+      ++count;
+    });
+    CHECK(count == 4);
+  }
 }
 
 TEST_SUITE("field/slice") {
   TEST_CASE("expansion is the adjoint of contraction and clears the rows it has read") {
+    for (const bool light : {false, true}) {
     MotionField m = three_levels(9);
+    m.light = light;
+    m.levels[0] = random_channels(m.levels[0].topology, m.width(), 9);
+    const int lanes = light ? 5 : 4;
     const Channels& level = m.levels[0];
     const BasisWeights<float> w = stored_weights(m, 0.3);
     std::vector<float> slice(level.topology->rows() * kSliceWidth), g(slice.size());
@@ -117,7 +140,7 @@ TEST_SUITE("field/slice") {
     std::vector<RowMask> rows(level.topology->brick_count() + 1);
     for (std::size_t row = kBrickRows; row < level.topology->rows(); ++row)
       if (random() % 3 == 0) {
-        for (int c = 0; c < 4; ++c) g[row * kSliceWidth + c] = float(random() % 100) / 100 + 0.01f;
+        for (int c = 0; c < lanes; ++c) g[row * kSliceWidth + c] = float(random() % 100) / 100 + 0.01f;
         rows[row / kBrickRows].set(int(row % kBrickRows));
       }
     std::vector<float> read = g;
@@ -129,6 +152,28 @@ TEST_SUITE("field/slice") {
     for (std::size_t i = 0; i < g.size(); ++i) forward += double(slice[i]) * g[i];
     for (std::size_t i = 0; i < level.values.size(); ++i) adjoint += double(level.values[i]) * expanded.values[i];
     CHECK(forward == doctest::Approx(adjoint).epsilon(1e-5));
+    }
+  }
+  TEST_CASE("light is a curve of one number beside the control points, and 1 where there is none") {
+    VoxelModel model;
+    model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1);
+    MotionField& m = model.motion;
+    m.basis = BasisKind::bspline, m.points = 6, m.first_point = FirstPoint::free, m.rigidity = false, m.light = true;
+    m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 2)};
+    const BasisWeights<float> w = stored_weights(m, 0.4);
+    const FrameSampler sampler(model, 0.4);
+    const Topology& t = *m.levels[0].topology;
+    for (const int i : {5 * 64 + 3 * 8 + 2, 7 * 64 + 4 * 8 + 1}) {
+      float sum[4] = {};
+      for (int k = 0; k < 6; ++k)
+        for (int c = 0; c < 4; ++c) sum[c] += w[k] * m.levels[0].row(kBrickRows + i)[4 * k + c];
+      const FrameSampler::Warp warp = sampler.warp(t.position(1, i));
+      for (int a = 0; a < 3; ++a) CHECK(warp.displacement[a] == doctest::Approx(sum[a]).epsilon(1e-4));
+      CHECK(warp.light == doctest::Approx(2 / (1 + std::exp(-sum[3]))).epsilon(1e-4));
+    }
+    m.light = false;
+    m.levels = {random_channels(m.levels[0].topology, m.width(), 3)};
+    CHECK(FrameSampler(model, 0.4).warp(t.position(1, 100)).light == 1.0f);
   }
   TEST_CASE("a pinned Bezier curve does not move anything at t = 0") {
     const MotionField m = collapse(three_levels(11));

@@ -54,7 +54,7 @@ int main(int argc, char** argv) {
   std::filesystem::create_directories(folder);
   // Band 0 only: Cycles gets the mean over the sphere, which is then the value in every direction.
   const VoxelModel model =
-      test::blob_model(96, {.points = 4, .shift = {-0.5f, 0.1f, 0.2f}, .twist = 0.6f, .rigidity = true}, 0);
+      test::blob_model(96, {.points = 4, .shift = {-0.5f, 0.1f, 0.2f}, .twist = 0.6f, .rigidity = true, .light = 0.8f}, 0);
   ExportOptions options;
   options.last = kFrames;
   const ExportResult result = export_vdb(model, folder + "/export", options);

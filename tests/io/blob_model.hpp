@@ -15,6 +15,7 @@ struct BlobMotion {
   Vec3 shift{-0.5f, 0.1f, 0.2f};  ///< displacement to canonical at t = 1, scene units: the blob moves at -shift
   float twist = 0;                ///< further displacement, twist * t * (y, -x, 0) and a stretch along z: not uniform
   bool rigidity = false;          ///< store a rigidity that varies in space
+  float light = 0;                ///< raw light at t = 1 is this times y; 0: no light
 };
 
 inline std::vector<Int3> all_bricks(const Lattice& lattice) {
@@ -62,9 +63,10 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
   m.motion.basis = BasisKind::bezier;
   m.motion.points = motion.points;
   m.motion.rigidity = motion.rigidity;
+  m.motion.light = motion.light != 0;
   m.motion.rigidity_offset = 0.25f;
   const Lattice coarse = make_lattice(m.box, std::max(4, cells / 4));
-  const int stored = m.motion.stored_points(), columns = m.motion.width();
+  const int stride = m.motion.stride(), columns = m.motion.width();
   const std::vector<float> zero(std::size_t(columns), 0.0f);
   m.motion.levels.push_back(make_channels(make_dense_topology(coarse), columns, zero.data()));
   Channels& level = m.motion.levels[0];
@@ -74,9 +76,12 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
       const Vec3 end = motion.shift + motion.twist * Vec3{x.y, -x.x, 0.3f * x.z};
       float* row = level.row(std::size_t(b) * kBrickRows + i);
       // Control points on a straight line: uniform motion in time.
-      for (int k = 1; k < motion.points; ++k)
-        for (int a = 0; a < 3; ++a) row[3 * (k - 1) + a] = end[a] * float(k) / float(motion.points - 1);
-      if (motion.rigidity) row[3 * stored] = 3 + x.x;
+      for (int k = 1; k < motion.points; ++k) {
+        const float share = float(k) / float(motion.points - 1);
+        for (int a = 0; a < 3; ++a) row[stride * (k - 1) + a] = end[a] * share;
+        if (m.motion.light) row[stride * (k - 1) + 3] = motion.light * x.y * share;
+      }
+      if (motion.rigidity) row[m.motion.rigidity_column()] = 3 + x.x;
     }
   return m;
 }

@@ -99,9 +99,9 @@ TEST_SUITE("io/export") {
     }
   }
 
-  TEST_CASE("colour is the sigmoid times the mean view factor, and reaches one voxel beyond the density") {
+  TEST_CASE("colour is the sigmoid times the light and the mean view factor, and reaches one voxel beyond the density") {
     const Scratch scratch;
-    const VoxelModel model = blob_model(32, {.twist = 0.4f}, 3);
+    const VoxelModel model = blob_model(32, {.twist = 0.4f, .light = 0.8f}, 3);
     export_vdb(model, scratch.folder(), options_for(2));
     const VdbFile file = read_vdb(scratch.path("frame_0002.vdb"));
     const Voxels density = voxels_of(find(file, "density")), color = voxels_of(find(file, "Cd"));
@@ -119,14 +119,16 @@ TEST_SUITE("io/export") {
         CHECK(color.count(
                   {std::get<0>(key) + i / 9 - 1, std::get<1>(key) + i / 3 % 3 - 1, std::get<2>(key) + i % 3 - 1}) == 1);
       if (++checked % 50 != 0) continue;
-      const auto radiance = sampler.radiance(sampler.canonical(position(find(file, "Cd"), key)));
+      const FrameSampler::Warp warp = sampler.warp(position(find(file, "Cd"), key));
+      const auto radiance = sampler.radiance(position(find(file, "Cd"), key) + warp.displacement);
+      CHECK(warp.light != 1);
       double mean = 0;
       for (const auto& y : basis) {
         float q = 0;
         for (int j = 0; j < 16; ++j) q += y[std::size_t(j)] * radiance.sh[j];
         mean += view_factor(q).value / 4000.0;
       }
-      const Vec3 expected = float(mean) * radiance.color;
+      const Vec3 expected = (warp.light * float(mean)) * radiance.color;
       CHECK(length(color.at(key) - expected) < 2e-3f);
     }
     CHECK(checked > 500);

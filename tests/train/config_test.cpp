@@ -110,8 +110,8 @@ TEST_SUITE("train/config") {
 
   TEST_CASE("a value out of range names the key, the range and what was given, and changes nothing") {
     Config c;
-    CHECK(message([&] { set_config(c, "motion.points=13", "--set"); }) ==
-          "--set: 'motion.points' is out of range\n  expected: a whole number in [2, 12]\n  got:      13");
+    CHECK(message([&] { set_config(c, "motion.points=21", "--set"); }) ==
+          "--set: 'motion.points' is out of range\n  expected: a whole number in [2, 20]\n  got:      21");
     CHECK(c.motion.points == Config{}.motion.points);
     for (const char* bad :
          {"motion.points=1.5", "optimiser.lr_color=nan", "optimiser.lr_color=inf", "run.seed=-1",

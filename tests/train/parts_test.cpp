@@ -71,7 +71,7 @@ TEST_SUITE("train/optimiser") {
     add_total_variation(values, learner, 1.0f, 1.0f, 11);
     for (int b = 1; b <= topology->brick_count(); ++b)
       for (int i = 0; i < kBrickRows; ++i) {
-        const Int3 at{topology->bricks[b].x * 8 + (i >> 6), topology->bricks[b].y * 8 + (i >> 3 & 7), topology->bricks[b].z * 8 + (i & 7)};
+        const Int3 at = topology->vertex(b, i);
         const float* g = learner.gradient.values.row(std::size_t(b) * kBrickRows + i);
         REQUIRE(std::abs(g[0] - 0.5 * tv_derivative(values, at)) <= 2e-6);
         REQUIRE(g[1] == 0);
@@ -134,8 +134,7 @@ TEST_SUITE("train/refine") {
     Channels coarse = random_channels(make_dense_topology(make_lattice(kBox, 10)), 8, 7);
     for (int b = 1; b <= coarse.topology->brick_count(); ++b)
       for (int i = 0; i < kBrickRows; ++i) {
-        const Int3 k = coarse.topology->bricks[b];
-        const Vec3 x = coarse.topology->lattice.position({k.x * 8 + (i >> 6), k.y * 8 + (i >> 3 & 7), k.z * 8 + (i & 7)});
+        const Vec3 x = coarse.topology->position(b, i);
         coarse.row(std::size_t(b) * kBrickRows + i)[0] = 1 + x.x - 2 * x.y + 3 * x.z;
       }
     const Lattice lattice = make_lattice(kBox, 17);
@@ -146,15 +145,18 @@ TEST_SUITE("train/refine") {
     }
   }
   TEST_CASE("degree elevation leaves the motion where it is") {
-    MotionField motion;
-    motion.basis = BasisKind::bezier, motion.points = 4, motion.first_point = FirstPoint::zero;
-    motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion.width(), 8)};
-    MotionField raised = motion;
-    elevate(raised);
-    CHECK(raised.points == 5);
-    for (const double t : {0.0, 0.3, 1.0}) {
-      const MotionSlice a = make_slice(motion, stored_weights(motion, t)), b = make_slice(raised, stored_weights(raised, t));
-      for (std::size_t i = 0; i < a.values.size(); ++i) REQUIRE(std::abs(a.values[i] - b.values[i]) <= 1e-6f);
+    for (const bool light : {false, true}) {
+      CAPTURE(light);
+      MotionField motion;
+      motion.basis = BasisKind::bezier, motion.points = 4, motion.first_point = FirstPoint::zero, motion.light = light;
+      motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion.width(), 8)};
+      MotionField raised = motion;
+      elevate(raised);
+      CHECK(raised.points == 5);
+      for (const double t : {0.0, 0.3, 1.0}) {
+        const MotionSlice a = make_slice(motion, stored_weights(motion, t)), b = make_slice(raised, stored_weights(raised, t));
+        for (std::size_t i = 0; i < a.values.size(); ++i) REQUIRE(std::abs(a.values[i] - b.values[i]) <= 1e-6f);
+      }
     }
   }
   TEST_CASE("small parts on their own are dropped, thin ones that grow on something stay") {

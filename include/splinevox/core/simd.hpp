@@ -13,18 +13,6 @@ struct Simd {
   typedef Real Eight __attribute__((vector_size(8 * sizeof(Real)), aligned(sizeof(Real))));
 };
 
-/// The register a row of N numbers is cut into: Four for N = 4, Eight otherwise.
-template <class Real, int N>
-struct RowRegister {
-  static constexpr int lanes = 8;
-  typedef Real type __attribute__((vector_size(8 * sizeof(Real)), aligned(sizeof(Real))));
-};
-template <class Real>
-struct RowRegister<Real, 4> {
-  static constexpr int lanes = 4;
-  typedef Real type __attribute__((vector_size(4 * sizeof(Real)), aligned(sizeof(Real))));
-};
-
 /// Unaligned load and store of a whole register.
 template <class V, class Real>
 inline V load(const Real* p) {
@@ -37,8 +25,6 @@ inline void store(Real* p, const V& v) {
   std::memcpy(p, &v, sizeof(V));
 }
 
-template <class V>
-inline auto sum4(const V& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 template <class V>
 inline auto sum8(const V& v) { return ((v[0] + v[4]) + (v[2] + v[6])) + ((v[1] + v[5]) + (v[3] + v[7])); }
 

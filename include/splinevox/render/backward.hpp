@@ -64,8 +64,8 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
     const Real r = ray.r[i];
     m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
     m.g[3] = ray.r_slope[i] * (d_delta.x * s.motion[0] + d_delta.y * s.motion[1] + d_delta.z * s.motion[2]);
-    for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
     m.g[4] = w * along * (Sh >= 0 ? ray.view[i] : Real(1)) * ray.light_slope[i];
+    for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
     if constexpr (Jet)
       for (auto& row : m.h)
         for (Real& v : row) v = 0;

@@ -117,12 +117,11 @@ class Scatter {
         touched.word[cx] |= std::uint64_t(1) << (cy * 8 + cz);
       }
       Real* row = rows + std::size_t(cx * 64 + cy * 8 + cz) * N;
-      using V = typename RowRegister<Real, N>::type;
-      constexpr int kLanes = RowRegister<Real, N>::lanes;
-      for (int k = 0; k < N; k += kLanes) {
-        V sum = load<V>(row + k) + w[c] * load<V>(record.g + k);
+      using Eight = typename Simd<Real>::Eight;
+      for (int k = 0; k < N; k += 8) {
+        Eight sum = load<Eight>(row + k) + w[c] * load<Eight>(record.g + k);
         if constexpr (Jet)
-          for (int j = 0; j < 3; ++j) sum += d[c][j] * load<V>(record.h[j] + k);
+          for (int j = 0; j < 3; ++j) sum += d[c][j] * load<Eight>(record.h[j] + k);
         store(row + k, sum);
       }
     }

@@ -58,7 +58,7 @@ struct OptimiserConfig {
   OptimiserKind kind = OptimiserKind::adam;
   float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.01f, lr_rigidity = 0.01f, lr_light = 0.02f;
   float final_radiance = 0.1f;   ///< share of lr_density, lr_color, lr_sh left at the end
-  float final_motion = 0.02f;    ///< share of lr_control, lr_rigidity left at the end
+  float final_motion = 0.02f;    ///< share of lr_control, lr_rigidity, lr_light left at the end
   float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
 };
 

@@ -36,12 +36,14 @@ class Engine {
  public:
   virtual ~Engine() = default;
   /// @param model      motion collapsed into one level (or none).
+  /// @param active     rows of the motion level that a sample may read, [bricks + 1]; the others are not contracted.
   /// @param times      model time of each frame slot of the batch, [0, 1].
   /// @param occupancy  of each frame slot.
   /// @param radiance   gradient of model.radiance.raw, accumulated.
   /// @param motion     gradient of the collapsed motion level, accumulated; ignored when nothing moves.
-  virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
-                         const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
+  virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling,
+                         const Batch& batch, const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
+                         const MotionLoss<float>& losses, std::uint64_t probe_seed,
                          Gradient& radiance, Gradient& motion) = 0;
 };
 
