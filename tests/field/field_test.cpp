@@ -128,38 +128,38 @@ TEST_SUITE("field/levels") {
 TEST_SUITE("field/slice") {
   TEST_CASE("expansion is the adjoint of contraction and clears the rows it has read") {
     for (const bool light : {false, true}) {
-    MotionField m = three_levels(9);
-    m.light = light;
-    m.levels[0] = random_channels(m.levels[0].topology, m.width(), 9);
-    const int lanes = light ? 5 : 4;
-    const Channels& level = m.levels[0];
-    const BasisWeights<float> w = stored_weights(m, 0.3);
-    std::vector<float> slice(level.topology->rows() * kSliceWidth), g(slice.size());
-    for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(m, level, w, b, RowMask::all(), slice.data());
-    std::mt19937 random(1);
-    std::vector<RowMask> rows(level.topology->brick_count() + 1);
-    for (std::size_t row = kBrickRows; row < level.topology->rows(); ++row)
-      if (random() % 3 == 0) {
-        for (int c = 0; c < lanes; ++c) g[row * kSliceWidth + c] = float(random() % 100) / 100 + 0.01f;
-        rows[row / kBrickRows].set(int(row % kBrickRows));
-      }
-    std::vector<float> read = g;
-    Channels expanded = random_channels(level.topology, level.width, 0, 0);
-    double forward = 0, adjoint = 0;
-    for (int b = 1; b <= level.topology->brick_count(); ++b)
-      expand_brick(m, w, rows[b], read.data() + std::size_t(b) * kBrickRows * kSliceWidth, b, expanded);
-    CHECK(std::all_of(read.begin(), read.end(), [](float x) { return x == 0; }));
-    for (std::size_t i = 0; i < g.size(); ++i) forward += double(slice[i]) * g[i];
-    for (std::size_t i = 0; i < level.values.size(); ++i) adjoint += double(level.values[i]) * expanded.values[i];
-    CHECK(forward == doctest::Approx(adjoint).epsilon(1e-5));
+      MotionField m = three_levels(9);
+      m.light = light;
+      m.levels[0] = random_channels(m.levels[0].topology, m.width(), 9, 0.1f);
+      const int lanes = light ? 5 : 4;
+      const Channels& level = m.levels[0];
+      const BasisWeights<float> w = stored_weights(m, 0.3);
+      std::vector<float> slice(level.topology->rows() * kSliceWidth), g(slice.size());
+      for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(m, level, w, b, RowMask::all(), slice.data());
+      std::mt19937 random(1);
+      std::vector<RowMask> rows(level.topology->brick_count() + 1);
+      for (std::size_t row = kBrickRows; row < level.topology->rows(); ++row)
+        if (random() % 3 == 0) {
+          for (int c = 0; c < lanes; ++c) g[row * kSliceWidth + c] = float(random() % 100) / 100 + 0.01f;
+          rows[row / kBrickRows].set(int(row % kBrickRows));
+        }
+      std::vector<float> read = g;
+      Channels expanded = random_channels(level.topology, level.width, 0, 0);
+      double forward = 0, adjoint = 0;
+      for (int b = 1; b <= level.topology->brick_count(); ++b)
+        expand_brick(m, w, rows[b], read.data() + std::size_t(b) * kBrickRows * kSliceWidth, b, expanded);
+      CHECK(std::all_of(read.begin(), read.end(), [](float x) { return x == 0; }));
+      for (std::size_t i = 0; i < g.size(); ++i) forward += double(slice[i]) * g[i];
+      for (std::size_t i = 0; i < level.values.size(); ++i) adjoint += double(level.values[i]) * expanded.values[i];
+      CHECK(forward == doctest::Approx(adjoint).epsilon(1e-5));
     }
   }
   TEST_CASE("light is a curve of one number beside the control points, and 1 where there is none") {
     VoxelModel model;
-    model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1);
+    model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1, 1);
     MotionField& m = model.motion;
     m.basis = BasisKind::bspline, m.points = 6, m.first_point = FirstPoint::free, m.rigidity = false, m.light = true;
-    m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 2)};
+    m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 2, 0.3f)};
     const BasisWeights<float> w = stored_weights(m, 0.4);
     const FrameSampler sampler(model, 0.4);
     const Topology& t = *m.levels[0].topology;
@@ -172,7 +172,7 @@ TEST_SUITE("field/slice") {
       CHECK(warp.light == doctest::Approx(2 / (1 + std::exp(-sum[3]))).epsilon(1e-4));
     }
     m.light = false;
-    m.levels = {random_channels(m.levels[0].topology, m.width(), 3)};
+    m.levels = {random_channels(m.levels[0].topology, m.width(), 3, 0.3f)};
     CHECK(FrameSampler(model, 0.4).warp(t.position(1, 100)).light == 1.0f);
   }
   TEST_CASE("a pinned Bezier curve does not move anything at t = 0") {
