@@ -42,14 +42,34 @@ Json vdb_json(const std::string& path) {
           {"sealed", info.sealed}, {"meta", info.meta},        {"grids", grids}};
 }
 
+/// The digits a grid's name ends in.
+std::string number_of(const std::string& name) { return name.substr(name.find_last_not_of("0123456789") + 1); }
+
+/// Whether two grids have names that differ in their last number only, and the same shape.
+bool same_family(const Json& a, const Json& b) {
+  const std::string x = a["name"].get<std::string>(), y = b["name"].get<std::string>();
+  const std::string p = number_of(x), q = number_of(y);
+  if (p.empty() || q.empty() || x.substr(0, x.size() - p.size()) != y.substr(0, y.size() - q.size())) return false;
+  for (const char* key : {"type", "class", "active_voxels", "leaves", "voxel_size", "half", "bounds"})
+    if (a[key] != b[key]) return false;
+  return true;
+}
+
 void print_vdb(const Json& j) {
   fmt::print("{}: {:.2f} MB, {}{}\n", j["file"].get<std::string>(), j["bytes"].get<double>() / 1e6,
              j["version"].get<std::string>(), j["sealed"].get<bool>() ? ", checksum right" : "");
-  fmt::print("  {:<12} {:<7} {:<11} {:>11} {:>9} {:>10} {:>16}\n", "grid", "type", "class", "active", "leaves",
+  fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>10} {:>16}\n", "grid", "type", "class", "active", "leaves",
              "memory", "voxel");
-  for (const Json& g : j["grids"]) {
+  const Json& grids = j["grids"];
+  for (std::size_t i = 0; i < grids.size();) {
+    const Json& g = grids[i];
+    std::size_t next = i + 1;  // sh0, sh1, ... or control_0, control_1, ... of one shape share a line
+    while (next < grids.size() && same_family(g, grids[next])) ++next;
+    std::string name = g["name"].get<std::string>();
+    if (next > i + 1) name += ".." + number_of(grids[next - 1]["name"].get<std::string>());
+    i = next;
     const Json &lo = g["bounds"][0], &hi = g["bounds"][1];
-    fmt::print("  {:<12} {:<7} {:<11} {:>11} {:>9} {:>7.1f} MB {:>11.6f}{}  ", g["name"].get<std::string>(),
+    fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>7.1f} MB {:>11.6f}{}  ", name,
                g["type"].get<std::string>(), g["class"].get<std::string>(), g["active_voxels"].get<std::uint64_t>(),
                g["leaves"].get<std::uint64_t>(), g["memory_bytes"].get<double>() / 1e6,
                g["voxel_size"][0].get<double>(), g["half"].get<bool>() ? " half" : "     ");
