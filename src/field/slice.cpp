@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/levels.hpp"
@@ -42,20 +43,23 @@ BasisWeights<float> stored_weights_dt(const MotionField& motion, double t) {
                                                            : bspline_weights_dt(motion.points, t));
 }
 
-void contract_brick(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int brick,
-                    const RowMask& rows, float* out) {
+void contract_brick(const MotionField& motion, const Channels& level, std::span<const BasisWeights<float>> weights, int brick,
+                    const RowMask& rows, std::span<float* const> out) {
   const int stride = motion.stride(), rigidity = motion.rigidity_column();
-  const Range points(weights, motion.stored_points());
+  std::vector<Range> points;
+  for (const BasisWeights<float>& w : weights) points.emplace_back(w, motion.stored_points());
   rows.for_each([&](int i) {
     const std::size_t r = std::size_t(brick) * kBrickRows + i;
     const float* row = level.row(r);
-    Four sum{};
-    // Without light the fourth lane reads what comes next in the row and is not used.
-    for (int k = points.first; k < points.last; ++k) sum += weights[k] * load<Four>(row + stride * k);
-    const float light = motion.light ? sum[3] : 0.0f;
-    sum[3] = motion.rigidity ? row[rigidity] : 0.0f;
-    store(out + r * kSliceWidth, sum);
-    store(out + r * kSliceWidth + 4, Four{light, 0, 0, 0});
+    for (std::size_t f = 0; f < weights.size(); ++f) {
+      Four sum{};
+      // Without light the fourth lane reads what comes next in the row and is not used.
+      for (int k = points[f].first; k < points[f].last; ++k) sum += weights[f][k] * load<Four>(row + stride * k);
+      const float light = motion.light ? sum[3] : 0.0f;
+      sum[3] = motion.rigidity ? row[rigidity] : 0.0f;
+      store(out[f] + r * kSliceWidth, sum);
+      store(out[f] + r * kSliceWidth + 4, Four{light, 0, 0, 0});
+    }
   });
 }
 
@@ -88,7 +92,8 @@ void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, M
   const Channels& level = motion.levels.back();
   out.topology = level.topology;
   out.values.resize(level.topology->rows() * kSliceWidth);
-  for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(motion, level, weights, b, RowMask::all(), out.values.data());
+  float* const values = out.values.data();
+  for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(motion, level, {&weights, 1}, b, RowMask::all(), {&values, 1});
 }
 
 MotionField collapse(const MotionField& motion) {

@@ -90,8 +90,10 @@ class RayEngine final : public Engine {
       slices_[f].resize(level.topology->rows() * kSliceWidth);
       slice_gradients_[f].resize(slices_[f].size());  // all zero between steps: expand_brick clears what it reads
     }
+    std::vector<float*> slices(frames);
+    for (int f = 0; f < frames; ++f) slices[f] = slices_[f].data();
     parallel_for(bricks, [&](int b) {
-      for (int f = 0; f < frames; ++f) contract_brick(model.motion, level, weights_[f], b, active[b], slices_[f].data());
+      contract_brick(model.motion, level, weights_, b, active[b], slices);
     });
   }
 

@@ -135,7 +135,8 @@ TEST_SUITE("field/slice") {
       const Channels& level = m.levels[0];
       const BasisWeights<float> w = stored_weights(m, 0.3);
       std::vector<float> slice(level.topology->rows() * kSliceWidth), g(slice.size());
-      for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(m, level, w, b, RowMask::all(), slice.data());
+      float* const values = slice.data();
+      for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(m, level, {&w, 1}, b, RowMask::all(), {&values, 1});
       std::mt19937 random(1);
       std::vector<RowMask> rows(level.topology->brick_count() + 1);
       for (std::size_t row = kBrickRows; row < level.topology->rows(); ++row)

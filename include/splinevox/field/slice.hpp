@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
+
 #include "splinevox/field/model.hpp"
 #include "splinevox/field/row_mask.hpp"
 #include "splinevox/math/basis.hpp"
@@ -23,10 +25,10 @@ struct MotionSlice {
   AlignedVector<float> values;  ///< [rows * kSliceWidth]
 };
 
-/// Contracts the given rows of one brick of a level into a slice ([rows * kSliceWidth], all bricks): sum_k w_k p_k, raw rigidity,
-/// sum_k w_k l_k.
-void contract_brick(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights, int brick,
-                    const RowMask& rows, float* out);
+/// Contracts the given rows of one brick of a level into the slices of several times ([times] of [rows * kSliceWidth], all bricks):
+/// sum_k w_k p_k, raw rigidity, sum_k w_k l_k. A row is read once for all times.
+void contract_brick(const MotionField& motion, const Channels& level, std::span<const BasisWeights<float>> weights, int brick,
+                    const RowMask& rows, std::span<float* const> out);
 /// Adjoint of contract_brick for the given rows of one brick at one time: gradient += the slice's gradient expanded to control
 /// points. Clears what it has read. @param slice_gradient  of this brick, [512 * kSliceWidth]
 void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows, float* slice_gradient,
