@@ -101,6 +101,20 @@ std::size_t BitGrid::count() const {
   return n;
 }
 
+bool BitGrid::any(Vec3 lo, Vec3 hi) const {
+  const Int3 first = cell_of(lo), last = cell_of(hi);
+  for (int x = first.x; x <= last.x; ++x)
+    for (int y = first.y; y <= last.y; ++y)
+      for (int z = first.z; z <= last.z; ++z)
+        if (test(index({x, y, z}))) return true;
+  return false;
+}
+
+BitGrid& BitGrid::operator|=(const BitGrid& other) {
+  for (std::size_t w = 0; w < bits.size(); ++w) bits[w] |= other.bits[w];
+  return *this;
+}
+
 BitGrid dilate(const BitGrid& grid) { return dilate_axis(dilate_axis(dilate_axis(grid, 0), 1), 2); }
 
 BitGrid drop_small_parts(const BitGrid& grid, float share) {

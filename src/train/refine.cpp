@@ -18,12 +18,7 @@ TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells) {
     for (b.y = 0; b.y * kBrick < lattice.size.y; ++b.y)
       for (b.z = 0; b.z * kBrick < lattice.size.z; ++b.z) {
         const Int3 first{b.x * kBrick - 1, b.y * kBrick - 1, b.z * kBrick - 1};
-        const Int3 lo = cells.cell_of(lattice.position(first)), hi = cells.cell_of(lattice.position(first + Int3{9, 9, 9}));
-        bool any = false;
-        for (int x = lo.x; x <= hi.x && !any; ++x)
-          for (int y = lo.y; y <= hi.y && !any; ++y)
-            for (int z = lo.z; z <= hi.z && !any; ++z) any = cells.test(cells.index({x, y, z}));
-        if (any) bricks.push_back(b);
+        if (cells.any(lattice.position(first), lattice.position(first + Int3{9, 9, 9}))) bricks.push_back(b);
       }
   return make_topology(lattice, std::move(bricks));
 }

@@ -74,7 +74,6 @@ bool Trainer::State::refine(double progress) {
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const int wanted_levels = config.motion.enabled ? reached(config.grid.motion_start, progress) + 1 : 0;
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
-    collapse_levels({});
     if (stage < wanted) tighten_box();
     refresh_occupancy();
   }
@@ -126,9 +125,9 @@ void Trainer::State::start_radiance() {
 
 void Trainer::State::tighten_box() {
   if (!config.grid.box.empty()) return;
+  collapse_levels({});
   BitGrid kept = canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.box_alpha, model.step);
-  for (const BitGrid& frame : frame_occupancies(config.grid.box_alpha))
-    for (std::size_t w = 0; w < kept.bits.size(); ++w) kept.bits[w] |= frame.bits[w];
+  for (const BitGrid& frame : frame_occupancies(config.grid.box_alpha)) kept |= frame;
   Box box = bounding_box(drop_small_parts(kept, kSmallPart), config.grid.box_margin);
   box.lo = max(box.lo, model.box.lo), box.hi = min(box.hi, model.box.hi);
   const auto volume = [](const Box& b) { return double(b.extent().x) * b.extent().y * b.extent().z; };
@@ -163,7 +162,6 @@ void Trainer::State::rebase_levels() {
     coarser = target;
     level_learners[l] = Learner(levels[l]);
   }
-  collapse_levels({});
 }
 
 void Trainer::State::refine_radiance(int cells) {
@@ -176,8 +174,7 @@ void Trainer::State::refine_radiance(int cells) {
 
 BitGrid Trainer::State::occupied_ever() const {
   BitGrid all = occupancy.front();
-  for (const BitGrid& frame : occupancy)
-    for (std::size_t w = 0; w < all.bits.size(); ++w) all.bits[w] |= frame.bits[w];
+  for (const BitGrid& frame : occupancy) all |= frame;
   return all;
 }
 
@@ -223,12 +220,7 @@ void Trainer::State::find_active() {
   parallel_for(t.brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
       const Vec3 x = t.position(index + 1, i);
-      const Int3 lo = cells.cell_of(x - reach), hi = cells.cell_of(x + reach);
-      bool any = false;
-      for (int cx = lo.x; cx <= hi.x && !any; ++cx)
-        for (int cy = lo.y; cy <= hi.y && !any; ++cy)
-          for (int cz = lo.z; cz <= hi.z && !any; ++cz) any = cells.test(cells.index({cx, cy, cz}));
-      if (any) active[index + 1].set(i);
+      if (cells.any(x - reach, x + reach)) active[index + 1].set(i);
     }
   });
 }

@@ -54,7 +54,8 @@ struct Trainer::State {
 
  private:
   void set_edge();
-  /// Shrinks the box, and every lattice with it, to where the model has matter at some training time.
+  /// Shrinks the box, and every lattice with it, to where the model has matter at some training time. The occupancy must be
+  /// refreshed after it.
   void tighten_box();
   /// Puts the motion levels on lattices of the new box.
   void rebase_levels();

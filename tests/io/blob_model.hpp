@@ -51,7 +51,7 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
   const Topology& t = *m.radiance.raw.topology;
   for (int b = 1; b <= t.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
-      const Vec3 x = lattice.position(kBrick * t.bricks[b] + Int3{i >> 6, i >> 3 & 7, i & 7});
+      const Vec3 x = t.position(b, i);
       const Vec3 d = x - centre;
       float* row = m.radiance.raw.row(std::size_t(b) * kBrickRows + i);
       row[0] = std::max(-14.0f, std::min(6.0f, (radius - length(d)) / softness));
@@ -72,7 +72,7 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
   Channels& level = m.motion.levels[0];
   for (int b = 1; b <= level.topology->brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
-      const Vec3 x = coarse.position(kBrick * level.topology->bricks[b] + Int3{i >> 6, i >> 3 & 7, i & 7});
+      const Vec3 x = level.topology->position(b, i);
       const Vec3 end = motion.shift + motion.twist * Vec3{x.y, -x.x, 0.3f * x.z};
       float* row = level.row(std::size_t(b) * kBrickRows + i);
       // Control points on a straight line: uniform motion in time.

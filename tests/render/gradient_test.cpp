@@ -194,7 +194,7 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
       for (int i = 0; i < kBrickRows; ++i) {
         bool any = false;
         for (int c = 0; c < width; ++c) any |= out[(std::size_t(b) * kBrickRows + i) * width + c] != 0;
-        if (any) CHECK((mask.word[i >> 6] >> (i & 63) & 1) == 1);
+        if (any) CHECK(mask.test(i));
       }
     }
   };

@@ -34,6 +34,10 @@ struct BitGrid {
     return c;
   }
   std::size_t count() const;
+  /// Whether any cell is set that a box, corners lo and hi, touches; clamped to the grid like cell_of.
+  bool any(Vec3 lo, Vec3 hi) const;
+  /// Cells set in either; the grids have the same cells.
+  BitGrid& operator|=(const BitGrid& other);
 
   template <class Real = float>
   OccupancyView<Real> view() const {
