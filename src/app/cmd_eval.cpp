@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
 #include "app/command.hpp"
+#include "app/correspondence.hpp"
 #include "app/evaluate.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/io/atomic_file.hpp"
@@ -20,7 +22,7 @@ namespace {
 struct EvalOptions {
   std::string run, data, split = "test", images;
   int threads = 0;
-  bool json = false;
+  bool json = false, truth = false;
 };
 
 /// The figures of a split into the run: those of the test split join what training left in metrics.json, others get a
@@ -40,10 +42,42 @@ void save(const Run& run, const Json& result) {
   write_file(path, {merged.dump(2) + "\n"});
 }
 
+Json truth_figures(const MotionScore& s) {
+  const auto figures = [&](const Distances& d) {
+    return Json{{"pairs", d.count}, {"median", d.median}, {"p90", d.p90}, {"median_percent", 100 * d.median / s.edge}, {"p90_percent", 100 * d.p90 / s.edge}};
+  };
+  return {{"box_edge", s.edge},
+          {"voxel", s.voxel},
+          {"correspondence", figures(s.canonical)},
+          {"track", figures(s.tracked)},
+          {"track_folded_share", s.folded},
+          {"static_pairs", s.still_pairs},
+          {"static_moved_share", s.still_moved},
+          {"moving_pairs", s.moving_pairs},
+          {"moving_missed_share", s.moving_missed}};
+}
+
+void print_truth(const MotionScore& s) {
+  const auto line = [&](const char* what, const Distances& d) {
+    fmt::print("{:<28} median {:.4f} ({:.2f}% of the box), 90th percentile {:.4f} ({:.2f}%)   ({} pairs)\n", what, d.median,
+               100 * d.median / s.edge, d.p90, 100 * d.p90 / s.edge, d.count);
+  };
+  line("correspondence error", s.canonical);
+  line("track error", s.tracked);
+  fmt::print("{:<28} {:.1f}%\n", "tracks flagged as folded", 100 * s.folded);
+  fmt::print("{:<28} {:.2f}% of {} pairs by more than half a voxel ({:.4f})\n", "static surface moved", 100 * s.still_moved, s.still_pairs, 0.5 * s.voxel);
+  fmt::print("{:<28} {:.2f}% of {} pairs\n", "moving surface left still", 100 * s.moving_missed, s.moving_pairs);
+}
+
 int evaluate(const EvalOptions& o) {
   const Run run = open_run(o.run);
   const Dataset data = open_split(run, o.data, o.split);
   if (!o.images.empty()) probe_output_folder(o.images);
+  std::vector<SurfaceFrame> truth;  // read before the views are rendered: an absent file should be told at once
+  if (o.truth) {
+    const Vec3 e = run.model.box.extent();
+    truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * std::max({e.x, e.y, e.z}));
+  }
   if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
   Json frames = Json::array();
   std::vector<double> psnrs;
@@ -66,19 +100,22 @@ int evaluate(const EvalOptions& o) {
     if (!o.images.empty()) save_view(run, v, frame, o.images);
   }
   const double n = double(frames.size());
-  const Json result{{"psnr", mean_psnr(psnrs)},
+  Json result{{"psnr", mean_psnr(psnrs)},
                     {"ssim", ssim_sum / n},
                     {"ms_ssim", ms_ssim_sum / n},
                     {"split", o.split},
                     {"frames", frames},
                     {"eval_seconds", seconds},
                     {"eval_data", fs::absolute(data.path).lexically_normal().string()}};
+  MotionScore motion;
+  if (o.truth) motion = score_motion(run.model, truth), result["truth"] = truth_figures(motion);
   save(run, result);
   if (o.json)
     fmt::print("{}\n", result.dump(2));
   else
     fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", result["psnr"].get<double>(),
                ssim_sum / n, ms_ssim_sum / n, frames.size());
+  if (o.truth && !o.json) print_truth(motion);
   return 0;
 }
 
@@ -90,6 +127,7 @@ Action eval_command(CLI::App& verb) {
   verb.add_option("--data", o->data, "the data set, if not the run's own or no longer where it was");
   verb.add_option("--split", o->split, "test, val or train")->capture_default_str();
   verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
+  verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   verb.add_flag("--json", o->json, "the figures as JSON on stdout");
   add_threads(verb, o->threads);
   return [o] { return with_threads(o->threads, [&] { return evaluate(*o); }); };

@@ -60,9 +60,9 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
   parallel_for(int(train.frames.size()), [&](int f) { busy_[f] = busy_blocks(train.frames[f].image); });
 }
 
-void BatchSampler::draw(std::int64_t index, float step, Batch& out) const {
+void BatchSampler::draw(std::int64_t index, int rays, float step, Batch& out) const {
   const int n = int(train_.frames.size()), frames = std::min(config_.frames, n);
-  const int patches = std::max(1, config_.rays / (4 * frames));
+  const int patches = std::max(1, rays / (4 * frames));
   out.frames.resize(frames);
   std::vector<int> deck;
   std::int64_t round = -1;

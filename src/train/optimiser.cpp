@@ -6,6 +6,7 @@
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
 #include "splinevox/core/simd.hpp"
+#include "splinevox/math/shrink.hpp"
 #include "splinevox/math/tv.hpp"
 
 namespace splinevox {
@@ -75,6 +76,18 @@ void brick_total_variation(const Channels& values, int brick, const float* weigh
       }
 }
 
+void shrink_row(const Shrink& shrink, float scale, int width, float* row) {
+  Eight squares{};
+  for (int k = 0; k < width; k += 8) {
+    const Eight v = load<Eight>(row + k) * load<Eight>(shrink.member.data() + k);
+    squares += v * v;
+  }
+  float sum = 0;
+  for (int lane = 0; lane < 8; ++lane) sum += squares[lane];
+  const float share = garrote_share(std::sqrt(sum), scale * shrink.threshold);
+  for (int k = 0; k < width; k += 8) store(row + k, load<Eight>(row + k) * (1.0f - share * load<Eight>(shrink.member.data() + k)));
+}
+
 }  // namespace
 
 Learner::Learner(const Channels& values)
@@ -96,6 +109,7 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
         adam_step(factors, rate, load<Eight>(g), mm, vv, pp, root, flush);
         store(m, mm), store(v, vv), store(p, pp), store(g, Eight{});
       }
+      for (const Shrink& shrink : learner.shrink) shrink_row(shrink, rate_scale, width, values.values.data() + row);
     });
     touched = {};
   });

@@ -28,7 +28,20 @@ Config standard() {
   c.run.max_time = 285;  // and 5 minutes with loading and saving
   c.grid.radiance = {40, 64, 96, 128, 192};
   c.grid.radiance_start = {0, .04f, .12f, .25f, .45f};
-  c.grid.motion_start = {0, .04f, .12f, .25f};
+  c.grid.motion = {4, 8, 16, 32, 64};
+  c.grid.motion_start = {0, .04f, .12f, .25f, .6f};
+  return c;
+}
+
+Config high() {
+  Config c = ours();
+  c.preset = "high";
+  c.run.max_time = 1200;
+  c.grid.radiance = {40, 64, 96, 144, 192, 256};
+  c.grid.radiance_start = {0, .015f, .05f, .12f, .25f, .5f};
+  c.grid.motion = {4, 8, 16, 32, 64};
+  c.grid.motion_start = {0, .015f, .05f, .12f, .4f};
+  c.sampling.rays = 8192;
   return c;
 }
 
@@ -63,6 +76,7 @@ Config paper() {
   c.loss.tv_color = c.loss.tv_sh = tv_weight(1e-4f, 3 + 9);
   c.loss.tv_control = tv_weight(1e-4f, 3 * 5);
   c.loss.tv_final = 1;
+  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.frames = 8;
   return c;
 }
 
@@ -97,6 +111,7 @@ Config nerf_atlas() {
   c.loss.offset_rigidity = 3e-3f;
   c.loss.divergence = 0;
   c.loss.ramp = true;
+  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.frames = 8;
   c.sampling.background = BackgroundKind::fixed;
   return c;
 }
@@ -108,6 +123,7 @@ const std::vector<Preset>& presets() {
       {"draft", "a first look: 15 seconds, up to 96 cells", draft()},
       {"fast", "the default: 60 seconds, up to 144 cells", fast()},
       {"standard", "better for longer: 5 minutes, up to 192 cells", standard()},
+      {"high", "the best we know: 20 minutes, up to 256 cells", high()},
       {"paper", "the paper's method to the letter: Bezier of 5 points, its losses and weights; 10 minutes", paper()},
       {"nerf_atlas",
        "the released code's choices: 64 cells, black background, order 3 harmonics (its own: 4); 10 minutes",

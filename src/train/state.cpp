@@ -47,6 +47,17 @@ int reached(const std::vector<float>& starts, double progress) {
   return i;
 }
 
+/// Motion and light of a vertex shrink each as one. A step moves every column by its rate at most, so lengths are measured in
+/// rates times the root of the number of columns.
+std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge) {
+  if (o.shrink == 0) return {};
+  Shrink motion{std::vector<float>(m.width(), 0.0f), 0}, light = motion;
+  for (int c = 0; c < m.rigidity_column(); ++c) (c % m.stride() < 3 ? motion : light).member[c] = 1;
+  motion.threshold = o.shrink * o.lr_control * edge * std::sqrt(3.0f * float(m.stored_points()));
+  light.threshold = o.shrink * o.lr_light * std::sqrt(float(m.stored_points()));
+  return m.light ? std::vector{motion, light} : std::vector{motion};
+}
+
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
@@ -275,6 +286,7 @@ void Trainer::State::set_rates() {
     std::fill_n(learner.tv.begin(), rigidity, l.tv_control / edge);
     if (m.light)
       for (int c = 3; c < rigidity; c += m.stride()) learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
+    learner.shrink = shrink_groups(m, o, edge);
     if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
   }
 }

@@ -77,7 +77,7 @@ StepReport Trainer::step() {
   lap(s.phases.occupancy);
 
   s.collapse_levels(s.active);
-  s.sampler.draw(s.step, s.model.step, s.batch);
+  s.sampler.draw(s.step, int(c.sampling.rays * (1 + (c.sampling.growth - 1) * progress)), s.model.step, s.batch);
   std::vector<double> times;
   std::vector<const BitGrid*> occupancy;
   for (const int f : s.batch.frames) {

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "io/blob_model.hpp"
+#include "support/blob_model.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/render/render_image.hpp"
 

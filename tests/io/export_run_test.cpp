@@ -8,7 +8,7 @@
 #include <map>
 #include <memory>
 
-#include "io/blob_model.hpp"
+#include "support/blob_model.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "io/blob_model.hpp"
+#include "support/blob_model.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"

@@ -7,7 +7,7 @@
 #include <set>
 #include <tuple>
 
-#include "io/blob_model.hpp"
+#include "support/blob_model.hpp"
 #include "io/export_reach.hpp"
 
 using namespace splinevox;

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <set>
 
-#include "io/blob_model.hpp"
+#include "support/blob_model.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"

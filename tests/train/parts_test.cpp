@@ -200,14 +200,14 @@ TEST_SUITE("train/bounds and batches") {
     Batch a, b;
     std::set<int> used;
     for (int step = 0; step < 10; ++step) {
-      sampler.draw(step, 0.02f, a);
+      sampler.draw(step, config.rays, 0.02f, a);
       CHECK(a.rays.size() == 256);
       used.insert(a.frames.begin(), a.frames.end());
     }
     CHECK(used.size() == 40);  // one round of the deck shows every frame once
-    sampler.draw(3, 0.02f, a), sampler.draw(3, 0.02f, b);
+    sampler.draw(3, config.rays, 0.02f, a), sampler.draw(3, config.rays, 0.02f, b);
     CHECK(a.targets == b.targets);
-    sampler.draw(4, 0.02f, b);
+    sampler.draw(4, config.rays, 0.02f, b);
     CHECK(a.targets != b.targets);
   }
 }

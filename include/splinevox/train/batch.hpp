@@ -31,8 +31,8 @@ class BatchSampler {
  public:
   BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed);
   void set_box(const Box& box) { box_ = box; }
-  /// @param step  march step, scene units.
-  void draw(std::int64_t index, float step, Batch& out) const;
+  /// @param rays  about how many. @param step  march step, scene units.
+  void draw(std::int64_t index, int rays, float step, Batch& out) const;
 
  private:
   const Split& train_;

@@ -59,12 +59,13 @@ struct OptimiserConfig {
   float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.01f, lr_rigidity = 0.01f, lr_light = 0.02f;
   float final_radiance = 0.1f;   ///< share of lr_density, lr_color, lr_sh left at the end
   float final_motion = 0.02f;    ///< share of lr_control, lr_rigidity, lr_light left at the end
+  float shrink = 0.3f;           ///< shrinkage of motion and light that a vertex does not need, share of a step (math/shrink.hpp)
   float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
 };
 
 /// Weights of the loss terms (Eq. 8 and 9). The photometric term is the mean over rays of the squared RGB error.
 struct LossConfig {
-  float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-3f, tv_rigidity = 0, tv_light = 1e-4f;
+  float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-2f, tv_rigidity = 0, tv_light = 1e-4f;
   float tv_final = 0.003f;        ///< share of the total variation weights left at the end; they decay exponentially
   float tv_share = 0.0625f;       ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
   float offset = 0;               ///< lambda_off of Eq. 8
@@ -76,8 +77,9 @@ struct LossConfig {
 };
 
 struct SamplingConfig {
-  int frames = 8;                  ///< training images per step
-  int rays = 4096;                 ///< rays per step over all of them, in patches of 2 x 2 pixels
+  int frames = 16;                 ///< training images per step
+  int rays = 4096;                 ///< rays of the first step over all of them, in patches of 2 x 2 pixels
+  float growth = 3;                ///< rays of the last step over those of the first, linear in between: calm where it matters
   float step = 0.75f;              ///< march step in voxels of the radiance lattice
   float stop = 1e-3f;              ///< transmittance at which a training ray ends
   float min_weight = 1e-3f;        ///< samples with a smaller share in the pixel get no gradient
@@ -137,6 +139,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("optimiser.lr_light", c.optimiser.lr_light, "step of the raw light", 0, 100);
   visit("optimiser.final_radiance", c.optimiser.final_radiance, "share of the radiance rates left at the end", 0, 1);
   visit("optimiser.final_motion", c.optimiser.final_motion, "share of the motion rates left at the end", 0, 1);
+  visit("optimiser.shrink", c.optimiser.shrink, "shrinkage of motion and light that is not needed, share of a step", 0, 0.9);
   visit("optimiser.beta1", c.optimiser.beta1, "first moment decay", 0, 0.9999);
   visit("optimiser.beta2", c.optimiser.beta2, "second moment decay", 0, 0.99999);
   visit("optimiser.epsilon", c.optimiser.epsilon, "added to the root of the second moment", 1e-20, 1);
@@ -155,7 +158,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.ramp", c.loss.ramp, "ramp offset and divergence from 1/100 to 1", 0, 1);
   visit("loss.curve_length", c.loss.curve_length, "squared length of control polygons", 0, inf);
   visit("sampling.frames", c.sampling.frames, "training images per step", 1, 64);
-  visit("sampling.rays", c.sampling.rays, "rays per step", 64, 1 << 20);
+  visit("sampling.rays", c.sampling.rays, "rays of the first step", 64, 1 << 20);
+  visit("sampling.growth", c.sampling.growth, "rays of the last step over those of the first", 1, 64);
   visit("sampling.step", c.sampling.step, "march step in voxels", 0.05, 4);
   visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
   visit("sampling.min_weight", c.sampling.min_weight, "samples with a smaller share in the pixel get no gradient", 0, 0.1);
@@ -178,7 +182,7 @@ struct Preset {
   const char* summary;  ///< what it is for and what it costs, one line of `train --help`
   Config config;
 };
-/// draft, fast, standard, paper, nerf_atlas.
+/// draft, fast, standard, high, paper, nerf_atlas.
 const std::vector<Preset>& presets();
 /// Throws Error naming the nearest known preset.
 Config preset(const std::string& name);

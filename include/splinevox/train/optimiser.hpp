@@ -9,17 +9,24 @@
 
 namespace splinevox {
 
+/// Columns of a row that are drawn to zero together unless their gradients insist (math/shrink.hpp).
+struct Shrink {
+  std::vector<float> member;  ///< [width] 1 for columns of the group, else 0
+  float threshold = 0;        ///< length of the group, per touch and at the full rate
+};
+
 /// What training keeps beside one value array: gradient, moments, and per column a learning rate and a total variation weight.
 struct Learner {
   Gradient gradient;
   AlignedVector<float> m, v;        ///< first and second moments, same rows
   std::vector<float> rate, tv;      ///< [width]; 0 in padding
+  std::vector<Shrink> shrink;       ///< groups of columns
 
   Learner() = default;
   explicit Learner(const Channels& values);
 };
 
-/// One Adam (or RMSProp) step on every touched row, times `rate_scale`; then clears gradient and mask.
+/// One Adam (or RMSProp) step on every touched row, times `rate_scale`, then its groups' shrinkage; clears gradient and mask.
 /// The only writer of parameters. Padding columns have rate 0 and stay as they are.
 void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale);
 

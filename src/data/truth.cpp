@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/data/truth.hpp"
+
+#include <filesystem>
+
+#include "splinevox/core/error.hpp"
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/data/exr.hpp"
+
+namespace splinevox {
+namespace {
+
+Vec3 at(const Image& image, int x, int y) {
+  const float* p = image.pixel(x, y);
+  return {p[0], p[1], p[2]};
+}
+
+bool hit(const Vec3& v) { return v.x != 0 || v.y != 0 || v.z != 0; }
+
+const Image& vectors(const std::vector<ExrLayer>& layers, const char* name, const std::string& path) {
+  const Image& image = find_exr_layer(layers, name, path).image;
+  if (image.channels < 3)
+    fail({.where = path, .what = "layer '" + std::string(name) + "' is not a vector", .expected = "3 channels or more",
+          .got = std::to_string(image.channels), .hint = {}});
+  return image;
+}
+
+SurfaceFrame read_frame(const std::string& path, double time, float jump) {
+  const std::vector<ExrLayer> layers = read_exr_layers(path);
+  const Image &position = vectors(layers, "position", path), &rest = vectors(layers, "rest", path);
+  SurfaceFrame out{time, {}, {}};
+  const auto inside = [&](int x, int y) {
+    const Vec3 p = at(position, x, y), r = at(rest, x, y);
+    for (int v = y - 1; v <= y + 1; ++v)
+      for (int u = x - 1; u <= x + 1; ++u) {
+        const Vec3 q = at(position, u, v);
+        if (!hit(q) || length(q - p) > jump || length(at(rest, u, v) - r) > jump) return false;
+      }
+    return true;
+  };
+  for (int y = 1; y + 1 < position.height; ++y)
+    for (int x = 1; x + 1 < position.width; ++x)
+      if (inside(x, y)) out.position.push_back(at(position, x, y)), out.rest.push_back(at(rest, x, y));
+  return out;
+}
+
+}  // namespace
+
+std::vector<SurfaceFrame> read_truth(const std::string& dataset, const Split& split, float jump) {
+  std::vector<SurfaceFrame> out(split.frames.size());
+  parallel_for(int(out.size()), [&](int f) {
+    const Frame& frame = split.frames[f];
+    const std::string path = dataset + "/truth/" + frame.name + "_0000.exr";
+    if (!std::filesystem::exists(path))
+      fail({.where = path, .what = "there is no motion ground truth for this view", .expected = "an OpenEXR file with layers 'position' and 'rest'",
+            .got = "no such file", .hint = "leave out --truth, or make a data set that has it: splinevox synth"});
+    out[f] = read_frame(path, frame.time, jump);
+  });
+  return out;
+}
+
+}  // namespace splinevox
