@@ -41,10 +41,11 @@ struct Score {
 /// Scores every n-th view of a split; writes the renders where `pictures` (a prefix) is not empty.
 Score score(const VoxelModel& model, const Split& split, std::size_t every, const std::string& pictures) {
   Score out;
+  Renderer renderer(model);
   int count = 0;
   for (std::size_t f = 0; f < split.frames.size(); f += every, ++count) {
     const Frame& frame = split.frames[f];
-    const Image render = clamped(render_image(model, frame.camera, frame.time).rgb);
+    const Image render = clamped(renderer.render(frame.camera, frame.time).rgb);
     const double db = psnr(render, composite(frame.image, model.background));
     out.mean += db;
     out.worst = std::min(out.worst, db);

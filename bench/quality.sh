@@ -4,7 +4,8 @@
 #
 #   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene: OUT/PRESET_SCENE, log beside it
 #   bench/quality.sh table OUT                        a Markdown table of every finished run in OUT
-#   bench/quality.sh write OUT                        puts that table between the markers of README.md and docs/benchmarks.md
+#   bench/quality.sh write OUT                        puts that table between the markers of README.md and docs/benchmarks.md, and the
+#                                                     presets' means into `splinevox train --help`
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 splinevox=${SPLINEVOX:-$root/build/release/src/app/splinevox}
@@ -51,6 +52,9 @@ write() {
       /<!-- end of results -->/ { skip = 0 }
       !skip' "$file" > "$file.new" && mv "$file.new" "$file"
   done
+  # Means of the presets that have all six scenes.
+  awk -F ' *\\| *' '$2 ~ /^dnerf_/ { n[$3]++; psnr[$3] += $7; memory[$3] += $6 }
+    END { for (p in n) if (n[p] == 6) printf "{\"%s\", %.2f, %.2f},\n", p, psnr[p] / 6, memory[p] / 6 }' "$rows" | sort > "$root/src/app/preset_figures.inc"
   rm -f "$rows"
 }
 

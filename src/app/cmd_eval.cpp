@@ -11,7 +11,7 @@
 #include "app/correspondence.hpp"
 #include "app/evaluate.hpp"
 #include "splinevox/data/image_write.hpp"
-#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace fs = std::filesystem;
@@ -82,9 +82,10 @@ int evaluate(const EvalOptions& o) {
   Json frames = Json::array();
   std::vector<double> psnrs;
   double ssim_sum = 0, ms_ssim_sum = 0, seconds = 0;
+  Renderer renderer(run.model);
   for (const Frame& frame : data.find(o.split)->frames) {
     const auto start = std::chrono::steady_clock::now();
-    const View v = evaluate_view(run, frame);
+    const View v = evaluate_view(run, renderer, frame);
     seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     psnrs.push_back(v.psnr);
     ssim_sum += v.ssim;

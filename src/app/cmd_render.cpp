@@ -60,9 +60,10 @@ int render(const RenderVerb& o) {
   const Run run = open_run(o.run);
   const std::vector<Shot> shots = plan_shots(run, o.cameras);
   probe_output_folder(o.out);
+  Renderer renderer(run.model);
   std::map<std::string, Film> films;
   for (std::size_t i = 0; i < shots.size(); ++i) {
-    Rendered r = render_image(run.model, shots[i].camera, shots[i].time);
+    Rendered r = renderer.render(shots[i].camera, shots[i].time);
     if (o.format == "exr") write_layers(fmt::format("{}/frame_{:04}.exr", o.out, i + 1), r, layers);
     for (const std::string& layer : layers) {
       if (o.format == "exr") continue;

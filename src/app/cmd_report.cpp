@@ -13,7 +13,7 @@
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
-#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/core/atomic_file.hpp"
 
 namespace fs = std::filesystem;
 
@@ -45,9 +45,10 @@ void add_views(ReportRun& page, const ReportOptions& o, const std::string& path)
     const Run run = open_run(path);
     const std::string split = page.metrics.value("split", "test");
     const Dataset data = open_split(run, o.data, split);
+    Renderer renderer(run.model);
     for (const std::size_t i : choose_views(page.metrics, *data.find(split), o.views)) {
       const Frame& frame = data.find(split)->frames[i];
-      const View v = evaluate_view(run, frame);
+      const View v = evaluate_view(run, renderer, frame);
       page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render),
                             encode_png(error_colours(v.render, v.truth)),
                             encode_png(layer_picture(run, v.layers, "flow", frame.camera))});
@@ -65,8 +66,11 @@ void add_views(ReportRun& page, const ReportOptions& o, const std::string& path)
 
 ReportRun read_run(const ReportOptions& o, std::string path) {
   while (path.size() > 1 && path.back() == '/') path.pop_back();
-  check_run(path);
+  // Runs of the perceptron variants (bench/baselines/mlp) have a network where ours have grids, and their figures look the same.
+  const bool network = fs::is_regular_file(path + "/model.pt");
+  if (!network) check_run(path);
   ReportRun page;
+  page.model_file = network ? "model.pt" : "model.vdb";
   page.name = fs::weakly_canonical(path).filename().string();
   if (fs::exists(path + "/metrics.json")) page.metrics = read_json(path + "/metrics.json");
   if (!page.metrics.is_object()) page.metrics = Json::object();
@@ -75,8 +79,9 @@ ReportRun read_run(const ReportOptions& o, std::string path) {
     if (j.is_object()) page.lines.push_back(std::move(j));
   }
   page.config = read_text(path + "/config.toml");
-  page.model_bytes = double(fs::file_size(path + "/model.vdb"));
-  add_views(page, o, path);
+  page.model_bytes = double(fs::file_size(path + "/" + page.model_file));
+  if (network) page.views_note = "There are no pictures of a perceptron here: `splinevox-mlp render` makes them, minutes each on a CPU.";
+  else add_views(page, o, path);
   return page;
 }
 

@@ -13,7 +13,7 @@
 #include "app/train_options.hpp"
 #include "app/train_session.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/core/atomic_file.hpp"
 
 namespace fs = std::filesystem;
 

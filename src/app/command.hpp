@@ -18,5 +18,6 @@ Action info_command(CLI::App& verb);
 Action verify_command(CLI::App& verb);
 Action synth_command(CLI::App& verb);
 Action report_command(CLI::App& verb);
+Action track_command(CLI::App& verb);
 
 }  // namespace splinevox::app

@@ -51,10 +51,10 @@ Dataset open_split(const Run& run, const std::string& dataset, const std::string
   return load_dataset(dataset.empty() ? run.record.dataset : dataset, load);
 }
 
-View evaluate_view(const Run& run, const Frame& frame) {
+View evaluate_view(const Run& run, Renderer& renderer, const Frame& frame) {
   View v;
   v.truth = composite(frame.image, run.background());
-  v.layers = render_image(run.model, frame.camera, frame.time);
+  v.layers = renderer.render(frame.camera, frame.time);
   v.render = clamped(v.layers.rgb);
   v.psnr = psnr(v.render, v.truth);
   v.ssim = ssim(v.render, v.truth);

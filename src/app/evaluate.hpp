@@ -34,7 +34,8 @@ struct View {
   Rendered layers;
   double psnr, ssim, ms_ssim;
 };
-View evaluate_view(const Run& run, const Frame& frame);
+/// @param renderer  of the run's model
+View evaluate_view(const Run& run, Renderer& renderer, const Frame& frame);
 
 /// A layer of a render ("rgb", "alpha", "depth", "flow", "rigidity") as colours that can be looked at: 3 channels.
 Image layer_picture(const Run& run, const Rendered& r, const std::string& layer, const Camera& camera);

@@ -11,7 +11,7 @@ namespace splinevox::app {
 struct Series {
   enum class Mark { line, faint_line, dots };
   std::string name;
-  int colour = 0;  ///< index of the run: class "c0".."c7" of the style sheet
+  int colour = 0;  ///< index of the run: --c0..--c7 of the style sheet
   Mark mark = Mark::line;
   std::vector<std::pair<double, double>> points;
 };
@@ -21,8 +21,12 @@ struct ChartText {
   bool log_y = false;
 };
 
-/// An inline SVG with axes, grid and a legend; no script, colours from the page's style sheet.
+/// A chart that chart_scripts() draws: axes, grid, legend, values under the pointer.
 std::string line_chart(const ChartText& text, const std::vector<Series>& series);
+
+/// The library (Chart.js, from the system's package at build time) and what makes charts of the page's line_charts. Once, at the
+/// end of the page.
+std::string chart_scripts();
 
 /// A row of parts of a whole, widths in proportion, with a legend.
 std::string stacked_bar(const std::vector<std::pair<std::string, double>>& parts, const std::string& unit);

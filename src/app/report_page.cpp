@@ -65,7 +65,7 @@ std::string tiles(const ReportRun& run) {
     tile(figure(number(run.metrics, c.key) * c.scale, c.digits, c.unit),
          c.title + (quality && !split.empty() ? ", " + split : ""));
   }
-  tile(figure(run.model_bytes / 1e6, 1, "MB"), "model.vdb");
+  tile(figure(run.model_bytes / 1e6, 1, "MB"), run.model_file);
   return html + "</div>";
 }
 
@@ -185,7 +185,7 @@ std::string report_page(const std::vector<ReportRun>& runs) {
         "style=\"margin-top:14px\">{}{}<details><summary>Configuration</summary><pre>{}</pre></details></div>",
         phases(runs[i].metrics), frame_table(runs[i].metrics), escape(runs[i].config));
   }
-  return html + "<footer>One file: no script, nothing is loaded from elsewhere.</footer></main></body></html>\n";
+  return html + "<footer>One file: nothing is loaded from elsewhere. Charts are drawn by Chart.js (MIT licence).</footer></main>" + chart_scripts() + "</body></html>\n";
 }
 
 }  // namespace splinevox::app

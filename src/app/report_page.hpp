@@ -21,12 +21,13 @@ struct ReportRun {
   Json metrics;             ///< metrics.json
   std::vector<Json> lines;  ///< metrics.jsonl
   std::string config;       ///< config.toml
+  std::string model_file;   ///< its name in the run
   double model_bytes = 0;
   std::vector<ReportView> views;  ///< worst first
   std::string views_note;         ///< why there are none, or which they are
 };
 
-/// The whole page: no network, no script, opens from disk.
+/// The whole page: no network, opens from disk.
 std::string report_page(const std::vector<ReportRun>& runs);
 
 /// Contents of the page's <style>.

@@ -29,15 +29,10 @@ h3 { font-size:15px; margin:20px 0 8px }
 .charts { display:grid; grid-template-columns:repeat(auto-fit,minmax(350px,1fr)); gap:14px }
 .chart { margin:0; padding:16px 16px 10px }
 .chart figcaption { font-weight:600; margin-bottom:6px }
-.chart svg { width:100%; height:auto; display:block }
-.grid { stroke:var(--line); fill:none } .axis { stroke:var(--faint); fill:none }
-.tick { font-size:12px; fill:var(--soft) } .label { font-size:12.5px; fill:var(--soft) }
-.line { fill:none; stroke:var(--c); stroke-width:2; stroke-linejoin:round } .line.faint { stroke-width:1.2; opacity:.4 }
-.dot { fill:var(--c); stroke:var(--card); stroke-width:1.2 }
 .c0{--c:var(--c0)} .c1{--c:var(--c1)} .c2{--c:var(--c2)} .c3{--c:var(--c3)} .c4{--c:var(--c4)} .c5{--c:var(--c5)} .c6{--c:var(--c6)} .c7{--c:var(--c7)}
 .legend { margin:8px 0 0; color:var(--soft); font-size:13px } .legend span { margin-right:18px; white-space:nowrap }
-.key, .key-dot { display:inline-block; vertical-align:middle; margin-right:6px; background:var(--c) }
-.key { width:18px; height:3px; border-radius:2px } .key.faint { opacity:.4 } .key-dot { width:10px; height:10px; border-radius:3px }
+.key-dot { display:inline-block; vertical-align:middle; margin-right:6px; background:var(--c) }
+.key-dot { width:10px; height:10px; border-radius:3px }
 .stack { display:flex; height:24px; border-radius:7px; overflow:hidden; background:var(--line) }
 .stack i { background:var(--c); min-width:1px }
 table { border-collapse:collapse; width:100%; font-variant-numeric:tabular-nums }

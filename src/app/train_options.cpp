@@ -11,9 +11,22 @@
 namespace splinevox::app {
 namespace {
 
+/// Means over the six D-NeRF scenes at 400x400 that docs/benchmarks.md lists, on two cores.
+struct Measured {
+  const char* preset;
+  double psnr, memory;  ///< dB on the test split; peak, GB
+};
+constexpr Measured kMeasured[] = {
+#include "app/preset_figures.inc"  // written by bench/quality.sh
+};
+
 std::string preset_help() {
   std::string text = "where the numbers start from:";
-  for (const Preset& p : presets()) text += fmt::format("\n  {:<11} {}", p.name, p.summary);
+  for (const Preset& p : presets()) {
+    text += fmt::format("\n  {:<11} {}", p.name, p.summary);
+    for (const Measured& m : kMeasured)
+      if (m.preset == std::string(p.name)) text += fmt::format("; measured {:.2f} dB, {:.2f} GB", m.psnr, m.memory);
+  }
   return text;
 }
 

@@ -8,6 +8,7 @@
 
 #include "data/fingerprint.hpp"
 #include "data/synth_view.hpp"
+#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
 
@@ -62,7 +63,7 @@ void write_transforms(const fs::path& folder, const std::string& split, const st
     if (shot.split == split) frames.push_back(frame_json(shot));
   const nlohmann::ordered_json file{{"camera_angle_x", data::kCameraAngle}, {"frames", frames}};
   const std::string text = file.dump(1) + "\n";
-  write_file((folder / ("transforms_" + split + ".json")).string(), text);
+  write_file((folder / ("transforms_" + split + ".json")).string(), {text});
 }
 
 std::uint64_t fingerprint_of(const std::string& scene, const Split& train) {

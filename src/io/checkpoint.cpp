@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "io/hash.hpp"
+#include "core/hash.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {

@@ -7,7 +7,7 @@
 
 #include "io/exact_text.hpp"
 #include "io/export_frame.hpp"
-#include "io/hash.hpp"
+#include "core/hash.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/blender_script.hpp"
 

@@ -31,7 +31,7 @@ std::vector<ModelColumn> motion_columns(const MotionField& motion) {
 int padded_width(const std::vector<ModelColumn>& columns) {
   int width = 0;
   for (const ModelColumn& column : columns) width = std::max(width, column.first + column.width);
-  return (width + 7) / 8 * 8;
+  return padded_width(width);
 }
 
 }  // namespace splinevox

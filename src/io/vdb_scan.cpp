@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "io/hash.hpp"
+#include "core/hash.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {

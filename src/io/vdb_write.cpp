@@ -7,7 +7,7 @@
 #include <sstream>
 #include <type_traits>
 
-#include "io/hash.hpp"
+#include "core/hash.hpp"
 #include "io/vdb_scan.hpp"
 #include "splinevox/core/error.hpp"
 

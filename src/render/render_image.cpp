@@ -2,11 +2,11 @@
 #include "splinevox/render/render_image.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/render/field_view.hpp"
-#include "splinevox/render/occupancy.hpp"
 #include "splinevox/render/ray_kernel.hpp"
 
 namespace splinevox {
@@ -52,26 +52,34 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
 
 }  // namespace
 
-Rendered render_image(const VoxelModel& model, const Camera& camera, double time, const RenderOptions& options) {
+Renderer::Renderer(const VoxelModel& model)
+    : model_(model), canonical_(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step)), time_(std::numeric_limits<double>::quiet_NaN()) {}
+
+Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
+  if (time != time_) {
+    slice_ = make_slice(model_.motion, stored_weights(model_.motion, time));
+    occupied_ = frame_occupancy(model_, slice_, canonical_);
+    time_ = time;
+  }
   const int w = camera.width, h = camera.height;
   Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};
-  const float step = model.step * options.step_scale;
-  const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, time));
-  const OccupancyPyramid canonical(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step));
-  const BitGrid occupied = frame_occupancy(model, slice, canonical);
-  const FieldView<float> field = view_field(model, step);
-  const FrameView<float> frame{slice.values.data(), occupied.view()};
+  const FieldView<float> field = view_field(model_, model_.step * options.step_scale);
+  const FrameView<float> frame{slice_.values.data(), occupied_.view()};
   const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
   parallel_for(tiles, [&](int tile) {
-    switch (model.radiance.sh_order) {
-      case -1: return render_tile<-1>(model, camera, field, frame, options.stop, tile, out);
-      case 0: return render_tile<0>(model, camera, field, frame, options.stop, tile, out);
-      case 1: return render_tile<1>(model, camera, field, frame, options.stop, tile, out);
-      case 2: return render_tile<2>(model, camera, field, frame, options.stop, tile, out);
-      default: return render_tile<3>(model, camera, field, frame, options.stop, tile, out);
+    switch (model_.radiance.sh_order) {
+      case -1: return render_tile<-1>(model_, camera, field, frame, options.stop, tile, out);
+      case 0: return render_tile<0>(model_, camera, field, frame, options.stop, tile, out);
+      case 1: return render_tile<1>(model_, camera, field, frame, options.stop, tile, out);
+      case 2: return render_tile<2>(model_, camera, field, frame, options.stop, tile, out);
+      default: return render_tile<3>(model_, camera, field, frame, options.stop, tile, out);
     }
   });
   return out;
+}
+
+Rendered render_image(const VoxelModel& model, const Camera& camera, double time, const RenderOptions& options) {
+  return Renderer(model).render(camera, time, options);
 }
 
 }  // namespace splinevox

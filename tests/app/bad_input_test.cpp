@@ -11,7 +11,7 @@ TEST_SUITE("app/bad input") {
   TEST_CASE("help and version are no errors, and the help lists every verb") {
     const Ended help = program({"--help"});
     CHECK(help.code == 0);
-    for (const char* verb : {"train", "eval", "render", "export", "info", "verify", "synth", "report"}) {
+    for (const char* verb : {"train", "eval", "render", "track", "export", "info", "verify", "synth", "report"}) {
       CHECK(contains(help.out, verb));
       CHECK(program({verb, "--help"}).code == 0);
     }

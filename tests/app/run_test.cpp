@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
@@ -94,13 +95,28 @@ TEST_SUITE("app/run") {
     CHECK(exported.code == 0);
     CHECK(program({"verify", scene.path("vdb")}).code == 0);
 
+    write_text(scene.path("points.csv"), "id, x,y, z\na,0.1,0.2,0.3\nb, -0.1, 0, 0.5\n");
+    const Ended track = program({"track", run.string(), "--points", scene.path("points.csv"), "--from", "0.5", "--to", "0,0.5,1", "--out", scene.path("tracks.csv")});
+    CAPTURE(track.err);
+    CHECK(track.code == 0);
+    const std::string tracks = slurp(scene.path("tracks.csv"));
+    CHECK(contains(tracks, "id,x,y,z,time,to_time,to_x,to_y,to_z,folded\n"));
+    CHECK(contains(tracks, "b,-0.1,0,0.5,0.5,0.5,-0.1,0,0.5,"));
+    CHECK(std::count(tracks.begin(), tracks.end(), '\n') == 7);
+    CHECK(program({"track", run.string(), "--points", scene.path("points.csv"), "--to", "canonical", "--out", scene.path("tracks.json"), "--quiet"}).code == 0);
+    CHECK(Json::parse(slurp(scene.path("tracks.json")))["points"].size() == 2);
+
+    const Ended truth = program({"eval", run.string(), "--truth", "--json"});
+    CAPTURE(truth.err);
+    CHECK(truth.code == (fs::exists(fs::path(scene.data) / "truth") ? 0 : 2));
+
     const Ended report = program({"report", run.string(), "--out", scene.path("page.html"), "--views", "2"});
     CAPTURE(report.err);
     CHECK(report.code == 0);
     const std::string page = slurp(scene.path("page.html"));
-    for (const char* part : {"<svg", "data:image/png;base64,", "PSNR", "[record]", "</html>"})
+    for (const char* part : {"<canvas", "new Chart(", "data:image/png;base64,", "PSNR", "[record]", "</html>"})
       CHECK_MESSAGE(contains(page, part), part);
-    for (const char* part : {"http://", "https://", "<script"}) CHECK_FALSE_MESSAGE(contains(page, part), part);
+    for (const char* part : {"src=\"http", "href=\"http", "import(", "<script src"}) CHECK_FALSE_MESSAGE(contains(page, part), part);
 
     std::string model = slurp(run / "model.vdb");
     model[model.size() / 2] ^= 1;

@@ -172,10 +172,9 @@ TEST_SUITE("data/image_write") {
   }
 
   TEST_CASE("a full device is an output error that names the path, and the device stays a device") {
-    CHECK(message_of([] { write_png("/dev/full", ramp(8, 8, 3, 1)); }) ==
-          "/dev/full: cannot be written (writing)\n"
-          "  got:      No space left on device\n"
-          "  try:      free some space, or write to another disk");
+    const std::string message = message_of([] { write_png("/dev/full", ramp(8, 8, 3, 1)); });
+    for (const char* part : {"/dev/full: could not be written", "got:      No space left on device", "try:      free space on this disk"})
+      CHECK_MESSAGE(message.find(part) != std::string::npos, message);
     CHECK(fault_of([] { write_exr("/dev/full", {{"", ramp(8, 8, 3, 1), {}}}); }) == Fault::output);
     CHECK(fs::is_character_file("/dev/full"));
   }
@@ -191,16 +190,15 @@ TEST_SUITE("data/image_write") {
     REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
     const std::string message = message_of([&] { write_png(path, ramp(200, 200, 3, 2)); });
     REQUIRE(setrlimit(RLIMIT_FSIZE, &old) == 0);
-    CHECK(message == path +
-                         ": cannot be written (writing)\n  got:      File too large\n"
-                         "  try:      raise the file size limit (ulimit -f)");
+    for (const std::string& part : {path + ": could not be written", std::string("got:      File too large"), std::string("try:      raise the file size limit (ulimit -f)")})
+      CHECK_MESSAGE(message.find(part) != std::string::npos, message);
     CHECK(bytes_of(path) == before);
     CHECK(folder.files() == 1);
   }
 
   TEST_CASE("an absent folder and a folder in the file's place are output errors naming the path") {
     const Folder folder;
-    CHECK(message_of([&] { write_png(folder / "no/such/a.png", ramp(4, 4, 1, 1)); }).find("no/such/a.png: cannot") !=
+    CHECK(message_of([&] { write_png(folder / "no/such/a.png", ramp(4, 4, 1, 1)); }).find("no/such/a.png: could not") !=
           std::string::npos);
     fs::create_directories(folder / "taken.png");
     CHECK(fault_of([&] { write_png(folder / "taken.png", ramp(4, 4, 1, 1)); }) == Fault::output);

@@ -39,7 +39,7 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
   m.radiance.sh_order = sh_order;
   const Vec3 centre{0.1f, -0.05f, 0};
   const float radius = 0.35f, softness = 0.03f;
-  const int width = (4 + m.radiance.sh_count() + 7) / 8 * 8;
+  const int width = padded_width(4 + m.radiance.sh_count());
   std::vector<float> background(std::size_t(width), 0.0f);
   background[0] = -14;
   std::vector<Int3> bricks;

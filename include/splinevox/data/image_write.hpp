@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
 #include <string>
 #include <vector>
 
@@ -10,13 +9,7 @@
 
 namespace splinevox {
 
-// Every writer here is all or nothing: the bytes go to a temporary file in the same folder, are flushed to disk,
-// and only then take the name; a reader never sees half a file, and an earlier file survives a failed write.
-// Devices and pipes are written in place. Whatever goes wrong (no folder, no permission, full disk, file size
-// limit) is an Error with Fault::output that names the path.
-
-/// Writes bytes to a file.
-void write_file(const std::string& path, std::span<const char> bytes);
+// Writers are all or nothing, and throw Error (Fault::output) naming the path: core/atomic_file.hpp.
 
 /// The picture as PNG, 8 bit a channel: 1 (grey), 3 (RGB) or 4 (straight RGBA) channels; values are clamped to
 /// [0, 1] and rounded to the nearest of 0..255; NaN becomes 0. Throws Error (Fault::output) for any other picture.

@@ -23,6 +23,9 @@ struct AlignedAllocator {
 template <class T>
 using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
+/// Floats a row of `columns` takes: a whole number of vector registers.
+constexpr int padded_width(int columns) { return (columns + 7) / 8 * 8; }
+
 /// One value array over a topology: rows of `width` floats (a multiple of 8: one or more vector registers).
 struct Channels {
   TopologyPtr topology;

@@ -54,7 +54,7 @@ struct MotionField {
   int stride() const { return light ? 4 : 3; }
   int rigidity_column() const { return stride() * stored_points(); }
   /// Floats per row, a whole number of registers.
-  int width() const { return (rigidity_column() + 1 + 7) / 8 * 8; }
+  int width() const { return padded_width(rigidity_column() + 1); }
 };
 
 /// A reconstructed scene: everything rendering needs and nothing it does not.

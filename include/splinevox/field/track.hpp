@@ -22,4 +22,7 @@ struct TrackedPoint {
 std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<const Vec3> points, double from,
                                              std::span<const double> times);
 
+/// The canonical places x + Delta(x, t) of points of one time; `folded` where the warp there is no longer one to one.
+std::vector<TrackedPoint> to_canonical(const VoxelModel& model, std::span<const Vec3> points, double time);
+
 }  // namespace splinevox

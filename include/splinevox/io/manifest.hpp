@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/core/atomic_file.hpp"
 
 namespace splinevox {
 

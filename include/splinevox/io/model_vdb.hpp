@@ -5,7 +5,7 @@
 #include <string>
 
 #include "splinevox/field/model.hpp"
-#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/core/atomic_file.hpp"
 
 namespace splinevox {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "splinevox/core/vec3.hpp"
-#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/core/atomic_file.hpp"
 
 namespace splinevox {
 

@@ -4,6 +4,7 @@
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/render/occupancy.hpp"
 
 namespace splinevox {
 
@@ -21,8 +22,24 @@ struct RenderOptions {
   float step_scale = 1; ///< multiplies the model's march step
 };
 
-/// Renders the model at a time in [0, 1] (clamped). Runs on the TBB threads of the calling arena; the same
-/// bits for any number of threads.
+/// Renders one model, which must outlive it, any number of times. Knows where the canonical volume is empty, and what the last time's
+/// slice and occupancy were: views of one time after the other cost only their rays.
+class Renderer {
+ public:
+  explicit Renderer(const VoxelModel& model);
+  /// The model at a time in [0, 1] (clamped). Runs on the TBB threads of the calling arena; the same bits for any number of
+  /// threads, and whatever was rendered before. Not for use by two threads at once.
+  Rendered render(const Camera& camera, double time, const RenderOptions& options = {});
+
+ private:
+  const VoxelModel& model_;
+  OccupancyPyramid canonical_;
+  double time_;  ///< of slice_ and occupied_; NaN: of none yet
+  MotionSlice slice_;
+  BitGrid occupied_;
+};
+
+/// One picture: see Renderer.
 Rendered render_image(const VoxelModel& model, const Camera& camera, double time, const RenderOptions& options = {});
 
 }  // namespace splinevox

@@ -55,6 +55,6 @@ struct RayInput {
 };
 
 /// Floats per radiance row for a harmonic order: 4 plus the coefficients, rounded up to whole registers.
-constexpr int radiance_width(int sh_order) { return (4 + (sh_order + 1) * (sh_order + 1) + 7) / 8 * 8; }
+constexpr int radiance_width(int sh_order) { return padded_width(4 + (sh_order + 1) * (sh_order + 1)); }
 
 }  // namespace splinevox

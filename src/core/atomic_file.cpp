@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/atomic_file.hpp"
+#include "splinevox/core/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <pthread.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <vector>
 
-#include "io/hash.hpp"
+#include "core/hash.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -20,8 +23,8 @@ namespace {
 /// A file descriptor that closes itself.
 class Handle {
  public:
-  Handle(const std::string& path, int flags) {
-    do fd_ = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
+  Handle(const std::string& path, int flags, mode_t mode = 0666) {
+    do fd_ = ::open(path.c_str(), flags | O_CLOEXEC, mode);
     while (fd_ < 0 && errno == EINTR);
   }
   Handle(const Handle&) = delete;
@@ -39,12 +42,39 @@ class Handle {
   int fd_ = -1;
 };
 
+/// Turns a file size limit into an error code of write() for this thread; by default it kills the process.
+class SizeSignalBlocked {
+ public:
+  SizeSignalBlocked() {
+    sigemptyset(&only_);
+    sigaddset(&only_, SIGXFSZ);
+    pthread_sigmask(SIG_BLOCK, &only_, &before_);
+  }
+  ~SizeSignalBlocked() {
+    const int reason = errno;
+    if (!sigismember(&before_, SIGXFSZ)) {
+      const timespec now{};
+      while (sigtimedwait(&only_, nullptr, &now) == SIGXFSZ) {
+      }
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+    errno = reason;
+  }
+  SizeSignalBlocked(const SizeSignalBlocked&) = delete;
+  SizeSignalBlocked& operator=(const SizeSignalBlocked&) = delete;
+
+ private:
+  sigset_t only_{}, before_{};
+};
+
 bool write_all(int fd, std::string_view bytes) {
+  const SizeSignalBlocked blocked;
   while (!bytes.empty()) {
     // Linux writes at most 2^31 - 4096 bytes per call.
     const ssize_t n = ::write(fd, bytes.data(), std::min<std::size_t>(bytes.size(), std::size_t(1) << 30));
     if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return false;
+    if (n == 0) errno = ENOSPC;
+    if (n <= 0) return false;
     bytes.remove_prefix(std::size_t(n));
   }
   return true;
@@ -53,6 +83,7 @@ bool write_all(int fd, std::string_view bytes) {
 std::string hint_for(int reason) {
   if (reason == ENOSPC || reason == EDQUOT) return "free space on this disk, or choose another output folder";
   if (reason == EFBIG) return "raise the file size limit (ulimit -f)";
+  if (reason == ENOENT) return "create the folder first";
   if (reason == EACCES || reason == EPERM || reason == EROFS) return "choose a folder that you may write to";
   return "";
 }
@@ -63,6 +94,15 @@ std::string hint_for(int reason) {
                .expected = "room and permission for " + std::to_string(bytes) + " bytes",
                .got = std::strerror(reason),
                .hint = hint_for(reason)});
+}
+
+/// Devices and pipes: there is nothing to rename.
+void write_in_place(const std::string& path, std::initializer_list<std::string_view> parts, std::uint64_t bytes) {
+  Handle file(path, O_WRONLY);
+  bool ok = file.ok();
+  for (const std::string_view part : parts) ok = ok && write_all(file.get(), part);
+  ok = ok && file.close();
+  if (!ok) fail_write(path, errno, bytes);
 }
 
 [[noreturn]] void fail_read(const std::string& path, int reason) {
@@ -118,21 +158,36 @@ FileDigest write_file(const std::string& path, std::initializer_list<std::string
   for (const std::string_view part : parts) hash.add(part), digest.size += part.size();
   digest.hash = hash.value();
 
-  const std::string temporary = path + ".tmp";
-  Handle file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
+  struct stat info {};
+  std::string target = path;
+  mode_t mode = 0666;
+  if (::stat(path.c_str(), &info) == 0) {
+    if (S_ISDIR(info.st_mode)) fail_write(path, EISDIR, digest.size);
+    if (!S_ISREG(info.st_mode)) {
+      write_in_place(path, parts, digest.size);
+      return digest;
+    }
+    mode = info.st_mode & 0777;
+    std::error_code ignored;
+    const auto real = std::filesystem::canonical(path, ignored);  // keep a link a link: replace what it points to
+    if (!ignored) target = real.string();
+  }
+  static std::atomic<unsigned> counter{0};
+  const std::string temporary = target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
+  Handle file(temporary, O_WRONLY | O_CREAT | O_EXCL, mode);
   if (!file.ok()) fail_write(path, errno, digest.size);
   bool ok = true;
   for (const std::string_view part : parts) ok = ok && write_all(file.get(), part);
   ok = ok && ::fsync(file.get()) == 0;
   ok = ok && file.close();
-  ok = ok && (previous.empty() || keep_previous(path, previous));
-  ok = ok && ::rename(temporary.c_str(), path.c_str()) == 0;
+  ok = ok && (previous.empty() || keep_previous(target, previous));
+  ok = ok && ::rename(temporary.c_str(), target.c_str()) == 0;
   if (!ok) {
     const int reason = errno;
     ::unlink(temporary.c_str());
     fail_write(path, reason, digest.size);
   }
-  if (!sync_folder(path)) fail_write(path, errno, digest.size);
+  if (!sync_folder(target)) fail_write(path, errno, digest.size);
   return digest;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/hash.hpp"
+#include "core/hash.hpp"
 
 #include <algorithm>
 #include <bit>

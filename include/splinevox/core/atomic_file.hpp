@@ -23,8 +23,8 @@ struct FileDigest {
 /// no
 ///                  moment without a file at `path`.
 /// Throws Error (Fault::output) naming the file and the system's reason (full disk, permission, missing folder); the
-/// temporary file is removed. A process that wants this instead of a signal when it meets a file size limit must ignore
-/// SIGXFSZ.
+/// temporary file is removed. A file size limit is such a reason and no signal. A link stays a link, permissions stay as they were;
+/// devices and pipes are written in place.
 FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
                       const std::string& previous = "");
 

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "app/progress.hpp"
+#include "app/run_folder.hpp"
+#include "rays.hpp"
+
+namespace splinevox::mlp {
+
+using app::Json;
+
+/// A saved run.
+struct MlpRun {
+  std::string path;
+  Settings settings;
+  app::RunRecord record;
+  Box box;
+  MlpModel model{nullptr};
+};
+/// Throws Error (input) if the folder holds no run of this program.
+MlpRun open_run(const std::string& path);
+
+/// Means over the views of a split, on every n-th pixel of every n-th row.
+struct Measured {
+  double psnr = 0;  ///< mean of the views' PSNR, dB
+  Json frames = Json::array();
+};
+Measured measure(MlpModel& model, const Settings& settings, const Box& box, const Split& split, int stride);
+/// A view at every n-th pixel, within [0, 1].
+Image view_picture(MlpModel& model, const Frame& frame, const Box& box, int stride);
+
+/// Trains one variant into a run folder: config.toml, metrics.jsonl, metrics.json, model.pt, preview/. The clock runs while
+/// batches are drawn, marched and learned from, not while views are measured, as for the voxel model.
+class MlpSession {
+ public:
+  MlpSession(const Settings& settings, const Dataset& data, const app::RunFolder& folder, app::Progress& progress);
+  /// Until the budget is used or a signal asks to stop; the model is saved either way. @return what metrics.json gets.
+  Json run();
+
+ private:
+  double step(double progress);
+  void measure_due(bool all);
+  void show_held(double psnr);
+  void save() const;
+
+  const Settings settings_;
+  const Dataset& data_;
+  const app::RunFolder& folder_;
+  app::Progress& progress_;
+  Box box_;
+  CropSampler sampler_;
+  MlpModel model_;
+  torch::optim::Adam optimiser_;
+  std::int64_t step_ = 0;
+  double seconds_ = 0, held_psnr_, held_seconds_ = 0, loss_ = 0;
+  std::size_t tested_ = 0;  ///< entries of settings.test_at done
+  Json tests_ = Json::array();
+};
+
+}  // namespace splinevox::mlp

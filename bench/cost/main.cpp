@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// What accuracy costs in time.
+//
+//   splinevox-bench cost --suite train|render|spline [--micro] --out DIR [DATASET...]
+//   splinevox-bench curves RUN... --out FILE.svg
+//
+// DIR/cost.jsonl gets one line per setting; from those lines alone come DIR/SUITE_SCENE.svg, DIR/cost.md and the exit code of
+// --check. Measure on a quiet machine.
+#include <fmt/format.h>
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "curves.hpp"
+#include "present.hpp"
+#include "splinevox/core/error.hpp"
+#include "suites.hpp"
+
+namespace fs = std::filesystem;
+using namespace splinevox;
+using namespace splinevox::cost;
+
+namespace {
+
+struct Options {
+  std::vector<std::string> suites{"spline", "render", "train"}, mlp;
+  std::string out;
+  SuiteOptions suite;
+  int threads = 0;
+  bool check = false, present_only = false;
+};
+
+std::vector<Record> read_lines(const fs::path& path) {
+  std::vector<Record> out;
+  std::ifstream in(path);
+  std::string line;
+  for (int number = 1; std::getline(in, line); ++number) try {
+      out.push_back(from_json(Json::parse(line)));
+    } catch (const Json::exception& error) {
+      fail({.where = fmt::format("{}, line {}", path.string(), number), .what = "is not a line of this program", .expected = "JSON with suite, scene, knob, ...", .got = error.what(), .hint = {}});
+    }
+  return out;
+}
+
+/// What the machine was, in front of every table.
+std::string machine() {
+  std::string model = "unknown processor", line;
+  std::ifstream info("/proc/cpuinfo");
+  while (std::getline(info, line))
+    if (line.rfind("model name", 0) == 0) {
+      model = line.substr(line.find(": ") + 2);
+      break;
+    }
+  double load[1] = {0};
+  getloadavg(load, 1);
+  return fmt::format("{} ({} threads), load {:.1f}, {}", model, std::thread::hardware_concurrency(), load[0], __VERSION__);
+}
+
+void present(const fs::path& folder, const std::vector<Record>& records) {
+  std::string text = fmt::format("# What accuracy costs in time\n\nMachine: {}. Medians with bootstrap intervals; `front` says how many times as long as the fastest setting of at most the same error.\n", machine());
+  for (const std::vector<Record>& group : by_scene(records)) {
+    std::string file = group.front().suite + "_" + group.front().scene + ".svg";
+    std::replace(file.begin(), file.end(), ' ', '_');
+    std::ofstream(folder / file) << diagram(group, fmt::format("{}: {}", group.front().suite, group.front().scene));
+    text += fmt::format("\n## {}: {}\n\n![{}]({})\n\n{}\n{}", group.front().suite, group.front().scene, group.front().suite, file, table(group), sentences(group));
+  }
+  if (!(std::ofstream(folder / "cost.md") << text)) fail_output({(folder / "cost.md").string(), "this file could not be written", "", "a full disk?", ""});
+}
+
+/// What must hold on any machine. @return complaints
+std::vector<std::string> check(const std::vector<Record>& records, const SuiteOptions& o, bool rendered) {
+  std::vector<std::string> bad;
+  for (const Record& r : records) {
+    if (r.failed) bad.push_back(fmt::format("{} {}, {} {}: failed", r.suite, r.scene, r.knob, r.value));
+    if (r.expected_dominated && distance_to_front(records, r) <= 1) bad.push_back(fmt::format("{} {}, {} {}: should be dominated and is not", r.suite, r.scene, r.knob, r.value));
+  }
+  if (rendered) {
+    const double order = render_order(o);
+    fmt::print("order of the renderer's convergence: {:.3f}\n", order);
+    if (!(std::abs(order - 2) <= 0.1)) bad.push_back(fmt::format("the renderer converges with order {:.3f}, not 2", order));
+  }
+  return bad;
+}
+
+int run(Options o) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(o.threads > 0 ? o.threads : int(std::thread::hardware_concurrency())));
+  const fs::path folder = o.out, lines = folder / "cost.jsonl";
+  fs::create_directories(folder);
+  if (o.suite.micro) o.suite.steps = 200, o.suite.seeds = 3;
+  if (!o.present_only) {
+    // Lines of other suites stay, so that suites can be run one after the other.
+    std::vector<Record> kept;
+    for (const Record& r : read_lines(lines))
+      if (std::find(o.suites.begin(), o.suites.end(), r.suite) == o.suites.end()) kept.push_back(r);
+    std::ofstream out(lines);
+    const Told told = [&](const Record& r) {
+      if (!(out << to_json(r).dump() << "\n" << std::flush)) fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
+      fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value, r.seconds.value, r.error.value), std::fflush(stdout);
+    };
+    for (const Record& r : kept) out << to_json(r).dump() << "\n";
+    for (const std::string& suite : o.suites) suite == "spline" ? spline_suite(o.suite, told) : suite == "render" ? render_suite(o.suite, told) : train_suite(o.suite, told);
+    for (const Record& r : mlp_records(o.mlp)) told(r);
+  }
+  const std::vector<Record> records = read_lines(lines);
+  present(folder, records);
+  if (!o.check) return 0;
+  const std::vector<std::string> bad = check(records, o.suite, std::find(o.suites.begin(), o.suites.end(), "render") != o.suites.end());
+  for (const std::string& b : bad) fmt::print(stderr, "splinevox-bench: {}\n", b);
+  return bad.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("splinevox-bench: measurements");
+  app.require_subcommand(1);
+  Options o;
+  CLI::App* cost = app.add_subcommand("cost", "what accuracy costs in time: lines, diagrams with their Pareto front, tables, sentences");
+  cost->add_option("--suite", o.suites, "train, render, spline (default: all three)")->check(CLI::IsMember({"train", "render", "spline"}))->delimiter(',');
+  cost->add_option("--out", o.out, "folder")->required();
+  cost->add_option("DATASET", o.suite.scenes, "data sets for train and render (default: the built-in dancer)");
+  cost->add_flag("--micro", o.suite.micro, "within a minute, on small built-in data");
+  cost->add_flag("--check", o.check, "exit with 1 unless the measurements make sense");
+  cost->add_flag("--present-only", o.present_only, "only tables and diagrams, from the lines that are there");
+  cost->add_option("--steps", o.suite.steps, "training steps of the default setting")->capture_default_str();
+  cost->add_option("--seeds", o.suite.seeds, "runs per training setting")->capture_default_str();
+  cost->add_option("--rounds", o.suite.rounds, "interleaved repetitions of timed settings")->capture_default_str();
+  cost->add_option("--mlp", o.mlp, "finished splinevox-mlp runs to show beside the training suite")->delimiter(',');
+  cost->add_option("--threads", o.threads, "0 = every core");
+  std::vector<std::string> runs;
+  CLI::App* curve = app.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
+  curve->add_option("RUN", runs, "runs")->required();
+  curve->add_option("--out", o.out, "SVG file")->required();
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (*curve) {
+      if (!(std::ofstream(o.out) << curves(runs))) fail_output({o.out, "this file could not be written", "", "a full disk?", ""});
+      return 0;
+    }
+    return run(o);
+  } catch (const Error& error) {
+    fmt::print(stderr, "splinevox-bench: {}\n", error.what());
+    return error.fault == Fault::input ? 2 : 1;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "splinevox-bench: {}\n", error.what());
+    return 1;
+  }
+}

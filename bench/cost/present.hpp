@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "record.hpp"
+
+namespace splinevox::cost {
+
+/// Work-precision diagram of the records of one suite and scene: time against error, both logarithmic, the Pareto front as a line,
+/// intervals as bars. A whole SVG file.
+std::string diagram(const std::vector<Record>& records, const std::string& title);
+/// A Markdown table of the same, fastest first, with the A/A row.
+std::string table(const std::vector<Record>& records);
+/// One sentence per knob, from its neighbouring values: what a step costs and what it gains. Differences within the A/A row's
+/// interval are called none.
+std::string sentences(const std::vector<Record>& records);
+
+/// Records of each suite and scene on their own, in order of appearance.
+std::vector<std::vector<Record>> by_scene(const std::vector<Record>& records);
+
+}  // namespace splinevox::cost

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "record.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace splinevox::cost {
+namespace {
+
+Json figure(const Figure& f) { return {f.value, f.lo, f.hi}; }
+Figure figure(const Json& j) { return {j.at(0), j.at(1), j.at(2)}; }
+
+bool comparable(const Record& a, const Record& b) { return !a.failed && !b.failed && a.suite == b.suite && a.scene == b.scene; }
+
+}  // namespace
+
+Json to_json(const Record& r) {
+  return {{"suite", r.suite}, {"scene", r.scene}, {"knob", r.knob}, {"value", r.value}, {"order", r.order}, {"error", figure(r.error)},
+          {"seconds", figure(r.seconds)}, {"quality", r.quality}, {"samples", r.samples}, {"instructions", r.instructions}, {"runs", r.runs},
+          {"default", r.is_default}, {"expected_dominated", r.expected_dominated}, {"failed", r.failed}, {"note", r.note}};
+}
+
+Record from_json(const Json& j) {
+  Record r;
+  r.suite = j.at("suite"), r.scene = j.at("scene"), r.knob = j.at("knob"), r.value = j.at("value"), r.order = j.at("order");
+  r.error = figure(j.at("error")), r.seconds = figure(j.at("seconds"));
+  r.quality = j.at("quality"), r.samples = j.at("samples"), r.instructions = j.at("instructions"), r.runs = j.at("runs");
+  r.is_default = j.at("default"), r.expected_dominated = j.at("expected_dominated"), r.failed = j.at("failed"), r.note = j.at("note");
+  return r;
+}
+
+std::vector<std::size_t> pareto_front(const std::vector<Record>& records) {
+  std::vector<std::size_t> front;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const Record& a = records[i];
+    const bool beaten = a.failed || std::any_of(records.begin(), records.end(), [&](const Record& b) {
+      return comparable(a, b) && b.error.value <= a.error.value && b.seconds.value <= a.seconds.value &&
+             (b.error.value < a.error.value || b.seconds.value < a.seconds.value);
+    });
+    if (!beaten) front.push_back(i);
+  }
+  std::sort(front.begin(), front.end(), [&](std::size_t a, std::size_t b) { return records[a].seconds.value < records[b].seconds.value; });
+  return front;
+}
+
+double distance_to_front(const std::vector<Record>& records, const Record& of) {
+  double fastest = of.seconds.value;
+  for (const Record& r : records)
+    if (comparable(r, of) && r.error.value <= of.error.value) fastest = std::min(fastest, r.seconds.value);
+  return of.seconds.value / fastest;
+}
+
+}  // namespace splinevox::cost

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "record.hpp"
+
+namespace splinevox::cost {
+
+struct SuiteOptions {
+  bool micro = false;                ///< small enough for a minute in all, on built-in data
+  std::vector<std::string> scenes;   ///< data sets; none: the built-in dancer
+  int steps = 3000, seeds = 3;       ///< of the training suite
+  int rounds = 15;                   ///< of the timed suites
+};
+
+/// Told every finished record.
+using Told = std::function<void(const Record&)>;
+
+/// Evaluating a curve of K points: error in units of float rounding of the largest coordinate against long double, nanoseconds per
+/// 3-vector. Methods: De Casteljau, Bernstein weights per curve, weights shared by all curves of one time, Horner, forward
+/// differences along equally spaced times.
+void spline_suite(const SuiteOptions& o, const Told& told);
+
+/// Rendering a trained model: root mean square colour error against a double-precision reference, seconds a frame. The reference is
+/// Richardson's extrapolation of the midpoint rule at 1/32 and 1/64 of a march step.
+void render_suite(const SuiteOptions& o, const Told& told);
+/// Order of convergence of the renderer in double precision between steps of 1/4 and 1/16: 2 for the midpoint rule.
+double render_order(const SuiteOptions& o);
+
+/// Training with one number of the preset changed at a time: root mean square colour error of the test views, seconds of training.
+/// Every seed is a run; all settings of one seed run before the next seed does.
+void train_suite(const SuiteOptions& o, const Told& told);
+
+/// The measured points of splinevox-mlp runs as records of the training suite.
+std::vector<Record> mlp_records(const std::vector<std::string>& runs);
+
+}  // namespace splinevox::cost

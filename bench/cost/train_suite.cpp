@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/synth.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "splinevox/train/trainer.hpp"
+#include "suites.hpp"
+#include "timing.hpp"
+
+namespace splinevox::cost {
+namespace {
+
+struct Setting {
+  std::string knob, value;
+  double order;
+  std::vector<std::string> changes;  ///< group.key=value
+  double steps = 1;                  ///< times the suite's
+  bool dominated = false;
+};
+
+std::vector<Setting> settings(bool micro) {
+  std::vector<Setting> out{{"default", "preset fast", 0, {}}};
+  out.push_back({"steps", "a quarter", -2, {}, 0.25});
+  out.push_back({"steps", "half", -1, {}, 0.5});
+  // It has to come out behind: the check that the diagram can tell.
+  out.push_back({"deliberately worse", "short steps, heavy total variation", 0, {"sampling.step=0.25", "loss.tv_density=0.01", "loss.tv_final=1"}, 1, true});
+  if (micro) return out;
+  out.push_back({"step of the march", "a quarter voxel", 2, {"sampling.step=0.25"}});
+  out.push_back({"steps", "double", 1, {}, 2});
+  out.push_back({"step of the march", "1.5 voxels", -1, {"sampling.step=1.5"}});
+  out.push_back({"radiance cells", "64", -2, {"grid.radiance=40,64", "grid.radiance_start=0,.25"}});
+  out.push_back({"radiance cells", "96", -1, {"grid.radiance=40,64,96", "grid.radiance_start=0,.08,.25"}});
+  out.push_back({"radiance cells", "192", 1, {"grid.radiance=40,64,96,192"}});
+  out.push_back({"motion cells", "8", -2, {"grid.motion=4,8", "grid.motion_start=0,.08"}});
+  out.push_back({"motion cells", "16", -1, {"grid.motion=4,8,16", "grid.motion_start=0,.08,.25"}});
+  out.push_back({"motion cells", "64", 1, {"grid.motion=4,8,16,32,64", "grid.motion_start=0,.08,.25,.5,.7"}});
+  for (const int k : {4, 7, 16}) out.push_back({"control points", fmt::format("{}", k), double(k - 12), {fmt::format("motion.points={}", k)}});
+  out.push_back({"basis", "Bezier of 5 points", -1, {"motion.basis=bezier", "motion.points=5"}});
+  for (const int order : {-1, 0, 2}) out.push_back({"harmonics", fmt::format("order {}", order), double(order - 1), {fmt::format("radiance.sh_order={}", order)}});
+  out.push_back({"rays a step", "2048", -1, {"sampling.rays=2048"}});
+  out.push_back({"rays a step", "8192", 1, {"sampling.rays=8192"}});
+  out.push_back({"frames a step", "4", -1, {"sampling.frames=4"}});
+  out.push_back({"light", "off", -1, {"motion.light=false"}});
+  out.push_back({"rigidity", "off", -1, {"motion.rigidity=false"}});
+  out.push_back({"total variation", "does not fade", 1, {"loss.tv_final=1"}});
+  return out;
+}
+
+struct Outcome {
+  double rms, seconds, samples;
+};
+
+Outcome train(const Dataset& data, const SuiteOptions& o, const Setting& s, int seed) {
+  Config config = preset("fast");
+  if (o.micro) config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
+  for (const std::string& change : s.changes) set_config(config, change, "cost");
+  config.run.max_time = 0, config.run.max_steps = std::max(1, int(o.steps * s.steps)), config.run.seed = std::uint64_t(seed);
+  Trainer trainer(config, *data.find("train"), data.time_map);
+  std::int64_t samples = 0, rays = 0;
+  while (!trainer.done()) {
+    const StepReport report = trainer.step();
+    samples += report.samples, rays += report.rays;
+  }
+  const VoxelModel model = trainer.model();
+  double db = 0;
+  const Split& test = *data.find("test");
+  Renderer renderer(model);
+  for (const Frame& f : test.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background)));
+  return {std::pow(10, -db / double(test.frames.size()) / 20), trainer.seconds(), double(samples) / double(rays)};
+}
+
+double decibels(double rms) { return -20 * std::log10(rms); }
+
+}  // namespace
+
+void train_suite(const SuiteOptions& o, const Told& told) {
+  for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
+    const Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200}) : load_dataset(scene, {.splits = {"train", "test"}});
+    std::vector<Setting> list = settings(o.micro);
+    list.push_back({"A/A", "the default with other seeds", 0, {}});
+    std::vector<std::vector<Outcome>> outcomes(list.size());
+    for (int seed = 1; seed <= o.seeds; ++seed)
+      for (std::size_t i = 0; i < list.size(); ++i) outcomes[i].push_back(train(data, o, list[i], list[i].knob == "A/A" ? 1000 + seed : seed));
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      std::vector<double> error, seconds;
+      Record r;
+      for (const Outcome& x : outcomes[i]) error.push_back(x.rms), seconds.push_back(x.seconds), r.samples += x.samples / o.seeds;
+      r.suite = "train", r.scene = scene.empty() ? "dancer" : std::filesystem::path(scene).filename().string();
+      r.knob = list[i].knob, r.value = list[i].value, r.order = list[i].order;
+      r.error = median_of(error), r.seconds = median_of(seconds), r.quality = decibels(r.error.value), r.runs = o.seeds;
+      r.is_default = r.knob == "default", r.expected_dominated = list[i].dominated;
+      told(r);
+    }
+  }
+}
+
+std::vector<Record> mlp_records(const std::vector<std::string>& runs) {
+  std::vector<Record> out;
+  for (const std::string& run : runs) {
+    std::ifstream metrics(run + "/metrics.json"), config(run + "/config.toml");
+    const Json figures = Json::parse(metrics, nullptr, false);
+    std::string scene, line;
+    while (std::getline(config, line))
+      if (line.rfind("dataset = \"", 0) == 0) scene = std::filesystem::path(line.substr(11, line.size() - 12)).filename().string();
+    if (!figures.is_object() || !figures.contains("tests") || scene.empty())
+      fail({.where = run, .what = "this is no finished run of splinevox-mlp with --test-at", .expected = "metrics.json with 'tests' and config.toml", .got = {}, .hint = {}});
+    for (const Json& t : figures["tests"]) {
+      Record r;
+      const double seconds = t.at("seconds"), db = t.at("psnr"), rms = std::pow(10, -db / 20);
+      r.suite = "train", r.scene = scene, r.knob = fmt::format("MLP {}", figures.at("kind").get<std::string>()), r.value = fmt::format("{:.0f} s", seconds), r.order = seconds;
+      r.error = {rms, rms, rms}, r.seconds = {seconds, seconds, seconds}, r.quality = db, r.runs = 1;
+      r.note = fmt::format("every {}th pixel and row of the test views", figures.at("test_stride").get<int>());
+      out.push_back(r);
+    }
+  }
+  return out;
+}
+
+}  // namespace splinevox::cost

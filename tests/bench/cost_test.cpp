@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+
+#include "present.hpp"
+#include "timing.hpp"
+
+using namespace splinevox::cost;
+
+namespace {
+
+Record point(const char* knob, const char* value, double seconds, double error) {
+  Record r;
+  r.suite = "render", r.scene = "dancer", r.knob = knob, r.value = value;
+  r.seconds = {seconds, 0.98 * seconds, 1.02 * seconds}, r.error = {error, error, error};
+  r.is_default = r.knob == "default", r.runs = 5;
+  return r;
+}
+
+}  // namespace
+
+TEST_SUITE("bench/cost") {
+  const std::vector<Record> records{point("default", "as it is", 1, 0.01), point("A/A", "again", 1.03, 0.01), point("step", "half", 2, 0.0025),
+                                    point("step", "double", 0.5, 0.04),    point("skipping", "off", 3, 0.01)};
+  TEST_CASE("the front has what nothing beats, by time; a failure is never on it") {
+    CHECK(pareto_front(records) == std::vector<std::size_t>{3, 0, 2});
+    CHECK(distance_to_front(records, records[4]) == doctest::Approx(3));
+    CHECK(distance_to_front(records, records[2]) == 1);
+    std::vector<Record> more = records;
+    more.push_back(point("broken", "", 0.1, 0.001));
+    more.back().failed = true;
+    CHECK(pareto_front(more) == pareto_front(records));
+    more.back().failed = false, more.back().scene = "another";
+    CHECK(distance_to_front(more, records[0]) == 1);
+  }
+  TEST_CASE("a line comes back as it was written") {
+    Record r = point("step", "half", 2, 0.0025);
+    r.quality = 31.5, r.samples = 12, r.instructions = 1e9, r.expected_dominated = true, r.note = "a \"note\"";
+    CHECK(to_json(from_json(to_json(r))) == to_json(r));
+    CHECK_THROWS(from_json(Json::parse("{\"suite\": \"train\"}")));
+  }
+  TEST_CASE("tables, sentences and diagrams are made from the lines") {
+    const std::string rows = table(records), text = sentences(records), svg = diagram(records, "a < b");
+    CHECK(rows.find("| **default** | as it is | 1 s |") != std::string::npos);
+    CHECK(rows.find("3.00x") != std::string::npos);
+    CHECK(text.find("step, half: costs 2.00 times as long and is 4 times as accurate.") != std::string::npos);
+    CHECK(text.find("step, double: takes 0.50 of the time and is 4 times less accurate.") != std::string::npos);
+    CHECK(text.find("skipping, off: costs 3.00 times as long and makes no difference to the error.") != std::string::npos);
+    CHECK(svg.find("a &lt; b") != std::string::npos);
+    CHECK(svg.rfind("</svg>\n") == svg.size() - 7);
+  }
+  TEST_CASE("medians and their intervals") {
+    const Figure f = median_of({3, 1, 2, 5, 4});
+    CHECK(f.value == 3);
+    CHECK(f.lo >= 1);
+    CHECK(f.hi <= 5);
+    CHECK(f.lo < f.hi);
+    CHECK(median_of({1, 2}).value == 1.5);
+    CHECK(median_of({7}).lo == 7);
+  }
+  TEST_CASE("candidates are run once to warm up and once a round") {
+    int a = 0, b = 0;
+    const auto timed = interleave({{"a", [&] { ++a; }}, {"b", [&] { ++b; }}}, 4);
+    CHECK(a == 5);
+    CHECK(b == 5);
+    CHECK(timed[0].ratio.value == 1);
+    CHECK(timed[1].seconds.value >= 0);
+  }
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <filesystem>
+
+#include "app/program.hpp"
+#include "app/support.hpp"
+#include "networks.hpp"
+#include "rays.hpp"
+#include "splinevox/data/synth.hpp"
+#include "splinevox/math/basis.hpp"
+
+using namespace splinevox;
+using namespace splinevox::mlp;
+using namespace splinevox::test;
+
+TEST_SUITE("mlp/spline") {
+  TEST_CASE("De Casteljau on tensors agrees with our Bernstein weights, in value, in every control point's gradient and in time's") {
+    torch::manual_seed(3);
+    for (const int points : {2, 3, 5, 12}) {
+      torch::Tensor p = torch::randn({40, points, 3}, torch::kDouble).requires_grad_(true);
+      torch::Tensor t = torch::rand({40, 1}, torch::kDouble).requires_grad_(true);
+      const torch::Tensor pull = torch::randn({40, 3}, torch::kDouble);
+      const torch::Tensor x = de_casteljau(p, t);
+      (x * pull).sum().backward();
+      for (int i = 0; i < 40; ++i) {
+        const double time = t[i][0].item<double>();
+        const BasisWeights<double> w = bernstein_weights(points, time), dw = bernstein_weights_dt(points, time);
+        double slope = 0;
+        for (int a = 0; a < 3; ++a) {
+          double value = 0;
+          for (int k = 0; k < points; ++k) {
+            value += w[k] * p[i][k][a].item<double>();
+            slope += dw[k] * p[i][k][a].item<double>() * pull[i][a].item<double>();
+            CHECK(p.grad()[i][k][a].item<double>() == doctest::Approx(w[k] * pull[i][a].item<double>()).epsilon(1e-12));
+          }
+          CHECK(x[i][a].item<double>() == doctest::Approx(value).epsilon(1e-12));
+        }
+        CHECK(t.grad()[i][0].item<double>() == doctest::Approx(slope).epsilon(1e-10));
+      }
+    }
+  }
+}
+
+TEST_SUITE("mlp/model") {
+  Rays some_rays(int64_t n) {
+    const torch::Tensor d = torch::randn({n, 3});
+    return {torch::rand({n, 3}) - 0.5, d / d.norm(2, 1, true), torch::rand({n, 1}) + 0.5, torch::rand({n, 1})};
+  }
+  TEST_CASE("the divergence loss reaches the deformation's weights") {
+    for (const Kind kind : {Kind::spline, Kind::nr_nerf}) {
+      Settings s = preset("paper", kind);
+      s.samples = 8;
+      torch::manual_seed(1);
+      MlpModel model(s);
+      {
+        torch::NoGradGuard constant;  // away from the start, where nothing is displaced
+        for (torch::Tensor& p : model->parameters()) p += 0.05 * torch::randn_like(p);
+      }
+      const Marched m = model->train_march(some_rays(16));
+      REQUIRE(m.divergence.defined());
+      CHECK(m.divergence.item<double>() > 0);
+      m.divergence.backward();
+      double size = 0;
+      for (const auto& p : model->named_parameters())
+        if (p.key().rfind("deformation", 0) == 0 && p.value().grad().defined()) size += p.value().grad().abs().sum().item<double>();
+      CHECK(size > 0);
+      CHECK(std::isfinite(size));
+    }
+  }
+  TEST_CASE("before training nothing moves, no gradient is NaN, and an empty ray shows the background") {
+    for (const Kind kind : {Kind::spline, Kind::nr_nerf, Kind::t_nerf}) {
+      Settings s = preset("paper", kind);
+      s.samples = 8;
+      MlpModel model(s);
+      Rays rays = some_rays(16);
+      rays.length[3] = 0;
+      const Marched m = model->train_march(rays);
+      for (int a = 0; a < 3; ++a) CHECK(m.rgb[3][a].item<float>() == 1);
+      torch::Tensor loss = m.rgb.sum();
+      if (m.offset.defined()) loss = loss + m.offset;
+      if (m.divergence.defined()) loss = loss + m.divergence;
+      loss.backward();
+      for (const torch::Tensor& p : model->parameters())
+        if (p.grad().defined()) CHECK(torch::isfinite(p.grad()).all().item<bool>());
+    }
+  }
+}
+
+TEST_SUITE("mlp/program") {
+  TEST_CASE("train leaves a run that eval and render read and that report shows; the picture is learned") {
+    const TempFolder folder;
+    SynthOptions synth;
+    synth.frames = 10, synth.size = 24;
+    write_synth("dancer", folder.str() + "/data", synth);
+    for (const char* kind : {"spline", "nr-nerf", "t-nerf"}) {
+      CAPTURE(kind);
+      const std::string run = folder.str() + "/" + kind;
+      Started train({SPLINEVOX_MLP, "train", folder.str() + "/data", "--out", run, "--kind", kind, "--max-steps", "12", "--samples", "16",
+                     "--shrink", "1", "--stride", "4", "--test-at", "0", "--lr", "1e-3", "--quiet"});
+      const Ended trained = train.wait();
+      CAPTURE(trained.err);
+      REQUIRE(trained.code == 0);
+      for (const char* file : {"config.toml", "metrics.jsonl", "metrics.json", "model.pt"}) CHECK_MESSAGE(std::filesystem::exists(run + "/" + file), file);
+      const auto figures = app::read_json(run + "/metrics.json");
+      CHECK(figures["steps"] == 12);
+      CHECK(figures["tests"].size() == 1);
+      const Ended eval = Started({SPLINEVOX_MLP, "eval", run, "--stride", "4", "--json"}).wait();
+      CAPTURE(eval.err);
+      REQUIRE(eval.code == 0);
+      CHECK(app::Json::parse(eval.out)["psnr"] > 5);
+      CHECK(Started({SPLINEVOX_MLP, "render", run, "--out", run + "/pictures", "--stride", "4", "--quiet"}).wait().code == 0);
+      CHECK(std::filesystem::exists(run + "/pictures/r_000.png"));
+      CHECK(program({"report", run, "--out", run + "/page.html"}).code == 0);
+    }
+    CHECK(Started({SPLINEVOX_MLP, "eval", folder.str()}).wait().code == 2);
+    CHECK(Started({SPLINEVOX_MLP, "train", folder.str() + "/data", "--out", folder.str() + "/x", "--kind", "nerf"}).wait().code == 2);
+  }
+}
