@@ -40,7 +40,7 @@ const Record* default_row(const std::vector<Record>& records) {
 
 /// Within what the default differs from itself.
 bool same(const Figure& a, const Figure& b, const Figure& x, const Figure& y) {
-  const double noise = std::max({x.hi / x.lo, y.hi / y.lo, std::max(x.value / y.value, y.value / x.value), 1.0});
+  const double noise = std::max({x.hi / x.lo, y.hi / y.lo, std::max(x.value / y.value, y.value / x.value), 1.01});
   return std::max(a.value / b.value, b.value / a.value) <= noise;
 }
 
@@ -112,7 +112,7 @@ std::string table(const std::vector<Record>& records) {
   std::string out = fmt::format("| changed | to | {} | 95% | {} | 95% |{} samples a ray | runs | front |\n| --- | --- | --- | --- | --- | --- |{} --- | --- | --- |\n",
                                 time_name(records.front().suite), error_name(records.front().suite), train ? " PSNR |" : "", train ? " --- |" : "");
   for (const Record& r : rows) {
-    const std::string place = r.failed ? "failed" : front.count({r.knob, r.value}) ? "on it" : fmt::format("{:.2f}x", distance_to_front(records, r));
+    const std::string place = r.failed ? "failed" : r.knob == "A/A" ? "" : front.count({r.knob, r.value}) ? "on it" : fmt::format("{:.2f}x", distance_to_front(records, r));
     out += fmt::format("| {}{} | {} | {} | {} to {} | {:.3g} | {:.3g} to {:.3g} |{} {} | {} | {} |\n", r.is_default ? "**" + r.knob + "**" : r.knob, r.failed ? " (failed)" : "", r.value,
                        time_text(r.seconds.value), time_text(r.seconds.lo), time_text(r.seconds.hi), r.error.value, r.error.lo, r.error.hi, train ? fmt::format(" {:.2f} |", r.quality) : "",
                        r.samples > 0 ? fmt::format("{:.1f}", r.samples) : "", r.runs, place);
