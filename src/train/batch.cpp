@@ -2,6 +2,7 @@
 #include "splinevox/train/batch.hpp"
 
 #include <algorithm>
+#include <numeric>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
@@ -16,25 +17,33 @@ constexpr int kRing = 4;             ///< blocks around the silhouette that coun
 constexpr float kBusyShare = 0.9f;   ///< of the patches, taken near the silhouette
 
 /// Random streams, one per kind of draw.
-enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3 };
+enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4 };
 
-/// 2 x 2 blocks with any alpha within kRing blocks.
-std::vector<std::uint32_t> busy_blocks(const Image16& image) {
+/// Per 2 x 2 block the distance to the nearest one with any alpha, in blocks along the longer axis, at most 255: one sweep down and one
+/// up, each from the neighbours already known.
+std::vector<std::uint8_t> clearance(const Image16& image) {
   const int w = image.width / 2, h = image.height / 2;
-  std::vector<char> hit(std::size_t(w) * h), near(hit.size());
+  std::vector<std::uint8_t> out(std::size_t(w) * h, 255);
   for (int y = 0; y < 2 * h; ++y)
     for (int x = 0; x < 2 * w; ++x)
-      if (image.pixel(x, y)[3] > 0) hit[std::size_t(y / 2) * w + x / 2] = 1;
+      if (image.pixel(x, y)[3] > 0) out[std::size_t(y / 2) * w + x / 2] = 0;
+  const auto lower = [&](int x, int y, int u, int v) {
+    if (u < 0 || v < 0 || u >= w || v >= h) return;
+    std::uint8_t& d = out[std::size_t(y) * w + x];
+    d = std::min<std::uint8_t>(d, std::uint8_t(std::min(254, int(out[std::size_t(v) * w + u])) + 1));
+  };
   for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      if (!hit[std::size_t(y) * w + x]) continue;
-      for (int v = std::max(0, y - kRing); v <= std::min(h - 1, y + kRing); ++v)
-        std::fill_n(near.begin() + std::size_t(v) * w + std::max(0, x - kRing),
-                    std::min(w - 1, x + kRing) - std::max(0, x - kRing) + 1, char(1));
-    }
+    for (int x = 0; x < w; ++x) lower(x, y, x - 1, y), lower(x, y, x - 1, y - 1), lower(x, y, x, y - 1), lower(x, y, x + 1, y - 1);
+  for (int y = h - 1; y >= 0; --y)
+    for (int x = w - 1; x >= 0; --x) lower(x, y, x + 1, y), lower(x, y, x + 1, y + 1), lower(x, y, x, y + 1), lower(x, y, x - 1, y + 1);
+  return out;
+}
+
+/// Blocks within kRing of the silhouette.
+std::vector<std::uint32_t> busy_blocks(const std::vector<std::uint8_t>& distance) {
   std::vector<std::uint32_t> out;
-  for (std::size_t i = 0; i < near.size(); ++i)
-    if (near[i]) out.push_back(std::uint32_t(i));
+  for (std::size_t i = 0; i < distance.size(); ++i)
+    if (distance[i] <= kRing) out.push_back(std::uint32_t(i));
   return out;
 }
 
@@ -56,8 +65,37 @@ int card(std::uint64_t seed, std::int64_t i, int n, std::vector<int>& deck, std:
 }  // namespace
 
 BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed)
-    : train_(train), box_(box), config_(config), background_(background), seed_(seed), busy_(train.frames.size()) {
-  parallel_for(int(train.frames.size()), [&](int f) { busy_[f] = busy_blocks(train.frames[f].image); });
+    : train_(train), box_(box), config_(config), background_(background), seed_(seed), by_time_(train.frames.size()), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
+  parallel_for(int(train.frames.size()), [&](int f) {
+    clearance_[f] = clearance(train.frames[f].image);
+    busy_[f] = busy_blocks(clearance_[f]);
+  });
+  std::iota(by_time_.begin(), by_time_.end(), 0);
+  std::stable_sort(by_time_.begin(), by_time_.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
+  for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
+}
+
+BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame) const {
+  const auto blocks = [&](int f) {
+    const Image16& image = train_.frames[f].image;
+    return std::uint32_t(std::max(1, image.width / 2) * std::max(1, image.height / 2));
+  };
+  const Rng carve(seed_, kCarve + 16 * step), patch(seed_, kPatch + 16 * step);
+  if (carve.uniform(3 * number) < config_.carve) {
+    const int reach = config_.carve_frames, drawn = int(carve.below(3 * number + 1, std::uint32_t(2 * reach)));
+    const int away = drawn < reach ? drawn - reach : drawn - reach + 1;  // -reach..-1, 1..reach
+    const int rank = rank_[frame] + away;
+    if (rank >= 0 && rank < int(by_time_.size())) {
+      const int other = by_time_[rank];
+      const std::uint32_t block = carve.below(3 * number + 2, blocks(other));
+      const double apart = std::abs(train_.frames[other].time - train_.frames[frame].time);
+      const double margin = kRing + config_.carve_speed * apart * (train_.frames[other].image.width / 2);
+      if (block < clearance_[other].size() && clearance_[other][block] > margin && !busy_[other].empty()) return {other, block};
+    }
+  }
+  const auto& busy = busy_[frame];
+  const bool near = !busy.empty() && patch.uniform(2 * number) < kBusyShare;
+  return {frame, near ? busy[patch.below(2 * number + 1, std::uint32_t(busy.size()))] : patch.below(2 * number + 1, blocks(frame))};
 }
 
 void BatchSampler::draw(std::int64_t index, int rays, float step, Batch& out) const {
@@ -76,23 +114,18 @@ void BatchSampler::draw(std::int64_t index, int rays, float step, Batch& out) co
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
 
   parallel_for(frames, [&](int f) {
-    const Frame& frame = train_.frames[out.frames[f]];
-    const auto& busy = busy_[out.frames[f]];
-    const int w = std::max(1, frame.image.width / 2), h = std::max(1, frame.image.height / 2);
-    const Rng patch_rng(seed_, kPatch + 16 * std::uint64_t(index)), ray_rng(seed_, kRay + 16 * std::uint64_t(index));
-    // Patches sorted along the picture: neighbours in the list share what they fetch.
-    std::vector<std::uint32_t> blocks(patches);
-    for (int p = 0; p < patches; ++p) {
-      const std::uint64_t i = 2 * (std::uint64_t(f) * patches + p);
-      const bool near = !busy.empty() && patch_rng.uniform(i) < kBusyShare;
-      blocks[p] = near ? busy[patch_rng.below(i + 1, std::uint32_t(busy.size()))] : patch_rng.below(i + 1, std::uint32_t(w * h));
-    }
-    std::sort(blocks.begin(), blocks.end());
+    const Rng ray_rng(seed_, kRay + 16 * std::uint64_t(index));
+    // Patches sorted along the pictures: neighbours in the list share what they fetch.
+    std::vector<Patch> drawn(patches);
+    for (int p = 0; p < patches; ++p) drawn[p] = draw_patch(std::uint64_t(index), std::uint64_t(f) * patches + p, out.frames[f]);
+    std::sort(drawn.begin(), drawn.end());
     for (int p = 0; p < patches; ++p)
       for (int k = 0; k < 4; ++k) {
         const std::size_t r = std::size_t(f) * per_frame + 4 * p + k;
-        const int x = std::min(int(blocks[p] % w) * 2 + (k & 1), frame.image.width - 1);
-        const int y = std::min(int(blocks[p] / w) * 2 + (k >> 1), frame.image.height - 1);
+        const Frame& frame = train_.frames[drawn[p].frame];
+        const std::uint32_t block = drawn[p].block, w = std::uint32_t(std::max(1, frame.image.width / 2));
+        const int x = std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1);
+        const int y = std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1);
         Vec3 background = background_;
         if (config_.background == BackgroundKind::random)
           background = {ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1), ray_rng.uniform(4 * r + 2)};

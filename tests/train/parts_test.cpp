@@ -209,5 +209,26 @@ TEST_SUITE("train/bounds and batches") {
     CHECK(a.targets == b.targets);
     sampler.draw(4, config.rays, 0.02f, b);
     CHECK(a.targets != b.targets);
+
+    // Carving: cameras of other times look past their silhouettes, and the scene is nowhere on those rays at the slot's time.
+    config.rays = 2048, config.carve = 0.9f, config.background = BackgroundKind::fixed;
+    const BatchSampler carver(train, bounds.box, config, {1, 1, 1}, 9);
+    int carved = 0;
+    for (int step = 0; step < 4; ++step) {
+      carver.draw(step, config.rays, 0.02f, a);
+      for (const Batch::Task& task : a.tasks) {
+        const Frame& own = train.frames[a.frames[task.frame]];
+        const SynthMoment moment = scene.at(own.time);
+        for (int i = task.first; i < task.last; ++i) {
+          const Vec3d origin = cast<double>(a.rays[i].origin), direction = cast<double>(a.rays[i].direction);
+          const bool missed = a.rays[i].count == 0;
+          if (missed || length(cross(origin - own.camera.position, direction)) < 1e-3) continue;  // or of the slot's own camera
+          ++carved;
+          CHECK(a.targets[i] == Vec3{1, 1, 1});
+          CHECK_FALSE(moment.trace({origin, direction}).has_value());
+        }
+      }
+    }
+    CHECK(carved > 500);
   }
 }

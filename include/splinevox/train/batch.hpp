@@ -27,6 +27,10 @@ struct Batch {
 /// Frames come from a shuffled deck, so every frame is used equally often. Rays come in patches of 2 x 2 pixels, whose
 /// samples share cache lines; most are taken where the picture shows something or nearly does, the rest anywhere, so that
 /// matter where there should be none is found as well.
+///
+/// Some rays carve: a camera of a neighbouring time looks past its silhouette, further away than things move in between, and there
+/// must be nothing *now* either. With one camera per time, matter can hide behind the body from the only view of its time; other
+/// views of about that time see it beside the body. Needs pictures with alpha; frames without any are never carved with.
 class BatchSampler {
  public:
   BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed);
@@ -35,11 +39,21 @@ class BatchSampler {
   void draw(std::int64_t index, int rays, float step, Batch& out) const;
 
  private:
+  /// One 2 x 2 patch: of the slot's own frame, or of another one that carves.
+  struct Patch {
+    int frame;
+    std::uint32_t block;
+    friend auto operator<=>(const Patch&, const Patch&) = default;
+  };
+  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
+
   const Split& train_;
   Box box_;
   SamplingConfig config_;
   Vec3 background_;
   std::uint64_t seed_;
+  std::vector<int> by_time_, rank_;                 ///< frames in order of time, and each frame's place in that order
+  std::vector<std::vector<std::uint8_t>> clearance_;  ///< per frame and 2 x 2 block: blocks to the nearest with any alpha, at most 255
   std::vector<std::vector<std::uint32_t>> busy_;  ///< per frame: 2 x 2 blocks (y * width / 2 + x) near what the picture shows
 };
 

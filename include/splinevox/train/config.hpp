@@ -80,6 +80,9 @@ struct SamplingConfig {
   int frames = 16;                 ///< training images per step
   int rays = 4096;                 ///< rays of the first step over all of them, in patches of 2 x 2 pixels
   float growth = 3;                ///< rays of the last step over those of the first, linear in between: calm where it matters
+  float carve = 0.15f;             ///< share of the rays that look from cameras of neighbouring times past the silhouette
+  int carve_frames = 4;            ///< how many frames earlier or later such a camera may be
+  float carve_speed = 3;           ///< the fastest that things are taken to move, picture widths per unit of model time
   float step = 0.75f;              ///< march step in voxels of the radiance lattice
   float stop = 1e-3f;              ///< transmittance at which a training ray ends
   float min_weight = 1e-3f;        ///< samples with a smaller share in the pixel get no gradient
@@ -160,6 +163,9 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.frames", c.sampling.frames, "training images per step", 1, 64);
   visit("sampling.rays", c.sampling.rays, "rays of the first step", 64, 1 << 20);
   visit("sampling.growth", c.sampling.growth, "rays of the last step over those of the first", 1, 64);
+  visit("sampling.carve", c.sampling.carve, "share of the rays that look past the silhouettes of neighbouring times", 0, 0.9);
+  visit("sampling.carve_frames", c.sampling.carve_frames, "how many frames away such a camera may be", 1, 64);
+  visit("sampling.carve_speed", c.sampling.carve_speed, "fastest motion reckoned with, picture widths per unit of time", 0, 1000);
   visit("sampling.step", c.sampling.step, "march step in voxels", 0.05, 4);
   visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
   visit("sampling.min_weight", c.sampling.min_weight, "samples with a smaller share in the pixel get no gradient", 0, 0.1);
