@@ -39,6 +39,10 @@ std::string curves(const std::vector<std::string>& runs) {
     all.push_back(read_curve(run));
     for (const auto& [t, p] : all.back().points) t0 = std::min(t0, t), t1 = std::max(t1, t), p0 = std::min(p0, p), p1 = std::max(p1, p);
   }
+  std::string shared = all.front().name;  // what all names begin with says nothing
+  for (const Curve& c : all) shared.resize(std::size_t(std::mismatch(shared.begin(), shared.end(), c.name.begin(), c.name.end()).first - shared.begin()));
+  if (all.size() > 1)
+    for (Curve& c : all) c.name.erase(0, shared.size());
   const Axis x(t0, t1, kLeft, kWidth - kRight), y(p0, p1, kHeight - kBottom, kTop, false);
   std::string svg = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"12\">\n"
