@@ -22,7 +22,7 @@
 #include "splinevox/data/scene.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
-#include "splinevox/train/trainer.hpp"
+#include "trained.hpp"
 
 using namespace splinevox;
 
@@ -61,25 +61,19 @@ void run(const Options& options, const Config& base, const std::string& scene, i
   Config config = base;
   config.run.seed = std::uint64_t(seed);
   if (options.steps > 0) config.run.max_time = 0, config.run.max_steps = options.steps;
-  Trainer trainer(config, *data.find("train"), data.time_map);
-  std::int64_t samples = 0, rays = 0;
-  while (!trainer.done()) {
-    const StepReport report = trainer.step();
-    samples += report.samples, rays += report.rays;
-  }
-  const VoxelModel model = trainer.model();
-  const Score held = score(model, *data.find(options.split), 1, options.pictures.empty() ? "" : options.pictures + "/" + name);
+  const Trained run = train_to_end(config, data);
+  const Score held = score(run.model, *data.find(options.split), 1, options.pictures.empty() ? "" : options.pictures + "/" + name);
   const Split& train = *data.find("train");
-  const Score seen = score(model, train, std::max<std::size_t>(1, train.frames.size() / 20), "");
-  const PhaseSeconds s = trainer.phases();
+  const Score seen = score(run.model, train, std::max<std::size_t>(1, train.frames.size() / 20), "");
+  const PhaseSeconds& s = run.phases;
   const nlohmann::json line{{"scene", name},
                             {"seed", seed},
                             {"set", options.changes},
                             {"psnr", held.mean},
                             {"worst", held.worst},
                             {"train_psnr", seen.mean},
-                            {"samples_per_ray", double(samples) / double(rays)},
-                            {"seconds", trainer.seconds()},
+                            {"samples_per_ray", run.samples_per_ray},
+                            {"seconds", run.seconds},
                             {"phases", fmt::format("slices {:.1f} rays {:.1f} scatter {:.1f} regularise {:.1f} update {:.1f} occupancy {:.1f} refine {:.1f}",
                                                    s.slices, s.rays, s.scatter, s.regularise, s.update, s.occupancy, s.refine)}};
   fmt::print("{}\n", line.dump());

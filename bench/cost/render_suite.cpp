@@ -10,9 +10,9 @@
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/occupancy.hpp"
 #include "splinevox/render/ray_kernel.hpp"
-#include "splinevox/train/trainer.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
+#include "trained.hpp"
 
 namespace splinevox::cost {
 namespace {
@@ -101,9 +101,7 @@ Stage make_stage(const SuiteOptions& o, const std::string& scene) {
   Config config = preset("fast");
   config.run.max_time = 0, config.run.max_steps = o.micro ? 300 : 1500;
   if (o.micro) config.grid.radiance = {24, 48}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
-  Trainer trainer(config, *s.data.find("train"), s.data.time_map);
-  while (!trainer.done()) trainer.step();
-  s.model = trainer.model();
+  s.model = train_to_end(config, s.data).model;
   return s;
 }
 

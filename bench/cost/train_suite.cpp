@@ -9,9 +9,9 @@
 #include "splinevox/data/synth.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
-#include "splinevox/train/trainer.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
+#include "trained.hpp"
 
 namespace splinevox::cost {
 namespace {
@@ -61,18 +61,12 @@ Outcome train(const Dataset& data, const SuiteOptions& o, const Setting& s, int 
   if (o.micro) config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
   for (const std::string& change : s.changes) set_config(config, change, "cost");
   config.run.max_time = 0, config.run.max_steps = std::max(1, int(o.steps * s.steps)), config.run.seed = std::uint64_t(seed);
-  Trainer trainer(config, *data.find("train"), data.time_map);
-  std::int64_t samples = 0, rays = 0;
-  while (!trainer.done()) {
-    const StepReport report = trainer.step();
-    samples += report.samples, rays += report.rays;
-  }
-  const VoxelModel model = trainer.model();
+  const Trained run = train_to_end(config, data);
   double db = 0;
   const Split& test = *data.find("test");
-  Renderer renderer(model);
-  for (const Frame& f : test.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background)));
-  return {std::pow(10, -db / double(test.frames.size()) / 20), trainer.seconds(), double(samples) / double(rays)};
+  Renderer renderer(run.model);
+  for (const Frame& f : test.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, run.model.background)));
+  return {std::pow(10, -db / double(test.frames.size()) / 20), run.seconds, run.samples_per_ray};
 }
 
 double decibels(double rms) { return -20 * std::log10(rms); }

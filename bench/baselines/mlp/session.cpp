@@ -36,6 +36,13 @@ double psnr_of(const torch::Tensor& render, const torch::Tensor& truth) {
   return psnr_from_mse(torch::mean(torch::square(render.clamp(0, 1) - truth).to(torch::kDouble)).item<double>());
 }
 
+/// Rays' colours as the picture they were taken for, within [0, 1].
+Image as_image(const torch::Tensor& rgb, const Camera& camera, int stride) {
+  Image picture(strided(camera.width, stride), strided(camera.height, stride), 3);
+  std::copy_n(rgb.contiguous().data_ptr<float>(), picture.data.size(), picture.data.begin());
+  return clamped(std::move(picture));
+}
+
 /// The box the voxel model starts from, so that both march through the same space.
 Box scene_box(const Dataset& data) {
   const Config voxel;
@@ -88,10 +95,7 @@ Measured measure(MlpModel& model, const Settings& settings, const Box& box, cons
 }
 
 Image view_picture(MlpModel& model, const Frame& frame, const Box& box, int stride) {
-  const torch::Tensor rgb = model->picture(view_rays(frame.camera, frame.time, box, stride)).contiguous();
-  Image picture(strided(frame.camera.width, stride), strided(frame.camera.height, stride), 3);
-  std::copy_n(rgb.data_ptr<float>(), picture.data.size(), picture.data.begin());
-  return clamped(std::move(picture));
+  return as_image(model->picture(view_rays(frame.camera, frame.time, box, stride)), frame.camera, stride);
 }
 
 MlpSession::MlpSession(const Settings& settings, const Dataset& data, const app::RunFolder& folder, app::Progress& progress)
@@ -122,11 +126,10 @@ Json MlpSession::run() {
     report.psnr = -10 * std::log10(std::max(1e-10, loss_));
     report.progress = std::min(1.0, used());
     const Json line = progress_.step(report, held_psnr_);
-    if (!line.is_null()) std::ofstream(folder_.file("metrics.jsonl"), std::ios::app) << line.dump() << "\n";
+    if (!line.is_null()) report_line(line);
     if (spent + held_seconds_ <= kHeldShare * seconds_) {
       const double before = clock();
-      const Frame& f = held_frame(data_);
-      show_held(psnr_of(model_->picture(view_rays(f.camera, f.time, box_, settings_.test_stride)), view_colors(f.image, background(settings_), settings_.test_stride)));
+      show_held();
       held_seconds_ = clock() - before, spent += held_seconds_;
     }
     measure_due(false);
@@ -170,19 +173,24 @@ void MlpSession::measure_due(bool all) {
   for (; test && tested_ < settings_.test_at.size() && (all || seconds_ >= settings_.test_at[tested_]); ++tested_) {
     const double psnr = measure(model_, settings_, box_, *test, settings_.test_stride).psnr;
     tests_.push_back({{"at", settings_.test_at[tested_]}, {"seconds", seconds_}, {"step", step_}, {"psnr", psnr}});
-    std::ofstream(folder_.file("metrics.jsonl"), std::ios::app) << Json{{"step", step_}, {"seconds", seconds_}, {"test_psnr", psnr}}.dump() << "\n";
+    report_line({{"step", step_}, {"seconds", seconds_}, {"test_psnr", psnr}});
     progress_.note(fmt::format("{:.0f} s, step {}: test PSNR {:.2f} dB on every {}th pixel and row", seconds_, step_, psnr, settings_.test_stride));
   }
 }
 
-void MlpSession::show_held(double psnr) {
-  held_psnr_ = capped_psnr(psnr);
+void MlpSession::show_held() {
   const Frame& f = held_frame(data_);
-  std::ofstream(folder_.file("metrics.jsonl"), std::ios::app)
-      << Json{{"step", step_}, {"seconds", seconds_}, {"held_psnr", held_psnr_}, {"held_view", f.name}}.dump() << "\n";
+  const torch::Tensor rgb = model_->picture(view_rays(f.camera, f.time, box_, settings_.test_stride));
+  held_psnr_ = capped_psnr(psnr_of(rgb, view_colors(f.image, background(settings_), settings_.test_stride)));
+  report_line({{"step", step_}, {"seconds", seconds_}, {"held_psnr", held_psnr_}, {"held_view", f.name}});
   fs::create_directories(folder_.file("preview"));
-  const std::vector<char> png = encode_png(view_picture(model_, f, box_, settings_.test_stride));
+  const std::vector<char> png = encode_png(as_image(rgb, f.camera, settings_.test_stride));
   std::ofstream(fmt::format("{}/step_{:06}.png", folder_.file("preview"), step_), std::ios::binary).write(png.data(), std::streamsize(png.size()));
+}
+
+void MlpSession::report_line(const Json& line) const {
+  const std::string path = folder_.file("metrics.jsonl");
+  if (!(std::ofstream(path, std::ios::app) << line.dump() << "\n" << std::flush)) fail_output({path, "this file could not be written", "", "a full disk?", ""});
 }
 
 void MlpSession::save() const {

@@ -40,7 +40,8 @@ class MlpSession {
  private:
   double step(double progress);
   void measure_due(bool all);
-  void show_held(double psnr);
+  void show_held();
+  void report_line(const Json& line) const;
   void save() const;
 
   const Settings settings_;
