@@ -4,12 +4,16 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <type_traits>
 
+#include "half_rows.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/occupancy.hpp"
 #include "splinevox/render/ray_kernel.hpp"
+#include "splinevox/train/refine.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
 #include "trained.hpp"
@@ -21,14 +25,12 @@ constexpr int kSh = 1;               ///< harmonic order of the models here
 constexpr int kCells = 64;           ///< of the occupancy
 constexpr float kEmptyAlpha = 1e-3f;
 
-/// A model at one time before one camera, in the precision of Real.
-template <class Real>
+/// A model at one time before one camera, computed in Real with the radiance rows kept as Stored.
+template <class Real, class Stored = Real>
 class Shot {
  public:
-  Shot(const VoxelModel& model, const Camera& camera, double time) : model_(model), camera_(camera) {
-    const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, time));
-    occupied_ = frame_occupancy(model, slice, OccupancyPyramid(canonical_occupancy(model, kCells, kEmptyAlpha, model.step)));
-    slice_.assign(slice.values.begin(), slice.values.end());
+  Shot(const VoxelModel& model, const Camera& camera, double time)
+      : model_(model), camera_(camera), time_(time), canonical_(canonical_occupancy(model, kCells, kEmptyAlpha, model.step)) {
     const auto& raw = model.radiance.raw;
     rows_.assign(raw.values.begin(), raw.values.end());
     field_.radiance = BrickView<Real>(*raw.topology);
@@ -37,21 +39,30 @@ class Shot {
     field_.moving = !model.motion.levels.empty();
     if (field_.moving) field_.motion = BrickView<Real>(*model.motion.levels.back().topology);
     field_.rigidity = model.motion.rigidity, field_.rigidity_offset = Real(model.motion.rigidity_offset);
+    make_frame();
+  }
+
+  /// What a renderer does anew for every time: the motion contracted to a slice, and where there is matter then.
+  void make_frame() {
+    fill_slice(model_.motion, stored_weights(model_.motion, time_), contracted_);
+    occupied_ = frame_occupancy(model_, contracted_, canonical_);
+    if constexpr (!std::is_same_v<Real, float>) slice_.assign(contracted_.values.begin(), contracted_.values.end());
   }
 
   /// [height * width * 3] and the samples in stored bricks. @param skip  leave out cells that the occupancy calls empty.
   std::vector<double> picture(double step_scale, double stop, bool skip, double* samples = nullptr) const {
-    FieldView<Real> field = field_;
+    FieldView<Real, Stored> field = field_;
     field.step = Real(model_.step * step_scale);
     FrameView<Real> frame;
-    frame.slice = slice_.data();
+    if constexpr (std::is_same_v<Real, float>) frame.slice = contracted_.values.data();
+    else frame.slice = slice_.data();
     const OccupancyView<float> cells = occupied_.view();
     frame.occupancy.origin = cast<Real>(cells.origin), frame.occupancy.inv_cell = Real(cells.inv_cell);
     frame.occupancy.size = cells.size, frame.occupancy.bits = skip ? cells.bits : nullptr;
     std::vector<double> out(std::size_t(camera_.width) * camera_.height * 3);
     std::vector<double> counts(std::size_t(camera_.height));
     parallel_for(camera_.height, [&](int y) {
-      RayKernel<Real, kSh> kernel;
+      RayKernel<Real, kSh, Stored> kernel;
       for (int x = 0; x < camera_.width; ++x) {
         const Ray ray = camera_ray(camera_, x + 0.5, y + 0.5);
         const Interval inside = intersect(model_.box, ray.origin, ray.direction);
@@ -75,10 +86,25 @@ class Shot {
  private:
   const VoxelModel& model_;
   Camera camera_;
+  double time_;
+  OccupancyPyramid canonical_;
+  MotionSlice contracted_;
   BitGrid occupied_;
-  AlignedVector<Real> rows_, slice_;
-  FieldView<Real> field_;
+  AlignedVector<Stored> rows_;
+  AlignedVector<Real> slice_;  ///< contracted_ in Real, where that is not float
+  FieldView<Real, Stored> field_;
 };
+
+/// The model with its radiance on a lattice of a share of the cells, its march step longer by as much: a level of detail.
+VoxelModel coarser(const VoxelModel& model, int factor) {
+  VoxelModel out = model;
+  const Lattice& fine = model.radiance.raw.topology->lattice;
+  const int cells = std::max({fine.size.x, fine.size.y, fine.size.z}) - 1;
+  const BitGrid matter = canonical_occupancy(model, kCells, kEmptyAlpha, model.step);
+  out.radiance.raw = resample(model.radiance.raw, bricks_near(make_lattice(model.box, std::max(1, cells / factor)), matter));
+  out.step = model.step * float(factor);
+  return out;
+}
 
 double rms(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0;
@@ -112,20 +138,21 @@ std::vector<double> reference(const Shot<double>& shot) {
   return fine;
 }
 
+/// A way to make the picture. Without `work` it is the float kernel with these settings.
 struct Variant {
   std::string knob, value;
-  double order, step_scale, stop;
-  bool skip, in_double, is_default, dominated;
+  double order = 0, step_scale = 1, stop = 1e-3;
+  bool skip = true, dominated = false;
+  std::function<std::vector<double>(double*)> work{};  ///< [height * width * 3]; fills in the samples a ray where asked to
 };
 
 std::vector<Variant> variants(bool micro) {
-  std::vector<Variant> out{{"default", "step 1, stop 1e-3, skipping, float", 0, 1, 1e-3, true, false, true, false}};
+  std::vector<Variant> out{{"default", "step 1, stop 1e-3, skipping, float"}};
   for (const double s : micro ? std::vector<double>{2, 0.5, 0.25} : std::vector<double>{2, 1.5, 0.75, 0.5, 0.25, 0.125, 0.0625})
-    out.push_back({"step", fmt::format("{}", s), -s, s, 1e-3, true, false, false, false});
+    out.push_back({.knob = "step", .value = fmt::format("{}", s), .order = -s, .step_scale = s});
   for (const double t : micro ? std::vector<double>{1e-1, 1e-5} : std::vector<double>{1e-1, 1e-2, 1e-4, 1e-5, 1e-6})
-    out.push_back({"stop", fmt::format("{:g}", t), -std::log10(t), 1, t, true, false, false, false});
-  out.push_back({"skipping", "off", 1, 1, 1e-3, false, false, false, true});
-  out.push_back({"precision", "double", 1, 1, 1e-3, true, true, false, true});
+    out.push_back({.knob = "stop", .value = fmt::format("{:g}", t), .order = -std::log10(t), .stop = t});
+  out.push_back({.knob = "skipping", .value = "off", .order = 1, .skip = false, .dominated = true});
   return out;
 }
 
@@ -135,24 +162,38 @@ void render_suite(const SuiteOptions& o, const Told& told) {
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     const Stage stage = make_stage(o, scene);
     const Frame& frame = stage.frame();
-    const Shot<float> single(stage.model, frame.camera, frame.time);
+    const VoxelModel half_lattice = coarser(stage.model, 2), quarter_lattice = coarser(stage.model, 4);
+    Shot<float> single(stage.model, frame.camera, frame.time);
+    const Shot<float, Half> half(stage.model, frame.camera, frame.time);
     const Shot<double> twice(stage.model, frame.camera, frame.time);
+    const Shot<float> half_detail(half_lattice, frame.camera, frame.time), quarter_detail(quarter_lattice, frame.camera, frame.time);
     const std::vector<double> truth = reference(twice);
-    const std::vector<Variant> list = variants(o.micro);
+
+    std::vector<Variant> list = variants(o.micro);
+    const Variant base = list.front();
+    const auto plain = [](const auto& shot, const Variant& v) { return [&shot, v](double* samples) { return shot.picture(v.step_scale, v.stop, v.skip, samples); }; };
+    for (Variant& v : list) v.work = plain(single, v);
+    list.push_back({.knob = "precision", .value = "double", .order = 1, .dominated = true, .work = plain(twice, base)});
+    list.push_back({.knob = "precision", .value = "radiance rows in half floats", .order = -1, .work = plain(half, base)});
+    list.push_back({.knob = "detail", .value = "half the cells, twice the step", .order = -1, .work = plain(half_detail, base)});
+    list.push_back({.knob = "detail", .value = "a quarter of the cells, four times the step", .order = -2, .work = plain(quarter_detail, base)});
+    list.push_back({.knob = "slice", .value = "made for this picture", .order = 1, .work = [&, again = plain(single, base)](double* samples) {
+                      single.make_frame();
+                      return again(samples);
+                    }});
+    list.push_back({.knob = "A/A", .value = "the default again", .work = plain(single, base)});
+
     std::vector<Candidate> candidates;
-    for (const Variant& v : list)
-      candidates.push_back({v.value, [&] { v.in_double ? twice.picture(v.step_scale, v.stop, v.skip) : single.picture(v.step_scale, v.stop, v.skip); }});
-    candidates.push_back({"A/A", candidates[0].run});
+    for (const Variant& v : list) candidates.push_back({v.value, [&v] { v.work(nullptr); }});
     const int rounds = o.micro ? 5 : o.rounds;
     const std::vector<Timed> timed = interleave(candidates, rounds);
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      const bool again = i == list.size();
-      const Variant& v = list[again ? 0 : i];
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const Variant& v = list[i];
       Record r;
-      const double error = rms(v.in_double ? twice.picture(v.step_scale, v.stop, v.skip, &r.samples) : single.picture(v.step_scale, v.stop, v.skip, &r.samples), truth);
-      r.suite = "render", r.scene = stage.name, r.knob = again ? "A/A" : v.knob, r.value = again ? "the default again" : v.value, r.order = v.order;
+      const double error = rms(v.work(&r.samples), truth);
+      r.suite = "render", r.scene = stage.name, r.knob = v.knob, r.value = v.value, r.order = v.order;
       r.error = {error, error, error}, r.seconds = timed[i].seconds, r.instructions = timed[i].instructions, r.runs = rounds;
-      r.is_default = v.is_default && !again, r.expected_dominated = v.dominated, r.failed = !std::isfinite(error);
+      r.is_default = i == 0, r.expected_dominated = v.dominated, r.failed = !std::isfinite(error);
       r.note = fmt::format("{:.3f} [{:.3f}, {:.3f}] times the default's time", timed[i].ratio.value, timed[i].ratio.lo, timed[i].ratio.hi);
       told(r);
     }

@@ -27,7 +27,7 @@ struct RayResult {
 /// that the arithmetic between the gathers is plain loops the compiler turns into vector code. One instance per task, reused.
 ///
 /// @tparam Sh  spherical harmonic order of the view rescale, -1 for none.
-template <class Real, int Sh>
+template <class Real, int Sh, class Stored = Real>
 class RayKernel {
  public:
   static constexpr int kShCount = (Sh + 1) * (Sh + 1);
@@ -37,9 +37,10 @@ class RayKernel {
   using Four = typename Simd<Real>::Four;
   using Eight = typename Simd<Real>::Eight;
   using Vec = Vec3T<Real>;
+  using Field = FieldView<Real, Stored>;
 
   /// Marches until the box ends or transmittance falls below `stop`; the sample that crosses is the last one counted.
-  RayResult<Real> forward(const RayInput<Real>& ray, const FieldView<Real>& field, const FrameView<Real>& frame, Real stop) {
+  RayResult<Real> forward(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, Real stop) {
     count = 0, visited = 0;
     transmittance_ = 1;
     rgb_ = {};
@@ -96,7 +97,7 @@ class RayKernel {
   }
 
   /// Appends the occupied samples of [i0, i0 + kChunk) to index_.
-  int find_occupied(const RayInput<Real>& ray, const FieldView<Real>& field, const OccupancyView<Real>& grid, int i0, int pending) {
+  int find_occupied(const RayInput<Real>& ray, const Field& field, const OccupancyView<Real>& grid, int i0, int pending) {
     const int n = std::min(kChunk, ray.count - i0);
     if (!grid.bits) {
       for (int j = 0; j < n; ++j) index_[pending++] = i0 + j;
@@ -140,7 +141,7 @@ class RayKernel {
   }
 
   /// Warps, gathers, activates and composites the first n pending samples. Returns true when the ray is opaque.
-  bool shade_chunk(const RayInput<Real>& ray, const FieldView<Real>& field, const FrameView<Real>& frame, int n, Real stop) {
+  bool shade_chunk(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, int n, Real stop) {
     reserve(count + 2 * kChunk);
     visited += n;
     alignas(64) Real x[3][kChunk], i_real[kChunk];
@@ -205,7 +206,7 @@ class RayKernel {
     return shade_stored(field, rows, kept, stop);
   }
 
-  void gather_motion(const FieldView<Real>& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out, Real* raw_light) {
+  void gather_motion(const Field& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out, Real* raw_light) {
     for (int j = 0; j < n; ++j) {
       cells[j] = cell_of(field.motion, at, j);
       const CellRows rows = field.motion.rows(cells[j]);
@@ -218,7 +219,7 @@ class RayKernel {
     }
   }
 
-  bool shade_stored(const FieldView<Real>& field, const CellRows* rows, int n, Real stop) {
+  bool shade_stored(const Field& field, const CellRows* rows, int n, Real stop) {
     alignas(64) Real raw[5][kChunk] = {};  // density, r, g, b, view
     for (int j = 0; j < n; ++j) {
       Sample& s = samples[count + j];

@@ -28,10 +28,11 @@ struct OccupancyView {
 };
 
 /// The model as the ray kernels read it; all frames share it.
-template <class Real>
+/// @tparam Stored  what the radiance rows are kept in; load<Eight>(const Stored*) makes a register of Real of them.
+template <class Real, class Stored = Real>
 struct FieldView {
   BrickView<Real> radiance;
-  const Real* radiance_rows = nullptr;  ///< [rows * width]
+  const Stored* radiance_rows = nullptr;  ///< [rows * width]
   BrickView<Real> motion;
   bool moving = false, rigidity = false;
   Real rigidity_offset = 0;
