@@ -78,6 +78,7 @@ ReportRun read_run(const ReportOptions& o, std::string path) {
     Json j = Json::parse(line, nullptr, false);
     if (j.is_object()) page.lines.push_back(std::move(j));
   }
+  if (fs::exists(path + "/effects.json")) page.effects = read_json(path + "/effects.json");
   page.config = read_text(path + "/config.toml");
   page.model_bytes = double(fs::file_size(path + "/" + page.model_file));
   if (network) page.views_note = "There are no pictures of a perceptron here: `splinevox-mlp render` makes them, minutes each on a CPU.";

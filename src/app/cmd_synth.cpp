@@ -24,10 +24,14 @@ Action synth_command(CLI::App& verb) {
   verb.add_option("--frames", o->synth.frames, "training pictures, each at its own time")->capture_default_str();
   verb.add_option("--size", o->synth.size, "width and height of every picture, pixels")->capture_default_str();
   verb.add_option("--seed", o->synth.seed, "of the training cameras")->capture_default_str();
+  verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")->check(CLI::Range(0.0, 1.0));
+  verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")->check(CLI::Range(0.0, 1.0));
+  verb.add_option("--light", o->synth.look.light, "of everything, 0..1")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  verb.add_flag("--opaque", o->synth.look.opaque, "pictures without alpha, a grey wall behind the scene");
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
   return [o] {
-    SynthScene::open(o->scene);  // a wrong name is found before a folder is made
+    SynthScene::open(o->scene, o->synth.look);  // a wrong name is found before a folder is made
     probe_output_folder(o->out);
     return with_threads(o->threads, [&] {
       const bool bar = !o->quiet && ::isatty(STDERR_FILENO);

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "app/command.hpp"
+#include "app/effects_report.hpp"
 #include "app/signals.hpp"
 #include "app/support.hpp"
 #include "app/train_options.hpp"
@@ -43,6 +44,18 @@ void greet(const Dataset& data, const Config& c, Progress& progress) {
                             first.width, first.height, c.preset, length, tbb::this_task_arena::max_concurrency()));
 }
 
+/// Tries out which effects the scene calls for and writes effects.json. What the user listed is measured, not changed.
+void settle_effects(Config& config, bool forced, const Dataset& data, const RunFolder& folder, Progress& progress) {
+  if (config.effects.steps > 0) progress.note("trying out which effects the scene calls for");
+  const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map, [&](const EffectTrial& t) {
+    progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s", to_string(t.effects), t.mean(), t.steps, t.seconds));
+  });
+  if (!forced) apply(choice.chosen, config);
+  const Json effects = effects_json(choice, effects_of(config), forced);
+  progress.note(effects_line(effects));
+  write_file(folder.file("effects.json"), {effects.dump(2) + "\n"});
+}
+
 void summarise(const Json& j, const RunFolder& folder) {
   const double train = j["train_seconds"];
   fmt::print("{} steps in {:.1f} s; {:.2f} million rays/s, {:.2f} million samples/s\n", j["steps"].get<std::int64_t>(),
@@ -66,7 +79,7 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   Config saved;
   RunRecord record;
   if (checkpoint) read_run_config(folder.path(), saved, record);
-  const Config config = effective_config(o, checkpoint ? &saved : nullptr);
+  Config config = effective_config(o, checkpoint ? &saved : nullptr);
   if (o.resume && !checkpoint)
     progress.note(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
 
@@ -76,13 +89,14 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   if (!fs::exists(fs::path(o.dataset) / "transforms_val.json")) load.splits.pop_back();
   const Dataset data = load_dataset(o.dataset, load);
   if (checkpoint) check_same_run(folder, saved, config, record, data);
+  greet(data, config, progress);
   if (!checkpoint) {
+    settle_effects(config, o.effects != "auto", data, folder, progress);
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(), data.fingerprint,
               data.time_map};
     write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
     write_file(folder.file("metrics.jsonl"), {std::string()});
   }
-  greet(data, config, progress);
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   TrainSession session({config, data, folder, used, checkpoint}, progress);
   Json figures = session.run();

@@ -39,8 +39,8 @@ for (const canvas of document.querySelectorAll("canvas[data-chart]")) {
     type: "scatter",
     data: { datasets: chart.series.map(s => ({ label: s.name, data: s.points, showLine: s.mark !== "dots",
       borderColor: color("--c" + s.color) + (s.mark === "faint" ? "66" : ""), backgroundColor: color("--c" + s.color),
-      borderWidth: s.mark === "faint" ? 1.2 : 2, pointRadius: s.mark === "dots" ? 3.5 : 0, pointHitRadius: 6 })) },
-    options: { animation: false, aspectRatio: 1.5,
+      borderWidth: s.mark === "faint" ? 1.2 : 2, pointRadius: s.mark === "dots" ? (s.points.length > 60 ? 1.5 : 3.5) : 0, pointHitRadius: 6 })) },
+    options: { animation: false, maintainAspectRatio: false,
       scales: { x: axis(chart.x, "linear"), y: axis(chart.y, chart.log ? "logarithmic" : "linear") },
       plugins: { legend: { position: "bottom", labels: { color: color("--soft"), boxWidth: 14 } } } }
   });
@@ -72,7 +72,7 @@ std::string line_chart(const ChartText& text, const std::vector<Series>& series)
     const char* mark = s.mark == Series::Mark::dots ? "dots" : s.mark == Series::Mark::faint_line ? "faint" : "line";
     chart["series"].push_back({{"name", s.name}, {"color", s.colour}, {"mark", mark}, {"points", thin(s, text.log_y)}});
   }
-  return fmt::format("<figure class=\"chart\"><figcaption>{0}</figcaption><canvas role=\"img\" aria-label=\"{0}\" data-chart=\"{1}\"></canvas></figure>",
+  return fmt::format("<figure class=\"chart\"><figcaption>{0}</figcaption><div><canvas role=\"img\" aria-label=\"{0}\" data-chart=\"{1}\"></canvas></div></figure>",
                      escape(text.title), escape(chart.dump()));
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/effects_report.hpp"
 #include "app/report_chart.hpp"
 
 namespace splinevox::app {
@@ -182,8 +183,8 @@ std::string report_page(const std::vector<ReportRun>& runs) {
     html += views(runs[i]);
     html += fmt::format(
         "<div class=\"card\" "
-        "style=\"margin-top:14px\">{}{}<details><summary>Configuration</summary><pre>{}</pre></details></div>",
-        phases(runs[i].metrics), frame_table(runs[i].metrics), escape(runs[i].config));
+        "style=\"margin-top:14px\">{}{}{}<details><summary>Configuration</summary><pre>{}</pre></details></div>",
+        effects_table(runs[i].effects), phases(runs[i].metrics), frame_table(runs[i].metrics), escape(runs[i].config));
   }
   return html + "<footer>One file: nothing is loaded from elsewhere. Charts are drawn by Chart.js (MIT licence).</footer></main>" + chart_scripts() + "</body></html>\n";
 }

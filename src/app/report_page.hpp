@@ -20,6 +20,7 @@ struct ReportRun {
   std::string name;
   Json metrics;             ///< metrics.json
   std::vector<Json> lines;  ///< metrics.jsonl
+  Json effects;             ///< effects.json, null if there is none
   std::string config;       ///< config.toml
   std::string model_file;   ///< its name in the run
   double model_bytes = 0;

@@ -29,6 +29,8 @@ h3 { font-size:15px; margin:20px 0 8px }
 .charts { display:grid; grid-template-columns:repeat(auto-fit,minmax(350px,1fr)); gap:14px }
 .chart { margin:0; padding:16px 16px 10px }
 .chart figcaption { font-weight:600; margin-bottom:6px }
+.chart div { position:relative; height:300px }
+.chart:first-child { grid-column:1/-1 }
 .c0{--c:var(--c0)} .c1{--c:var(--c1)} .c2{--c:var(--c2)} .c3{--c:var(--c3)} .c4{--c:var(--c4)} .c5{--c:var(--c5)} .c6{--c:var(--c6)} .c7{--c:var(--c7)}
 .legend { margin:8px 0 0; color:var(--soft); font-size:13px } .legend span { margin-right:18px; white-space:nowrap }
 .key-dot { display:inline-block; vertical-align:middle; margin-right:6px; background:var(--c) }

@@ -30,7 +30,7 @@ std::string preset_help() {
   return text;
 }
 
-/// --effects: `auto` leaves the preset's own; otherwise what is not named is off.
+/// --effects: `auto` leaves those of the preset to choose from; otherwise what is not named is off.
 void apply_effects(Config& c, const std::string& text) {
   static const std::vector<std::string> known = {"motion", "rigidity", "view", "light"};
   if (text == "auto") return;
@@ -42,8 +42,6 @@ void apply_effects(Config& c, const std::string& text) {
   const auto on = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   if (on("rigidity") && !on("motion"))
     fail({"--effects", "rigidity scales motion, so it needs motion", "motion,rigidity", text, ""});
-  if (on("light") && !on("motion"))
-    fail({"--effects", "light is stored beside motion, so it needs motion", "motion,light", text, ""});
   c.motion.enabled = on("motion");
   c.motion.rigidity = on("rigidity");
   c.motion.light = on("light");
@@ -66,7 +64,7 @@ void add_train_options(CLI::App& verb, TrainOptions& o) {
   verb.add_option("--device", o.device, "auto or cpu")->capture_default_str();
   verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
   verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, behind pictures with alpha");
-  verb.add_option("--effects", o.effects, "auto (the preset's own), all, or a list of motion,rigidity,view,light")
+  verb.add_option("--effects", o.effects, "auto (those the scene calls for, tried out first), all, or a list of motion,rigidity,view,light")
       ->capture_default_str();
   verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
   verb.add_flag("--quiet", o.quiet, "say nothing but errors");

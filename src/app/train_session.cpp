@@ -176,6 +176,7 @@ void TrainSession::save_manifest(const FileDigest& model) {
                     manifest_entry(folder.path(), "metrics.jsonl"),
                     {"model.vdb", model, {}},
                     {kCheckpoint, checkpoint_digest_, {{"step", double(last_.step)}}}};
+  if (folder.has("effects.json")) manifest.files.push_back(manifest_entry(folder.path(), "effects.json"));
   write_manifest(folder.path(), manifest);
 }
 

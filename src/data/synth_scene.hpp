@@ -44,6 +44,7 @@ struct SynthScene::Content {
   data::Bodies bodies;
   std::vector<data::Pose> rest;  ///< poses at time 0
   bool frozen = false;           ///< every time shows time 0
+  SynthLook look;
 };
 
 }  // namespace splinevox

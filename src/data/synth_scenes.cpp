@@ -95,13 +95,13 @@ std::vector<std::string> synth_scenes() {
   return names;
 }
 
-SynthScene SynthScene::open(const std::string& name) {
+SynthScene SynthScene::open(const std::string& name, const SynthLook& look) {
   for (const data::Entry& entry : data::entries()) {
     if (entry.name != name) continue;
     auto content = std::make_shared<Content>();
     for (const auto add : entry.parts) add(content->bodies);
     for (const data::Body& body : content->bodies) content->rest.push_back(body.pose(0));
-    content->frozen = entry.frozen;
+    content->frozen = entry.frozen, content->look = look;
     return SynthScene(std::move(content));
   }
   const std::vector<std::string> names = synth_scenes();

@@ -12,6 +12,7 @@ namespace splinevox {
 
 struct SynthMoment::Posed {
   std::shared_ptr<const SynthScene::Content> content;
+  double light = 1;  ///< at this time
   std::vector<data::Pose> now;
   std::vector<data::Bound> bounds;
   data::Bound all;  ///< a ball about the origin that holds everything
@@ -60,13 +61,14 @@ Vec3d normal_at(const SynthMoment::Posed& posed, std::size_t body, const Vec3d& 
   return l > 0 ? (1 / l) * sum : Vec3d{0, 0, 1};
 }
 
-/// Lambert under a fixed warm light, with ambient light that is a little stronger from above. No shadows and no
-/// highlights: a point's colour changes only as its surface turns.
-Vec3d shade(const Vec3d& albedo, const Vec3d& normal) {
+/// Lambert under a warm light from a fixed side, with ambient light that is a little stronger from above and no shadows: unless the
+/// look asks for more, a point's colour changes only as its surface turns. Gloss is Blinn's highlight.
+Vec3d shade(const Vec3d& albedo, const Vec3d& normal, const Vec3d& along, double gloss, double light_now) {
   static const Vec3d to_light = normalize(Vec3d{0.45, -0.55, 0.9});
   const double sun = std::max(0.0, dot(normal, to_light)), sky = 0.5 + 0.5 * normal.z;
   const Vec3d light = sun * Vec3d{0.50, 0.47, 0.42} + data::mix({0.50, 0.48, 0.49}, {0.60, 0.61, 0.64}, sky);
-  const Vec3d c = mul(albedo, light);
+  const double shine = gloss > 0 ? gloss * std::pow(std::max(0.0, dot(normal, normalize(to_light - along))), 12) : 0;
+  const Vec3d c = light_now * (mul(albedo, light) + Vec3d{shine, shine, shine});
   return {std::clamp(c.x, 0.0, 1.0), std::clamp(c.y, 0.0, 1.0), std::clamp(c.z, 0.0, 1.0)};
 }
 
@@ -76,6 +78,7 @@ SynthMoment SynthScene::at(double time) const {
   auto posed = std::make_shared<SynthMoment::Posed>();
   posed->content = content_;
   const double t = content_->frozen ? 0.0 : std::clamp(time, 0.0, 1.0);
+  posed->light = content_->look.light * (1 - content_->look.fade * std::clamp(time, 0.0, 1.0));
   for (const data::Body& body : content_->bodies) {
     posed->now.push_back(body.pose(t));
     posed->bounds.push_back(data::bound_of(body.shape, posed->now.back()));
@@ -118,7 +121,7 @@ std::optional<SynthHit> SynthMoment::trace(const Ray& ray) const {
   const Vec3d material = data::material_of(body.shape, posed_->now[*found], hit.position);
   hit.rest = data::world_of(posed_->content->rest[*found], material);
   hit.normal = normal_at(*posed_, *found, hit.position);
-  hit.colour = shade(body.paint(material), hit.normal);
+  hit.colour = shade(body.paint(material), hit.normal, ray.direction, posed_->content->look.gloss, posed_->light);
   return hit;
 }
 

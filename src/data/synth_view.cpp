@@ -16,6 +16,7 @@ namespace splinevox::data {
 namespace {
 
 constexpr double kDistance = 4.0;
+constexpr double kWall = 0.5;  ///< grey behind opaque pictures
 
 Camera camera_at(double azimuth, double elevation, int size) {
   Camera camera;
@@ -123,10 +124,16 @@ std::vector<SynthShot> plan_shots(const SynthOptions& options) {
   return shots;
 }
 
-Image draw(const SynthMoment& moment, const Camera& camera) {
+Image draw(const SynthMoment& moment, const Camera& camera, bool opaque) {
   Image image(camera.width, camera.height, 4);
   tbb::parallel_for(0, camera.height, [&](int y) {
-    for (int x = 0; x < camera.width; ++x) draw_pixel(moment, camera, x, y, image.pixel(x, y));
+    for (int x = 0; x < camera.width; ++x) {
+      float* const rgba = image.pixel(x, y);
+      draw_pixel(moment, camera, x, y, rgba);
+      if (!opaque) continue;
+      for (int c = 0; c < 3; ++c) rgba[c] = float(std::floor(255 * (rgba[3] * rgba[c] + (1 - rgba[3]) * kWall) + 0.5)) / 255.0f;
+      rgba[3] = 1;
+    }
   });
   return image;
 }

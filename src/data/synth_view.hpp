@@ -23,7 +23,8 @@ struct SynthShot {
 std::vector<SynthShot> plan_shots(const SynthOptions& options);
 
 /// The picture with soft edges: straight RGBA, 4 channels in [0, 1], rounded to multiples of 1/255.
-Image draw(const SynthMoment& moment, const Camera& camera);
+/// @param opaque  before a grey wall, alpha 1 everywhere.
+Image draw(const SynthMoment& moment, const Camera& camera, bool opaque);
 
 /// The layers of a truth file: one ray through each pixel's centre.
 std::vector<ExrLayer> draw_truth(const SynthMoment& moment, const Camera& camera);

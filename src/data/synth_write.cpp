@@ -80,11 +80,11 @@ std::uint64_t fingerprint_of(const std::string& scene, const Split& train) {
 }  // namespace
 
 Dataset make_synth(const std::string& scene, const SynthOptions& options, const SynthProgress& progress) {
-  const SynthScene world = SynthScene::open(scene);
+  const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
   std::vector<Image16> images(shots.size());
   for_each_shot(shots.size(), progress,
-                [&](std::size_t i) { images[i] = image16(data::draw(world.at(shots[i].time), shots[i].camera)); });
+                [&](std::size_t i) { images[i] = image16(data::draw(world.at(shots[i].time), shots[i].camera, options.look.opaque)); });
   Dataset dataset;
   dataset.path = "synth:" + scene;
   for (std::size_t i = 0; i < shots.size(); ++i) {
@@ -92,21 +92,21 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options, const 
       dataset.splits.push_back({shots[i].split, {}});
     dataset.splits.back().frames.push_back({shots[i].name, shots[i].camera, shots[i].time, std::move(images[i])});
   }
-  dataset.has_alpha = true;
+  dataset.has_alpha = !options.look.opaque;
   dataset.fingerprint = fingerprint_of(scene, dataset.splits.front());
   return dataset;
 }
 
 void write_synth(const std::string& scene, const std::string& folder, const SynthOptions& options,
                  const SynthProgress& progress) {
-  const SynthScene world = SynthScene::open(scene);
+  const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
   const fs::path root(folder);
   for (const char* name : {"train", "val", "test", "truth"}) make_folder(root / name);
   for_each_shot(shots.size(), progress, [&](std::size_t i) {
     const SynthShot& shot = shots[i];
     const SynthMoment moment = world.at(shot.time);
-    write_png((root / shot.split / (shot.name + ".png")).string(), data::draw(moment, shot.camera));
+    write_png((root / shot.split / (shot.name + ".png")).string(), data::draw(moment, shot.camera, options.look.opaque));
     if (shot.split == "test")
       write_exr((root / "truth" / (shot.name + "_0000.exr")).string(), data::draw_truth(moment, shot.camera));
   });

@@ -12,6 +12,7 @@ namespace splinevox {
 namespace {
 
 using Four = Simd<float>::Four;
+using Eight = Simd<float>::Eight;
 
 /// The control points [first, last) whose weight is not zero: at most four of a B-spline.
 struct Range {
@@ -52,6 +53,12 @@ void contract_brick(const MotionField& motion, const Channels& level, std::span<
     const std::size_t r = std::size_t(brick) * kBrickRows + i;
     const float* row = level.row(r);
     for (std::size_t f = 0; f < weights.size(); ++f) {
+      if (!motion.displaces) {
+        float light = 0;
+        for (int k = points[f].first; k < points[f].last; ++k) light += weights[f][k] * row[k];
+        store(out[f] + r * kSliceWidth, Eight{0, 0, 0, 0, light, 0, 0, 0});
+        continue;
+      }
       Four sum{};
       // Without light the fourth lane reads what comes next in the row and is not used.
       for (int k = points[f].first; k < points[f].last; ++k) sum += weights[f][k] * load<Four>(row + stride * k);
@@ -70,10 +77,14 @@ void expand_brick(const MotionField& motion, const BasisWeights<float>& weights,
   rows.for_each([&](int i) {
     float* from = slice_gradient + std::size_t(i) * kSliceWidth;
     float* row = gradient.row(std::size_t(brick) * kBrickRows + i);
-    Four g = load<Four>(from);
-    if (motion.rigidity) row[rigidity] += g[3];
-    g[3] = motion.light ? from[4] : 0.0f;
-    for (int k = points.first; k < points.last; ++k) store(row + stride * k, load<Four>(row + stride * k) + weights[k] * g);
+    if (motion.displaces) {
+      Four g = load<Four>(from);
+      if (motion.rigidity) row[rigidity] += g[3];
+      g[3] = motion.light ? from[4] : 0.0f;
+      for (int k = points.first; k < points.last; ++k) store(row + stride * k, load<Four>(row + stride * k) + weights[k] * g);
+    } else {
+      for (int k = points.first; k < points.last; ++k) row[k] += weights[k] * from[4];
+    }
     std::fill_n(from, kSliceWidth, 0.0f);
   });
 }

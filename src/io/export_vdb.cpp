@@ -179,7 +179,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   }
   if (find_profile(options.profile).blender_script) {
     const std::string script = blender_script({options.first, options.last, options.fps, options.colorspace == "linear",
-                                               !model.motion.levels.empty(), model.background});
+                                               model.motion.moves(), model.background});
     ManifestFile entry{kScriptName, write_file((fs::path(folder) / kScriptName).string(), {script}), {}};
     manifest.files.push_back(std::move(entry));
   }

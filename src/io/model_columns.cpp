@@ -16,14 +16,14 @@ std::vector<ModelColumn> radiance_columns(const RadianceField& radiance) {
 std::vector<ModelColumn> motion_columns(const MotionField& motion) {
   std::vector<ModelColumn> columns;
   const int skipped = motion.points - motion.stored_points();
-  for (int k = 0; k < motion.stored_points(); ++k)
+  for (int k = 0; motion.displaces && k < motion.stored_points(); ++k)
     columns.push_back({"control_" + std::to_string(k + skipped), motion.stride() * k, 3,
                        "control point of the displacement to canonical, scene units"});
   if (motion.rigidity)
     columns.push_back({"rigidity", motion.rigidity_column(), 1, "rigidity before the sigmoid: 1 moves, 0 is static"});
   if (motion.light)
     for (int k = 0; k < motion.stored_points(); ++k)
-      columns.push_back({"light_" + std::to_string(k + skipped), motion.stride() * k + 3, 1,
+      columns.push_back({"light_" + std::to_string(k + skipped), motion.stride() * k + motion.light_lane(), 1,
                          "control point of the light before its gain 2 sigmoid"});
   return columns;
 }

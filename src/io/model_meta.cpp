@@ -131,6 +131,7 @@ VdbMeta motion_meta(const MotionField& motion) {
   meta["basis"] = std::string(kBases[std::size_t(motion.basis)]);
   meta["points"] = std::int64_t(motion.points);
   meta["first_point"] = std::string(kFirstPoints[std::size_t(motion.first_point)]);
+  if (!motion.displaces) meta["displacement_switch"] = std::string(kSwitch[0]);
   meta["rigidity_switch"] = std::string(kSwitch[motion.rigidity]);
   meta["light_switch"] = std::string(kSwitch[motion.light]);
   meta["rigidity_offset"] = exact_text<float>({motion.rigidity_offset});
@@ -177,8 +178,11 @@ FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
   motion.basis = BasisKind(choice(in, "basis", kBases));
   motion.points = integer(in, "points", kMinPoints, kMaxPoints);
   motion.first_point = FirstPoint(choice(in, "first_point", kFirstPoints));
+  motion.displaces = !in.meta.count("displacement_switch") || choice(in, "displacement_switch", kSwitch) == 1;
   motion.rigidity = choice(in, "rigidity_switch", kSwitch) == 1;
   motion.light = choice(in, "light_switch", kSwitch) == 1;
+  if (!motion.displaces && (motion.rigidity || !motion.light))
+    bad(in, "displacement_switch", "on, or off with light_switch on and rigidity_switch off", quoted(in, "displacement_switch"));
   motion.rigidity_offset = numbers<float>(in, "rigidity_offset", 1)[0];
   // Without light the contraction of a row reads one float past its last control point.
   FieldShape shape = parse_shape(in, motion_columns(motion));

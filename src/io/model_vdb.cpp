@@ -149,7 +149,7 @@ VoxelModel load_model(const std::string& path, ModelNotes* notes) {
   const FieldShape radiance = parse_radiance_meta({path + ", grid 'density'", density->meta}, model.radiance);
   model.radiance.raw = read_channels(path, file, radiance.lattice, radiance.width, radiance_columns(model.radiance));
   for (const VdbGrid& grid : file.grids) {
-    if (!grid.name.starts_with("control_")) continue;
+    if (!grid.name.starts_with("control_") && !grid.name.starts_with("light_")) continue;
     const FieldShape motion = parse_motion_meta({path + ", grid '" + grid.name + "'", grid.meta}, model.motion);
     model.motion.levels.push_back(
         read_channels(path, file, motion.lattice, motion.width, motion_columns(model.motion)));

@@ -188,7 +188,7 @@ OccupancyPyramid::OccupancyPyramid(BitGrid canonical) : levels{{std::move(canoni
 
 BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const OccupancyPyramid& canonical) {
   const BitGrid& cells = canonical.levels[0];
-  if (!slice.topology) return cells;
+  if (!slice.topology || !model.motion.displaces) return cells;
   BitGrid out = cells;
   std::fill(out.bits.begin(), out.bits.end(), 0u);
   std::array<OccupancyView<float>, OccupancyPyramid::kLevels> views;

@@ -129,7 +129,7 @@ void add_total_variation(const Channels& values, Learner& learner, float scale, 
 }
 
 void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw) {
-  if (weight == 0) return;
+  if (weight == 0 || !motion.displaces) return;
   const int stride = motion.stride(), stored = motion.stored_points();
   const bool pinned = stored < motion.points;  // the curve starts at a point pinned to zero before the first stored one
   parallel_for(values.topology->brick_count(), [&](int index) {

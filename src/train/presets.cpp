@@ -15,6 +15,7 @@ Config draft() {
   Config c = ours();
   c.preset = "draft";
   c.run.max_time = 15;
+  c.effects.steps = 0;  // trying out would take a fifth of the time
   c.grid.radiance = {40, 64, 96};
   c.grid.radiance_start = {0, .15f, .5f};
   return c;
@@ -58,6 +59,7 @@ Config paper() {
   Config c;
   c.preset = "paper";
   c.run.max_time = 600;
+  c.effects.steps = 0;
   c.motion.basis = BasisKind::bezier;
   c.motion.points = 5;
   c.motion.first_point = FirstPoint::free;
@@ -87,6 +89,7 @@ Config nerf_atlas() {
   Config c;
   c.preset = "nerf_atlas";
   c.run.max_time = 600;
+  c.effects.steps = 0;
   c.run.background = {0, 0, 0};
   c.grid.radiance = {64};
   c.grid.radiance_start = {0};

@@ -52,10 +52,13 @@ int reached(const std::vector<float>& starts, double progress) {
 std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge) {
   if (o.shrink == 0) return {};
   Shrink motion{std::vector<float>(m.width(), 0.0f), 0}, light = motion;
-  for (int c = 0; c < m.rigidity_column(); ++c) (c % m.stride() < 3 ? motion : light).member[c] = 1;
+  for (int c = 0; c < m.rigidity_column(); ++c) (m.displaces && c % m.stride() < 3 ? motion : light).member[c] = 1;
   motion.threshold = o.shrink * o.lr_control * edge * std::sqrt(3.0f * float(m.stored_points()));
   light.threshold = o.shrink * o.lr_light * std::sqrt(float(m.stored_points()));
-  return m.light ? std::vector{motion, light} : std::vector{motion};
+  std::vector<Shrink> groups;
+  if (m.displaces) groups.push_back(motion);
+  if (m.light) groups.push_back(light);
+  return groups;
 }
 
 }  // namespace
@@ -70,7 +73,8 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   model.time_map = time_map;
   model.radiance.sh_order = c.radiance.sh_order;
   MotionField& m = model.motion;
-  m.basis = c.motion.basis, m.points = c.motion.points, m.rigidity = c.motion.rigidity, m.light = c.motion.light;
+  m.basis = c.motion.basis, m.points = c.motion.points, m.light = c.motion.light;
+  m.displaces = c.motion.enabled, m.rigidity = c.motion.enabled && c.motion.rigidity;
   m.first_point = c.motion.basis == BasisKind::bspline ? FirstPoint::free : c.motion.first_point;
   m.rigidity_offset = c.motion.initial_rigidity;
 }
@@ -83,7 +87,8 @@ void Trainer::State::set_edge() {
 bool Trainer::State::refine(double progress) {
   bool changed = false;
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
-  const int wanted_levels = config.motion.enabled ? reached(config.grid.motion_start, progress) + 1 : 0;
+  const bool changes = config.motion.enabled || config.motion.light;
+  const int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted) tighten_box();
     refresh_occupancy();
@@ -94,7 +99,7 @@ bool Trainer::State::refine(double progress) {
     else refine_radiance(config.grid.radiance[stage]);
     changed = true;
   }
-  if (config.motion.enabled) {
+  if (changes) {
     while (int(levels.size()) < wanted_levels) {
       add_level(config.grid.motion[levels.size()]);
       changed = true;
@@ -238,7 +243,7 @@ void Trainer::State::find_active() {
 
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
   const OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
-  std::vector<BitGrid> out(levels.empty() ? 1 : train.frames.size());
+  std::vector<BitGrid> out(levels.empty() || !model.motion.displaces ? 1 : train.frames.size());
   constexpr int kFrames = 8;  // that share the memory of a slice
   parallel_for((int(out.size()) + kFrames - 1) / kFrames, [&](int group) {
     MotionSlice slice;
@@ -285,7 +290,7 @@ void Trainer::State::set_rates() {
     std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge);
     std::fill_n(learner.tv.begin(), rigidity, l.tv_control / edge);
     if (m.light)
-      for (int c = 3; c < rigidity; c += m.stride()) learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
+      for (int c = m.light_lane(); c < rigidity; c += m.stride()) learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
     learner.shrink = shrink_groups(m, o, edge);
     if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
   }

@@ -38,7 +38,6 @@ TEST_SUITE("app/bad input") {
         {{"train", "data", "--out", run, "--set", "motion.points=99"}, "'motion.points' is out of range", "in [2, 20]"},
         {{"train", "data", "--out", run, "--effects", "glow"}, "there is no effect 'glow'", "motion, rigidity, view"},
         {{"train", "data", "--out", run, "--effects", "rigidity"}, "rigidity scales motion", "motion,rigidity"},
-        {{"train", "data", "--out", run, "--effects", "light"}, "light is stored beside motion", "motion,light"},
         {{"train", "data", "--out", run, "--device", "cuda"}, "this build has no CUDA", "auto or cpu"},
         {{"train", "data", "--out", run, "--device", "tpu"}, "there is no such device", "auto or cpu"},
         {{"train", "data", "--out", run, "--background", "mauve"}, "'mauve' is not a number", "R,G,B"},

@@ -125,6 +125,30 @@ TEST_SUITE("app/run") {
     CHECK(program({"eval", run.string()}).code == 2);
   }
 
+  TEST_CASE("effects are tried out, written down and reported; what is listed is used") {
+    const Scene scene;
+    const std::vector<std::string> trying{"--set", "effects.steps=50", "--set", "effects.min_gain=90"};
+    const Ended chosen = program(scene.train("auto", "400", trying));
+    CAPTURE(chosen.err);
+    REQUIRE(chosen.code == 0);
+    const Json effects = Json::parse(slurp(fs::path(scene.path("auto")) / "effects.json"));
+    CHECK(effects["forced"] == false);
+    CHECK(effects["effects"].size() == 4);
+    CHECK(effects["fits"].size() == 3);
+    // Nothing gains 90 dB: neither motion nor light is in the model.
+    for (const Json& e : effects["effects"]) CHECK(e["used"] == (e["effect"] == "view"));
+    CHECK(contains(slurp(fs::path(scene.path("auto")) / "config.toml"), "enabled = false"));
+    CHECK(program({"report", scene.path("auto"), "--out", scene.path("auto.html")}).code == 0);
+    CHECK(contains(slurp(scene.path("auto.html")), "<h3>Effects</h3>"));
+    CHECK(program({"verify", scene.path("auto")}).code == 0);
+
+    REQUIRE(program(scene.train("lit", "20", {"--effects", "light"})).code == 0);
+    const Json forced = Json::parse(slurp(fs::path(scene.path("lit")) / "effects.json"));
+    CHECK(forced["forced"] == true);
+    CHECK(forced["used"]["light"] == true);
+    CHECK(forced["used"]["motion"] == false);
+    CHECK(program({"eval", scene.path("lit")}).code == 0);
+  }
   TEST_CASE("a run is not overwritten, and is resumed only with its own configuration and data") {
     const Scene scene;
     const Ended fresh = program(scene.train("run", "20", {"--resume", "--quiet"}));

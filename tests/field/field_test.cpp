@@ -55,6 +55,35 @@ TEST_SUITE("field/topology") {
   }
 }
 
+TEST_SUITE("field/slice") {
+  TEST_CASE("light without motion: a slice holds the light's curve alone, and its adjoint is the transpose") {
+    MotionField m;
+    m.basis = BasisKind::bspline, m.first_point = FirstPoint::free, m.points = 9, m.displaces = m.rigidity = false, m.light = true;
+    CHECK(m.stride() == 1);
+    CHECK(m.rigidity_column() == 9);
+    m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 4, 1.0f)};
+    CHECK_FALSE(m.moves());
+    for (const double t : {0.0, 0.31, 1.0}) {
+      const BasisWeights<float> w = stored_weights(m, t);
+      const MotionSlice slice = make_slice(m, w);
+      Channels gradient = random_channels(m.levels[0].topology, m.width(), 1, 0.0f);
+      AlignedVector<float> back(std::size_t(kBrickRows) * kSliceWidth);
+      for (int i = 0; i < kBrickRows; ++i) {
+        const float* row = m.levels[0].row(kBrickRows + i);
+        const float* out = slice.values.data() + std::size_t(kBrickRows + i) * kSliceWidth;
+        double light = 0;
+        for (int k = 0; k < 9; ++k) light += double(w[k]) * row[k];
+        CHECK(out[4] == doctest::Approx(light).epsilon(1e-5));
+        for (const int lane : {0, 1, 2, 3}) CHECK(out[lane] == 0);
+        back[std::size_t(i) * kSliceWidth + 4] = float(i), back[std::size_t(i) * kSliceWidth] = 7;  // displacement: not stored, not learned
+      }
+      expand_brick(m, w, RowMask::all(), back.data(), 1, gradient);
+      for (int i = 0; i < kBrickRows; ++i)
+        for (int k = 0; k < m.width(); ++k) CHECK(gradient.row(kBrickRows + i)[k] == (k < 9 ? w[k] * float(i) : 0.0f));
+    }
+  }
+}
+
 TEST_SUITE("field/levels") {
   TEST_CASE("levels summed into one give the same motion everywhere") {
     const MotionField levels = three_levels(5), one = collapse(levels);

@@ -42,6 +42,26 @@ std::set<std::string> grid_names(const std::string& path) {
 }  // namespace
 
 TEST_SUITE("io/model_vdb") {
+  TEST_CASE("a model whose light changes and nothing moves has no control points in its file, and comes back the same") {
+    VoxelModel model = noisy_model(3, 6, FirstPoint::free, BasisKind::bspline, 1, false, true);
+    MotionField& m = model.motion;
+    m.displaces = false;
+    Channels light = make_channels(m.levels[0].topology, m.width(), std::vector<float>(std::size_t(m.width()), 0.0f).data());
+    for (std::size_t r = kBrickRows; r < light.topology->rows(); ++r)
+      for (int k = 0; k < 6; ++k) light.row(r)[k] = float(r % 17) - float(k);
+    m.levels[0] = light;
+    const Scratch scratch;
+    const std::string path = scratch.path("model.vdb");
+    save_model(path, model);
+    for (const std::string& name : grid_names(path)) CHECK_FALSE(name.starts_with("control_"));
+    CHECK(grid_names(path).count("light_0"));
+    CHECK_FALSE(grid_names(path).count("rigidity"));
+    const VoxelModel back = load_model(path);
+    CHECK_FALSE(back.motion.displaces);
+    CHECK_FALSE(back.motion.moves());
+    REQUIRE(back.motion.levels.size() == 1);
+    CHECK(same_bits(back.motion.levels[0], light));
+  }
   TEST_CASE("a saved model is the model in memory, bit for bit") {
     struct Row {
       int points;

@@ -13,12 +13,21 @@
 
 namespace splinevox {
 
+/// How a built-in scene is lit and what it is made of.
+struct SynthLook {
+  double gloss = 0;  ///< strength of a highlight that follows the eye, 0..1
+  double fade = 0;   ///< share of the light that is gone at time 1, 0..1, falling evenly
+  double light = 1;  ///< of everything, 0..1
+  bool opaque = false;  ///< pictures without alpha: a plain grey wall behind the scene
+};
+
 /// What to make of a built-in scene.
 struct SynthOptions {
   int frames = 100;        ///< training pictures, 2..10000, picture i at time i / (frames - 1); a fifth as many
                            ///< test pictures and a tenth as many validation pictures, at least 2 each
   int size = 200;          ///< width and height of every picture, 8..4096 pixels
   std::uint64_t seed = 1;  ///< of the training cameras; the scene itself is always the same
+  SynthLook look{};
 };
 
 /// Names of the built-in scenes, the default first.
@@ -47,7 +56,7 @@ class SynthMoment;
 class SynthScene {
  public:
   /// Throws Error (Fault::input) listing the scenes when there is none of that name.
-  static SynthScene open(const std::string& name);
+  static SynthScene open(const std::string& name, const SynthLook& look = {});
   /// The scene at a time in [0, 1].
   SynthMoment at(double time) const;
 

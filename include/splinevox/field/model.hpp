@@ -39,19 +39,23 @@ struct RadianceField {
 /// A sum of levels, coarse to fine, each a lattice that halves the one before, so that the sum is again a
 /// trilinear function on the finest lattice. Row: [stride * k + axis] stored control point k, with light
 /// [stride * k + 3] point k of the light's curve, then raw rigidity (r = sigmoid, 1 moves, 0 is static: the
-/// paper's name is inverted), then padding.
+/// paper's name is inverted), then padding. Where nothing moves and only the light changes, the row is the light's curve alone.
 struct MotionField {
   BasisKind basis = BasisKind::bezier;
   int points = 5;                             ///< control points K, 2..20
   FirstPoint first_point = FirstPoint::zero;  ///< bezier only; bspline is always free
-  bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it
+  bool displaces = true;                      ///< false: nothing moves and only the light is stored; needs light
+  bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it; needs displaces
   bool light = false;                         ///< places change their brightness over time, see math/light.hpp
   float rigidity_offset = 0;                  ///< added to the interpolated raw rigidity before the sigmoid
-  std::vector<Channels> levels;               ///< empty: the scene does not move
+  std::vector<Channels> levels;               ///< empty: nothing changes over time
 
   int stored_points() const { return first_point == FirstPoint::zero ? points - 1 : points; }
+  bool moves() const { return displaces && !levels.empty(); }
   /// Floats per control point: x, y, z and, with light, the light's.
-  int stride() const { return light ? 4 : 3; }
+  int stride() const { return displaces ? (light ? 4 : 3) : 1; }
+  /// Place of the light among them.
+  int light_lane() const { return displaces ? 3 : 0; }
   int rigidity_column() const { return stride() * stored_points(); }
   /// Floats per row, a whole number of registers.
   int width() const { return padded_width(rigidity_column() + 1); }

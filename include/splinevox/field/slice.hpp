@@ -21,7 +21,7 @@ inline constexpr int kSliceWidth = 8;
 /// The motion field at one time, contracted: 5 floats a row instead of 4 K + 1. Every sample of a frame shares its time and
 /// interpolation is linear, so sampling the slice equals sampling the curves.
 struct MotionSlice {
-  TopologyPtr topology;         ///< null: the scene does not move
+  TopologyPtr topology;         ///< null: nothing changes over time
   AlignedVector<float> values;  ///< [rows * kSliceWidth]
 };
 

@@ -47,7 +47,7 @@ struct MotionConfig {
   int points = 12;                             ///< control points K, 2..20
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
-  bool light = true;                           ///< a gain per place and time beside the motion (math/light.hpp)
+  bool light = true;                           ///< a gain per place and time, with or without motion (math/light.hpp)
   float initial_rigidity = 0;                  ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<int> elevate_points;             ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;            ///< progress at which each happens
@@ -92,6 +92,13 @@ struct SamplingConfig {
   float occupancy_alpha = 0.01f;   ///< alpha of one step below which a cell is skipped
 };
 
+/// Which effects a scene calls for is tried out before training, see train/effects.hpp.
+struct EffectsConfig {
+  int steps = 200;         ///< of each trial fit; 0: every effect of the configuration is used untried
+  float min_gain = 0.1f;   ///< dB on held-out pictures below which an effect is not worth having
+  float level = 0.01f;     ///< chance of switching on any effect that gains less, over all comparisons
+};
+
 struct Config {
   std::string preset = "fast";
   RunConfig run;
@@ -101,6 +108,7 @@ struct Config {
   OptimiserConfig optimiser;
   LossConfig loss;
   SamplingConfig sampling;
+  EffectsConfig effects;
 };
 
 /// Calls visit(key, member, doc, lo, hi) for every number of a Config: key is "group.name"; lo and hi bound scalars and
@@ -173,6 +181,9 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.occupancy_cells", c.sampling.occupancy_cells, "cells of the space-time occupancy", 8, 256);
   visit("sampling.occupancy_every", c.sampling.occupancy_every, "steps between occupancy refreshes", 1, 1e6);
   visit("sampling.occupancy_alpha", c.sampling.occupancy_alpha, "alpha per step below which a cell is skipped", 0, 1);
+  visit("effects.steps", c.effects.steps, "steps of each trial fit, 0 = none is tried", 0, 1e6);
+  visit("effects.min_gain", c.effects.min_gain, "dB on held-out pictures that an effect must gain", 0, 100);
+  visit("effects.level", c.effects.level, "chance of a wrong switch-on, over all comparisons", 1e-6, 0.4);
 }
 
 /// Names of an enum's values in order; the text form in TOML and --set. Specialised per enum.

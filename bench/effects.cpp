@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, nine kinds, several seeds each, and real ones if
+// named: what was chosen, what should have been, and a count at the end.
+//
+//   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME]
+//
+// One JSON line per scene.
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/synth.hpp"
+#include "splinevox/train/effects.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+struct Kind {
+  std::string name;
+  bool moving;
+  SynthLook look;
+  std::set<std::string> truth;  ///< effects that are there, rigidity aside
+  int frames = 0;               ///< 0: as asked for
+};
+
+std::vector<Kind> kinds() {
+  return {{"static, matte", false, {}, {}},
+          {"static, glossy", false, {.gloss = 0.6}, {"view"}},
+          {"moving, matte", true, {}, {"motion"}},
+          {"moving, glossy", true, {.gloss = 0.6}, {"motion", "view"}},
+          {"static, light fades", false, {.fade = 0.6}, {"light"}},
+          {"moving, light fades", true, {.fade = 0.6}, {"motion", "light"}},
+          {"moving, opaque", true, {.opaque = true}, {"motion"}},
+          {"moving, dark", true, {.light = 0.1}, {"motion"}},
+          {"static, few frames", false, {}, {}, 6}};
+}
+
+nlohmann::json describe(const EffectChoice& choice) {
+  nlohmann::json j{{"chosen", to_string(choice.chosen)}, {"seconds", choice.seconds}, {"note", choice.note}};
+  for (const EffectVerdict& v : choice.verdicts)
+    j["gains"][v.effect] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo, v.gain.hi, to_string(v.with.without(v.effect)));
+  for (const EffectTrial& t : choice.trials) j["fits"][to_string(t.effects)] = fmt::format("{:.2f} dB, {} steps, {:.2f} s", t.mean(), t.steps, t.seconds);
+  return j;
+}
+
+void say(const nlohmann::json& j) { fmt::print("{}\n", j.dump()), std::fflush(stdout); }
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("does the choice of effects see what is in a scene?");
+  std::vector<std::string> scenes;
+  int seeds = 10, size = 96, frames = 60, steps = 200;
+  std::string only;
+  app.add_option("scenes", scenes, "data sets; none: the nine built-in kinds");
+  app.add_option("--seeds", seeds);
+  app.add_option("--steps", steps, "of each fit");
+  app.add_option("--size", size);
+  app.add_option("--frames", frames);
+  app.add_option("--kind", only, "of the nine");
+  CLI11_PARSE(app, argc, argv);
+  Config config = preset("fast");
+  config.effects.steps = steps;
+  try {
+    for (const std::string& scene : scenes) {
+      const Dataset data = load_dataset(scene, {.splits = {"train"}});
+      nlohmann::json j = describe(choose_effects(config, *data.find("train"), data.time_map));
+      j["scene"] = std::filesystem::path(scene).filename().string();
+      say(j);
+    }
+    if (!scenes.empty()) return 0;
+    std::map<std::string, int> absent, switched_on, present, missed;
+    int right = 0, all = 0;
+    for (const Kind& kind : kinds()) {
+      if (!only.empty() && kind.name != only) continue;
+      for (int seed = 1; seed <= seeds; ++seed) {
+        static const std::vector<std::string> movers{"dancer", "ball", "snake"};
+        const std::string scene = kind.moving ? movers[seed % 3] : "static";
+        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames, .size = size, .seed = std::uint64_t(seed), .look = kind.look});
+        config.run.seed = std::uint64_t(seed);
+        const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
+        bool same = true;
+        for (const std::string effect : {"motion", "view", "light"}) {
+          const bool there = kind.truth.count(effect), on = choice.chosen.has(effect);
+          ++(there ? present : absent)[effect];
+          if (there != on) ++(there ? missed : switched_on)[effect], same = false;
+        }
+        nlohmann::json j = describe(choice);
+        j["kind"] = kind.name, j["scene"] = scene, j["seed"] = seed, j["right"] = same;
+        say(j);
+        right += same, ++all;
+      }
+    }
+    nlohmann::json sum{{"right", right}, {"of", all}};
+    for (const std::string effect : {"motion", "view", "light"})
+      sum[effect] = {{"switched on where absent", fmt::format("{} of {}", switched_on[effect], absent[effect])}, {"missed where present", fmt::format("{} of {}", missed[effect], present[effect])}};
+    say(sum);
+  } catch (const Error& error) {
+    fmt::print(stderr, "bench_effects: {}\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "splinevox/data/scene.hpp"
+#include "splinevox/math/paired_gain.hpp"
+#include "splinevox/train/config.hpp"
+
+namespace splinevox {
+
+/// What a model can do beyond a still and matte scene. What is off has no lattice, no parameters and no line in the file.
+struct EffectSet {
+  bool motion = false;
+  bool rigidity = false;  ///< needs motion
+  bool light = false;
+  int view = -1;          ///< order of the view rescale's harmonics, -1: none
+
+  bool has(const std::string& effect) const;  ///< one of effect_names()
+  EffectSet without(const std::string& effect) const;
+  friend bool operator==(const EffectSet&, const EffectSet&) = default;
+};
+
+/// "motion", "rigidity", "view", "light".
+const std::vector<std::string>& effect_names();
+EffectSet effects_of(const Config& config);
+void apply(const EffectSet& effects, Config& config);
+/// "motion, view", or "none".
+std::string to_string(const EffectSet& effects);
+
+/// A short fit with some effects.
+struct EffectTrial {
+  EffectSet effects;
+  int steps = 0;
+  double seconds = 0;              ///< of training
+  std::int64_t bytes = 0;          ///< of the model's values
+  std::vector<double> psnr;        ///< per held-out picture, dB
+  double mean() const;
+};
+
+enum class EffectDecision { on, off, undecided };
+
+/// What an effect gained over the same fit without it.
+struct EffectVerdict {
+  std::string effect;
+  EffectSet with;            ///< the larger of the two fits
+  EffectDecision decision;   ///< undecided counts as off: the simpler model is kept
+  PairedGain gain;           ///< dB per held-out picture
+  double time_ratio = 1;     ///< seconds of a step with it over without
+  double bytes_ratio = 1;    ///< size of the model with it over without
+};
+
+struct EffectChoice {
+  EffectSet chosen;
+  std::vector<EffectTrial> trials;
+  std::vector<EffectVerdict> verdicts;  ///< the last word on each effect that was judged
+  int held = 0;                         ///< pictures held out, each with its own time where times differ
+  double seconds = 0;                   ///< all of it
+  std::string note;                     ///< why nothing was tried, or what was settled without a trial; may be empty
+};
+
+/// Decides whether a scene moves, and if it does not whether its light changes, by fitting nested models for a few hundred steps on small
+/// pictures and comparing them on pictures, and so on times, that no fit has seen. The unit of evidence is the picture: rays of one
+/// picture err together, and a test over rays would see effects that are not there. An effect is on if the lower bound of its gain
+/// exceeds effects.min_gain, off if the upper bound falls short of it; in between it is undecided and stays off. Each is judged
+/// beside all others, so that nothing is taken for it that they explain.
+///
+/// View dependence, rigidity, and light beside motion pay only late in training: fits this short see nothing of the 2 dB that view
+/// dependence is worth on bouncingballs (docs/experiments.md). They stay as the configuration has them.
+///
+/// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits, 2 to 3 seconds on two cores. A run of too
+/// few steps for that to be a small part of it tries nothing: every effect stays.
+/// @param told  called after each fit; may be empty.
+EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
+                            const std::function<void(const EffectTrial&)>& told = {});
+
+}  // namespace splinevox

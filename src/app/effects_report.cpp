@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/effects_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "app/report_chart.hpp"
+
+namespace splinevox::app {
+namespace {
+
+const char* name_of(EffectDecision d) { return d == EffectDecision::on ? "on" : d == EffectDecision::off ? "off" : "undecided"; }
+
+Json finite(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
+
+std::string decibels(const Json& v) { return v.is_number() ? fmt::format("{:+.2f} dB", v.get<double>()) : "?"; }
+
+Json set_json(const EffectSet& e) {
+  return {{"motion", e.motion}, {"rigidity", e.rigidity}, {"view", e.view}, {"light", e.light}};
+}
+
+}  // namespace
+
+Json effects_json(const EffectChoice& choice, const EffectSet& used, bool forced) {
+  Json j{{"used", set_json(used)}, {"chosen", set_json(choice.chosen)}, {"forced", forced}};
+  j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
+  j["effects"] = Json::array();
+  for (const std::string& name : effect_names()) {
+    Json e{{"effect", name}, {"used", used.has(name)}};
+    for (const EffectVerdict& v : choice.verdicts)
+      if (v.effect == name) {
+        e["decision"] = name_of(v.decision);
+        e["gain_db"] = v.gain.mean, e["gain_lo"] = finite(v.gain.lo), e["gain_hi"] = finite(v.gain.hi), e["p"] = v.gain.p;
+        e["time_ratio"] = v.time_ratio, e["bytes_ratio"] = v.bytes_ratio;
+        e["beside"] = to_string(v.with.without(name));
+      }
+    j["effects"].push_back(e);
+  }
+  j["fits"] = Json::array();
+  for (const EffectTrial& t : choice.trials)
+    j["fits"].push_back({{"effects", to_string(t.effects)}, {"psnr", t.mean()}, {"steps", t.steps}, {"seconds", t.seconds}, {"bytes", t.bytes}});
+  return j;
+}
+
+std::string effects_line(const Json& effects) {
+  std::string used, not_used;
+  for (const Json& e : effects.at("effects")) {
+    std::string& list = e.at("used").get<bool>() ? used : not_used;
+    list += (list.empty() ? "" : ", ") + e.at("effect").get<std::string>();
+    if (e.contains("gain_db")) {
+      const std::string decision = e.at("decision");
+      const bool plain = (decision == "on") == e.at("used").get<bool>() && decision != "undecided";
+      list += fmt::format(" ({}{})", decibels(e.at("gain_db")), plain ? "" : ", " + decision);
+    }
+  }
+  std::string line = "effects: " + (used.empty() ? "none" : used);
+  if (!not_used.empty()) line += "; without " + not_used;
+  if (const std::string note = effects.at("note"); !note.empty()) line += " (" + note + ")";
+  return line;
+}
+
+std::string effects_table(const Json& effects) {
+  if (!effects.is_object() || !effects.contains("effects")) return {};
+  std::string html = "<h3>Effects</h3><table><tr><th>effect</th><th>used</th><th>decision</th><th>gain on held pictures</th><th>between</th><th>time a step</th><th>memory</th></tr>";
+  for (const Json& e : effects["effects"]) {
+    html += fmt::format("<tr><td>{}</td><td>{}</td>", escape(e.value("effect", "")), e.value("used", false) ? "yes" : "no");
+    if (e.contains("gain_db"))
+      html += fmt::format("<td>{}</td><td>{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>", escape(e.value("decision", "")), decibels(e["gain_db"]), decibels(e["gain_lo"]),
+                          decibels(e["gain_hi"]), e.value("time_ratio", 1.0), e.value("bytes_ratio", 1.0));
+    else
+      html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
+  }
+  html += "</table>";
+  if (const std::string note = effects.value("note", ""); !note.empty()) html += fmt::format("<p class=\"note\">{}</p>", escape(note));
+  if (effects.value("forced", false)) html += "<p class=\"note\">What is used was asked for, not chosen.</p>";
+  return html;
+}
+
+}  // namespace splinevox::app

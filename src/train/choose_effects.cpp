@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/data/image_read.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "splinevox/train/effects.hpp"
+#include "splinevox/train/trainer.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr int kPictureSize = 128;   // pixels, at most: what is asked is coarse
+constexpr int kMostHeld = 20;       // pictures
+constexpr int kMostSeen = 60;       // by the fits
+constexpr int kFewestViews = 8;     // to hold some back
+constexpr int kComparisons = 2;     // at most
+constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
+
+/// Training frames divided in two: what the fits see, and what they are compared on.
+struct Halves {
+  Split seen, held;
+};
+
+Frame shrunk(const Frame& frame) {
+  const int factor = std::max(1, (std::max(frame.camera.width, frame.camera.height) + kPictureSize - 1) / kPictureSize);
+  Frame out{frame.name, frame.camera, frame.time, area_downscale(frame.image, factor)};
+  out.camera.width = out.image.width, out.camera.height = out.image.height;
+  for (double* v : {&out.camera.fx, &out.camera.fy, &out.camera.cx, &out.camera.cy}) *v /= factor;
+  return out;
+}
+
+/// Every fifth frame in order of time is held back, or fewer of a long sequence, and the frames in between are seen, or a share of them
+/// that is even in time: what is asked is coarse, and every frame costs its hull and its occupancy.
+Halves divide(const Split& train) {
+  const int n = int(train.frames.size()), held = std::min(kMostHeld, n / 5), seen = std::min(kMostSeen, n - held);
+  std::vector<int> by_time(n);
+  std::iota(by_time.begin(), by_time.end(), 0);
+  std::stable_sort(by_time.begin(), by_time.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
+  std::vector<char> hold(n, 0);
+  for (int i = 0; i < held; ++i) hold[by_time[(2 * i + 1) * n / (2 * held)]] = 1;
+  std::vector<int> others, chosen;
+  for (const int i : by_time)
+    if (!hold[i]) others.push_back(i);
+  for (int i = 0; i < seen; ++i) chosen.push_back(others[std::size_t(i) * others.size() / seen]);
+  const auto take = [&](const std::vector<int>& frames, Split& out) {
+    out.name = train.name;
+    out.frames.resize(frames.size());
+    parallel_for(int(frames.size()), [&](int i) { out.frames[i] = shrunk(train.frames[frames[i]]); });
+  };
+  Halves out;
+  take(chosen, out.seen);
+  std::erase_if(by_time, [&](int i) { return !hold[i]; });
+  take(by_time, out.held);
+  return out;
+}
+
+/// The configuration of a fit: coarse lattices, few rays, the weights as they are.
+Config fit_config(const Config& config, const EffectSet& effects) {
+  Config c = config;
+  apply(effects, c);
+  c.grid.radiance = {20, 40}, c.grid.radiance_start = {0, 0.25f};
+  c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.25f, 0.25f};
+  c.motion.elevate_points.clear(), c.motion.elevate_start.clear();
+  c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
+  c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;
+  return c;
+}
+
+/// Fits by set of effects, each made once, and the comparisons between them.
+class Ladder {
+ public:
+  Ladder(const Config& config, const Halves& halves, const TimeMap& time_map, EffectChoice& out, const std::function<void(const EffectTrial&)>& told)
+      : config_(config), halves_(halves), time_map_(time_map), out_(out), told_(told) {}
+
+  /// Fits that are made already are not made again.
+  const EffectTrial& fit(const EffectSet& effects) {
+    for (const EffectTrial& t : out_.trials)
+      if (t.effects == effects) return t;
+    Config c = fit_config(config_, effects);
+    c.run.max_time = 0, c.run.max_steps = config_.effects.steps;
+    Trainer trainer(c, halves_.seen, time_map_);
+    EffectTrial trial;
+    trial.effects = effects;
+    while (!trainer.done()) trial.steps = int(trainer.step().step);
+    trial.seconds = trainer.seconds();
+    const VoxelModel model = trainer.model();
+    trial.bytes = std::int64_t(model.radiance.raw.values.size() * sizeof(float));
+    for (const Channels& level : model.motion.levels) trial.bytes += std::int64_t(level.values.size() * sizeof(float));
+    Renderer renderer(model);
+    for (const Frame& f : halves_.held.frames)
+      trial.psnr.push_back(capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background))));
+    out_.trials.push_back(std::move(trial));
+    if (told_) told_(out_.trials.back());
+    return out_.trials.back();
+  }
+  /// Compares `with` to the same without the effect, and remembers it as the last word on the effect.
+  EffectVerdict judge(const std::string& effect, const EffectSet& with) {
+    const EffectTrial more = fit(with), less = fit(with.without(effect));
+    std::vector<double> gains;
+    for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
+    EffectVerdict v{effect, with, EffectDecision::undecided, paired_gain(gains, config_.effects.level / kComparisons)};
+    if (v.gain.lo > config_.effects.min_gain) v.decision = EffectDecision::on;
+    else if (v.gain.hi < config_.effects.min_gain) v.decision = EffectDecision::off;
+    v.time_ratio = (more.seconds / more.steps) / (less.seconds / less.steps);
+    v.bytes_ratio = double(more.bytes) / double(less.bytes);
+    std::erase_if(out_.verdicts, [&](const EffectVerdict& old) { return old.effect == effect; });
+    out_.verdicts.push_back(v);
+    return v;
+  }
+  bool worth(const std::string& effect, const EffectSet& with) { return judge(effect, with).decision == EffectDecision::on; }
+
+ private:
+  const Config& config_;
+  const Halves& halves_;
+  const TimeMap& time_map_;
+  EffectChoice& out_;
+  const std::function<void(const EffectTrial&)>& told_;
+};
+
+}  // namespace
+
+EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map, const std::function<void(const EffectTrial&)>& told) {
+  const auto start = std::chrono::steady_clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  EffectChoice out;
+  out.chosen = effects_of(config);
+  if (config.effects.steps == 0) return out.note = "effects.steps is 0: nothing was tried", out;
+  if (config.run.max_time == 0 && config.run.max_steps < kShortest * config.effects.steps)
+    return out.note = "too few steps to try effects out: every effect of the preset stays", out;
+  const EffectSet all = out.chosen;
+  const auto [first, last] = std::minmax_element(train.frames.begin(), train.frames.end(), [](const Frame& a, const Frame& b) { return a.time < b.time; });
+  if (first->time == last->time) {
+    out.chosen = all.without("motion").without("light");
+    out.note = "every view is of one time: nothing can be seen to change";
+    return out;
+  }
+  if (int(train.frames.size()) < kFewestViews) {
+    out.note = "too few views to hold some back: every effect of the preset stays";
+    return out;
+  }
+  if (!all.motion && !all.light) return out;
+  const Halves halves = divide(train);
+  out.held = int(halves.held.frames.size());
+  Ladder ladder(config, halves, time_map, out, told);
+  if (all.motion && !ladder.worth("motion", all)) out.chosen = all.without("motion");
+  if (all.light && !out.chosen.motion && !ladder.worth("light", out.chosen)) out.chosen.light = false;
+  out.seconds = elapsed();
+  return out;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/train/effects.hpp"
+
+#include <doctest/doctest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include "splinevox/data/synth.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+/// A choice in miniature.
+Config short_choice() {
+  Config c = preset("fast");
+  c.run.max_time = 0, c.run.max_steps = 8000, c.sampling.rays = 1024;
+  return c;
+}
+
+EffectChoice choose(const Dataset& data, const Config& config = short_choice()) { return choose_effects(config, *data.find("train"), data.time_map); }
+
+const EffectVerdict* verdict(const EffectChoice& choice, const std::string& effect) {
+  for (const EffectVerdict& v : choice.verdicts)
+    if (v.effect == effect) return &v;
+  return nullptr;
+}
+
+}  // namespace
+
+TEST_SUITE("train/effects") {
+  TEST_CASE("a set of effects goes into a configuration and comes back") {
+    for (const std::string preset_name : {"fast", "paper", "nerf_atlas"}) {
+      Config c = preset(preset_name);
+      const EffectSet all = effects_of(c);
+      CHECK(all.motion);
+      for (const std::string& name : effect_names()) {
+        const EffectSet fewer = all.without(name);
+        CHECK_FALSE(fewer.has(name));
+        apply(fewer, c);
+        CHECK(effects_of(c) == fewer);
+      }
+    }
+    CHECK_FALSE(EffectSet{true, true, false, 1}.without("motion").rigidity);
+    CHECK(to_string(EffectSet{true, false, true, 1}) == "motion, view, light");
+    CHECK(to_string(EffectSet{}) == "none");
+  }
+  TEST_CASE("what does not move needs no motion, what moves needs it, and the choice is the same for any number of threads") {
+    const Dataset still = make_synth("static", {.frames = 40, .size = 40}), moving = make_synth("ball", {.frames = 40, .size = 40});
+    const EffectChoice a = choose(still), b = choose(moving);
+    CHECK_FALSE(a.chosen.motion);
+    CHECK_FALSE(a.chosen.light);
+    CHECK(b.chosen.motion);
+    CHECK(a.held == 8);
+    REQUIRE(verdict(b, "motion"));
+    CHECK(verdict(b, "motion")->decision == EffectDecision::on);
+    CHECK(verdict(b, "motion")->gain.lo > 0.1);
+    CHECK(verdict(b, "motion")->bytes_ratio > 1);
+    REQUIRE(verdict(a, "motion"));
+    CHECK(verdict(a, "motion")->decision != EffectDecision::on);
+    CHECK(a.trials.size() == 3);
+    CHECK(b.trials.size() == 2);
+
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 3);
+    tbb::task_arena arena(3);
+    const EffectChoice again = arena.execute([&] { return choose(moving); });
+    REQUIRE(again.trials.size() == b.trials.size());
+    for (std::size_t i = 0; i < b.trials.size(); ++i) CHECK(again.trials[i].psnr == b.trials[i].psnr);
+  }
+  TEST_CASE("light that fades is light, not motion") {
+    const EffectChoice c = choose(make_synth("static", {.frames = 60, .size = 48, .look = {.fade = 0.7}}));
+    CHECK(c.chosen.light);
+    CHECK_FALSE(c.chosen.motion);
+  }
+  TEST_CASE("views of one time show no motion, and too few views or steps judge nothing") {
+    Dataset data = make_synth("ball", {.frames = 40, .size = 24});
+    for (Frame& f : data.splits[0].frames) f.time = 0;
+    const EffectChoice one_time = choose(data);
+    CHECK_FALSE(one_time.chosen.motion);
+    CHECK_FALSE(one_time.note.empty());
+
+    const Dataset few = make_synth("ball", {.frames = 6, .size = 24});
+    const EffectChoice kept = choose(few);
+    CHECK(kept.trials.empty());
+    CHECK(kept.chosen == effects_of(short_choice()));
+
+    Config c = short_choice();
+    c.run.max_steps = 300;
+    const EffectChoice short_run = choose(data, c);
+    CHECK(short_run.trials.empty());
+    CHECK(short_run.chosen == effects_of(c));
+    c = short_choice(), c.effects.steps = 0;
+    CHECK(choose(data, c).trials.empty());
+  }
+}
