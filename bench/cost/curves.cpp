@@ -44,16 +44,8 @@ std::string curves(const std::vector<std::string>& runs) {
   if (all.size() > 1)
     for (Curve& c : all) c.name.erase(0, shared.size());
   const Axis x(t0, t1, kLeft, kWidth - kRight), y(p0, p1, kHeight - kBottom, kTop, false);
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"12\">\n"
-      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<text x=\"{}\" y=\"22\" font-size=\"15\">PSNR of a held view against seconds of training</text>\n",
-      kWidth, kHeight, kLeft);
-  for (const double v : x.ticks())
-    svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#e4e4e4\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4:g} s</text>\n",
-                       x.at(v), kTop, kHeight - kBottom, kHeight - kBottom + 18, v);
-  for (const double v : y.ticks())
-    svg += fmt::format("<line x1=\"{1}\" x2=\"{2}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" stroke=\"#e4e4e4\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:g} dB</text>\n",
-                       y.at(v), kLeft, kWidth - kRight, kLeft - 6, y.at(v) + 4, v);
+  std::string svg = open_diagram("PSNR of a held view against seconds of training", x, y, [](double v) { return fmt::format("{:g} s", v); },
+                                 [](double v) { return fmt::format("{:g} dB", v); });
   double row = kTop + 8;
   for (std::size_t i = 0; i < all.size(); ++i) {
     const char* color = kColors[i % std::size(kColors)];

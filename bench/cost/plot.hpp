@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -42,5 +44,21 @@ struct Axis {
     return out;
   }
 };
+
+/// The beginning of a diagram: white ground, title, grid, and the axes' numbers as `name_x` and `name_y` write them. The caller closes it.
+template <class NameX, class NameY>
+std::string open_diagram(const std::string& title, const Axis& x, const Axis& y, const NameX& name_x, const NameY& name_y) {
+  std::string svg = fmt::format(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"12\">\n"
+      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<text x=\"{}\" y=\"22\" font-size=\"15\">{}</text>\n",
+      kWidth, kHeight, kLeft, escape(title));
+  for (const double v : x.ticks())
+    svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#e4e4e4\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4}</text>\n", x.at(v),
+                       kTop, kHeight - kBottom, kHeight - kBottom + 18, name_x(v));
+  for (const double v : y.ticks())
+    svg += fmt::format("<line x1=\"{1}\" x2=\"{2}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" stroke=\"#e4e4e4\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5}</text>\n", y.at(v), kLeft,
+                       kWidth - kRight, kLeft - 6, y.at(v) + 4, name_y(v));
+  return svg;
+}
 
 }  // namespace splinevox::cost

@@ -65,16 +65,7 @@ std::string diagram(const std::vector<Record>& records, const std::string& title
   }
   if (t1 == 0) return {};
   const Axis x(t0, t1, kLeft, kWidth - kRight), y(e0, e1, kHeight - kBottom, kTop);
-  std::string svg = fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" font-family=\"sans-serif\" font-size=\"12\">\n"
-      "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n<text x=\"{}\" y=\"22\" font-size=\"15\">{}</text>\n",
-      kWidth, kHeight, kLeft, escape(title));
-  for (const double v : x.ticks())
-    svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#e4e4e4\"/><text x=\"{0:.1f}\" y=\"{3}\" text-anchor=\"middle\">{4}</text>\n", x.at(v), kTop,
-                       kHeight - kBottom, kHeight - kBottom + 18, time_text(v));
-  for (const double v : y.ticks())
-    svg += fmt::format("<line x1=\"{1}\" x2=\"{2}\" y1=\"{0:.1f}\" y2=\"{0:.1f}\" stroke=\"#e4e4e4\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">{5:g}</text>\n", y.at(v), kLeft,
-                       kWidth - kRight, kLeft - 6, y.at(v) + 4, v);
+  std::string svg = open_diagram(title, x, y, time_text, [](double v) { return fmt::format("{:g}", v); });
   const std::string suite = records.front().suite;
   svg += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">{}</text>\n", (kLeft + kWidth - kRight) / 2, kHeight - 14, time_name(suite));
   svg += fmt::format("<text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">{}</text>\n", (kTop + kHeight - kBottom) / 2, error_name(suite));

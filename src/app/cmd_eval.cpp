@@ -75,8 +75,7 @@ int evaluate(const EvalOptions& o) {
   if (!o.images.empty()) probe_output_folder(o.images);
   std::vector<SurfaceFrame> truth;  // read before the views are rendered: an absent file should be told at once
   if (o.truth) {
-    const Vec3 e = run.model.box.extent();
-    truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * std::max({e.x, e.y, e.z}));
+    truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * run.model.box.longest_edge());
   }
   if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
   Json frames = Json::array();

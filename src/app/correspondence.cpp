@@ -75,8 +75,7 @@ Distances distances(std::vector<float> values) {
 class Scorer {
  public:
   Scorer(const VoxelModel& model, const std::vector<SurfaceFrame>& frames, std::size_t per_frame) : model_(model), frames_(frames), per_frame_(per_frame) {
-    const Vec3 e = model.box.extent();
-    edge_ = std::max({e.x, e.y, e.z});
+    edge_ = model.box.longest_edge();
     for (const SurfaceFrame& f : frames) {
       grids_.emplace_back(f.rest, float(kSameRest) * edge_);
       samplers_.push_back(std::make_unique<FrameSampler>(model, f.time));

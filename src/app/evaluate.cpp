@@ -63,11 +63,10 @@ View evaluate_view(const Run& run, Renderer& renderer, const Frame& frame) {
 }
 
 Image layer_picture(const Run& run, const Rendered& r, const std::string& layer, const Camera& camera) {
-  const Vec3 e = run.model.box.extent();
   const auto [near, far] = depth_range(run.model.box, camera);
   if (layer == "alpha") return grey(r.alpha);
   if (layer == "depth") return depth_colours(r, near, far, run.background());
-  if (layer == "flow") return flow_colours(r, kFullFlow * std::max({e.x, e.y, e.z}), run.background());
+  if (layer == "flow") return flow_colours(r, kFullFlow * run.model.box.longest_edge(), run.background());
   if (layer == "rigidity") return rigidity_colours(r, run.background());
   return clamped(r.rgb);
 }

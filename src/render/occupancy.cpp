@@ -154,8 +154,7 @@ Box bounding_box(const BitGrid& grid, float margin) {
         if (grid.test(grid.index(c))) lo = min(lo, c), hi = max(hi, c);
   if (hi.x < 0) lo = {0, 0, 0}, hi = grid.size - Int3{1, 1, 1};
   Box box{grid.origin + grid.cell * cast<float>(lo), grid.origin + grid.cell * cast<float>(hi + Int3{1, 1, 1})};
-  const Vec3 e = box.extent();
-  const float m = margin * std::max({e.x, e.y, e.z});
+  const float m = margin * box.longest_edge();
   box.lo -= Vec3{m, m, m}, box.hi += Vec3{m, m, m};
   return box;
 }

@@ -17,7 +17,8 @@ constexpr int kPictureSize = 128;   // pixels, at most: what is asked is coarse
 constexpr int kMostHeld = 20;       // pictures
 constexpr int kMostSeen = 60;       // by the fits
 constexpr int kFewestViews = 8;     // to hold some back
-constexpr int kComparisons = 2;     // at most
+constexpr int kComparisons = 4;     // at most
+constexpr int kLonger = 4;          // times the steps, where the first fits leave it undecided
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 
 /// Training frames divided in two: what the fits see, and what they are compared on.
@@ -77,11 +78,11 @@ class Ladder {
       : config_(config), halves_(halves), time_map_(time_map), out_(out), told_(told) {}
 
   /// Fits that are made already are not made again.
-  const EffectTrial& fit(const EffectSet& effects) {
+  const EffectTrial& fit(const EffectSet& effects, int steps) {
     for (const EffectTrial& t : out_.trials)
-      if (t.effects == effects) return t;
+      if (t.effects == effects && t.steps == steps) return t;
     Config c = fit_config(config_, effects);
-    c.run.max_time = 0, c.run.max_steps = config_.effects.steps;
+    c.run.max_time = 0, c.run.max_steps = steps;
     Trainer trainer(c, halves_.seen, time_map_);
     EffectTrial trial;
     trial.effects = effects;
@@ -98,8 +99,8 @@ class Ladder {
     return out_.trials.back();
   }
   /// Compares `with` to the same without the effect, and remembers it as the last word on the effect.
-  EffectVerdict judge(const std::string& effect, const EffectSet& with) {
-    const EffectTrial more = fit(with), less = fit(with.without(effect));
+  EffectVerdict judge(const std::string& effect, const EffectSet& with, int steps) {
+    const EffectTrial more = fit(with, steps), less = fit(with.without(effect), steps);
     std::vector<double> gains;
     for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
     EffectVerdict v{effect, with, EffectDecision::undecided, paired_gain(gains, config_.effects.level / kComparisons)};
@@ -111,7 +112,12 @@ class Ladder {
     out_.verdicts.push_back(v);
     return v;
   }
-  bool worth(const std::string& effect, const EffectSet& with) { return judge(effect, with).decision == EffectDecision::on; }
+  /// Whether the effect is on; fits again for longer where that is undecided.
+  bool worth(const std::string& effect, const EffectSet& with) {
+    EffectVerdict v = judge(effect, with, config_.effects.steps);
+    if (v.decision == EffectDecision::undecided) v = judge(effect, with, kLonger * config_.effects.steps);
+    return v.decision == EffectDecision::on;
+  }
 
  private:
   const Config& config_;

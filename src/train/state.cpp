@@ -68,7 +68,7 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
       sampler(t, bounds.box, c.sampling, background_of(c), c.run.seed),
       engine(make_engine(c.radiance.sh_order, c.loss.offset > 0 || c.loss.divergence > 0)) {
   model.box = bounds.box;
-  set_edge();
+  edge = model.box.longest_edge();
   model.background = background_of(c);
   model.time_map = time_map;
   model.radiance.sh_order = c.radiance.sh_order;
@@ -77,11 +77,6 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   m.displaces = c.motion.enabled, m.rigidity = c.motion.enabled && c.motion.rigidity;
   m.first_point = c.motion.basis == BasisKind::bspline ? FirstPoint::free : c.motion.first_point;
   m.rigidity_offset = c.motion.initial_rigidity;
-}
-
-void Trainer::State::set_edge() {
-  const Vec3 e = model.box.extent();
-  edge = std::max({e.x, e.y, e.z});
 }
 
 bool Trainer::State::refine(double progress) {
@@ -157,7 +152,7 @@ void Trainer::State::tighten_box() {
       for (c.z = 0; c.z < bounds.hull.size.z; ++c.z)
         if (old_hull.test(old_hull.index(old_hull.cell_of(bounds.hull.center(c))))) bounds.hull.set(bounds.hull.index(c));
   model.box = box;
-  set_edge();
+  edge = model.box.longest_edge();
   sampler.set_box(box);
   if (!levels.empty()) rebase_levels();
 }
@@ -310,7 +305,7 @@ void Trainer::State::archive(Archive& a) {
   for (BitGrid& grid : occupancy) a(grid);
   if (!a.reading()) return;
   model.box = bounds.box;
-  set_edge();
+  edge = model.box.longest_edge();
   sampler.set_box(bounds.box);
   radiance.gradient = Gradient(model.radiance.raw);
   radiance.rate.assign(model.radiance.raw.width, 0.0f);

@@ -53,7 +53,6 @@ struct Trainer::State {
   void archive(Archive& a);
 
  private:
-  void set_edge();
   /// Shrinks the box, and every lattice with it, to where the model has matter at some training time. The occupancy must be
   /// refreshed after it.
   void tighten_box();

@@ -50,6 +50,10 @@ template <class U, class T> SPLINEVOX_HD constexpr Vec3T<U> cast(const Vec3T<T>&
 struct Box {
   Vec3 lo{}, hi{};
   SPLINEVOX_HD constexpr Vec3 extent() const { return hi - lo; }
+  SPLINEVOX_HD constexpr float longest_edge() const {
+    const Vec3 e = extent();
+    return e.x > e.y ? (e.x > e.z ? e.x : e.z) : (e.y > e.z ? e.y : e.z);
+  }
   SPLINEVOX_HD constexpr Vec3 center() const { return 0.5f * (lo + hi); }
   friend constexpr bool operator==(const Box&, const Box&) = default;
 };

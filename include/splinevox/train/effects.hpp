@@ -71,8 +71,8 @@ struct EffectChoice {
 /// View dependence, rigidity, and light beside motion pay only late in training: fits this short see nothing of the 2 dB that view
 /// dependence is worth on bouncingballs (docs/experiments.md). They stay as the configuration has them.
 ///
-/// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits, 2 to 3 seconds on two cores. A run of too
-/// few steps for that to be a small part of it tries nothing: every effect stays.
+/// A fit takes effects.steps, and four times as many where that leaves it undecided, so the choice does not depend on the machine: two or
+/// three fits, 2 to 3 seconds on two cores, seldom 10. A run of too few steps for that to be a small part of it tries nothing: every effect stays.
 /// @param told  called after each fit; may be empty.
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& told = {});
