@@ -17,8 +17,7 @@ constexpr int kPictureSize = 128;   // pixels, at most: what is asked is coarse
 constexpr int kMostHeld = 20;       // pictures
 constexpr int kMostSeen = 60;       // by the fits
 constexpr int kFewestViews = 8;     // to hold some back
-constexpr int kComparisons = 4;     // at most
-constexpr int kLonger = 4;          // times the steps, where the first fits leave it undecided
+constexpr int kComparisons = 2;     // at most
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 
 /// Training frames divided in two: what the fits see, and what they are compared on.
@@ -78,11 +77,11 @@ class Ladder {
       : config_(config), halves_(halves), time_map_(time_map), out_(out), told_(told) {}
 
   /// Fits that are made already are not made again.
-  const EffectTrial& fit(const EffectSet& effects, int steps) {
+  const EffectTrial& fit(const EffectSet& effects) {
     for (const EffectTrial& t : out_.trials)
-      if (t.effects == effects && t.steps == steps) return t;
+      if (t.effects == effects) return t;
     Config c = fit_config(config_, effects);
-    c.run.max_time = 0, c.run.max_steps = steps;
+    c.run.max_time = 0, c.run.max_steps = config_.effects.steps;
     Trainer trainer(c, halves_.seen, time_map_);
     EffectTrial trial;
     trial.effects = effects;
@@ -99,8 +98,8 @@ class Ladder {
     return out_.trials.back();
   }
   /// Compares `with` to the same without the effect, and remembers it as the last word on the effect.
-  EffectVerdict judge(const std::string& effect, const EffectSet& with, int steps) {
-    const EffectTrial more = fit(with, steps), less = fit(with.without(effect), steps);
+  EffectVerdict judge(const std::string& effect, const EffectSet& with) {
+    const EffectTrial more = fit(with), less = fit(with.without(effect));
     std::vector<double> gains;
     for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
     EffectVerdict v{effect, with, EffectDecision::undecided, paired_gain(gains, config_.effects.level / kComparisons)};
@@ -111,12 +110,6 @@ class Ladder {
     std::erase_if(out_.verdicts, [&](const EffectVerdict& old) { return old.effect == effect; });
     out_.verdicts.push_back(v);
     return v;
-  }
-  /// Whether the effect is on; fits again for longer where that is undecided.
-  bool worth(const std::string& effect, const EffectSet& with) {
-    EffectVerdict v = judge(effect, with, config_.effects.steps);
-    if (v.decision == EffectDecision::undecided) v = judge(effect, with, kLonger * config_.effects.steps);
-    return v.decision == EffectDecision::on;
   }
 
  private:
@@ -152,8 +145,12 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   const Halves halves = divide(train);
   out.held = int(halves.held.frames.size());
   Ladder ladder(config, halves, time_map, out, told);
-  if (all.motion && !ladder.worth("motion", all)) out.chosen = all.without("motion");
-  if (all.light && !out.chosen.motion && !ladder.worth("light", out.chosen)) out.chosen.light = false;
+  if (all.motion) {
+    const EffectVerdict v = ladder.judge("motion", all);
+    const bool likely = v.decision == EffectDecision::undecided && v.gain.mean > config.effects.min_gain;
+    if (v.decision != EffectDecision::on && !likely) out.chosen = all.without("motion");
+  }
+  if (all.light && !out.chosen.motion && ladder.judge("light", out.chosen).decision != EffectDecision::on) out.chosen.light = false;
   out.seconds = elapsed();
   return out;
 }

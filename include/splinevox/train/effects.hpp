@@ -41,13 +41,13 @@ struct EffectTrial {
   double mean() const;
 };
 
-enum class EffectDecision { on, off, undecided };
+enum class EffectDecision { on, off, undecided };  ///< see choose_effects
 
 /// What an effect gained over the same fit without it.
 struct EffectVerdict {
   std::string effect;
   EffectSet with;            ///< the larger of the two fits
-  EffectDecision decision;   ///< undecided counts as off: the simpler model is kept
+  EffectDecision decision;
   PairedGain gain;           ///< dB per held-out picture
   double time_ratio = 1;     ///< seconds of a step with it over without
   double bytes_ratio = 1;    ///< size of the model with it over without
@@ -65,14 +65,15 @@ struct EffectChoice {
 /// Decides whether a scene moves, and if it does not whether its light changes, by fitting nested models for a few hundred steps on small
 /// pictures and comparing them on pictures, and so on times, that no fit has seen. The unit of evidence is the picture: rays of one
 /// picture err together, and a test over rays would see effects that are not there. An effect is on if the lower bound of its gain
-/// exceeds effects.min_gain, off if the upper bound falls short of it; in between it is undecided and stays off. Each is judged
+/// exceeds effects.min_gain, off if the upper bound falls short of it; in between it is undecided: light then stays off, the simpler model,
+/// and motion goes by the mean, because a still scene with motion is only dearer and a moving one without is ruined. Each is judged
 /// beside all others, so that nothing is taken for it that they explain.
 ///
 /// View dependence, rigidity, and light beside motion pay only late in training: fits this short see nothing of the 2 dB that view
 /// dependence is worth on bouncingballs (docs/experiments.md). They stay as the configuration has them.
 ///
-/// A fit takes effects.steps, and four times as many where that leaves it undecided, so the choice does not depend on the machine: two or
-/// three fits, 2 to 3 seconds on two cores, seldom 10. A run of too few steps for that to be a small part of it tries nothing: every effect stays.
+/// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits, 2 to 3 seconds on two cores. A run of too
+/// few steps for that to be a small part of it tries nothing: every effect stays.
 /// @param told  called after each fit; may be empty.
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& told = {});
