@@ -19,6 +19,7 @@ constexpr int kMostSeen = 60;       // by the fits
 constexpr int kFewestViews = 8;     // to hold some back
 constexpr int kComparisons = 2;     // at most
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
+constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
 /// Training frames divided in two: what the fits see, and what they are compared on.
 struct Halves {
@@ -128,8 +129,9 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   EffectChoice out;
   out.chosen = effects_of(config);
   if (config.effects.steps == 0) return out.note = "effects.steps is 0: nothing was tried", out;
-  if (config.run.max_time == 0 && config.run.max_steps < kShortest * config.effects.steps)
-    return out.note = "too few steps to try effects out: every effect of the preset stays", out;
+  const bool timed = config.run.max_time > 0;
+  if (timed ? config.run.max_time < kShortestTime : config.run.max_steps < kShortest * config.effects.steps)
+    return out.note = "too short a run to try effects out: every effect of the preset stays", out;
   const EffectSet all = out.chosen;
   const auto [first, last] = std::minmax_element(train.frames.begin(), train.frames.end(), [](const Frame& a, const Frame& b) { return a.time < b.time; });
   if (first->time == last->time) {
