@@ -33,12 +33,6 @@ class Shot {
       : model_(model), camera_(camera), time_(time), canonical_(canonical_occupancy(model, kCells, kEmptyAlpha, model.step)) {
     const auto& raw = model.radiance.raw;
     rows_.assign(raw.values.begin(), raw.values.end());
-    field_.radiance = BrickView<Real>(*raw.topology);
-    field_.radiance_rows = rows_.data();
-    field_.density_scale = Real(model.radiance.activation.scale), field_.density_shift = Real(model.radiance.activation.shift);
-    field_.moving = !model.motion.levels.empty();
-    if (field_.moving) field_.motion = BrickView<Real>(*model.motion.levels.back().topology);
-    field_.rigidity = model.motion.rigidity, field_.rigidity_offset = Real(model.motion.rigidity_offset);
     make_frame();
   }
 
@@ -51,8 +45,7 @@ class Shot {
 
   /// [height * width * 3] and the samples in stored bricks. @param skip  leave out cells that the occupancy calls empty.
   std::vector<double> picture(double step_scale, double stop, bool skip, double* samples = nullptr) const {
-    FieldView<Real, Stored> field = field_;
-    field.step = Real(model_.step * step_scale);
+    const FieldView<Real, Stored> field = view_field(model_, rows_.data(), Real(model_.step * step_scale));
     FrameView<Real> frame;
     if constexpr (std::is_same_v<Real, float>) frame.slice = contracted_.values.data();
     else frame.slice = slice_.data();
@@ -65,12 +58,7 @@ class Shot {
       RayKernel<Real, kSh, Stored> kernel;
       for (int x = 0; x < camera_.width; ++x) {
         const Ray ray = camera_ray(camera_, x + 0.5, y + 0.5);
-        const Interval inside = intersect(model_.box, ray.origin, ray.direction);
-        RayInput<Real> in;
-        in.background = cast<Real>(model_.background), in.direction = cast<Real>(ray.direction);
-        const double first = inside.near + 0.5 * double(field.step);
-        in.origin = cast<Real>(ray.origin + first * ray.direction);
-        in.count = first > inside.far ? 0 : int((inside.far - first) / double(field.step)) + 1;
+        const RayInput<Real> in = clip_ray(ray, model_.box, field.step, Real(0.5), model_.background);
         const RayResult<Real> result = kernel.forward(in, field, frame, Real(stop));
         counts[y] += kernel.count;
         for (int c = 0; c < 3; ++c) out[(std::size_t(y) * camera_.width + x) * 3 + c] = double(result.rgb[c]);
@@ -92,7 +80,6 @@ class Shot {
   BitGrid occupied_;
   AlignedVector<Stored> rows_;
   AlignedVector<Real> slice_;  ///< contracted_ in Real, where that is not float
-  FieldView<Real, Stored> field_;
 };
 
 /// The model with its radiance on a lattice of a share of the cells, its march step longer by as much: a level of detail.
@@ -138,7 +125,7 @@ std::vector<double> reference(const Shot<double>& shot) {
   return fine;
 }
 
-/// A way to make the picture. Without `work` it is the float kernel with these settings.
+/// A way to make the picture: settings, and what makes it with them.
 struct Variant {
   std::string knob, value;
   double order = 0, step_scale = 1, stop = 1e-3;

@@ -22,4 +22,10 @@ Image16 area_downscale(const Image16& image, int factor) {
   return small;
 }
 
+Camera area_downscale(Camera camera, int factor) {
+  camera.width /= factor, camera.height /= factor;
+  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value /= factor;
+  return camera;
+}
+
 }  // namespace splinevox

@@ -10,6 +10,7 @@
 #include "data/time_map.hpp"
 #include "data/transforms.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/data/image_read.hpp"
 #include "splinevox/data/scene.hpp"
 
 namespace splinevox {
@@ -69,11 +70,7 @@ TimeMap map_of(const fs::path& folder, const std::vector<RawSplit>& raw, const L
 }
 
 Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
-  Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.width, plan.height, raw.where(i));
-  camera.width /= plan.downscale;
-  camera.height /= plan.downscale;
-  for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value /= plan.downscale;
-  return camera;
+  return area_downscale(pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.width, plan.height, raw.where(i)), plan.downscale);
 }
 
 /// Frames with everything but their pictures.

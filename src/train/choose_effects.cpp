@@ -28,10 +28,7 @@ struct Halves {
 
 Frame shrunk(const Frame& frame) {
   const int factor = std::max(1, (std::max(frame.camera.width, frame.camera.height) + kPictureSize - 1) / kPictureSize);
-  Frame out{frame.name, frame.camera, frame.time, area_downscale(frame.image, factor)};
-  out.camera.width = out.image.width, out.camera.height = out.image.height;
-  for (double* v : {&out.camera.fx, &out.camera.fy, &out.camera.cx, &out.camera.cy}) *v /= factor;
-  return out;
+  return {frame.name, area_downscale(frame.camera, factor), frame.time, area_downscale(frame.image, factor)};
 }
 
 /// Every fifth frame in order of time is held back, or fewer of a long sequence, and the frames in between are seen, or a share of them
@@ -98,7 +95,7 @@ class Ladder {
     if (told_) told_(out_.trials.back());
     return out_.trials.back();
   }
-  /// Compares `with` to the same without the effect, and remembers it as the last word on the effect.
+  /// Compares `with` to the same without the effect.
   EffectVerdict judge(const std::string& effect, const EffectSet& with) {
     const EffectTrial more = fit(with), less = fit(with.without(effect));
     std::vector<double> gains;
@@ -106,9 +103,8 @@ class Ladder {
     EffectVerdict v{effect, with, EffectDecision::undecided, paired_gain(gains, config_.effects.level / kComparisons)};
     if (v.gain.lo > config_.effects.min_gain) v.decision = EffectDecision::on;
     else if (v.gain.hi < config_.effects.min_gain) v.decision = EffectDecision::off;
-    v.time_ratio = (more.seconds / more.steps) / (less.seconds / less.steps);
+    v.time_ratio = more.seconds / less.seconds;
     v.bytes_ratio = double(more.bytes) / double(less.bytes);
-    std::erase_if(out_.verdicts, [&](const EffectVerdict& old) { return old.effect == effect; });
     out_.verdicts.push_back(v);
     return v;
   }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
 
 namespace splinevox {
@@ -33,5 +34,7 @@ Image16 read_png(const std::filesystem::path& path, const std::string& where = "
 /// straight, as D-NeRF's own evaluation does it), rounded to the nearest 1/65535.
 /// @pre factor >= 1 divides width and height; load_dataset checks.
 Image16 area_downscale(const Image16& image, int factor);
+/// The camera of a picture that was averaged so.
+Camera area_downscale(Camera camera, int factor);
 
 }  // namespace splinevox

@@ -49,14 +49,14 @@ struct EffectVerdict {
   EffectSet with;            ///< the larger of the two fits
   EffectDecision decision;
   PairedGain gain;           ///< dB per held-out picture
-  double time_ratio = 1;     ///< seconds of a step with it over without
+  double time_ratio = 1;     ///< seconds of the fit with it over without
   double bytes_ratio = 1;    ///< size of the model with it over without
 };
 
 struct EffectChoice {
   EffectSet chosen;
   std::vector<EffectTrial> trials;
-  std::vector<EffectVerdict> verdicts;  ///< the last word on each effect that was judged
+  std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
   int held = 0;                         ///< pictures held out, each with its own time where times differ
   double seconds = 0;                   ///< all of it
   std::string note;                     ///< why nothing was tried, or what was settled without a trial; may be empty
