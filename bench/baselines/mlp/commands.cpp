@@ -31,7 +31,7 @@ struct Options {
   std::optional<std::uint64_t> seed;
   std::vector<double> test_at;
   int threads = 0;
-  bool quiet = false, json = false;
+  bool quiet = false, json = false, cpu_time = false;
 };
 
 void use_threads(int threads) { torch::set_num_threads(threads > 0 ? threads : int(std::max(1u, std::thread::hardware_concurrency()))); }
@@ -45,6 +45,7 @@ Settings effective(const Options& o) {
   set(s.points, o.points), set(s.samples, o.samples), set(s.test_stride, o.stride), set(s.lr, o.lr), set(s.divergence, o.divergence), set(s.offset, o.offset);
   if (o.max_steps && !o.max_time) s.max_time = 0;
   if (o.shrink) s.shrink = {*o.shrink}, s.shrink_start = {0};
+  s.cpu_time = o.cpu_time;
   s.test_at = o.test_at;
   std::sort(s.test_at.begin(), s.test_at.end());
   if (!o.background.empty()) {
@@ -127,6 +128,7 @@ int splinevox::mlp::run_command_line(int argc, char** argv) {
   t->add_option("--kind", o.kind, "spline, nr-nerf or t-nerf")->capture_default_str();
   t->add_option("--preset", o.preset, "paper or nerf_atlas (its released code)")->capture_default_str();
   t->add_option("--max-time", o.max_time, "seconds"), t->add_option("--max-steps", o.max_steps);
+  t->add_flag("--cpu-time", o.cpu_time, "every second is one of processor time, divided by the threads: for a machine that has other work to do");
   t->add_option("--seed", o.seed), t->add_option("--downscale", o.downscale), t->add_option("--background", o.background);
   t->add_option("--points", o.points, "control points")->check(CLI::Range(2, 20));
   t->add_option("--samples", o.samples, "per ray")->check(CLI::Range(2, 1024));

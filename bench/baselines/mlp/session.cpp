@@ -6,6 +6,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -28,7 +29,12 @@ namespace {
 constexpr double kHeldShare = 0.1;  ///< of training time at most, for the held view
 constexpr const char* kModel = "model.pt";
 
-double clock() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock(bool cpu_time) {
+  if (!cpu_time) return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  timespec used{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+  return (double(used.tv_sec) + 1e-9 * double(used.tv_nsec)) / torch::get_num_threads();
+}
 
 Vec3 background(const Settings& s) { return {float(s.background[0]), float(s.background[1]), float(s.background[2])}; }
 
@@ -117,20 +123,20 @@ Json MlpSession::run() {
   };
   const std::int64_t rays = std::int64_t(settings_.crops) * settings_.crop * settings_.crop;
   while (used() < 1 && app::stop_signal() == 0) {
-    const double start = clock();
+    const double start = clock(settings_.cpu_time);
     StepReport report;
     report.progress = used();
     report.loss = step(report.progress);
-    seconds_ += clock() - start;
+    seconds_ += clock(settings_.cpu_time) - start;
     report.step = ++step_, report.seconds = seconds_, report.rays = rays, report.samples = rays * settings_.samples;
     report.psnr = -10 * std::log10(std::max(1e-10, loss_));
     report.progress = std::min(1.0, used());
     const Json line = progress_.step(report, held_psnr_);
     if (!line.is_null()) report_line(line);
     if (spent + held_seconds_ <= kHeldShare * seconds_) {
-      const double before = clock();
+      const double before = clock(settings_.cpu_time);
       show_held();
-      held_seconds_ = clock() - before, spent += held_seconds_;
+      held_seconds_ = clock(settings_.cpu_time) - before, spent += held_seconds_;
     }
     measure_due(false);
   }
@@ -138,7 +144,7 @@ Json MlpSession::run() {
   save();
   const bool interrupted = app::stop_signal() != 0;
   if (!interrupted) measure_due(true);
-  return {{"kind", name(settings_.kind)}, {"finished", !interrupted}, {"steps", step_}, {"train_seconds", seconds_},
+  return {{"kind", name(settings_.kind)}, {"finished", !interrupted}, {"steps", step_}, {"train_seconds", seconds_}, {"cpu_time", settings_.cpu_time},
           {"rays_per_second", double(rays) * double(step_) / seconds_}, {"peak_memory_bytes", app::peak_memory()},
           {"threads", torch::get_num_threads()}, {"parameters", [&] {
              std::int64_t count = 0;

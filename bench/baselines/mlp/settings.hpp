@@ -33,6 +33,7 @@ struct Settings {
   std::vector<int> shrink{8, 4, 2, 1};               ///< block sizes of the training pictures, stage by stage
   std::vector<double> shrink_start{0, .1, .25, .5};  ///< progress at which each stage begins
   double max_time = 900;            ///< seconds of training, without evaluations
+  bool cpu_time = false;            ///< seconds are processor time over the threads, so that other work on the machine does not count
   int max_steps = 0;                ///< 0: max_time decides
   std::uint64_t seed = 1;
   int downscale = 1;                ///< of the data set
