@@ -78,7 +78,7 @@ Config paper() {
   c.loss.tv_color = c.loss.tv_sh = tv_weight(1e-4f, 3 + 9);
   c.loss.tv_control = tv_weight(1e-4f, 3 * 5);
   c.loss.tv_final = 1;
-  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8;
+  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;
   return c;
 }
 
@@ -114,7 +114,7 @@ Config nerf_atlas() {
   c.loss.offset_rigidity = 3e-3f;
   c.loss.divergence = 0;
   c.loss.ramp = true;
-  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8;
+  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;
   c.sampling.background = BackgroundKind::fixed;
   return c;
 }

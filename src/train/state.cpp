@@ -40,6 +40,13 @@ Vec3 background_of(const Config& config) {
   return {b[0], b[1], b[2]};
 }
 
+/// A window of time is for what moves.
+SamplingConfig sampling_of(const Config& config) {
+  SamplingConfig out = config.sampling;
+  if (!config.motion.enabled) out.window = 1;
+  return out;
+}
+
 /// Index of the last start that progress has reached.
 int reached(const std::vector<float>& starts, double progress) {
   int i = -1;
@@ -65,7 +72,7 @@ std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
     : config(c), train(t), bounds(bounds_of(c, t)),
-      sampler(t, bounds.box, c.sampling, background_of(c), c.run.seed),
+      sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed),
       engine(make_engine(c.radiance.sh_order, c.loss.offset > 0 || c.loss.divergence > 0)) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
@@ -84,7 +91,8 @@ bool Trainer::State::refine(double progress) {
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const bool changes = config.motion.enabled || config.motion.light;
   const int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
-  if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
+  // Before every time has been trained, the hull stands for where matter is.
+  if (step > 0 && sampler.whole(progress) && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted) tighten_box();
     refresh_occupancy();
   }

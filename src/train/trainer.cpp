@@ -73,11 +73,11 @@ StepReport Trainer::step() {
   const double progress = progress_of(c, s.step, s.seconds_before);
   report.stage_changed = s.refine(progress);
   lap(s.phases.refine);
-  if (s.step > 0 && s.step % c.sampling.occupancy_every == 0 && !report.stage_changed) s.refresh_occupancy();
+  if (s.step > 0 && s.step % c.sampling.occupancy_every == 0 && !report.stage_changed && s.sampler.whole(progress)) s.refresh_occupancy();
   lap(s.phases.occupancy);
 
   s.collapse_levels(s.active);
-  s.sampler.draw(s.step, int(c.sampling.rays * (1 + (c.sampling.growth - 1) * progress)), s.model.step, s.batch);
+  s.sampler.draw(s.step, progress, s.model.step, s.batch);
   std::vector<double> times;
   std::vector<const BitGrid*> occupancy;
   for (const int f : s.batch.frames) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "splinevox/data/scene.hpp"
@@ -24,7 +25,9 @@ struct Batch {
 
 /// Draws batches. A draw depends on (seed, step) alone.
 ///
-/// Frames come from a shuffled deck, so every frame is used equally often. Rays come in patches of 2 x 2 pixels, whose
+/// Frames come from a shuffled deck, so every frame is used equally often. With a window the deck holds only frames around the
+/// middle one in time at first and grows to all of them: what is fitted to moments close together needs little motion, so every
+/// part gets one canonical place before fast motion tempts it into several (docs/experiments.md). Rays come in patches of 2 x 2 pixels, whose
 /// samples share cache lines; most are taken where the picture shows something or nearly does, the rest anywhere, so that
 /// matter where there should be none is found as well.
 ///
@@ -35,8 +38,10 @@ class BatchSampler {
  public:
   BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed);
   void set_box(const Box& box) { box_ = box; }
-  /// @param rays  about how many. @param step  march step, scene units.
-  void draw(std::int64_t index, int rays, float step, Batch& out) const;
+  /// @param progress  of the run, 0..1: how many rays are drawn and from which frames. @param step  march step, scene units.
+  void draw(std::int64_t index, double progress, float step, Batch& out) const;
+  /// Whether every frame may be drawn.
+  bool whole(double progress) const { return config_.window >= 1 || progress >= config_.window_full; }
 
  private:
   /// One 2 x 2 patch: of the slot's own frame, or of another one that carves.
@@ -45,6 +50,8 @@ class BatchSampler {
     std::uint32_t block;
     friend auto operator<=>(const Patch&, const Patch&) = default;
   };
+  /// Ranks [first, last) of the frames that may be drawn.
+  std::pair<int, int> window(double progress) const;
   Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
 
   const Split& train_;

@@ -78,6 +78,8 @@ struct LossConfig {
 
 struct SamplingConfig {
   int frames = 16;                 ///< training images per step
+  float window = 0.3f;             ///< share of the frames, those around the middle one in time, that a moving scene begins with
+  float window_full = 0.3f;        ///< progress at which the window has grown to all frames
   int rays = 4096;                 ///< rays of the first step over all of them, in patches of 2 x 2 pixels
   float growth = 3;                ///< rays of the last step over those of the first, linear in between: calm where it matters
   float carve = 0.15f;             ///< share of the rays that look from cameras of neighbouring times past the silhouette
@@ -169,6 +171,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.ramp", c.loss.ramp, "ramp offset and divergence from 1/100 to 1", 0, 1);
   visit("loss.curve_length", c.loss.curve_length, "squared length of control polygons", 0, inf);
   visit("sampling.frames", c.sampling.frames, "training images per step", 1, 64);
+  visit("sampling.window", c.sampling.window, "share of the frames, the middle ones in time, that motion begins with", 0, 1);
+  visit("sampling.window_full", c.sampling.window_full, "progress at which the window holds all frames", 0, 1);
   visit("sampling.rays", c.sampling.rays, "rays of the first step", 64, 1 << 20);
   visit("sampling.growth", c.sampling.growth, "rays of the last step over those of the first", 1, 64);
   visit("sampling.carve", c.sampling.carve, "share of the rays that look past the silhouettes of neighbouring times", 0, 0.9);
