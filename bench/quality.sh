@@ -2,24 +2,28 @@
 # SPDX-License-Identifier: Apache-2.0
 # Trains and evaluates scenes and writes the tables of README.md and docs/benchmarks.md.
 #
-#   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene: OUT/PRESET_SCENE, log beside it
+#   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside it
 #   bench/quality.sh table OUT                        a Markdown table of every finished run in OUT
 #   bench/quality.sh write OUT                        puts that table between the markers of README.md and docs/benchmarks.md, and the
 #                                                     presets' means into `splinevox train --help`
+#
+# SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 splinevox=${SPLINEVOX:-$root/build/release/src/app/splinevox}
 
 train() {
-  local data=$1 out=$2 preset=$3 scene
+  local data=$1 out=$2 preset=$3 scene seed
   shift 3
-  mkdir -p "$out"
-  for scene in "$@"; do
-    local run=$out/${preset}_$scene
-    rm -rf "$run"
-    "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" ${EXTRA:-} > "$run.log" 2>&1
-    "$splinevox" eval "$run" --data "$data/$scene" --split test >> "$run.log" 2>&1
-    echo "$preset $scene $(number "$run/metrics.json" psnr) dB"
+  for seed in ${SEEDS:-1}; do
+    for scene in "$@"; do
+      local run=$out/$preset/$scene/$seed
+      rm -rf "$run"
+      mkdir -p "${run%/*}"
+      "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} > "$run.log" 2>&1
+      "$splinevox" eval "$run" --data "$data/$scene" --split test >> "$run.log" 2>&1
+      echo "$preset $scene seed $seed: $(number "$run/metrics.json" psnr) dB"
+    done
   done
 }
 
@@ -27,18 +31,21 @@ number() {  # number FILE KEY : the first value of a top-level key, indented JSO
   awk -v key="\"$2\"" '$1 == key ":" { gsub(/[",]/, "", $2); print $2; exit }' "$1"
 }
 
-table() {
-  local out=$1 run name preset scene
-  echo "| scene | preset | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM |"
-  echo "| --- | --- | --- | --- | --- | --- | --- | --- |"
-  for run in "$out"/*/; do
-    [[ -f $run/metrics.json ]] || continue
-    name=$(basename "$run")
-    preset=${name%%_*} scene=${name#*_}
-    awk -v scene="$scene" -v preset="$preset" '
-      { key = $1; gsub(/[":]/, "", key); value = $2; gsub(/[",]/, "", value); if (!(key in v)) v[key] = value }
-      END { printf "| %s | %s | %.0f | %d | %.2f | %.2f | %.4f | %.4f |\n", scene, preset, v["train_seconds"], v["steps"],
-                   v["peak_memory_bytes"] / 1e9, v["psnr"], v["ssim"], v["ms_ssim"] }' "$run/metrics.json"
+table() {  # means over the seeds; behind PSNR half the distance between the best and the worst seed
+  local out=$1 group run preset
+  echo "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM |"
+  echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+  for preset in draft fast standard high paper nerf_atlas; do
+    for group in "$out/$preset"/*/; do
+      for run in "$group"*/metrics.json; do
+        if [[ -f $run ]]; then
+          for key in train_seconds steps peak_memory_bytes psnr ssim ms_ssim; do number "$run" $key; done | xargs
+        fi
+      done | awk -v scene="$(basename "$group")" -v preset="$preset" '
+        { for (i = 1; i <= 6; ++i) sum[i] += $i; if (NR == 1 || $4 < lo) lo = $4; if (NR == 1 || $4 > hi) hi = $4 }
+        END { if (NR) printf "| %s | %s | %d | %.0f | %d | %.2f | %.2f%s | %.4f | %.4f |\n", scene, preset, NR, sum[1] / NR, sum[2] / NR,
+                             sum[3] / NR / 1e9, sum[4] / NR, (NR > 1 ? sprintf(" ± %.2f", (hi - lo) / 2) : ""), sum[5] / NR, sum[6] / NR }'
+    done
   done
 }
 
@@ -53,8 +60,8 @@ write() {
       !skip' "$file" > "$file.new" && mv "$file.new" "$file"
   done
   # Means of the presets that have all six scenes.
-  awk -F ' *\\| *' '$2 ~ /^dnerf_/ { n[$3]++; psnr[$3] += $7; memory[$3] += $6 }
-    END { for (p in n) if (n[p] == 6) printf "{\"%s\", %.2f, %.2f},\n", p, psnr[p] / 6, memory[p] / 6 }' "$rows" | sort > "$root/src/app/preset_figures.inc"
+  awk -F ' *\\| *' '$2 ~ /^dnerf_/ { n[$3]++; psnr[$3] += $8; memory[$3] += $7 }
+    END { for (p in n) if (n[p] == 6 && p != "paper" && p != "nerf_atlas") printf "{\"%s\", %.2f, %.2f},\n", p, psnr[p] / 6, memory[p] / 6 }' "$rows" | sort > "$root/src/app/preset_figures.inc"
   rm -f "$rows"
 }
 

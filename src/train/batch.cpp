@@ -99,9 +99,9 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
   return {frame, near ? busy[patch.below(2 * number + 1, std::uint32_t(busy.size()))] : patch.below(2 * number + 1, blocks(frame))};
 }
 
-std::pair<int, int> BatchSampler::window(double progress) const {
+std::span<const int> BatchSampler::window(double progress) const {
+  if (whole(progress)) return by_time_;
   const int n = int(by_time_.size());
-  if (whole(progress)) return {0, n};
   const double share = config_.window + (1 - config_.window) * progress / config_.window_full;
   const int wanted = std::clamp(int(std::lround(share * n)), std::min(n, config_.frames), n);
   int first = (n - wanted) / 2, last = first + wanted;
@@ -109,18 +109,18 @@ std::pair<int, int> BatchSampler::window(double progress) const {
   const auto time = [&](int rank) { return train_.frames[by_time_[rank]].time; };
   while (first > 0 && time(first - 1) == time(first)) --first;
   while (last < n && time(last) == time(last - 1)) ++last;
-  return {first, last};
+  return std::span(by_time_).subspan(first, last - first);
 }
 
 void BatchSampler::draw(std::int64_t index, double progress, float step, Batch& out) const {
-  const auto [first_rank, last_rank] = window(progress);
-  const int n = last_rank - first_rank, frames = std::min(config_.frames, n);
+  const std::span<const int> window = this->window(progress);
+  const int n = int(window.size()), frames = std::min(config_.frames, n);
   const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
   const int patches = std::max(1, rays / (4 * frames));
   out.frames.resize(frames);
   std::vector<int> deck;
   std::int64_t round = -1;
-  for (int f = 0; f < frames; ++f) out.frames[f] = by_time_[first_rank + card(seed_, index * frames + f, n, deck, round)];
+  for (int f = 0; f < frames; ++f) out.frames[f] = window[card(seed_, index * frames + f, n, deck, round)];
   out.rays.resize(std::size_t(frames) * patches * 4);
   out.targets.resize(out.rays.size());
   out.tasks.clear();

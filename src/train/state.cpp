@@ -17,6 +17,9 @@ constexpr float kEmptyDensity = -10;
 /// Share of the occupied cells below which a part on its own does not hold the box open.
 constexpr float kSmallPart = 1 / 300.0f;
 
+/// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
+constexpr int kRoom = 16;
+
 bool any_alpha(const Split& train) {
   for (const Frame& f : train.frames)
     for (std::size_t i = 3; i < f.image.rgba.size(); i += 4)
@@ -86,14 +89,14 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   m.rigidity_offset = c.motion.initial_rigidity;
 }
 
-bool Trainer::State::refine(double progress) {
+bool Trainer::State::refine(double progress_now) {
+  progress = progress_now;
   bool changed = false;
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const bool changes = config.motion.enabled || config.motion.light;
   const int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
-  // Before every time has been trained, the hull stands for where matter is.
-  if (step > 0 && sampler.whole(progress) && (stage < wanted || int(levels.size()) < wanted_levels)) {
-    if (stage < wanted) tighten_box();
+  if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
+    if (stage < wanted && !growing()) tighten_box();
     refresh_occupancy();
   }
   while (stage < wanted) {
@@ -185,7 +188,8 @@ void Trainer::State::rebase_levels() {
 
 void Trainer::State::refine_radiance(int cells) {
   const Lattice lattice = make_lattice(bounds.box, cells);
-  BitGrid matter = canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
+  const BitGrid matter =
+      growing() ? bounds.hull : canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
   model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
   model.step = config.sampling.step * lattice.spacing;
   radiance = Learner(model.radiance.raw);
@@ -197,7 +201,7 @@ BitGrid Trainer::State::occupied_ever() const {
   return all;
 }
 
-BitGrid Trainer::State::swept() const { return occupancy.empty() ? bounds.hull : dilate(occupied_ever()); }
+BitGrid Trainer::State::swept() const { return occupancy.empty() || growing() ? bounds.hull : dilate(occupied_ever()); }
 
 void Trainer::State::add_level(int cells) {
   const std::vector<float> zero(model.motion.width(), 0.0f);
@@ -246,15 +250,25 @@ void Trainer::State::find_active() {
 
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
   const OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
-  std::vector<BitGrid> out(levels.empty() || !model.motion.displaces ? 1 : train.frames.size());
+  if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
+  std::vector<BitGrid> out(train.frames.size());
+  const std::span<const int> trained = sampler.window(progress);
   constexpr int kFrames = 8;  // that share the memory of a slice
-  parallel_for((int(out.size()) + kFrames - 1) / kFrames, [&](int group) {
+  parallel_for((int(trained.size()) + kFrames - 1) / kFrames, [&](int group) {
     MotionSlice slice;
-    for (int f = group * kFrames; f < std::min(int(out.size()), (group + 1) * kFrames); ++f) {
+    for (std::size_t i = group * kFrames; i < std::min(trained.size(), std::size_t(group + 1) * kFrames); ++i) {
+      const int f = trained[i];
       fill_slice(model.motion, stored_weights(model.motion, train.frames[f].time), slice);
       out[f] = frame_occupancy(model, slice, canonical);
     }
   });
+  if (trained.size() == out.size()) return out;
+  // Times yet to be trained: what the nearest one trained holds, with room to move.
+  BitGrid before = out[trained.front()], after = out[trained.back()];
+  for (int cells = config.sampling.occupancy_cells / kRoom; cells > 0; --cells) before = dilate(before), after = dilate(after);
+  const double first = train.frames[trained.front()].time;
+  for (std::size_t f = 0; f < out.size(); ++f)
+    if (out[f].bits.empty()) out[f] = train.frames[f].time < first ? before : after;
   return out;
 }
 

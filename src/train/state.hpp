@@ -35,14 +35,17 @@ struct Trainer::State {
   std::vector<BitGrid> occupancy;    ///< per training frame; empty: the hull stands for all
 
   std::int64_t step = 0;
+  double progress = 0;               ///< of the last refine
   int stage = -1;                    ///< radiance stage
   int elevations = 0;                ///< degree elevations done
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;
 
+  /// Whether some times are yet to be trained (SamplingConfig::window): nothing may be taken to be empty for good.
+  bool growing() const { return !sampler.whole(progress); }
   /// Brings lattices, levels and degree to what the progress asks for. True if anything changed.
-  bool refine(double progress);
+  bool refine(double progress_now);
   /// model.motion.levels = sum of the active levels.
   /// Rows outside `rows` ([bricks + 1] of the finest level; empty: all rows) keep what they had.
   void collapse_levels(const std::vector<RowMask>& rows);

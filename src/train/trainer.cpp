@@ -73,7 +73,8 @@ StepReport Trainer::step() {
   const double progress = progress_of(c, s.step, s.seconds_before);
   report.stage_changed = s.refine(progress);
   lap(s.phases.refine);
-  if (s.step > 0 && s.step % c.sampling.occupancy_every == 0 && !report.stage_changed && s.sampler.whole(progress)) s.refresh_occupancy();
+  const int every = s.growing() ? std::max(1, c.sampling.occupancy_every / 2) : c.sampling.occupancy_every;
+  if (s.step > 0 && s.step % every == 0 && !report.stage_changed) s.refresh_occupancy();
   lap(s.phases.occupancy);
 
   s.collapse_levels(s.active);

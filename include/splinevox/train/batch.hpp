@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
+#include <span>
 #include <vector>
 
 #include "splinevox/data/scene.hpp"
@@ -40,7 +40,9 @@ class BatchSampler {
   void set_box(const Box& box) { box_ = box; }
   /// @param progress  of the run, 0..1: how many rays are drawn and from which frames. @param step  march step, scene units.
   void draw(std::int64_t index, double progress, float step, Batch& out) const;
-  /// Whether every frame may be drawn.
+  /// The frames that may be drawn, in order of time.
+  std::span<const int> window(double progress) const;
+  /// Whether that is all of them.
   bool whole(double progress) const { return config_.window >= 1 || progress >= config_.window_full; }
 
  private:
@@ -50,8 +52,6 @@ class BatchSampler {
     std::uint32_t block;
     friend auto operator<=>(const Patch&, const Patch&) = default;
   };
-  /// Ranks [first, last) of the frames that may be drawn.
-  std::pair<int, int> window(double progress) const;
   Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
 
   const Split& train_;
