@@ -28,7 +28,7 @@ Config standard() {
   c.preset = "standard";
   c.run.max_time = 285;  // and 5 minutes with loading and saving
   c.grid.radiance = {40, 64, 96, 128, 192};
-  c.grid.radiance_start = {0, .04f, .12f, .25f, .45f};
+  c.grid.radiance_start = {0, .1f, .2f, .35f, .55f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .04f, .12f, .25f, .6f};
   return c;
@@ -39,7 +39,7 @@ Config high() {
   c.preset = "high";
   c.run.max_time = 1200;
   c.grid.radiance = {40, 64, 96, 144, 192, 256};
-  c.grid.radiance_start = {0, .015f, .05f, .12f, .25f, .5f};
+  c.grid.radiance_start = {0, .05f, .1f, .2f, .35f, .6f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .015f, .05f, .12f, .4f};
   c.sampling.rays = 8192;

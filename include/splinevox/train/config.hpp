@@ -26,7 +26,7 @@ struct RunConfig {
 /// Lattices, coarse to fine over the run.
 struct GridConfig {
   std::vector<int> radiance{40, 64, 96, 144};        ///< cells along the box's longest edge, per stage
-  std::vector<float> radiance_start{0, .08f, .25f, .5f};  ///< progress in [0, 1) at which each stage begins
+  std::vector<float> radiance_start{0, .15f, .35f, .55f};  ///< progress in [0, 1) at which each stage begins
   std::vector<int> motion{4, 8, 16, 32};             ///< cells along the longest edge, per level, each twice the one before
   std::vector<float> motion_start{0, .08f, .25f, .5f};    ///< progress at which each level is switched on
   float prune_alpha = 1e-3f;   ///< bricks whose largest alpha of one step stays below this are dropped at a new stage
