@@ -27,6 +27,7 @@ Action synth_command(CLI::App& verb) {
   verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")->check(CLI::Range(0.0, 1.0));
   verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")->check(CLI::Range(0.0, 1.0));
   verb.add_option("--light", o->synth.look.light, "of everything, 0..1")->check(CLI::Range(0.0, 1.0))->capture_default_str();
+  verb.add_option("--repeats", o->synth.look.repeats, "how often the motion runs, there and back in turn")->check(CLI::Range(1, 1000))->capture_default_str();
   verb.add_flag("--opaque", o->synth.look.opaque, "pictures without alpha, a grey wall behind the scene");
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);

@@ -50,7 +50,7 @@ void settle_effects(Config& config, bool forced, const Dataset& data, const RunF
   const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map, [&](const EffectTrial& t) {
     progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s", to_string(t.effects), t.mean(), t.steps, t.seconds));
   });
-  if (!forced) apply(choice.chosen, config);
+  if (!forced) apply(choice.chosen, config), config.motion.points = choice.points;
   const Json effects = effects_json(choice, effects_of(config), forced);
   progress.note(effects_line(effects));
   write_file(folder.file("effects.json"), {effects.dump(2) + "\n"});

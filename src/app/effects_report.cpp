@@ -29,7 +29,7 @@ Json effects_json(const EffectChoice& choice, const EffectSet& used, bool forced
   for (const std::string& name : effect_names()) {
     Json e{{"effect", name}, {"used", used.has(name)}};
     for (const EffectVerdict& v : choice.verdicts)
-      if (v.effect == name) {
+      if (v.effect == name && (!e.contains("decision") || e["decision"] != "on")) {
         e["decision"] = name_of(v.decision);
         e["gain_db"] = v.gain.mean, e["gain_lo"] = finite(v.gain.lo), e["gain_hi"] = finite(v.gain.hi), e["p"] = v.gain.p;
         e["time_ratio"] = v.time_ratio, e["bytes_ratio"] = v.bytes_ratio;
@@ -39,7 +39,10 @@ Json effects_json(const EffectChoice& choice, const EffectSet& used, bool forced
   }
   j["fits"] = Json::array();
   for (const EffectTrial& t : choice.trials)
-    j["fits"].push_back({{"effects", to_string(t.effects)}, {"psnr", t.mean()}, {"steps", t.steps}, {"seconds", t.seconds}, {"bytes", t.bytes}});
+    j["fits"].push_back({{"effects", to_string(t.effects)}, {"points", t.points}, {"psnr", t.mean()}, {"steps", t.steps}, {"seconds", t.seconds}, {"bytes", t.bytes}});
+  j["control_points"] = {{"chosen", choice.points}, {"compared", Json::array()}};
+  for (const PointsVerdict& v : choice.points_verdicts)
+    j["control_points"]["compared"].push_back({{"more", v.more}, {"fewer", v.fewer}, {"gain_db", v.gain.mean}, {"gain_lo", finite(v.gain.lo)}, {"gain_hi", finite(v.gain.hi)}});
   return j;
 }
 
@@ -56,6 +59,7 @@ std::string effects_line(const Json& effects) {
   }
   std::string line = "effects: " + (used.empty() ? "none" : used);
   if (!not_used.empty()) line += "; without " + not_used;
+  if (!effects.at("control_points").at("compared").empty()) line += fmt::format("; {} control points", effects.at("control_points").at("chosen").get<int>());
   if (const std::string note = effects.at("note"); !note.empty()) line += " (" + note + ")";
   return line;
 }

@@ -12,7 +12,7 @@
 namespace splinevox {
 namespace {
 
-constexpr int kMaxVertices = 1 << 13, kMaxWidth = 96;  // per axis; floats per row
+constexpr int kMaxVertices = 1 << 13, kMaxWidth = padded_width(4 * kMaxPoints + 1);  // per axis; floats per row
 constexpr double kMaxTable = 1 << 28;                  // bricks of a lattice
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
@@ -176,7 +176,7 @@ FieldShape parse_radiance_meta(const NamedMeta& in, RadianceField& radiance) {
 
 FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
   motion.basis = BasisKind(choice(in, "basis", kBases));
-  motion.points = integer(in, "points", kMinPoints, kMaxPoints);
+  motion.points = integer(in, "points", kMinPoints, motion.basis == BasisKind::bezier ? kMaxBezierPoints : kMaxPoints);
   motion.first_point = FirstPoint(choice(in, "first_point", kFirstPoints));
   motion.displaces = !in.meta.count("displacement_switch") || choice(in, "displacement_switch", kSwitch) == 1;
   motion.rigidity = choice(in, "rigidity_switch", kSwitch) == 1;

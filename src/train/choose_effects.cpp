@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_read.hpp"
@@ -20,6 +22,30 @@ constexpr int kFewestViews = 8;     // to hold some back
 constexpr int kComparisons = 2;     // at most
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
+
+constexpr int kStretch = 80;            // pictures of a long sequence that tell how many control points it needs
+constexpr int kLong = 3 * kStretch;     // pictures
+
+/// The middle pictures of a long sequence as a sequence of their own: times from 0 to 1.
+struct Stretch {
+  Split train;
+  double length = 1;  ///< in units of the whole sequence's time
+};
+
+Stretch middle_stretch(const Split& train) {
+  std::vector<int> by_time(train.frames.size());
+  std::iota(by_time.begin(), by_time.end(), 0);
+  std::stable_sort(by_time.begin(), by_time.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
+  const std::size_t first = (by_time.size() - kStretch) / 2;
+  const double start = train.frames[by_time[first]].time, end = train.frames[by_time[first + kStretch - 1]].time;
+  Stretch out{{train.name, {}}, end - start};
+  for (int i = 0; i < kStretch; ++i) {
+    Frame frame = train.frames[by_time[first + i]];
+    frame.time = out.length > 0 ? (frame.time - start) / out.length : 0;
+    out.train.frames.push_back(std::move(frame));
+  }
+  return out;
+}
 
 /// Training frames divided in two: what the fits see, and what they are compared on.
 struct Halves {
@@ -73,17 +99,18 @@ Config fit_config(const Config& config, const EffectSet& effects) {
 class Ladder {
  public:
   Ladder(const Config& config, const Halves& halves, const TimeMap& time_map, EffectChoice& out, const std::function<void(const EffectTrial&)>& told)
-      : config_(config), halves_(halves), time_map_(time_map), out_(out), told_(told) {}
+      : config_(config), halves_(halves), time_map_(time_map), out_(out), first_(out.trials.size()), told_(told) {}
 
   /// Fits that are made already are not made again.
-  const EffectTrial& fit(const EffectSet& effects) {
-    for (const EffectTrial& t : out_.trials)
-      if (t.effects == effects) return t;
+  EffectTrial fit(const EffectSet& effects, int points) {
+    for (std::size_t i = first_; i < out_.trials.size(); ++i)
+      if (out_.trials[i].effects == effects && out_.trials[i].points == points) return out_.trials[i];
     Config c = fit_config(config_, effects);
+    c.motion.points = points;
     c.run.max_time = 0, c.run.max_steps = config_.effects.steps;
     Trainer trainer(c, halves_.seen, time_map_);
     EffectTrial trial;
-    trial.effects = effects;
+    trial.effects = effects, trial.points = points;
     while (!trainer.done()) trial.steps = int(trainer.step().step);
     trial.seconds = trainer.seconds();
     const VoxelModel model = trainer.model();
@@ -98,10 +125,8 @@ class Ladder {
   }
   /// Compares `with` to the same without the effect.
   EffectVerdict judge(const std::string& effect, const EffectSet& with) {
-    const EffectTrial more = fit(with), less = fit(with.without(effect));
-    std::vector<double> gains;
-    for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
-    EffectVerdict v{effect, with, EffectDecision::undecided, paired_gain(gains, config_.effects.level / kComparisons)};
+    const EffectTrial more = fit(with, config_.motion.points), less = fit(with.without(effect), config_.motion.points);
+    EffectVerdict v{effect, with, EffectDecision::undecided, gain(more, less)};
     if (v.gain.lo > config_.effects.min_gain) v.decision = EffectDecision::on;
     else if (v.gain.hi < config_.effects.min_gain) v.decision = EffectDecision::off;
     v.time_ratio = more.seconds / less.seconds;
@@ -109,14 +134,37 @@ class Ladder {
     out_.verdicts.push_back(v);
     return v;
   }
+  /// Compares two numbers of control points.
+  PointsVerdict judge(const EffectSet& effects, int more, int fewer) {
+    out_.points_verdicts.push_back({more, fewer, gain(fit(effects, more), fit(effects, fewer))});
+    return out_.points_verdicts.back();
+  }
 
  private:
+  PairedGain gain(const EffectTrial& more, const EffectTrial& less) const {
+    std::vector<double> gains;
+    for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
+    return paired_gain(gains, config_.effects.level / kComparisons);
+  }
+
   const Config& config_;
   const Halves& halves_;
   const TimeMap& time_map_;
   EffectChoice& out_;
+  std::size_t first_;  ///< of this ladder's own trials among out_'s
   const std::function<void(const EffectTrial&)>& told_;
 };
+
+bool pays(const EffectVerdict& v, float min_gain) { return v.decision == EffectDecision::on || (v.decision == EffectDecision::undecided && v.gain.mean > min_gain); }
+
+/// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture does not lose by it, and then
+/// twice as many, because fits this short do not come to what the last pieces are for.
+int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
+  const int degree = 3;
+  int pieces = config.motion.points - degree, twice = pieces;
+  while (pieces > 1 && !(ladder.judge(effects, pieces + degree, pieces / 2 + degree).gain.mean > config.effects.min_gain)) twice = std::exchange(pieces, pieces / 2);
+  return std::clamp(int(std::ceil(twice / stretch)) + degree, config.motion.points, kMaxPoints);
+}
 
 }  // namespace
 
@@ -124,7 +172,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   const auto start = std::chrono::steady_clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   EffectChoice out;
-  out.chosen = effects_of(config);
+  out.chosen = effects_of(config), out.points = config.motion.points;
   if (config.effects.steps == 0) return out.note = "effects.steps is 0: nothing was tried", out;
   const bool timed = config.run.max_time > 0;
   if (timed ? config.run.max_time < kShortestTime : config.run.max_steps < kShortest * config.effects.steps)
@@ -145,9 +193,14 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   out.held = int(halves.held.frames.size());
   Ladder ladder(config, halves, time_map, out, told);
   if (all.motion) {
-    const EffectVerdict v = ladder.judge("motion", all);
-    const bool likely = v.decision == EffectDecision::undecided && v.gain.mean > config.effects.min_gain;
-    if (v.decision != EffectDecision::on && !likely) out.chosen = all.without("motion");
+    bool moves = pays(ladder.judge("motion", all), config.effects.min_gain);
+    if (int(train.frames.size()) > kLong && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
+      const Stretch stretch = middle_stretch(train);
+      const Halves parts = divide(stretch.train);
+      Ladder near(config, parts, time_map, out, told);
+      if (stretch.length > 0 && pays(near.judge("motion", all), config.effects.min_gain)) moves = true, out.points = points_for(near, all, config, stretch.length);
+    }
+    if (!moves) out.chosen = all.without("motion");
   }
   if (all.light && !out.chosen.motion && ladder.judge("light", out.chosen).decision != EffectDecision::on) out.chosen.light = false;
   out.seconds = elapsed();

@@ -81,6 +81,8 @@ void check_motion(const MotionConfig& m) {
           "free (only a bezier curve starts at its first point)", "zero");
   if (spline && m.points < 4)
     wrong("motion.points", "is too small for a cubic B-spline", "4 or more", fmt::format("{}", m.points));
+  if (!spline && m.points > kMaxBezierPoints)
+    wrong("motion.points", "is too large for a Bezier curve", fmt::format("at most {}, or motion.basis = \"bspline\"", kMaxBezierPoints), fmt::format("{}", m.points));
   if (spline && !m.elevate_points.empty())
     wrong("motion.elevate_points", "needs motion.basis = \"bezier\"", "[]", config_value::print(m.elevate_points));
   int before = m.points;

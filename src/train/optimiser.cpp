@@ -24,6 +24,15 @@ Eight flush(const Eight& v) {
   return magnitude < 1e-30f ? Eight{} : v;
 }
 
+/// Floats of a row above which columns without a gradient are passed over: of a long spline a step sees a few pieces only.
+constexpr int kLongRow = 128;
+
+bool all_zero(const Eight& v) {
+  for (int i = 0; i < 8; ++i)
+    if (v[i] != 0) return false;
+  return true;
+}
+
 bool chosen(std::uint64_t draw, int brick, float share) { return Rng(draw, 6).uniform(brick) < share; }
 
 /// Rows of a brick and of the layers of its neighbours one vertex around it; null where absent.
@@ -103,6 +112,7 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
       const std::size_t row = (std::size_t(brick) * kBrickRows + i) * width;
       for (int k = 0; k < width; k += 8) {
         float* g = learner.gradient.values.values.data() + row + k;
+        if (width > kLongRow && all_zero(load<Eight>(g))) continue;
         float *m = learner.m.data() + row + k, *v = learner.v.data() + row + k, *p = values.values.data() + row + k;
         Eight mm = load<Eight>(m), vv = load<Eight>(v), pp = load<Eight>(p);
         const Eight rate = rate_scale * load<Eight>(learner.rate.data() + k);

@@ -49,7 +49,7 @@ void elevate(MotionField& motion) {
     level = make_channels(old.topology, width, zero.data());
     for (std::size_t r = 0; r < old.topology->rows(); ++r) {
       for (int a = 0; a < motion.stride(); ++a) {
-        float in[kMaxPoints + 1] = {}, out[kMaxPoints + 1];
+        float in[kMaxBezierPoints + 1] = {}, out[kMaxBezierPoints + 1];
         for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[motion.stride() * (k - pinned) + a];
         elevate_bezier(motion.points, in, out);
         for (int k = pinned; k < next.points; ++k) level.row(r)[motion.stride() * (k - pinned) + a] = out[k];

@@ -17,6 +17,9 @@ constexpr float kEmptyDensity = -10;
 /// Share of the occupied cells below which a part on its own does not hold the box open.
 constexpr float kSmallPart = 1 / 300.0f;
 
+/// Times at most whose occupancy is made by looking.
+constexpr std::size_t kMostLooks = 256;
+
 /// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
 constexpr int kRoom = 16;
 
@@ -251,17 +254,23 @@ void Trainer::State::find_active() {
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
   const OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
   if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
-  std::vector<BitGrid> out(train.frames.size());
   const std::span<const int> trained = sampler.window(progress);
-  constexpr int kFrames = 8;  // that share the memory of a slice
-  parallel_for((int(trained.size()) + kFrames - 1) / kFrames, [&](int group) {
+  // Of a long sequence only some times are looked at, and a frame between two of them has what either has.
+  const std::size_t looks = std::min(trained.size(), kMostLooks);
+  const auto rank = [&](std::size_t look) { return looks > 1 ? look * (trained.size() - 1) / (looks - 1) : 0; };
+  std::vector<BitGrid> seen(looks), out(train.frames.size());
+  constexpr std::size_t kShare = 8;  // looks that share the memory of a slice
+  parallel_for(int((looks + kShare - 1) / kShare), [&](int group) {
     MotionSlice slice;
-    for (std::size_t i = group * kFrames; i < std::min(trained.size(), std::size_t(group + 1) * kFrames); ++i) {
-      const int f = trained[i];
-      fill_slice(model.motion, stored_weights(model.motion, train.frames[f].time), slice);
-      out[f] = frame_occupancy(model, slice, canonical);
+    for (std::size_t i = group * kShare; i < std::min(looks, (group + 1) * kShare); ++i) {
+      fill_slice(model.motion, stored_weights(model.motion, train.frames[trained[rank(i)]].time), slice);
+      seen[i] = frame_occupancy(model, slice, canonical);
     }
   });
+  for (std::size_t i = 0; i < looks; ++i) {
+    out[trained[rank(i)]] = seen[i];
+    for (std::size_t r = rank(i) + 1; i + 1 < looks && r < rank(i + 1); ++r) (out[trained[r]] = seen[i]) |= seen[i + 1];
+  }
   if (trained.size() == out.size()) return out;
   // Times yet to be trained: what the nearest one trained holds, with room to move.
   BitGrid before = out[trained.front()], after = out[trained.back()];

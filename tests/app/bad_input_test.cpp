@@ -35,7 +35,7 @@ TEST_SUITE("app/bad input") {
         {{"train", "data", "--out", run, "--set", "optimiser.lr_colour=1"},
          "there is no setting 'optimiser.lr_colour'",
          "optimiser.lr_color"},
-        {{"train", "data", "--out", run, "--set", "motion.points=99"}, "'motion.points' is out of range", "in [2, 20]"},
+        {{"train", "data", "--out", run, "--set", "motion.points=999"}, "'motion.points' is out of range", "in [2, 256]"},
         {{"train", "data", "--out", run, "--effects", "glow"}, "there is no effect 'glow'", "motion, rigidity, view"},
         {{"train", "data", "--out", run, "--effects", "rigidity"}, "rigidity scales motion", "motion,rigidity"},
         {{"train", "data", "--out", run, "--device", "cuda"}, "this build has no CUDA", "auto or cpu"},

@@ -147,6 +147,17 @@ TEST_SUITE("data/synth") {
         REQUIRE(length(s.hit.position - s.hit.rest - t * Vec3d{0.8, 0.3, 0.4}) < 1e-12);
   }
 
+  TEST_CASE("a repeated motion goes there and back without a jump or a jerk") {
+    const SynthScene scene = SynthScene::open("ball", {.repeats = 5});
+    const Vec3d rest{0, 0, 0.4}, way{0.8, 0.3, 0.4};
+    const auto place = [&](double t) { return scene.at(t).world_from_rest(0, rest) - rest; };
+    CHECK(length(place(0)) < 1e-12);
+    CHECK(length(place(0.2) - way) < 1e-12);
+    CHECK(length(place(0.4)) < 1e-12);
+    CHECK(length(place(1) - way) < 1e-12);
+    CHECK(length(place(0.2 + 1e-4) - place(0.2 - 1e-4)) < 1e-6);
+  }
+
   TEST_CASE("the dancer holds all kinds of movers: rigid, non-rigid and none") {
     const SynthScene scene = SynthScene::open("dancer");
     const SynthMoment rest = scene.at(0), now = scene.at(0.25);

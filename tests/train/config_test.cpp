@@ -110,8 +110,8 @@ TEST_SUITE("train/config") {
 
   TEST_CASE("a value out of range names the key, the range and what was given, and changes nothing") {
     Config c;
-    CHECK(message([&] { set_config(c, "motion.points=21", "--set"); }) ==
-          "--set: 'motion.points' is out of range\n  expected: a whole number in [2, 20]\n  got:      21");
+    CHECK(message([&] { set_config(c, "motion.points=257", "--set"); }) ==
+          "--set: 'motion.points' is out of range\n  expected: a whole number in [2, 256]\n  got:      257");
     CHECK(c.motion.points == Config{}.motion.points);
     for (const char* bad :
          {"motion.points=1.5", "optimiser.lr_color=nan", "optimiser.lr_color=inf", "run.seed=-1",
@@ -120,7 +120,7 @@ TEST_SUITE("train/config") {
       CAPTURE(bad);
       CHECK(message([&] { set_config(c, bad, "--set"); }) != "(no error)");
     }
-    const TemporaryFile file("[motion]\n\npoints = 40\n");
+    const TemporaryFile file("[motion]\n\npoints = 400\n");
     CHECK(contains(message([&] { read_config(c, file.path); }), ", line 3: 'motion.points' is out of range"));
     const TemporaryFile kind("[optimiser]\nlr_color = \"0.1\"\n");
     CHECK(contains(message([&] { read_config(c, kind.path); }), "has the wrong kind of value"));

@@ -13,11 +13,12 @@
 
 namespace splinevox {
 
-/// How a built-in scene is lit and what it is made of.
+/// How a built-in scene is lit, what it is made of and how often it goes through its motion.
 struct SynthLook {
   double gloss = 0;  ///< strength of a highlight that follows the eye, 0..1
   double fade = 0;   ///< share of the light that is gone at time 1, 0..1, falling evenly
   double light = 1;  ///< of everything, 0..1
+  int repeats = 1;      ///< the motion runs there, back, there, .. so often between time 0 and 1; at least 1
   bool opaque = false;  ///< pictures without alpha: a plain grey wall behind the scene
 };
 

@@ -42,7 +42,7 @@ struct RadianceField {
 /// paper's name is inverted), then padding. Where nothing moves and only the light changes, the row is the light's curve alone.
 struct MotionField {
   BasisKind basis = BasisKind::bezier;
-  int points = 5;                             ///< control points K, 2..20
+  int points = 5;                             ///< control points K, 2..256
   FirstPoint first_point = FirstPoint::zero;  ///< bezier only; bspline is always free
   bool displaces = true;                      ///< false: nothing moves and only the light is stored; needs light
   bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it; needs displaces

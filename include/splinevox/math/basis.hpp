@@ -6,7 +6,8 @@
 
 namespace splinevox {
 
-inline constexpr int kMinPoints = 2, kMaxPoints = 20;
+inline constexpr int kMinPoints = 2, kMaxPoints = 256;
+inline constexpr int kMaxBezierPoints = 20;  ///< a Bezier curve feels every point everywhere: more of them is a B-spline's work
 
 /// Weights of up to kMaxPoints control points; entries past the basis' own count are 0.
 template <class T>

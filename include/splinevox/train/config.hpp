@@ -44,7 +44,7 @@ struct RadianceConfig {
 struct MotionConfig {
   bool enabled = true;
   BasisKind basis = BasisKind::bspline;
-  int points = 12;                             ///< control points K, 2..20
+  int points = 12;                             ///< control points K, 2..256; bezier: at most 20. A sequence of over 240 pictures may be given more (train/effects.hpp)
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
   bool light = true;                           ///< a gain per place and time, with or without motion (math/light.hpp)
@@ -141,7 +141,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("motion.rigidity", c.motion.rigidity, "whether motion is scaled by a learned rigidity", 0, 1);
   visit("motion.light", c.motion.light, "whether the light of a place may change over time", 0, 1);
   visit("motion.initial_rigidity", c.motion.initial_rigidity, "raw rigidity before training", -20, 20);
-  visit("motion.elevate_points", c.motion.elevate_points, "bezier: control points after each degree elevation", kMinPoints, kMaxPoints);
+  visit("motion.elevate_points", c.motion.elevate_points, "bezier: control points after each degree elevation", kMinPoints, kMaxBezierPoints);
   visit("motion.elevate_start", c.motion.elevate_start, "progress at which each elevation happens", 0, 1);
   visit("optimiser.kind", c.optimiser.kind, "adam or rmsprop", 0, 1);
   visit("optimiser.lr_density", c.optimiser.lr_density, "step of raw density", 0, 100);

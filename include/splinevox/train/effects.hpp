@@ -34,6 +34,7 @@ std::string to_string(const EffectSet& effects);
 /// A short fit with some effects.
 struct EffectTrial {
   EffectSet effects;
+  int points = 0;                  ///< control points
   int steps = 0;
   double seconds = 0;              ///< of training
   std::int64_t bytes = 0;          ///< of the model's values
@@ -53,10 +54,18 @@ struct EffectVerdict {
   double bytes_ratio = 1;    ///< size of the model with it over without
 };
 
+/// What the more control points of two fits of a stretch of time gained over the fewer.
+struct PointsVerdict {
+  int more = 0, fewer = 0;   ///< over the stretch
+  PairedGain gain;           ///< dB per held-out picture
+};
+
 struct EffectChoice {
   EffectSet chosen;
   std::vector<EffectTrial> trials;
   std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
+  int points = 0;                       ///< control points over the whole time
+  std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
   int held = 0;                         ///< pictures held out, each with its own time where times differ
   double seconds = 0;                   ///< all of it
   std::string note;                     ///< why nothing was tried, or what was settled without a trial; may be empty
@@ -71,6 +80,11 @@ struct EffectChoice {
 ///
 /// View dependence, rigidity, and light beside motion pay only late in training: fits this short see nothing of the 2 dB that view
 /// dependence is worth on bouncingballs (docs/experiments.md). They stay as the configuration has them.
+///
+/// A long sequence, of more than 240 training pictures, may repeat itself faster than the configuration's control points can follow. Its middle
+/// 80 pictures are fitted as a sequence of their own, with the configuration's points and then with half as many pieces each time, until
+/// fewer pieces lose more than effects.min_gain on the mean; twice the pieces that a unit of time then has are laid out over the whole. Such a stretch
+/// also has a say in whether the scene moves, which pictures far apart in time may not show. B-splines only: their pieces join smoothly by construction.
 ///
 /// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits, 2 to 3 seconds on two cores. A run of too
 /// few steps for that to be a small part of it tries nothing: every effect stays.
