@@ -31,7 +31,7 @@ number() {  # number FILE KEY : the first value of a top-level key, indented JSO
   awk -v key="\"$2\"" '$1 == key ":" { gsub(/[",]/, "", $2); print $2; exit }' "$1"
 }
 
-table() {  # means over the seeds; behind PSNR half the distance between the best and the worst seed
+table() {  # means over the seeds; behind PSNR half the distance between the best and the worst seed; no seconds for runs of given steps
   local out=$1 group run preset
   echo "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM |"
   echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
@@ -39,12 +39,13 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
     for group in "$out/$preset"/*/; do
       for run in "$group"*/metrics.json; do
         if [[ -f $run ]]; then
-          for key in train_seconds steps peak_memory_bytes psnr ssim ms_ssim; do number "$run" $key; done | xargs
-        fi
+          grep -qE '^max_time = 0( |$)' "${run%/*}/config.toml" && echo 0 || number "$run" train_seconds
+          for key in steps peak_memory_bytes psnr ssim ms_ssim; do number "$run" $key; done
+        fi | xargs
       done | awk -v scene="$(basename "$group")" -v preset="$preset" '
-        { for (i = 1; i <= 6; ++i) sum[i] += $i; if (NR == 1 || $4 < lo) lo = $4; if (NR == 1 || $4 > hi) hi = $4 }
-        END { if (NR) printf "| %s | %s | %d | %.0f | %d | %.2f | %.2f%s | %.4f | %.4f |\n", scene, preset, NR, sum[1] / NR, sum[2] / NR,
-                             sum[3] / NR / 1e9, sum[4] / NR, (NR > 1 ? sprintf(" ± %.2f", (hi - lo) / 2) : ""), sum[5] / NR, sum[6] / NR }'
+        NF { ++n; for (i = 1; i <= 6; ++i) sum[i] += $i; if (n == 1 || $4 < lo) lo = $4; if (n == 1 || $4 > hi) hi = $4 }
+        END { if (n) printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f |\n", scene, preset, n, (sum[1] ? sprintf("%.0f", sum[1] / n) : ""), sum[2] / n,
+                            sum[3] / n / 1e9, sum[4] / n, (n > 1 ? sprintf(" ± %.2f", (hi - lo) / 2) : ""), sum[5] / n, sum[6] / n }'
     done
   done
 }
