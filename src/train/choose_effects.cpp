@@ -23,27 +23,33 @@ constexpr int kComparisons = 2;     // at most
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
-constexpr int kStretch = 80;            // pictures of a long sequence that tell how many control points it needs
-constexpr int kLong = 3 * kStretch;     // pictures
+constexpr std::size_t kStretch = 80;          // moments of a long sequence that tell how many control points it needs
+constexpr std::size_t kLong = 3 * kStretch;   // moments
 
-/// The middle pictures of a long sequence as a sequence of their own: times from 0 to 1.
+/// Some neighbouring moments of a long sequence as a sequence of their own: times from 0 to 1.
 struct Stretch {
   Split train;
   double length = 1;  ///< in units of the whole sequence's time
 };
 
-Stretch middle_stretch(const Split& train) {
-  std::vector<int> by_time(train.frames.size());
-  std::iota(by_time.begin(), by_time.end(), 0);
-  std::stable_sort(by_time.begin(), by_time.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
-  const std::size_t first = (by_time.size() - kStretch) / 2;
-  const double start = train.frames[by_time[first]].time, end = train.frames[by_time[first + kStretch - 1]].time;
+/// The middle kStretch moments, with every picture of them. @param moments  the times of the pictures, each once, in order; at least kStretch
+Stretch middle_stretch(const Split& train, const std::vector<double>& moments) {
+  const std::size_t first = (moments.size() - kStretch) / 2;
+  const double start = moments[first], end = moments[first + kStretch - 1];
   Stretch out{{train.name, {}}, end - start};
-  for (int i = 0; i < kStretch; ++i) {
-    Frame frame = train.frames[by_time[first + i]];
-    frame.time = out.length > 0 ? (frame.time - start) / out.length : 0;
-    out.train.frames.push_back(std::move(frame));
-  }
+  for (const Frame& frame : train.frames)
+    if (frame.time >= start && frame.time <= end) {
+      out.train.frames.push_back(frame);
+      out.train.frames.back().time = (frame.time - start) / out.length;
+    }
+  return out;
+}
+
+std::vector<double> moments_of(const Split& train) {
+  std::vector<double> out;
+  for (const Frame& frame : train.frames) out.push_back(frame.time);
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
   return out;
 }
 
@@ -194,11 +200,11 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   Ladder ladder(config, halves, time_map, out, told);
   if (all.motion) {
     bool moves = pays(ladder.judge("motion", all), config.effects.min_gain);
-    if (int(train.frames.size()) > kLong && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
-      const Stretch stretch = middle_stretch(train);
+    if (const std::vector<double> moments = moments_of(train); moments.size() > kLong && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
+      const Stretch stretch = middle_stretch(train, moments);
       const Halves parts = divide(stretch.train);
       Ladder near(config, parts, time_map, out, told);
-      if (stretch.length > 0 && pays(near.judge("motion", all), config.effects.min_gain)) moves = true, out.points = points_for(near, all, config, stretch.length);
+      if (pays(near.judge("motion", all), config.effects.min_gain)) moves = true, out.points = points_for(near, all, config, stretch.length);
     }
     if (!moves) out.chosen = all.without("motion");
   }

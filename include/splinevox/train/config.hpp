@@ -44,7 +44,7 @@ struct RadianceConfig {
 struct MotionConfig {
   bool enabled = true;
   BasisKind basis = BasisKind::bspline;
-  int points = 12;                             ///< control points K, 2..256; bezier: at most 20. A sequence of over 240 pictures may be given more (train/effects.hpp)
+  int points = 12;                             ///< control points K, 2..256; bezier: at most 20. A sequence of over 240 moments may be given more (train/effects.hpp)
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
   bool light = true;                           ///< a gain per place and time, with or without motion (math/light.hpp)

@@ -81,8 +81,8 @@ struct EffectChoice {
 /// View dependence, rigidity, and light beside motion pay only late in training: fits this short see nothing of the 2 dB that view
 /// dependence is worth on bouncingballs (docs/experiments.md). They stay as the configuration has them.
 ///
-/// A long sequence, of more than 240 training pictures, may repeat itself faster than the configuration's control points can follow. Its middle
-/// 80 pictures are fitted as a sequence of their own, with the configuration's points and then with half as many pieces each time, until
+/// A long sequence, of more than 240 moments, may repeat itself faster than the configuration's control points can follow. Its middle
+/// 80 are fitted as a sequence of their own, with the configuration's points and then with half as many pieces each time, until
 /// fewer pieces lose more than effects.min_gain on the mean; twice the pieces that a unit of time then has are laid out over the whole. Such a stretch
 /// also has a say in whether the scene moves, which pictures far apart in time may not show. B-splines only: their pieces join smoothly by construction.
 ///
