@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
+#include "by_time.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
 #include "splinevox/math/camera.hpp"
@@ -66,13 +66,11 @@ int card(std::uint64_t seed, std::int64_t i, int n, std::vector<int>& deck, std:
 }  // namespace
 
 BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed)
-    : train_(train), box_(box), config_(config), background_(background), seed_(seed), by_time_(train.frames.size()), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
+    : train_(train), box_(box), config_(config), background_(background), seed_(seed), by_time_(frames_by_time(train)), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
   parallel_for(int(train.frames.size()), [&](int f) {
     clearance_[f] = clearance(train.frames[f].image);
     busy_[f] = busy_blocks(clearance_[f]);
   });
-  std::iota(by_time_.begin(), by_time_.end(), 0);
-  std::stable_sort(by_time_.begin(), by_time_.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
 }
 

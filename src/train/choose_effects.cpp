@@ -2,9 +2,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
+#include <optional>
 #include <utility>
 
+#include "by_time.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -26,65 +27,52 @@ constexpr double kShortestTime = 25;  // seconds of training, for the same reaso
 constexpr std::size_t kStretch = 80;          // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;   // moments
 
-/// Some neighbouring moments of a long sequence as a sequence of their own: times from 0 to 1.
-struct Stretch {
-  Split train;
-  double length = 1;  ///< in units of the whole sequence's time
-};
-
-/// The middle kStretch moments, with every picture of them. @param moments  the times of the pictures, each once, in order; at least kStretch
-Stretch middle_stretch(const Split& train, const std::vector<double>& moments) {
-  const std::size_t first = (moments.size() - kStretch) / 2;
-  const double start = moments[first], end = moments[first + kStretch - 1];
-  Stretch out{{train.name, {}}, end - start};
-  for (const Frame& frame : train.frames)
-    if (frame.time >= start && frame.time <= end) {
-      out.train.frames.push_back(frame);
-      out.train.frames.back().time = (frame.time - start) / out.length;
-    }
-  return out;
-}
-
-std::vector<double> moments_of(const Split& train) {
-  std::vector<double> out;
-  for (const Frame& frame : train.frames) out.push_back(frame.time);
-  std::sort(out.begin(), out.end());
-  out.erase(std::unique(out.begin(), out.end()), out.end());
-  return out;
-}
-
 /// Training frames divided in two: what the fits see, and what they are compared on.
 struct Halves {
   Split seen, held;
 };
 
-Frame shrunk(const Frame& frame) {
-  const int factor = std::max(1, (std::max(frame.camera.width, frame.camera.height) + kPictureSize - 1) / kPictureSize);
-  return {frame.name, area_downscale(frame.camera, factor), frame.time, area_downscale(frame.image, factor)};
+/// Frames of a split in order of time, as a sequence of its own: (time - start) / length.
+struct Stretch {
+  std::vector<int> frames;
+  double start = 0, length = 1;
+};
+
+/// The middle kStretch moments of a long sequence with every picture of them; none of a short one.
+std::optional<Stretch> middle_stretch(const Split& train) {
+  Stretch out{frames_by_time(train)};
+  std::vector<double> moments;
+  for (const int f : out.frames) moments.push_back(train.frames[f].time);
+  moments.erase(std::unique(moments.begin(), moments.end()), moments.end());
+  if (moments.size() <= kLong) return {};
+  const std::size_t first = (moments.size() - kStretch) / 2;
+  const double start = moments[first], end = moments[first + kStretch - 1];
+  std::erase_if(out.frames, [&](int f) { return train.frames[f].time < start || train.frames[f].time > end; });
+  out.start = start, out.length = end - start;
+  return out;
 }
 
-/// Every fifth frame in order of time is held back, or fewer of a long sequence, and the frames in between are seen, or a share of them
+/// Every fifth frame is held back, or fewer of a long sequence, and the frames in between are seen, or a share of them
 /// that is even in time: what is asked is coarse, and every frame costs its hull and its occupancy.
-Halves divide(const Split& train) {
-  const int n = int(train.frames.size()), held = std::min(kMostHeld, n / 5), seen = std::min(kMostSeen, n - held);
-  std::vector<int> by_time(n);
-  std::iota(by_time.begin(), by_time.end(), 0);
-  std::stable_sort(by_time.begin(), by_time.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
+Halves divide(const Split& train, const Stretch& stretch) {
+  const int n = int(stretch.frames.size()), held = std::min(kMostHeld, n / 5), seen = std::min(kMostSeen, n - held);
   std::vector<char> hold(n, 0);
-  for (int i = 0; i < held; ++i) hold[by_time[(2 * i + 1) * n / (2 * held)]] = 1;
-  std::vector<int> others, chosen;
-  for (const int i : by_time)
-    if (!hold[i]) others.push_back(i);
+  for (int i = 0; i < held; ++i) hold[(2 * i + 1) * n / (2 * held)] = 1;
+  std::vector<int> kept, others, chosen;
+  for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(stretch.frames[i]);
   for (int i = 0; i < seen; ++i) chosen.push_back(others[std::size_t(i) * others.size() / seen]);
   const auto take = [&](const std::vector<int>& frames, Split& out) {
     out.name = train.name;
     out.frames.resize(frames.size());
-    parallel_for(int(frames.size()), [&](int i) { out.frames[i] = shrunk(train.frames[frames[i]]); });
+    parallel_for(int(frames.size()), [&](int i) {
+      const Frame& f = train.frames[frames[i]];
+      const int factor = std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
+      out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length, area_downscale(f.image, factor)};
+    });
   };
   Halves out;
   take(chosen, out.seen);
-  std::erase_if(by_time, [&](int i) { return !hold[i]; });
-  take(by_time, out.held);
+  take(kept, out.held);
   return out;
 }
 
@@ -161,8 +149,6 @@ class Ladder {
   const std::function<void(const EffectTrial&)>& told_;
 };
 
-bool pays(const EffectVerdict& v, float min_gain) { return v.decision == EffectDecision::on || (v.decision == EffectDecision::undecided && v.gain.mean > min_gain); }
-
 /// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture does not lose by it, and then
 /// twice as many, because fits this short do not come to what the last pieces are for.
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
@@ -195,16 +181,17 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     return out;
   }
   if (!all.motion && !all.light) return out;
-  const Halves halves = divide(train);
+  const Halves halves = divide(train, {frames_by_time(train)});
   out.held = int(halves.held.frames.size());
   Ladder ladder(config, halves, time_map, out, told);
   if (all.motion) {
-    bool moves = pays(ladder.judge("motion", all), config.effects.min_gain);
-    if (const std::vector<double> moments = moments_of(train); moments.size() > kLong && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
-      const Stretch stretch = middle_stretch(train, moments);
-      const Halves parts = divide(stretch.train);
+    // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
+    bool moves = ladder.judge("motion", all).gain.mean > config.effects.min_gain;
+    const std::optional<Stretch> stretch = middle_stretch(train);
+    if (stretch && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
+      const Halves parts = divide(train, *stretch);
       Ladder near(config, parts, time_map, out, told);
-      if (pays(near.judge("motion", all), config.effects.min_gain)) moves = true, out.points = points_for(near, all, config, stretch.length);
+      if (near.judge("motion", all).gain.mean > config.effects.min_gain) moves = true, out.points = points_for(near, all, config, stretch->length);
     }
     if (!moves) out.chosen = all.without("motion");
   }

@@ -4,9 +4,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <vector>
 
+#include "by_time.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/math/camera.hpp"
 
@@ -81,9 +81,7 @@ std::vector<char> look(const Frame& frame, const BitGrid& grid) {
 
 /// Cells that in some window of neighbouring times no view sees outside the silhouette and most see inside.
 BitGrid swept_hull(const Split& train, const Box& box, int cells) {
-  std::vector<int> by_time(train.frames.size());
-  std::iota(by_time.begin(), by_time.end(), 0);
-  std::stable_sort(by_time.begin(), by_time.end(), [&](int a, int b) { return train.frames[a].time < train.frames[b].time; });
+  const std::vector<int> by_time = frames_by_time(train);
   const int n = int(by_time.size());
   // A window is a twentieth of the frames: longer clips what moves fast, shorter leaves the hull loose.
   const int window = std::min(n, std::clamp(n / 20, 3, 9));

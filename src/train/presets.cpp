@@ -53,32 +53,38 @@ constexpr float kPhotometric = 3 * 4096;
 constexpr float motion_weight(float theirs) { return theirs * 3 / 80; }
 constexpr float tv_weight(float theirs, int channels) { return theirs * kPhotometric / (64 * 64 * 64) / float(channels); }
 
-/// The paper's method to the letter, on our lattices. Its rate belongs to two days of an MLP; the shape (one rate for
-/// everything, cosine to a quarter) is kept and the rate is raised to what a few thousand steps of a lattice need.
-Config paper() {
+/// What the published methods share: a Bezier curve, and none of what we added.
+Config published() {
   Config c;
-  c.preset = "paper";
   c.run.max_time = 600;
   c.effects.steps = 0;
   c.motion.basis = BasisKind::bezier;
+  c.motion.light = false;
+  c.optimiser.beta2 = 0.999f, c.optimiser.shrink = 0;
+  c.loss.tv_final = 1;
+  c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;
+  return c;
+}
+
+/// The paper's method to the letter, on our lattices. Its rate belongs to two days of an MLP; the shape (one rate for
+/// everything, cosine to a quarter) is kept and the rate is raised to what a few thousand steps of a lattice need.
+Config paper() {
+  Config c = published();
+  c.preset = "paper";
   c.motion.points = 5;
   c.motion.first_point = FirstPoint::free;
   c.motion.rigidity = true;
-  c.motion.light = false;
   c.radiance.sh_order = 2;
   c.optimiser.lr_density = c.optimiser.lr_color = c.optimiser.lr_sh = 0.02f;
   c.optimiser.lr_control = 0.002f;  // of the box's longest edge: larger steps jitter
   c.optimiser.lr_rigidity = 0.02f;
   c.optimiser.final_radiance = c.optimiser.final_motion = 0.25f;  // 2e-4 -> 5e-5
-  c.optimiser.beta2 = 0.999f;
   c.loss.offset = motion_weight(30);
   c.loss.offset_rigidity = 0.3f;
   c.loss.divergence = motion_weight(0.3f);
   c.loss.tv_density = tv_weight(1e-4f, 1), c.loss.tv_rigidity = tv_weight(1e-4f, 1);
   c.loss.tv_color = c.loss.tv_sh = tv_weight(1e-4f, 3 + 9);
   c.loss.tv_control = tv_weight(1e-4f, 3 * 5);
-  c.loss.tv_final = 1;
-  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;
   return c;
 }
 
@@ -86,35 +92,28 @@ Config paper() {
 /// rate 1e-2 -> 5e-5, four control points of which the first is zero. Its spherical harmonics are of order 4; ours end at
 /// 3. Its divergence term has no gradient, so here it is 0. Use --downscale 3 on 400-pixel images for its image size.
 Config nerf_atlas() {
-  Config c;
+  Config c = published();
   c.preset = "nerf_atlas";
-  c.run.max_time = 600;
-  c.effects.steps = 0;
   c.run.background = {0, 0, 0};
   c.grid.radiance = {64};
   c.grid.radiance_start = {0};
   c.grid.motion = {64};
   c.grid.motion_start = {0};
   c.grid.prune_alpha = 0;
-  c.motion.basis = BasisKind::bezier;
   c.motion.points = 4;
   c.motion.first_point = FirstPoint::zero;
-  c.motion.light = false;
   c.radiance.sh_order = 3;
   c.optimiser.lr_density = c.optimiser.lr_color = c.optimiser.lr_sh = 1e-2f;
   c.optimiser.lr_control = 1e-2f / 2.6f;  // its box is 2.6 wide
   c.optimiser.lr_rigidity = 1e-2f;
   c.optimiser.final_radiance = c.optimiser.final_motion = 5e-3f;
-  c.optimiser.beta2 = 0.999f;
   c.loss.tv_density = tv_weight(1e-3f, 1), c.loss.tv_rigidity = tv_weight(1e-4f, 1);
   c.loss.tv_color = c.loss.tv_sh = tv_weight(1e-4f, 3 + 16);
   c.loss.tv_control = tv_weight(1e-4f, 3 * 3);
-  c.loss.tv_final = 1;
   c.loss.offset = motion_weight(30);
   c.loss.offset_rigidity = 3e-3f;
   c.loss.divergence = 0;
   c.loss.ramp = true;
-  c.optimiser.shrink = 0, c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;
   c.sampling.background = BackgroundKind::fixed;
   return c;
 }

@@ -89,7 +89,7 @@ TEST_SUITE("math/basis") {
       for (int k = 0; k < 2; ++k) CHECK(bspline_weights(2, t)[k] == doctest::Approx(bernstein_weights(2, t)[k]));
     }
   }
-  TEST_CASE("pieces of a long B-spline join without a jump in position, velocity or acceleration") {
+  TEST_CASE("pieces of a long B-spline join without a jump in position or velocity") {
     std::mt19937 random(4);
     std::uniform_real_distribution<double> uniform(-1, 1);
     constexpr int points = 203;  // 200 pieces

@@ -115,6 +115,7 @@ Json MlpSession::run() {
                                            fmt::format("box = [{}, {}, {}, {}, {}, {}]\n", box_.lo.x, box_.lo.y, box_.lo.z, box_.hi.x, box_.hi.y, box_.hi.z)});
   write_file(folder_.file("metrics.jsonl"), {std::string()});
   double spent = 0;  // on the held view
+  const auto now = [&] { return clock(settings_.cpu_time); };
   const auto used = [&] {
     double p = 0;
     if (settings_.max_time > 0) p = std::max(p, seconds_ / settings_.max_time);
@@ -123,20 +124,20 @@ Json MlpSession::run() {
   };
   const std::int64_t rays = std::int64_t(settings_.crops) * settings_.crop * settings_.crop;
   while (used() < 1 && app::stop_signal() == 0) {
-    const double start = clock(settings_.cpu_time);
+    const double start = now();
     StepReport report;
     report.progress = used();
     report.loss = step(report.progress);
-    seconds_ += clock(settings_.cpu_time) - start;
+    seconds_ += now() - start;
     report.step = ++step_, report.seconds = seconds_, report.rays = rays, report.samples = rays * settings_.samples;
     report.psnr = -10 * std::log10(std::max(1e-10, loss_));
     report.progress = std::min(1.0, used());
     const Json line = progress_.step(report, held_psnr_);
     if (!line.is_null()) report_line(line);
     if (spent + held_seconds_ <= kHeldShare * seconds_) {
-      const double before = clock(settings_.cpu_time);
+      const double before = now();
       show_held();
-      held_seconds_ = clock(settings_.cpu_time) - before, spent += held_seconds_;
+      held_seconds_ = now() - before, spent += held_seconds_;
     }
     measure_due(false);
   }

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
+#include "splinevox/data/scene.hpp"
+
+namespace splinevox {
+
+/// Indices of a split's frames in order of time; frames of one moment stay in the split's order.
+inline std::vector<int> frames_by_time(const Split& split) {
+  std::vector<int> out(split.frames.size());
+  std::iota(out.begin(), out.end(), 0);
+  std::stable_sort(out.begin(), out.end(), [&](int a, int b) { return split.frames[a].time < split.frames[b].time; });
+  return out;
+}
+
+}  // namespace splinevox
