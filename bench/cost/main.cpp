@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What accuracy costs in time.
 //
-//   splinevox-bench cost --suite train|render|spline [--micro] --out DIR [DATASET...]
+//   splinevox-bench cost --suite train|render|spline|versus [--micro] --out DIR [DATASET...]
 //   splinevox-bench curves RUN... --out FILE.svg
 //
 // DIR/cost.jsonl gets one line per setting; from those lines alone come DIR/SUITE_SCENE.svg, DIR/cost.md and the exit code of
@@ -67,7 +67,7 @@ void present(const fs::path& folder, const std::vector<Record>& records) {
     std::string file = group.front().suite + "_" + group.front().scene + ".svg";
     std::replace(file.begin(), file.end(), ' ', '_');
     std::ofstream(folder / file) << diagram(group, fmt::format("{}: {}", group.front().suite, group.front().scene));
-    text += fmt::format("\n## {}: {}\n\n![{}]({})\n\n{}\n{}", group.front().suite, group.front().scene, group.front().suite, file, table(group), sentences(group));
+    text += fmt::format("\n## {}: {}\n\n![{}]({})\n\n{}\n{}", group.front().suite, group.front().scene, group.front().suite, file, table(group), group.front().suite == "versus" ? versus_table(group) : sentences(group));
   }
   if (!(std::ofstream(folder / "cost.md") << text)) fail_output({(folder / "cost.md").string(), "this file could not be written", "", "a full disk?", ""});
 }
@@ -103,8 +103,11 @@ int run(Options o) {
       fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value, r.seconds.value, r.error.value), std::fflush(stdout);
     };
     for (const Record& r : kept) out << to_json(r).dump() << "\n";
-    for (const std::string& suite : o.suites) suite == "spline" ? spline_suite(o.suite, told) : suite == "render" ? render_suite(o.suite, told) : train_suite(o.suite, told);
-    for (const Record& r : mlp_records(o.mlp)) told(r);
+    for (const std::string& suite : o.suites)
+      suite == "spline"   ? spline_suite(o.suite, told)
+      : suite == "render" ? render_suite(o.suite, told)
+      : suite == "versus" ? versus_suite(o.suite, o.mlp, told)
+                          : train_suite(o.suite, told);
   }
   const std::vector<Record> records = read_lines(lines);
   present(folder, records);
@@ -121,16 +124,17 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   Options o;
   CLI::App* cost = app.add_subcommand("cost", "what accuracy costs in time: lines, diagrams with their Pareto front, tables, sentences");
-  cost->add_option("--suite", o.suites, "train, render, spline (default: all three)")->check(CLI::IsMember({"train", "render", "spline"}))->delimiter(',');
+  cost->add_option("--suite", o.suites, "train, render, spline (default: these three), versus")->check(CLI::IsMember({"train", "render", "spline", "versus"}))->delimiter(',');
   cost->add_option("--out", o.out, "folder")->required();
-  cost->add_option("DATASET", o.suite.scenes, "data sets for train and render (default: the built-in dancer)");
+  cost->add_option("DATASET", o.suite.scenes, "data sets for all but spline (default: the built-in dancer)");
   cost->add_flag("--micro", o.suite.micro, "within a minute, on small built-in data");
   cost->add_flag("--check", o.check, "exit with 1 unless the measurements make sense");
   cost->add_flag("--present-only", o.present_only, "only tables and diagrams, from the lines that are there");
   cost->add_option("--steps", o.suite.steps, "training steps of the default setting")->capture_default_str();
   cost->add_option("--seeds", o.suite.seeds, "runs per training setting")->capture_default_str();
   cost->add_option("--rounds", o.suite.rounds, "interleaved repetitions of timed settings")->capture_default_str();
-  cost->add_option("--mlp", o.mlp, "finished splinevox-mlp runs to show beside the training suite")->delimiter(',');
+  cost->add_option("--mlp", o.mlp, "versus: finished splinevox-mlp runs, made with --cpu-time and --test-at")->delimiter(',');
+  cost->add_option("--versus-steps", o.suite.versus_steps, "versus: training steps of the voxels' runs")->delimiter(',')->capture_default_str();
   cost->add_option("--threads", o.threads, "0 = every core");
   std::vector<std::string> runs;
   CLI::App* curve = app.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");

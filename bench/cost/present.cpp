@@ -23,7 +23,7 @@ const char* error_name(const std::string& suite) {
   return suite == "spline" ? "largest error, units of float rounding" : suite == "render" ? "RMS colour error against the double reference" : "RMS colour error of the test views";
 }
 const char* time_name(const std::string& suite) {
-  return suite == "spline" ? "time per 3-vector" : suite == "render" ? "time per frame" : "seconds of training";
+  return suite == "spline" ? "time per 3-vector" : suite == "render" ? "time per frame" : suite == "versus" ? "processor seconds, summed over cores" : "seconds of training";
 }
 
 const Record* aa_row(const std::vector<Record>& records) {
@@ -99,7 +99,7 @@ std::string table(const std::vector<Record>& records) {
   std::stable_sort(rows.begin(), rows.end(), [](const Record& a, const Record& b) { return a.seconds.value < b.seconds.value; });
   std::set<std::pair<std::string, std::string>> front;
   for (const std::size_t i : pareto_front(records)) front.insert({records[i].knob, records[i].value});
-  const bool train = records.front().suite == "train";
+  const bool train = records.front().suite == "train" || records.front().suite == "versus";
   std::string out = fmt::format("| changed | to | {} | 95% | {} | 95% |{} samples a ray | runs | front |\n| --- | --- | --- | --- | --- | --- |{} --- | --- | --- |\n",
                                 time_name(records.front().suite), error_name(records.front().suite), train ? " PSNR |" : "", train ? " --- |" : "");
   for (const Record& r : rows) {

@@ -17,6 +17,10 @@ std::string table(const std::vector<Record>& records);
 /// interval are called none.
 std::string sentences(const std::vector<Record>& records);
 
+/// Of the records of suite "versus" of one scene: processor seconds to 24, 27 and 30 dB, PSNR after 1, 5 and 15 minutes of two cores, peak
+/// memory, and how many times as long a perceptron took to its best PSNR as the voxels took to the same. Markdown.
+std::string versus_table(const std::vector<Record>& records);
+
 /// Records of each suite and scene on their own, in order of appearance.
 std::vector<std::vector<Record>> by_scene(const std::vector<Record>& records);
 

@@ -19,7 +19,7 @@ bool comparable(const Record& a, const Record& b) {
 
 Json to_json(const Record& r) {
   return {{"suite", r.suite}, {"scene", r.scene}, {"knob", r.knob}, {"value", r.value}, {"order", r.order}, {"error", figure(r.error)},
-          {"seconds", figure(r.seconds)}, {"quality", r.quality}, {"samples", r.samples}, {"instructions", r.instructions}, {"runs", r.runs},
+          {"seconds", figure(r.seconds)}, {"quality", r.quality}, {"samples", r.samples}, {"memory", r.memory}, {"instructions", r.instructions}, {"runs", r.runs},
           {"default", r.is_default}, {"expected_dominated", r.expected_dominated}, {"failed", r.failed}, {"note", r.note}};
 }
 
@@ -27,7 +27,7 @@ Record from_json(const Json& j) {
   Record r;
   r.suite = j.at("suite"), r.scene = j.at("scene"), r.knob = j.at("knob"), r.value = j.at("value"), r.order = j.at("order");
   r.error = figure(j.at("error")), r.seconds = figure(j.at("seconds"));
-  r.quality = j.at("quality"), r.samples = j.at("samples"), r.instructions = j.at("instructions"), r.runs = j.at("runs");
+  r.quality = j.at("quality"), r.samples = j.at("samples"), r.memory = j.value("memory", 0.0), r.instructions = j.at("instructions"), r.runs = j.at("runs");
   r.is_default = j.at("default"), r.expected_dominated = j.at("expected_dominated"), r.failed = j.at("failed"), r.note = j.at("note");
   return r;
 }

@@ -17,13 +17,14 @@ struct Figure {
 /// One measured setting: a point of the diagram, a row of the table, a line of cost.jsonl. Everything that is shown is made from
 /// these lines alone.
 struct Record {
-  std::string suite;         ///< "train", "render" or "spline"
+  std::string suite;         ///< "train", "render", "spline" or "versus"
   std::string scene;         ///< what it was measured on
   std::string knob, value;   ///< what was changed, to what; knob "default" for the settings as they are
   double order = 0;          ///< place of the value along its knob
   Figure error, seconds;     ///< see the suite for what they are an error and a time of
-  double quality = 0;        ///< train: PSNR in dB; else 0
+  double quality = 0;        ///< train, versus: PSNR in dB; else 0
   double samples = 0;        ///< per ray where there are rays, else 0
+  double memory = 0;         ///< versus: the process' peak, bytes; else 0
   double instructions = 0;   ///< of one run, 0 where the machine does not count them
   int runs = 0;              ///< seeds or repetitions behind the figures
   bool is_default = false, expected_dominated = false, failed = false;

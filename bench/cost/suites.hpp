@@ -14,6 +14,7 @@ struct SuiteOptions {
   std::vector<std::string> scenes;   ///< data sets; none: the built-in dancer
   int steps = 3000, seeds = 3;       ///< of the training suite
   int rounds = 15;                   ///< of the timed suites
+  std::vector<int> versus_steps{10, 25, 50, 100, 200, 400, 800, 1600, 3200, 6400};
 };
 
 /// Told every finished record.
@@ -34,7 +35,10 @@ double render_order(const SuiteOptions& o);
 /// Every seed is a run; all settings of one seed run before the next seed does.
 void train_suite(const SuiteOptions& o, const Told& told);
 
-/// The measured points of splinevox-mlp runs as records of the training suite.
-std::vector<Record> mlp_records(const std::vector<std::string>& runs);
+/// Voxels beside perceptrons on the same scenes: root mean square colour error of the test views against processor seconds, summed over cores.
+/// The voxels run once for each of versus_steps, each a run of its own with its schedule laid out over its steps; reading the pictures,
+/// trying out effects and making the model are in their seconds, while those of the perceptrons are of training alone.
+/// @param runs  finished splinevox-mlp runs with --cpu-time and --test-at; every scene of theirs must be among o.scenes.
+void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, const Told& told);
 
 }  // namespace splinevox::cost

@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
@@ -92,28 +91,6 @@ void train_suite(const SuiteOptions& o, const Told& told) {
       told(r);
     }
   }
-}
-
-std::vector<Record> mlp_records(const std::vector<std::string>& runs) {
-  std::vector<Record> out;
-  for (const std::string& run : runs) {
-    std::ifstream metrics(run + "/metrics.json"), config(run + "/config.toml");
-    const Json figures = Json::parse(metrics, nullptr, false);
-    std::string scene, line;
-    while (std::getline(config, line))
-      if (line.rfind("dataset = \"", 0) == 0) scene = std::filesystem::path(line.substr(11, line.size() - 12)).filename().string();
-    if (!figures.is_object() || !figures.contains("tests") || scene.empty())
-      fail({.where = run, .what = "this is no finished run of splinevox-mlp with --test-at", .expected = "metrics.json with 'tests' and config.toml", .got = {}, .hint = {}});
-    for (const Json& t : figures["tests"]) {
-      Record r;
-      const double seconds = t.at("seconds"), db = t.at("psnr"), rms = std::pow(10, -db / 20);
-      r.suite = "train", r.scene = scene, r.knob = fmt::format("MLP {}", figures.at("kind").get<std::string>()), r.value = fmt::format("{:.0f} s", seconds), r.order = seconds;
-      r.error = {rms, rms, rms}, r.seconds = {seconds, seconds, seconds}, r.quality = db, r.runs = 1;
-      r.note = fmt::format("every {}th pixel and row of the test views", figures.at("test_stride").get<int>());
-      out.push_back(r);
-    }
-  }
-  return out;
 }
 
 }  // namespace splinevox::cost

@@ -40,7 +40,5 @@ std::string read_text(const std::string& path);
 
 /// "1:23" or "4.2 s".
 std::string duration(double seconds);
-/// Largest resident memory of this process so far, bytes.
-double peak_memory();
 
 }  // namespace splinevox::app

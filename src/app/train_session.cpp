@@ -10,6 +10,7 @@
 #include "app/signals.hpp"
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/process.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/io/checkpoint.hpp"
 #include "splinevox/io/manifest.hpp"

@@ -50,6 +50,21 @@ TEST_SUITE("bench/cost") {
     CHECK(svg.find("a &lt; b") != std::string::npos);
     CHECK(svg.rfind("</svg>\n") == svg.size() - 7);
   }
+  TEST_CASE("voxels beside perceptrons: the first run that is as good, the best within a time, and how many times as fast") {
+    std::vector<Record> versus;
+    const auto add = [&](const char* system, double seconds, double db, double memory) {
+      versus.push_back(point(system, "", seconds, std::pow(10, -db / 20)));
+      versus.back().suite = "versus", versus.back().quality = db, versus.back().memory = memory;
+    };
+    add("voxels", 100, 30.5, 5e8), add("voxels", 4, 24.5, 4e8), add("voxels", 2, 16, 3e8);
+    add("MLP spline", 120, 13, 2e9), add("MLP spline", 600, 15, 2e9);
+    const std::string text = versus_table(versus);
+    CHECK(text.find("| voxels | 4.0 s | 100.0 s | 100.0 s | 30.50 | 30.50 (100 s) | 30.50 (100 s) | 0.50 |") != std::string::npos);
+    CHECK(text.find("| MLP spline | not in 600 s | not in 600 s | not in 600 s | 13.00 | 15.00 | 15.00 (600 s) | 2.00 |") != std::string::npos);
+    CHECK(text.find("the voxels pass that (16.00 dB) in 2.00 s: 300 times as fast.") != std::string::npos);
+    versus.push_back(versus.back()), versus.back().quality = 35;
+    CHECK(versus_table(versus).find("do not come to the 35.00 dB") != std::string::npos);
+  }
   TEST_CASE("medians and their intervals") {
     const Figure f = median_of({3, 1, 2, 5, 4});
     CHECK(f.value == 3);

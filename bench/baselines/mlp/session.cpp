@@ -6,7 +6,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -14,9 +13,10 @@
 #include <sstream>
 
 #include "app/signals.hpp"
-#include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
 #include "splinevox/core/atomic_file.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/core/process.hpp"
+#include "splinevox/data/image_write.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/train/config.hpp"
 #include "splinevox/train/hull.hpp"
@@ -31,9 +31,7 @@ constexpr const char* kModel = "model.pt";
 
 double clock(bool cpu_time) {
   if (!cpu_time) return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-  timespec used{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
-  return (double(used.tv_sec) + 1e-9 * double(used.tv_nsec)) / torch::get_num_threads();
+  return processor_seconds() / torch::get_num_threads();
 }
 
 Vec3 background(const Settings& s) { return {float(s.background[0]), float(s.background[1]), float(s.background[2])}; }
@@ -146,7 +144,7 @@ Json MlpSession::run() {
   const bool interrupted = app::stop_signal() != 0;
   if (!interrupted) measure_due(true);
   return {{"kind", name(settings_.kind)}, {"finished", !interrupted}, {"steps", step_}, {"train_seconds", seconds_}, {"cpu_time", settings_.cpu_time},
-          {"rays_per_second", double(rays) * double(step_) / seconds_}, {"peak_memory_bytes", app::peak_memory()},
+          {"rays_per_second", double(rays) * double(step_) / seconds_}, {"peak_memory_bytes", peak_memory()},
           {"threads", torch::get_num_threads()}, {"parameters", [&] {
              std::int64_t count = 0;
              for (const torch::Tensor& p : model_->parameters()) count += p.numel();

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/core/process.hpp"
+
+#include <doctest/doctest.h>
+
+#include <vector>
+
+using namespace splinevox;
+
+TEST_SUITE("core/process") {
+  TEST_CASE("processor time grows with work, and memory in use with what is written to") {
+    const double start = processor_seconds(), before = peak_memory();
+    CHECK(before > 1e6);
+    std::vector<char> block(std::size_t(before) + (64u << 20));
+    for (std::size_t i = 0; i < block.size(); i += 512) block[i] = char(i);
+    CHECK(peak_memory() >= before + (64u << 20));
+    while (processor_seconds() <= start) block[0] ^= 1;
+    CHECK(processor_seconds() > start);
+  }
+}
