@@ -8,6 +8,7 @@
 #include "splinevox/field/slice.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/ray_kernel.hpp"
+#include "splinevox/render/specialise.hpp"
 
 namespace splinevox {
 namespace {
@@ -16,10 +17,10 @@ constexpr int kTile = 16;                ///< pixels per tile edge: neighbouring
 constexpr int kOccupancyCells = 64;
 constexpr float kOccupancyAlpha = 1e-3f; ///< far below what shows in 8 bit over a whole ray of skipped cells
 
-template <int Sh>
+template <int Sh, bool Moving>
 void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<float>& field, const FrameView<float>& frame,
                  float stop, int tile, Rendered& out) {
-  RayKernel<float, Sh> kernel;
+  RayKernel<float, Sh, float, Moving> kernel;
   const int tiles_x = (camera.width + kTile - 1) / kTile;
   const int x0 = tile % tiles_x * kTile, y0 = tile / tiles_x * kTile;
   for (int y = y0; y < std::min(y0 + kTile, camera.height); ++y)
@@ -37,10 +38,11 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
         const float w = kernel.weight[i];
         weights += w;
         depth += w * (start + kernel.distance[i] * field.step);
-        if (!field.moving) continue;
-        const auto& m = kernel.samples[i].motion;
-        flow += (w * kernel.r[i]) * Vec3{m[0], m[1], m[2]};
-        rigidity += w * kernel.r[i];
+        if constexpr (Moving) {
+          const auto& m = kernel.samples[i].warp.motion;
+          flow += (w * kernel.r[i]) * Vec3{m[0], m[1], m[2]};
+          rigidity += w * kernel.r[i];
+        }
       }
       for (int c = 0; c < 3; ++c) out.rgb.pixel(x, y)[c] = result.rgb[c];
       *out.alpha.pixel(x, y) = alpha;
@@ -67,13 +69,7 @@ Rendered Renderer::render(const Camera& camera, double time, const RenderOptions
   const FrameView<float> frame{slice_.values.data(), occupied_.view()};
   const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
   parallel_for(tiles, [&](int tile) {
-    switch (model_.radiance.sh_order) {
-      case -1: return render_tile<-1>(model_, camera, field, frame, options.stop, tile, out);
-      case 0: return render_tile<0>(model_, camera, field, frame, options.stop, tile, out);
-      case 1: return render_tile<1>(model_, camera, field, frame, options.stop, tile, out);
-      case 2: return render_tile<2>(model_, camera, field, frame, options.stop, tile, out);
-      default: return render_tile<3>(model_, camera, field, frame, options.stop, tile, out);
-    }
+    specialise(model_.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() { render_tile<Sh, Moving>(model_, camera, field, frame, options.stop, tile, out); });
   });
   return out;
 }

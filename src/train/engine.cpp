@@ -9,6 +9,7 @@
 #include "splinevox/field/slice.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/scatter.hpp"
+#include "splinevox/render/specialise.hpp"
 
 namespace splinevox {
 namespace {
@@ -27,9 +28,9 @@ Vec3 draw_probe(std::uint64_t seed, std::size_t ray) {
   return {bits & 1 ? 1.0f : -1.0f, bits & 2 ? 1.0f : -1.0f, bits & 4 ? 1.0f : -1.0f};
 }
 
-template <int Sh, bool Jet>
+template <int Sh, bool Moving, bool Jet>
 class RayEngine final : public Engine {
-  using Kernel = RayKernel<float, Sh>;
+  using Kernel = RayKernel<float, Sh, float, Moving>;
   static constexpr int kWidth = Kernel::kWidth;
 
   struct Worker {
@@ -46,18 +47,18 @@ class RayEngine final : public Engine {
     PassResult result;
     auto clock = Clock::now();
     const FieldView<float> field = view_field(model, step);
-    make_slices(model, active, times);
+    if constexpr (Moving) make_slices(model, active, times);
     result.slice_seconds = seconds_since(clock);
 
     const int tasks = int(batch.tasks.size());
     workers_.resize(tasks);
     radiance_scatter_.begin(tasks, model.radiance.raw.topology->brick_count() + 1);
-    const int motion_bricks = field.moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
-    motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
+    const int motion_bricks = Moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
+    if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
     parallel_for(tasks, [&](int t) {
       march(field, sampling, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t]);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
-      if (field.moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
+      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
     });
     for (const Worker& w : workers_) {
       result.squared_error += w.squared_error, result.motion_loss += w.motion_loss;
@@ -66,22 +67,21 @@ class RayEngine final : public Engine {
     result.ray_seconds = seconds_since(clock);
 
     radiance_scatter_.scan();
-    if (field.moving) motion_scatter_.scan();
+    if constexpr (Moving) motion_scatter_.scan();
     parallel_for(tasks, [&](int t) {
       radiance_scatter_.fill(t, field.radiance);
-      if (field.moving) motion_scatter_.fill(t, field.motion);
+      if constexpr (Moving) motion_scatter_.fill(t, field.motion);
     });
     parallel_for(model.radiance.raw.topology->brick_count() + 1, [&](int b) {
       if (!radiance_scatter_.empty(b)) radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
     });
-    if (field.moving) expand_motion(model, times, motion_bricks, motion);
+    if constexpr (Moving) expand_motion(model, times, motion_bricks, motion);
     result.scatter_seconds = seconds_since(clock);
     return result;
   }
 
  private:
   void make_slices(const VoxelModel& model, const std::vector<RowMask>& active, const std::vector<double>& times) {
-    if (model.motion.levels.empty()) return;
     const Channels& level = model.motion.levels[0];
     const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
     slices_.resize(frames), slice_gradients_.resize(frames), weights_.resize(frames);
@@ -101,7 +101,7 @@ class RayEngine final : public Engine {
              const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
-    const FrameView<float> frame{field.moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
+    const FrameView<float> frame{Moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = batch.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
@@ -111,8 +111,7 @@ class RayEngine final : public Engine {
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
       backward(w.kernel, ray, result, field, 2.0f * error, sampling.min_weight, w.records);
       if constexpr (Jet)
-        if (field.moving)
-          w.motion_loss += motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
+        w.motion_loss += motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
     }
   }
 
@@ -138,25 +137,18 @@ class RayEngine final : public Engine {
   Scatter<float, kSliceWidth, Jet> motion_scatter_;
 };
 
-template <bool Jet>
-std::unique_ptr<Engine> make(int sh_order) {
-  switch (sh_order) {
-    case -1: return std::make_unique<RayEngine<-1, Jet>>();
-    case 0: return std::make_unique<RayEngine<0, Jet>>();
-    case 1: return std::make_unique<RayEngine<1, Jet>>();
-    case 2: return std::make_unique<RayEngine<2, Jet>>();
-    default: return std::make_unique<RayEngine<3, Jet>>();
-  }
-}
-
 }  // namespace
 
 Gradient::Gradient(const Channels& of) : values{of.topology, of.width, {}}, touched(of.topology->brick_count() + 1) {
   values.values.assign(of.values.size(), 0.0f);
 }
 
-std::unique_ptr<Engine> make_engine(int sh_order, bool motion_losses) {
-  return motion_losses ? make<true>(sh_order) : make<false>(sh_order);
+std::unique_ptr<Engine> make_engine(int sh_order, bool moving, bool motion_losses) {
+  return specialise(sh_order, moving, [&]<int Sh, bool Moving>() -> std::unique_ptr<Engine> {
+    if constexpr (Moving)
+      if (motion_losses) return std::make_unique<RayEngine<Sh, Moving, true>>();
+    return std::make_unique<RayEngine<Sh, Moving, false>>();
+  });
 }
 
 }  // namespace splinevox

@@ -78,8 +78,7 @@ std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
     : config(c), train(t), bounds(bounds_of(c, t)),
-      sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed),
-      engine(make_engine(c.radiance.sh_order, c.loss.offset > 0 || c.loss.divergence > 0)) {
+      sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
   model.background = background_of(c);
@@ -125,13 +124,19 @@ bool Trainer::State::refine(double progress_now) {
       changed = true;
     }
   }
-  if (changed) {
-    set_rates();
-    collapse_levels({});
-    find_active();
-    if (!levels.empty()) motion_gradient = Gradient(model.motion.levels[0]);
-  }
+  if (changed) fit_lattices();
   return changed;
+}
+
+void Trainer::State::fit_lattices() {
+  set_rates();
+  collapse_levels({});
+  find_active();
+  const bool moving = !levels.empty();
+  if (moving) motion_gradient = Gradient(model.motion.levels[0]);
+  if (engine && engine_moves == moving) return;
+  engine_moves = moving;
+  engine = make_engine(config.radiance.sh_order, moving, config.loss.offset > 0 || config.loss.divergence > 0);
 }
 
 void Trainer::State::start_radiance() {
@@ -341,10 +346,7 @@ void Trainer::State::archive(Archive& a) {
   radiance.gradient = Gradient(model.radiance.raw);
   radiance.rate.assign(model.radiance.raw.width, 0.0f);
   radiance.tv.assign(model.radiance.raw.width, 0.0f);
-  set_rates();
-  collapse_levels({});
-  find_active();
-  if (!levels.empty()) motion_gradient = Gradient(model.motion.levels[0]);
+  fit_lattices();
 }
 
 }  // namespace splinevox

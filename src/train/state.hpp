@@ -23,7 +23,8 @@ struct Trainer::State {
   SceneBounds bounds;
   float edge = 1;                    ///< longest edge of the box, scene units: the unit of lr_control
   BatchSampler sampler;
-  std::unique_ptr<Engine> engine;
+  std::unique_ptr<Engine> engine;    ///< compiled for the effects that the lattices of now have
+  bool engine_moves = false;
 
   VoxelModel model;                  ///< motion.levels: the sum of the active levels
   Learner radiance;
@@ -64,6 +65,8 @@ struct Trainer::State {
   void start_radiance();
   void refine_radiance(int cells);
   void add_level(int cells);
+  /// Rates, summed motion, gradients and engine for the lattices as they are now.
+  void fit_lattices();
   BitGrid occupied_ever() const;
   BitGrid swept() const;
   void find_active();

@@ -24,11 +24,11 @@ struct MotionLoss {
 ///
 /// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink with the gradient,
 /// their tiny pushes would drive the density of empty space to where nothing could bring it back. 0 keeps every sample.
-template <class Real, int Sh, bool Jet>
-void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const RayResult<Real>& result,
+template <class Real, int Sh, bool Moving, bool Jet>
+void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>& input, const RayResult<Real>& result,
               const FieldView<Real>& field, const Vec3T<Real>& d_rgb, Real min_weight,
               RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out) {
-  using K = RayKernel<Real, Sh>;
+  using K = RayKernel<Real, Sh, Real, Moving>;
   using Eight = typename K::Eight;
   using Vec = Vec3T<Real>;
   Real behind = result.transmittance * dot(input.background, d_rgb);
@@ -36,7 +36,7 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
     const auto& s = ray.samples[i];
     const Vec positional{ray.base[0][i], ray.base[1][i], ray.base[2][i]};
     const Real along = dot(positional, d_rgb);
-    const Real gain = field.moving ? ray.light[i] : Real(1);
+    const Real gain = Moving ? ray.light[i] : Real(1);
     const Real factor = gain * (Sh >= 0 ? ray.view[i] : Real(1));
     const Real w = ray.weight[i];
     const Real d_sigma = field.step * (ray.transmittance_next[i] * factor * along - behind);
@@ -54,21 +54,22 @@ void backward(const RayKernel<Real, Sh>& ray, const RayInput<Real>& input, const
     for (int c = 0; c < 3; ++c) g[0][1 + c] = wf * d_rgb[c] * ray.base_slope[c][i];
     for (int k = 0; k < K::kRegisters; ++k) store(record.g + 8 * k, g[k]);
 
-    if (!field.moving) continue;
-    Eight dx = g[0] * s.slope[0][0], dy = g[0] * s.slope[0][1], dz = g[0] * s.slope[0][2];
-    for (int k = 1; k < K::kRegisters; ++k) dx += g[k] * s.slope[k][0], dy += g[k] * s.slope[k][1], dz += g[k] * s.slope[k][2];
-    const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
-    auto& m = out.motion.emplace_back();
-    m.cell = s.motion_cell;
-    m.fraction = s.motion_fraction;
-    const Real r = ray.r[i];
-    m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
-    m.g[3] = ray.r_slope[i] * (d_delta.x * s.motion[0] + d_delta.y * s.motion[1] + d_delta.z * s.motion[2]);
-    m.g[4] = w * along * (Sh >= 0 ? ray.view[i] : Real(1)) * ray.light_slope[i];
-    for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
-    if constexpr (Jet)
-      for (auto& row : m.h)
-        for (Real& v : row) v = 0;
+    if constexpr (Moving) {
+      Eight dx = g[0] * s.slope[0][0], dy = g[0] * s.slope[0][1], dz = g[0] * s.slope[0][2];
+      for (int k = 1; k < K::kRegisters; ++k) dx += g[k] * s.slope[k][0], dy += g[k] * s.slope[k][1], dz += g[k] * s.slope[k][2];
+      const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
+      auto& m = out.motion.emplace_back();
+      m.cell = s.warp.cell;
+      m.fraction = s.warp.fraction;
+      const Real r = ray.r[i];
+      m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
+      m.g[3] = ray.r_slope[i] * (d_delta.x * s.warp.motion[0] + d_delta.y * s.warp.motion[1] + d_delta.z * s.warp.motion[2]);
+      m.g[4] = w * along * (Sh >= 0 ? ray.view[i] : Real(1)) * ray.light_slope[i];
+      for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
+      if constexpr (Jet)
+        for (auto& row : m.h)
+          for (Real& v : row) v = 0;
+    }
   }
 }
 
@@ -85,9 +86,9 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
   for (int i = ray.count - 1; i >= 0; --i) {
     if (ray.weight[i] < min_weight) continue;
     const auto& s = ray.samples[i];
-    const CellRows rows = field.motion.rows(s.motion_cell);
+    const CellRows rows = field.motion.rows(s.warp.cell);
     const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth); };
-    const auto v = trilinear_with_gradient(s.motion_fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),
+    const auto v = trilinear_with_gradient(s.warp.fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),
                                            corner(6), corner(7));
     const Real inv = field.motion.inv_spacing, w = ray.weight[i];
     MotionJet<Real> jet;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <type_traits>
 #include <vector>
 
 #include "splinevox/core/simd.hpp"
@@ -26,8 +27,9 @@ struct RayResult {
 /// Forward march of one ray through a frame. Keeps what the backward sweep needs, as arrays over the visible samples, so
 /// that the arithmetic between the gathers is plain loops the compiler turns into vector code. One instance per task, reused.
 ///
-/// @tparam Sh  spherical harmonic order of the view rescale, -1 for none.
-template <class Real, int Sh, class Stored = Real>
+/// @tparam Sh      spherical harmonic order of the view rescale, -1 for none.
+/// @tparam Moving  whether anything changes over time; if not, the kernel reads no slice and keeps nothing of motion.
+template <class Real, int Sh, class Stored = Real, bool Moving = true>
 class RayKernel {
  public:
   static constexpr int kShCount = (Sh + 1) * (Sh + 1);
@@ -62,12 +64,19 @@ class RayKernel {
   int count = 0;    ///< samples of the last ray that lie in stored bricks, in order along it
   int visited = 0;  ///< samples that lay in occupied cells
 
+  /// Where a sample lies in the motion lattice, and what it read there.
+  struct Warp {
+    Cell cell;
+    Vec fraction;
+    Four motion;  ///< Delta_0 and raw rigidity
+  };
+  struct NoWarp {};
   /// Per-sample values kept for the backward sweep; [count] each.
   struct Sample {
-    Cell motion_cell, radiance_cell;
-    Vec motion_fraction, radiance_fraction;
-    Four motion;                  ///< Delta_0 and raw rigidity
+    Cell radiance_cell;
+    Vec radiance_fraction;
     Eight slope[kRegisters][3];   ///< d row / d fraction
+    [[no_unique_address]] std::conditional_t<Moving, Warp, NoWarp> warp;
   };
   std::vector<Sample> samples;
   AlignedVector<Real> light, light_slope;          ///< gain of the light
@@ -149,11 +158,11 @@ class RayKernel {
     for (int a = 0; a < 3; ++a)
       for (int j = 0; j < kChunk; ++j) x[a][j] = ray.origin[a] + i_real[j] * (field.step * ray.direction[a]);
 
-    alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk], chunk_light[kChunk] = {}, chunk_gain[kChunk], chunk_gain_slope[kChunk];
-    Located motion_at;
-    Cell motion_cell[kChunk];
-    Four motion[kChunk];
-    if (field.moving) {
+    [[maybe_unused]] alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk], chunk_light[kChunk] = {}, chunk_gain[kChunk], chunk_gain_slope[kChunk];
+    [[maybe_unused]] Located motion_at;
+    [[maybe_unused]] Cell motion_cell[kChunk];
+    [[maybe_unused]] Four motion[kChunk];
+    if constexpr (Moving) {
       locate(field.motion, x, motion_at);
       gather_motion(field, frame, motion_at, n, motion_cell, motion, chunk_light);
       for (int j = 0; j < kChunk; ++j) {
@@ -192,10 +201,8 @@ class RayKernel {
       s.radiance_cell = cell;
       s.radiance_fraction = at.at(j);
       distance[count + kept] = i_real[j];
-      if (field.moving) {
-        s.motion_cell = motion_cell[j];
-        s.motion_fraction = motion_at.at(j);
-        s.motion = motion[j];
+      if constexpr (Moving) {
+        s.warp = {motion_cell[j], motion_at.at(j), motion[j]};
         light[count + kept] = chunk_gain[j], light_slope[count + kept] = chunk_gain_slope[j];
         r[count + kept] = chunk_r[j];
         r_slope[count + kept] = chunk_slope[j];
@@ -264,7 +271,7 @@ class RayKernel {
 
     for (int j = 0; j < n; ++j, ++count) {
       const Real w = transmittance_ * alpha[j];
-      const Real factor = (field.moving ? light[count] : Real(1)) * (Sh >= 0 ? view[count] : Real(1));
+      const Real factor = (Moving ? light[count] : Real(1)) * (Sh >= 0 ? view[count] : Real(1));
       rgb_ += (w * factor) * Vec{base[0][count], base[1][count], base[2][count]};
       transmittance_ *= passed[j];
       weight[count] = w;
