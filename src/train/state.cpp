@@ -322,6 +322,16 @@ void Trainer::State::set_rates() {
   }
 }
 
+bool Trainer::State::usable_gradients() const {
+  return usable(radiance.gradient) &&
+         std::all_of(level_learners.begin(), level_learners.end(), [](const Learner& l) { return usable(l.gradient); });
+}
+
+void Trainer::State::discard_gradients() {
+  discard(radiance.gradient);
+  for (Learner& learner : level_learners) discard(learner.gradient);
+}
+
 void Trainer::State::archive(Archive& a) {
   a(step, stage, elevations, seconds_before, phases);
   a(bounds.box, bounds.hull, model.step, model.radiance.activation, model.radiance.raw, radiance.m, radiance.v, model.motion.points);

@@ -38,6 +38,7 @@ struct Trainer::State {
   double progress = 0;               ///< of the last refine
   int stage = -1;                    ///< radiance stage
   int elevations = 0;                ///< degree elevations done
+  int discarded = 0;                 ///< steps in a row without a usable gradient; a resumed run counts anew
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;
@@ -53,6 +54,9 @@ struct Trainer::State {
   /// Empties the canonical cells that the occupancy calls empty.
   void clear_skipped(VoxelModel& model) const;
   void set_rates();
+  /// Whether every gradient of this step may be used; otherwise discard_gradients forgets them all.
+  bool usable_gradients() const;
+  void discard_gradients();
   void archive(Archive& a);
 
  private:
