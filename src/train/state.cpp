@@ -7,6 +7,7 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
+#include "splinevox/math/view_factor.hpp"
 
 namespace splinevox {
 namespace {
@@ -28,6 +29,36 @@ bool any_alpha(const Split& train) {
     for (std::size_t i = 3; i < f.image.rgba.size(); i += 4)
       if (f.image.rgba[i] != 65535) return true;
   return false;
+}
+
+/// Mean colour of what the pictures show, weighted by alpha, from every 16th pixel.
+Vec3 mean_color(const Split& train) {
+  Vec3d sum{};
+  double weights = 0;
+  for (const Frame& f : train.frames)
+    for (std::size_t i = 0; i < f.image.rgba.size(); i += 4 * 16) {
+      const std::uint16_t* p = f.image.rgba.data() + i;
+      const double alpha = p[3] / 65535.0;
+      sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
+      weights += alpha;
+    }
+  return weights > 0 ? cast<float>(1 / weights * sum) : Vec3{0.5f, 0.5f, 0.5f};
+}
+
+/// Raw colour before training: 0, half way up. A scene darker than kDark on average begins at its mean: from half way the
+/// rates would need hundreds of steps down, and what they do not reach lights up its surroundings through interpolation,
+/// fifty times as bright as the scene (numerics H30).
+Vec3 initial_color(const RadianceConfig& config, const Split& train) {
+  constexpr float kDark = 0.03f, kDarkest = 1e-5f;
+  const Vec3 mean = mean_color(train);
+  if ((mean.x + mean.y + mean.z) / 3 >= kDark) return {};
+  const float view = config.sh_order >= 0 ? view_factor(0.28209479f * config.initial_sh).value : 1;
+  Vec3 raw;
+  for (int c = 0; c < 3; ++c) {
+    const float share = std::clamp(mean[c] / view, kDarkest, 0.5f);
+    raw[c] = std::log(share / (1 - share));
+  }
+  return raw;
 }
 
 SceneBounds bounds_of(const Config& config, const Split& train) {
@@ -142,6 +173,8 @@ void Trainer::State::start_radiance() {
   model.radiance.activation.shift = float(std::log(std::expm1(-std::log1p(-double(config.radiance.initial_alpha)))));
   const int width = radiance_width(config.radiance.sh_order);
   std::vector<float> row(width, 0.0f);
+  const Vec3 color = initial_color(config.radiance, train);
+  for (int c = 0; c < 3; ++c) row[1 + c] = color[c];
   if (config.radiance.sh_order >= 0) row[4] = config.radiance.initial_sh;
   model.radiance.raw = make_channels(bricks_near(lattice, bounds.hull), width, row.data());
   for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(i)[0] = kEmptyDensity;
