@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/train/optimiser.hpp"
 
-#include <algorithm>
-#include <atomic>
 #include <cmath>
 
 #include "splinevox/core/parallel.hpp"
@@ -10,10 +8,6 @@
 #include "splinevox/core/simd.hpp"
 #include "splinevox/math/shrink.hpp"
 #include "splinevox/math/tv.hpp"
-
-#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-#error "built with -ffast-math or -ffinite-math-only: usable() below could no longer see a NaN"
-#endif
 
 namespace splinevox {
 namespace {
@@ -107,35 +101,6 @@ void shrink_row(const Shrink& shrink, float scale, int width, float* row) {
 
 Learner::Learner(const Channels& values)
     : gradient(values), m(values.values.size(), 0.0f), v(values.values.size(), 0.0f), rate(values.width, 0.0f), tv(values.width, 0.0f) {}
-
-bool usable(const Gradient& gradient) {
-  constexpr float kLargest = 1e18f;
-  const int width = gradient.values.width;
-  std::atomic<bool> all = true;
-  parallel_for(gradient.values.topology->brick_count(), [&](int index) {
-    const int brick = index + 1;
-    auto good = Eight{} == Eight{};  // all set: NaN fails any comparison
-    gradient.touched[brick].for_each([&](int i) {
-      const float* row = gradient.values.row(std::size_t(brick) * kBrickRows + i);
-      for (int k = 0; k < width; k += 8) {
-        const Eight g = load<Eight>(row + k);
-        good &= (g < kLargest) & (g > -kLargest);
-      }
-    });
-    for (int lane = 0; lane < 8; ++lane)
-      if (!good[lane]) all = false;
-  });
-  return all;
-}
-
-void discard(Gradient& gradient) {
-  const int width = gradient.values.width;
-  parallel_for(gradient.values.topology->brick_count(), [&](int index) {
-    const int brick = index + 1;
-    gradient.touched[brick].for_each([&](int i) { std::fill_n(gradient.values.row(std::size_t(brick) * kBrickRows + i), width, 0.0f); });
-    gradient.touched[brick] = {};
-  });
-}
 
 void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale) {
   const int width = values.width;

@@ -7,7 +7,7 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
-#include "splinevox/math/view_factor.hpp"
+#include "start.hpp"
 
 namespace splinevox {
 namespace {
@@ -23,54 +23,6 @@ constexpr std::size_t kMostLooks = 256;
 
 /// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
 constexpr int kRoom = 16;
-
-bool any_alpha(const Split& train) {
-  for (const Frame& f : train.frames)
-    for (std::size_t i = 3; i < f.image.rgba.size(); i += 4)
-      if (f.image.rgba[i] != 65535) return true;
-  return false;
-}
-
-/// Mean colour of what the pictures show, weighted by alpha, from every 16th pixel.
-Vec3 mean_color(const Split& train) {
-  Vec3d sum{};
-  double weights = 0;
-  for (const Frame& f : train.frames)
-    for (std::size_t i = 0; i < f.image.rgba.size(); i += 4 * 16) {
-      const std::uint16_t* p = f.image.rgba.data() + i;
-      const double alpha = p[3] / 65535.0;
-      sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
-      weights += alpha;
-    }
-  return weights > 0 ? cast<float>(1 / weights * sum) : Vec3{0.5f, 0.5f, 0.5f};
-}
-
-/// Raw colour before training: 0, half way up. A scene darker than kDark on average begins at its mean: from half way the
-/// rates would need hundreds of steps down, and what they do not reach lights up its surroundings through interpolation,
-/// fifty times as bright as the scene (numerics H30).
-Vec3 initial_color(const RadianceConfig& config, const Split& train) {
-  constexpr float kDark = 0.03f, kDarkest = 1e-5f;
-  const Vec3 mean = mean_color(train);
-  if ((mean.x + mean.y + mean.z) / 3 >= kDark) return {};
-  const float view = config.sh_order >= 0 ? view_factor(0.28209479f * config.initial_sh).value : 1;
-  Vec3 raw;
-  for (int c = 0; c < 3; ++c) {
-    const float share = std::clamp(mean[c] / view, kDarkest, 0.5f);
-    raw[c] = std::log(share / (1 - share));
-  }
-  return raw;
-}
-
-SceneBounds bounds_of(const Config& config, const Split& train) {
-  const std::vector<float>& b = config.grid.box;
-  if (b.size() == 6) {
-    const Box box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
-    BitGrid all(box, config.sampling.occupancy_cells);
-    std::fill(all.bits.begin(), all.bits.end(), ~0u);
-    return {box, all};
-  }
-  return find_bounds(train, any_alpha(train), config.sampling.occupancy_cells, config.grid.box_margin);
-}
 
 Vec3 background_of(const Config& config) {
   const std::vector<float>& b = config.run.background;
@@ -108,7 +60,7 @@ std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
-    : config(c), train(t), bounds(bounds_of(c, t)),
+    : config(c), train(t), bounds(starting_bounds(c, t)),
       sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed),
       engine(make_engine(c.radiance.sh_order, c.loss.offset > 0 || c.loss.divergence > 0)) {
   model.box = bounds.box;
@@ -173,7 +125,7 @@ void Trainer::State::start_radiance() {
   model.radiance.activation.shift = float(std::log(std::expm1(-std::log1p(-double(config.radiance.initial_alpha)))));
   const int width = radiance_width(config.radiance.sh_order);
   std::vector<float> row(width, 0.0f);
-  const Vec3 color = initial_color(config.radiance, train);
+  const Vec3 color = starting_color(config.radiance, train);
   for (int c = 0; c < 3; ++c) row[1 + c] = color[c];
   if (config.radiance.sh_order >= 0) row[4] = config.radiance.initial_sh;
   model.radiance.raw = make_channels(bricks_near(lattice, bounds.hull), width, row.data());
@@ -353,6 +305,13 @@ void Trainer::State::set_rates() {
     learner.shrink = shrink_groups(m, o, edge);
     if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
   }
+}
+
+bool Trainer::State::wild_weights() const {
+  const LossConfig& l = config.loss;
+  constexpr float kWild = 1e12f;
+  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, l.curve_length});
+  return !(most / l.tv_share < kWild);
 }
 
 bool Trainer::State::usable_gradients() const {

@@ -54,6 +54,8 @@ struct Trainer::State {
   /// Empties the canonical cells that the occupancy calls empty.
   void clear_skipped(VoxelModel& model) const;
   void set_rates();
+  /// Whether the weights of total variation or curve length could make a gradient unusable on their own.
+  bool wild_weights() const;
   /// Whether every gradient of this step may be used; otherwise discard_gradients forgets them all.
   bool usable_gradients() const;
   void discard_gradients();

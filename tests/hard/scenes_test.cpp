@@ -127,7 +127,18 @@ TEST_SUITE("hard/scenes") {
       CAPTURE(scale);
       measured_least("H14 scaled by 1e-3 or 1e3, minus plain", quality(trained(short_run(), moved(train(), scale, {})), moved(held(), scale, {})) - plain(), -0.7, "dB");
     }
+    // Where floats can no longer tell cells apart, the user is told what to do instead of getting a blur.
     const Vec3d away{1e6, -1e6, 1e6};
+    for (const double scale : {1e-3, 1.0}) {
+      try {
+        trained(short_run(), moved(train(), scale, away));
+        FAIL("a scene too far from the origin was taken");
+      } catch (const Error& error) {
+        CHECK(error.fault == Fault::input);
+        CHECK(error.problem.what == "the scene lies too far from the origin for its size");
+        CHECK(error.problem.hint.find("subtract (1000000") == 0);
+      }
+    }
     measured_least("H14 scaled by 1e3 and moved by 1e6, minus plain", quality(trained(short_run(), moved(train(), 1e3, away)), moved(held(), 1e3, away)) - plain(), -0.7, "dB");
   }
   TEST_CASE("H29: pixels of the motion truth that are no numbers are left out, and nothing else changes") {

@@ -26,12 +26,6 @@ struct Learner {
   explicit Learner(const Channels& values);
 };
 
-/// Whether every number of the touched rows is below 1e18 in magnitude and not NaN: larger ones have no square in float, and one
-/// NaN let into the moments would stay (numerics H31). Needs a build in which NaN exists, hence no -ffast-math.
-bool usable(const Gradient& gradient);
-/// Forgets a gradient: rows 0, nothing touched.
-void discard(Gradient& gradient);
-
 /// One Adam (or RMSProp) step on every touched row, times `rate_scale`, then its groups' shrinkage; clears gradient and mask.
 /// The only writer of parameters. Padding columns have rate 0 and stay as they are.
 void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale);
