@@ -19,7 +19,21 @@ function(splinevox_target name)
   endif()
 endfunction()
 
-if(CMAKE_CXX_FLAGS MATCHES "-ffast-math|-ffinite-math-only|-Ofast")
-  message(FATAL_ERROR "splinevox refuses -ffast-math: non-finite values could no longer be found "
-                      "(CMAKE_CXX_FLAGS is '${CMAKE_CXX_FLAGS}')")
+# Sums in another order and a compiler that may assume there is no NaN: bits would no longer be the same, and a step that went
+# wrong no longer seen. By name, for what has no macro; and by the compiler's own word, whichever way it was told.
+string(TOUPPER "${CMAKE_BUILD_TYPE}" splinevox_config)
+set(splinevox_flags "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${splinevox_config}}")
+set(CMAKE_TRY_COMPILE_CONFIGURATION "${CMAKE_BUILD_TYPE}")
+include(CheckCXXSourceCompiles)
+unset(splinevox_exact_math CACHE)
+check_cxx_source_compiles("
+#if (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(__FAST_MATH__)
+#error finite math only
+#endif
+int main() {}" splinevox_exact_math)
+unset(CMAKE_TRY_COMPILE_CONFIGURATION)
+if(NOT splinevox_exact_math OR splinevox_flags MATCHES
+   "-ffast-math|-ffinite-math-only|-Ofast|-funsafe-math-optimizations|-fassociative-math|-freciprocal-math")
+  message(FATAL_ERROR "splinevox refuses -ffast-math and its parts: non-finite values could no longer be found, and sums would "
+                      "change with the compiler (the flags are '${splinevox_flags}')")
 endif()

@@ -34,7 +34,8 @@ SurfaceFrame read_frame(const std::string& path, double time, float jump) {
     for (int v = y - 1; v <= y + 1; ++v)
       for (int u = x - 1; u <= x + 1; ++u) {
         const Vec3 q = at(position, u, v);
-        if (!hit(q) || length(q - p) > jump || length(at(rest, u, v) - r) > jump) return false;
+        // A pixel that is not a number is no surface, nor is its neighbour's edge known: no comparison holds for it (numerics H29).
+        if (!hit(q) || !(length(q - p) <= jump) || !(length(at(rest, u, v) - r) <= jump)) return false;
       }
     return true;
   };

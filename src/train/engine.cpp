@@ -2,14 +2,21 @@
 #include "splinevox/train/engine.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <cmath>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
+#include "splinevox/core/simd.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/scatter.hpp"
 #include "splinevox/render/specialise.hpp"
+
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "built with -ffast-math or -ffinite-math-only: usable() below could no longer see a NaN"
+#endif
 
 namespace splinevox {
 namespace {
@@ -72,10 +79,14 @@ class RayEngine final : public Engine {
       radiance_scatter_.fill(t, field.radiance);
       if constexpr (Moving) motion_scatter_.fill(t, field.motion);
     });
+    usable_ = std::isfinite(result.squared_error) && std::isfinite(result.motion_loss);
     parallel_for(model.radiance.raw.topology->brick_count() + 1, [&](int b) {
-      if (!radiance_scatter_.empty(b)) radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
+      if (radiance_scatter_.empty(b)) return;
+      radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
+      if (!usable(radiance, b)) usable_ = false;  // here, where the rows are in the cache
     });
     if constexpr (Moving) expand_motion(model, times, motion_bricks, motion);
+    result.usable = usable_;
     result.scatter_seconds = seconds_since(clock);
     return result;
   }
@@ -127,12 +138,14 @@ class RayEngine final : public Engine {
         expand_brick(model.motion, weights_[f], hit, rows, b, motion.values);
         motion.touched[b] |= hit;
       }
+      if (!usable(motion, b)) usable_ = false;
     });
   }
 
   std::vector<AlignedVector<float>> slices_, slice_gradients_;
   std::vector<BasisWeights<float>> weights_;
   std::vector<Worker> workers_;
+  std::atomic<bool> usable_ = true;
   Scatter<float, kWidth, false> radiance_scatter_;
   Scatter<float, kSliceWidth, Jet> motion_scatter_;
 };
@@ -141,6 +154,40 @@ class RayEngine final : public Engine {
 
 Gradient::Gradient(const Channels& of) : values{of.topology, of.width, {}}, touched(of.topology->brick_count() + 1) {
   values.values.assign(of.values.size(), 0.0f);
+}
+
+bool usable(const Gradient& gradient, int brick) {
+  using Eight = Simd<float>::Eight;
+  constexpr float kLargest = 1e16f;
+  const int width = gradient.values.width;
+  auto good = Eight{} == Eight{};  // all set: NaN fails any comparison
+  gradient.touched[brick].for_each([&](int i) {
+    const float* row = gradient.values.row(std::size_t(brick) * kBrickRows + i);
+    for (int k = 0; k < width; k += 8) {
+      const Eight g = load<Eight>(row + k);
+      good &= (g < kLargest) & (g > -kLargest);
+    }
+  });
+  for (int lane = 0; lane < 8; ++lane)
+    if (!good[lane]) return false;
+  return true;
+}
+
+bool usable(const Gradient& gradient) {
+  std::atomic<bool> all = true;
+  parallel_for(gradient.values.topology->brick_count(), [&](int index) {
+    if (!usable(gradient, index + 1)) all = false;
+  });
+  return all;
+}
+
+void discard(Gradient& gradient) {
+  const int width = gradient.values.width;
+  parallel_for(gradient.values.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    gradient.touched[brick].for_each([&](int i) { std::fill_n(gradient.values.row(std::size_t(brick) * kBrickRows + i), width, 0.0f); });
+    gradient.touched[brick] = {};
+  });
 }
 
 std::unique_ptr<Engine> make_engine(int sh_order, bool moving, bool motion_losses) {

@@ -13,7 +13,11 @@
 namespace splinevox {
 namespace {
 
-/// Cube around the point nearest to all viewing axes.
+/// Where cameras look outwards, how much further the scene reaches than they are spread: from there on a picture hardly changes.
+constexpr double kSurround = 8;
+
+/// Cube around the point nearest to all viewing axes: what the pictures show of it if the cameras look at it. If most look away
+/// from it they stand inside what they see, which a cube between them would not hold (numerics H28).
 Box camera_cube(const Split& train) {
   Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -27,12 +31,19 @@ Box camera_cube(const Split& train) {
   const Eigen::Vector3d x = a.ldlt().solve(b);
   const Vec3d center{x[0], x[1], x[2]};
   std::vector<double> reach;
+  double spread = 0;
+  std::size_t away = 0;
   for (const Frame& f : train.frames) {
     const double half = std::max(f.camera.width / f.camera.fx, f.camera.height / f.camera.fy) / 2;
-    reach.push_back(length(f.camera.position - center) * half);
+    const Vec3d outwards = f.camera.position - center;
+    reach.push_back(length(outwards) * half);
+    spread = std::max(spread, length(outwards));
+    away += dot(outwards, f.camera.axes[2]) <= 0;
   }
   std::nth_element(reach.begin(), reach.begin() + reach.size() / 2, reach.end());
-  const double r = std::max(1e-6, 1.1 * reach[reach.size() / 2]);
+  const bool inside = 2 * away > train.frames.size();
+  // Cameras all in one point say nothing of lengths: any will do.
+  const double r = !inside ? std::max(1e-6, 1.1 * reach[reach.size() / 2]) : spread > 1e-9 * length(center) ? kSurround * spread : 1.0;
   const Vec3 c = cast<float>(center), e{float(r), float(r), float(r)};
   return {c - e, c + e};
 }

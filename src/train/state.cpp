@@ -7,6 +7,7 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
+#include "start.hpp"
 
 namespace splinevox {
 namespace {
@@ -22,24 +23,6 @@ constexpr std::size_t kMostLooks = 256;
 
 /// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
 constexpr int kRoom = 16;
-
-bool any_alpha(const Split& train) {
-  for (const Frame& f : train.frames)
-    for (std::size_t i = 3; i < f.image.rgba.size(); i += 4)
-      if (f.image.rgba[i] != 65535) return true;
-  return false;
-}
-
-SceneBounds bounds_of(const Config& config, const Split& train) {
-  const std::vector<float>& b = config.grid.box;
-  if (b.size() == 6) {
-    const Box box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
-    BitGrid all(box, config.sampling.occupancy_cells);
-    std::fill(all.bits.begin(), all.bits.end(), ~0u);
-    return {box, all};
-  }
-  return find_bounds(train, any_alpha(train), config.sampling.occupancy_cells, config.grid.box_margin);
-}
 
 Vec3 background_of(const Config& config) {
   const std::vector<float>& b = config.run.background;
@@ -77,7 +60,7 @@ std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
-    : config(c), train(t), bounds(bounds_of(c, t)),
+    : config(c), train(t), bounds(starting_bounds(c, t)),
       sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
@@ -147,6 +130,8 @@ void Trainer::State::start_radiance() {
   model.radiance.activation.shift = float(std::log(std::expm1(-std::log1p(-double(config.radiance.initial_alpha)))));
   const int width = radiance_width(config.radiance.sh_order);
   std::vector<float> row(width, 0.0f);
+  const Vec3 color = starting_color(config.radiance, train);
+  for (int c = 0; c < 3; ++c) row[1 + c] = color[c];
   if (config.radiance.sh_order >= 0) row[4] = config.radiance.initial_sh;
   model.radiance.raw = make_channels(bricks_near(lattice, bounds.hull), width, row.data());
   for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(i)[0] = kEmptyDensity;
@@ -325,6 +310,23 @@ void Trainer::State::set_rates() {
     learner.shrink = shrink_groups(m, o, edge);
     if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
   }
+}
+
+bool Trainer::State::wild_weights() const {
+  const LossConfig& l = config.loss;
+  constexpr float kWild = 1e12f;
+  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, l.curve_length});
+  return !(most / l.tv_share < kWild);
+}
+
+bool Trainer::State::usable_gradients() const {
+  return usable(radiance.gradient) &&
+         std::all_of(level_learners.begin(), level_learners.end(), [](const Learner& l) { return usable(l.gradient); });
+}
+
+void Trainer::State::discard_gradients() {
+  discard(radiance.gradient);
+  for (Learner& learner : level_learners) discard(learner.gradient);
 }
 
 void Trainer::State::archive(Archive& a) {

@@ -39,6 +39,7 @@ struct Trainer::State {
   double progress = 0;               ///< of the last refine
   int stage = -1;                    ///< radiance stage
   int elevations = 0;                ///< degree elevations done
+  int discarded = 0;                 ///< steps in a row without a usable gradient; a resumed run counts anew
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;
@@ -54,6 +55,11 @@ struct Trainer::State {
   /// Empties the canonical cells that the occupancy calls empty.
   void clear_skipped(VoxelModel& model) const;
   void set_rates();
+  /// Whether the weights of total variation or curve length could make a gradient unusable on their own.
+  bool wild_weights() const;
+  /// Whether every gradient of this step may be used; otherwise discard_gradients forgets them all.
+  bool usable_gradients() const;
+  void discard_gradients();
   void archive(Archive& a);
 
  private:

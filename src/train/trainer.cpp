@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
+#include <limits>
+#include <string>
 
 #include "splinevox/core/parallel.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/core/rng.hpp"
+#include "splinevox/math/schedule.hpp"
 #include "state.hpp"
 
 namespace splinevox {
@@ -16,10 +19,17 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// Cosine from 1 to `end` over progress 0..1, exact at both ends.
-double cosine(double progress, double end) {
-  if (progress >= 1) return end;
-  return end + (1 - end) * 0.5 * (1 + std::cos(std::numbers::pi * progress));
+/// Steps in a row without a usable gradient after which a run is over; Ceres gives up after as many invalid ones.
+constexpr int kMostDiscarded = 5;
+
+/// A draw is a function of (seed, step), so the step's number is all it takes to see it again.
+[[noreturn]] void fail_numeric(std::int64_t step) {
+  throw Error({.where = "training, steps " + std::to_string(step - kMostDiscarded + 1) + " to " + std::to_string(step),
+               .what = "the gradient was not finite in " + std::to_string(kMostDiscarded) + " steps in a row; the model is as it was before them",
+               .expected = "gradients below 1e16",
+               .got = "not a number, or larger",
+               .hint = "smaller loss weights or learning rates; the same seed and settings fail at the same step"},
+              Fault::numeric);
 }
 
 /// Share of the budget used: of the time, the steps, or whichever of the two is further.
@@ -112,18 +122,29 @@ StepReport Trainer::step() {
   lap(s.phases.regularise);
 
   ++s.step;
-  const double beta1 = c.optimiser.kind == OptimiserKind::adam ? c.optimiser.beta1 : 0.0;
-  const MomentFactors factors = moment_factors(beta1, c.optimiser.beta2, c.optimiser.epsilon, double(s.step));
-  update(s.model.radiance.raw, s.radiance, factors, float(cosine(progress, c.optimiser.final_radiance)));
-  for (std::size_t l = 0; l < s.levels.size(); ++l)
-    update(s.levels[l], s.level_learners[l], factors, float(cosine(progress, c.optimiser.final_motion)));
-  lap(s.phases.update);
-
   report.step = s.step;
-  report.seconds = s.seconds_before;
-  report.progress = progress_of(c, s.step, s.seconds_before);
   report.rays = std::int64_t(s.batch.rays.size());
   report.samples = pass.samples;
+  // What the losses of Eq. 9 add is no larger than their weights, so only wild ones need another look.
+  if (!pass.usable || (s.wild_weights() && !s.usable_gradients())) {
+    s.discard_gradients();
+    report.seconds = s.seconds_before;
+    report.progress = progress_of(c, s.step, s.seconds_before);
+    report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
+    report.discarded = true;
+    if (++s.discarded == kMostDiscarded) fail_numeric(s.step);
+    return report;
+  }
+  s.discarded = 0;
+  const double beta1 = c.optimiser.kind == OptimiserKind::adam ? c.optimiser.beta1 : 0.0;
+  const MomentFactors factors = moment_factors(beta1, c.optimiser.beta2, c.optimiser.epsilon, double(s.step));
+  update(s.model.radiance.raw, s.radiance, factors, float(cosine_decay(progress, c.optimiser.final_radiance)));
+  for (std::size_t l = 0; l < s.levels.size(); ++l)
+    update(s.levels[l], s.level_learners[l], factors, float(cosine_decay(progress, c.optimiser.final_motion)));
+  lap(s.phases.update);
+
+  report.seconds = s.seconds_before;
+  report.progress = progress_of(c, s.step, s.seconds_before);
   report.loss = (pass.squared_error + pass.motion_loss) / double(s.batch.rays.size());
   report.psnr = -10 * std::log10(std::max(1e-10, pass.squared_error / (3.0 * double(s.batch.rays.size()))));
   return report;

@@ -29,4 +29,46 @@ inline Dual log(Dual x) { return {std::log(x.a), x.b / x.a}; }
 inline Dual log1p(Dual x) { return {std::log1p(x.a), x.b / (1 + x.a)}; }
 inline Dual pow(Dual x, Dual y) { return exp(y * log(x)); }
 
+/// A value with kSlopes derivatives at once: as many parameters for little more than the price of one.
+struct Duals {
+  static constexpr int kSlopes = 16;
+  double a = 0, b[kSlopes] = {};
+  constexpr Duals() = default;
+  constexpr Duals(double value) : a(value) {}
+  /// Value `y` whose slopes are `scale` times those of x.
+  static constexpr Duals chain(double y, double scale, const Duals& x) {
+    Duals out(y);
+    for (int i = 0; i < kSlopes; ++i) out.b[i] = scale * x.b[i];
+    return out;
+  }
+  constexpr Duals& operator+=(const Duals& y) {
+    a += y.a;
+    for (int i = 0; i < kSlopes; ++i) b[i] += y.b[i];
+    return *this;
+  }
+  constexpr Duals& operator-=(const Duals& y) {
+    a -= y.a;
+    for (int i = 0; i < kSlopes; ++i) b[i] -= y.b[i];
+    return *this;
+  }
+  constexpr Duals& operator*=(const Duals& y) {
+    for (int i = 0; i < kSlopes; ++i) b[i] = a * y.b[i] + b[i] * y.a;
+    a *= y.a;
+    return *this;
+  }
+  friend constexpr Duals operator+(Duals x, const Duals& y) { return x += y; }
+  friend constexpr Duals operator-(Duals x, const Duals& y) { return x -= y; }
+  friend constexpr Duals operator-(const Duals& x) { return chain(-x.a, -1, x); }
+  friend constexpr Duals operator*(Duals x, const Duals& y) { return x *= y; }
+  friend constexpr Duals operator/(const Duals& x, const Duals& y) { return x * chain(1 / y.a, -1 / (y.a * y.a), y); }
+  friend constexpr bool operator<(const Duals& x, const Duals& y) { return x.a < y.a; }
+  friend constexpr bool operator>(const Duals& x, const Duals& y) { return x.a > y.a; }
+};
+
+inline Duals exp(const Duals& x) { return Duals::chain(std::exp(x.a), std::exp(x.a), x); }
+inline Duals expm1(const Duals& x) { return Duals::chain(std::expm1(x.a), std::exp(x.a), x); }
+inline Duals log(const Duals& x) { return Duals::chain(std::log(x.a), 1 / x.a, x); }
+inline Duals log1p(const Duals& x) { return Duals::chain(std::log1p(x.a), 1 / (1 + x.a), x); }
+inline Duals pow(const Duals& x, const Duals& y) { return exp(y * log(x)); }
+
 }  // namespace splinevox::test

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+
 #include "splinevox/core/vec3.hpp"
 
 namespace splinevox {
@@ -9,13 +11,17 @@ struct Interval {
   double near = 0, far = -1;  ///< empty where far < near
 };
 
-/// The part s in [0, inf) of the line o + s d inside a box. Directions of exactly 0 are decided by the origin, so no
-/// 0 * inf arises (numerics H13).
+/// A direction below this stays where it starts: over 1e12 scene units it leaves by 1e-278, and 1 / it may overflow.
+inline constexpr double kNoDirection = 1e-290;
+
+/// The part s in [0, inf) of the line o + s d inside a box. Along an axis without direction the origin decides; the plain
+/// (lo - o) * (1 / d) is 0 * inf = NaN there for an origin on a face, for subnormal d as for 0, and min and max keep or lose
+/// the NaN by the order of their arguments (numerics H13).
 inline Interval intersect(const Box& box, const Vec3d& o, const Vec3d& d) {
   Interval s{0, 1e300};
   for (int a = 0; a < 3; ++a) {
     const double lo = box.lo[a], hi = box.hi[a];
-    if (d[a] == 0) {
+    if (std::abs(d[a]) < kNoDirection) {
       if (o[a] < lo || o[a] > hi) return {};
       continue;
     }

@@ -23,10 +23,12 @@ struct TvTerm {
 template <class V, class T, class Sqrt>
 SPLINEVOX_HD inline TvTerm<V> tv_term(const V& v, const V& vx, const V& vy, const V& vz, T eps, Sqrt root) {
   const V dx = v - vx, dy = v - vy, dz = v - vz;
-  const V value = root(dx * dx + dy * dy + dz * dz + eps);
-  const V inv = T(1) / value;
+  const V squares = dx * dx + dy * dy + dz * dz;
+  const V length = root(squares + eps);
+  const V inv = T(1) / length;
   const V gx = dx * inv, gy = dy * inv, gz = dz * inv;
-  return {value - std::sqrt(eps), gx + gy + gz, -gx, -gy, -gz};
+  // sqrt(s + eps) - sqrt(eps) as printed cancels where s << eps: in float it is 0 for |d| < 3e-9 at eps = 1e-10.
+  return {squares / (length + std::sqrt(eps)), gx + gy + gz, -gx, -gy, -gz};
 }
 
 }  // namespace splinevox

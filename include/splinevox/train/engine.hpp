@@ -21,12 +21,22 @@ struct Gradient {
   Gradient() = default;
 };
 
+/// Whether every number of the touched rows of a brick is below 1e16 in magnitude and not NaN. Larger ones, summed over levels,
+/// would soon have no square in float, and one NaN let into the moments would stay (numerics H31). Needs a build in which NaN
+/// exists, hence no -ffast-math.
+bool usable(const Gradient& gradient, int brick);
+/// Of all bricks.
+bool usable(const Gradient& gradient);
+/// Forgets a gradient: rows 0, nothing touched.
+void discard(Gradient& gradient);
+
 /// What one pass over a batch gives besides the gradients.
 struct PassResult {
   double squared_error = 0;  ///< summed over rays and colour channels
   double motion_loss = 0;    ///< offset and divergence losses, summed
   std::int64_t samples = 0;  ///< in stored bricks, forward and backward
   std::int64_t visited = 0;  ///< in occupied cells
+  bool usable = true;        ///< losses are finite and every gradient is usable
   double slice_seconds = 0, ray_seconds = 0, scatter_seconds = 0;
 };
 

@@ -26,6 +26,7 @@ struct StepReport {
   double psnr = 0;           ///< of this batch's rays
   std::int64_t rays = 0, samples = 0;  ///< of this step
   bool stage_changed = false;          ///< the lattices were refined before this step
+  bool discarded = false;              ///< loss or gradient was not finite: nothing was changed, loss and psnr are NaN
 };
 
 /// Trains a model. One step is draw, forward, loss, backward, regularise, update. Runs on the TBB threads of the calling
@@ -37,6 +38,8 @@ class Trainer {
   ~Trainer();
 
   bool done() const;
+  /// A step whose loss or gradient is not finite leaves every parameter and moment as it is; after five of them in a row
+  /// throws Error (Fault::numeric).
   StepReport step();
 
   /// The model as it is: motion levels collapsed into one, ready for render_image and for model.vdb.

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "start.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "splinevox/core/error.hpp"
+#include "splinevox/math/view_factor.hpp"
+
+namespace splinevox {
+namespace {
+
+bool any_alpha(const Split& train) {
+  for (const Frame& f : train.frames)
+    for (std::size_t i = 3; i < f.image.rgba.size(); i += 4)
+      if (f.image.rgba[i] != 65535) return true;
+  return false;
+}
+
+/// Mean colour of what the pictures show, weighted by alpha, from every 16th pixel.
+Vec3 mean_color(const Split& train) {
+  Vec3d sum{};
+  double weights = 0;
+  for (const Frame& f : train.frames)
+    for (std::size_t i = 0; i < f.image.rgba.size(); i += 4 * 16) {
+      const std::uint16_t* p = f.image.rgba.data() + i;
+      const double alpha = p[3] / 65535.0;
+      sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
+      weights += alpha;
+    }
+  return weights > 0 ? cast<float>(1 / weights * sum) : Vec3{0.5f, 0.5f, 0.5f};
+}
+
+/// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a seventh of
+/// one costs nothing, from one cell on decibels (numerics H14).
+void check_place(const Box& box, int cells) {
+  const Vec3 c = box.center();
+  const float furthest = 0.5f * box.longest_edge() + std::max({std::abs(c.x), std::abs(c.y), std::abs(c.z)});
+  const float apart = furthest * std::numeric_limits<float>::epsilon(), cell = box.longest_edge() / float(cells);
+  if (apart <= 0.25f * cell) return;
+  const auto text = [](const Vec3& v) { return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x, v.y, v.z); };
+  fail({"the training cameras", "the scene lies too far from the origin for its size",
+        fmt::format("a distance of at most {:.3g} for cells of {:.3g} scene units", 0.25f * cell / std::numeric_limits<float>::epsilon(), cell),
+        fmt::format("a box around {}, {:.3g} wide", text(c), box.longest_edge()),
+        fmt::format("subtract {} from the position in every transform_matrix (its last column), of all splits", text(c))});
+}
+
+SceneBounds bounds_of(const Config& config, const Split& train) {
+  const std::vector<float>& b = config.grid.box;
+  if (b.size() == 6) {
+    const Box box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+    BitGrid all(box, config.sampling.occupancy_cells);
+    std::fill(all.bits.begin(), all.bits.end(), ~0u);
+    return {box, all};
+  }
+  return find_bounds(train, any_alpha(train), config.sampling.occupancy_cells, config.grid.box_margin);
+}
+
+}  // namespace
+
+SceneBounds starting_bounds(const Config& config, const Split& train) {
+  const SceneBounds bounds = bounds_of(config, train);
+  check_place(bounds.box, config.grid.radiance.back());
+  return bounds;
+}
+
+Vec3 starting_color(const RadianceConfig& config, const Split& train) {
+  constexpr float kDark = 0.03f, kDarkest = 1e-5f;
+  const Vec3 mean = mean_color(train);
+  if ((mean.x + mean.y + mean.z) / 3 >= kDark) return {};
+  const float view = config.sh_order >= 0 ? view_factor(0.28209479f * config.initial_sh).value : 1;
+  Vec3 raw;
+  for (int c = 0; c < 3; ++c) {
+    const float share = std::clamp(mean[c] / view, kDarkest, 0.5f);
+    raw[c] = std::log(share / (1 - share));
+  }
+  return raw;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the loss to every stored number of a model: the float engine against the double kernel, which tests/render/gradient_test.cpp
+// checks against dual numbers, with the splines' weights in double.
+#include <doctest/doctest.h>
+
+#include <vector>
+
+#include "hard/measured.hpp"
+#include "hard/scenes.hpp"
+#include "splinevox/core/rng.hpp"
+#include "splinevox/render/field_view.hpp"
+#include "splinevox/render/scatter.hpp"
+#include "splinevox/train/engine.hpp"
+#include "support/blob_model.hpp"
+
+using namespace splinevox;
+using namespace splinevox::test;
+
+namespace {
+
+/// Gradients of radiance rows and of control points, rigidity and light, all in double.
+struct Exact {
+  std::vector<double> radiance, motion;
+  double value = 0;
+};
+
+template <int Sh>
+Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::vector<double>& times, const MotionLoss<double>& loss, double stop, std::uint64_t seed) {
+  constexpr int kWidth = radiance_width(Sh);
+  const Channels& level = model.motion.levels[0];
+  const MotionField& m = model.motion;
+  Exact out;
+  const std::vector<double> rows(model.radiance.raw.values.begin(), model.radiance.raw.values.end());
+  const FieldView<double> field = view_field(model, rows.data(), double(model.step));
+  out.radiance.assign(rows.size(), 0.0), out.motion.assign(level.values.size(), 0.0);
+  for (std::size_t f = 0; f < times.size(); ++f) {
+    const auto all = m.basis == BasisKind::bezier ? bernstein_weights(m.points, times[f]) : bspline_weights(m.points, times[f]);
+    const int pinned = m.points - m.stored_points();
+    std::vector<double> slice(level.topology->rows() * kSliceWidth, 0.0);
+    for (std::size_t r = 0; r < level.topology->rows(); ++r) {
+      for (int k = 0; k < m.stored_points(); ++k)
+        for (int a = 0; a < m.stride(); ++a) slice[r * kSliceWidth + (a == 3 ? 4 : a)] += all[k + pinned] * level.row(r)[m.stride() * k + a];
+      if (m.rigidity) slice[r * kSliceWidth + 3] = level.row(r)[m.rigidity_column()];
+    }
+    FrameView<double> frame;
+    frame.slice = slice.data();
+    RayKernel<double, Sh> kernel;
+    RayRecords<double, kWidth, true> records;
+    for (const Batch::Task& task : batch.tasks) {
+      if (task.frame != int(f)) continue;
+      for (int i = task.first; i < task.last; ++i) {
+        const RayInput<float>& in = batch.rays[i];
+        const RayInput<double> ray{cast<double>(in.origin), cast<double>(in.direction), in.count, cast<double>(in.background)};
+        const auto result = kernel.forward(ray, field, frame, stop);
+        const Vec3d error = result.rgb - cast<double>(batch.targets[i]);
+        out.value += dot(error, error);
+        const std::size_t first = records.motion.size();
+        backward(kernel, ray, result, field, 2.0 * error, 0.0, records);
+        const std::uint64_t bits = Rng(seed, 5).bits(std::uint64_t(i));
+        out.value += motion_losses(kernel, field, frame, loss, Vec3d{bits & 1 ? 1. : -1., bits & 2 ? 1. : -1., bits & 4 ? 1. : -1.}, 0.0, first, records);
+      }
+    }
+    const auto gather = [](auto& scatter, const auto& list, const BrickView<double>& view, const Topology& t, int width, std::vector<double>& to) {
+      scatter.begin(1, t.brick_count() + 1);
+      scatter.count(0, list, view, 0);
+      scatter.scan();
+      scatter.fill(0, view);
+      RowMask mask;
+      for (int b = 1; b <= t.brick_count(); ++b) scatter.reduce(b, to.data() + std::size_t(b) * kBrickRows * width, mask);
+    };
+    std::vector<double> d_slice(slice.size(), 0.0);
+    Scatter<double, kWidth, false> radiance;
+    Scatter<double, kSliceWidth, true> motion;
+    gather(radiance, records.radiance, field.radiance, *model.radiance.raw.topology, kWidth, out.radiance);
+    gather(motion, records.motion, field.motion, *level.topology, kSliceWidth, d_slice);
+    for (std::size_t r = kBrickRows; r < level.topology->rows(); ++r) {
+      double* to = out.motion.data() + r * level.width;
+      for (int k = 0; k < m.stored_points(); ++k)
+        for (int a = 0; a < m.stride(); ++a) to[m.stride() * k + a] += all[k + pinned] * d_slice[r * kSliceWidth + (a == 3 ? 4 : a)];
+      if (m.rigidity) to[m.rigidity_column()] += d_slice[r * kSliceWidth + 3];
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+TEST_SUITE("hard/gradients") {
+  TEST_CASE("every control point, rigidity, light, density, colour and harmonic in float: within 1e-5, no wrong sign") {
+    Worst radiance, motion;
+    std::size_t wrong = 0, count = 0;
+    for (const bool spline : {false, true}) {
+      VoxelModel model = blob_model(20, {true, 5, {-0.3f, 0.1f, 0.2f}, 0.2f, true, 0.5f}, 1, 10);
+      if (spline) {
+        // The same rows read as a B-spline of four points: every number is stored.
+        model.motion.basis = BasisKind::bspline, model.motion.points = 4, model.motion.first_point = FirstPoint::free;
+      }
+      const Split& train = *ball().find("train");
+      SamplingConfig sampling;
+      sampling.frames = 4, sampling.rays = 512, sampling.growth = 1, sampling.stop = 0, sampling.min_weight = 0, sampling.carve = 0;
+      const BatchSampler sampler(train, model.box, sampling, {1, 1, 1}, 3);
+      Batch batch;
+      sampler.draw(1, 1, model.step, batch);
+      std::vector<double> times;
+      for (const int f : batch.frames) times.push_back(train.frames[f].time);
+      BitGrid all(model.box, 16);
+      std::fill(all.bits.begin(), all.bits.end(), ~0u);
+      const std::vector<const BitGrid*> occupancy(times.size(), &all);
+      const std::vector<RowMask> active(model.motion.levels[0].topology->bricks.size(), RowMask::all());
+      const MotionLoss<double> loss{.offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
+      const MotionLoss<float> in_float{0.02f, 0.3f, 1e-3f, 0.01f, spline};
+      Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
+      const PassResult pass = make_engine(1, true)->run(model, active, model.step, sampling, batch, times, occupancy, in_float, 77, d_radiance, d_motion);
+      const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
+      CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
+      const auto compare = [&](const Channels& got, const std::vector<double>& want, Worst& worst) {
+        double largest = 0;
+        for (const double g : want) largest = std::max(largest, std::abs(g));
+        REQUIRE(largest > 0);
+        for (std::size_t i = std::size_t(kBrickRows) * got.width; i < want.size(); ++i) {
+          worst.see(std::abs(double(got.values[i]) - want[i]) / largest);
+          count += want[i] != 0;
+          wrong += std::abs(want[i]) > 1e-5 * largest && (got.values[i] > 0) != (want[i] > 0);
+        }
+      };
+      compare(d_radiance.values, exact.radiance, radiance);
+      compare(d_motion.values, exact.motion, motion);
+    }
+    CHECK(count > 10000);
+    CHECK(wrong == 0);
+    measured("gradient of radiance in float, of the largest", radiance.value, 2e-5, "");
+    measured("gradient of control points, rigidity and light in float, of the largest", motion.value, 2e-5, "");
+  }
+}

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+// Hard scenes from end to end: each ends by its budget, holds nothing that is not finite, and shows what it should.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <limits>
+
+#include "hard/measured.hpp"
+#include "hard/scenes.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/truth.hpp"
+#include "splinevox/math/camera.hpp"
+#include "support/tiny_dataset.hpp"
+
+using namespace splinevox;
+using namespace splinevox::test;
+
+namespace {
+
+const Split& train() { return *ball().find("train"); }
+const Split& held() { return *ball().find("test"); }
+
+/// PSNR of the plain scene: what the hard ones are compared with.
+double plain() {
+  static const double db = quality(trained(short_run(), train()), held());
+  return db;
+}
+
+}  // namespace
+
+TEST_SUITE("hard/scenes") {
+  TEST_CASE("the plain scene is learned") { measured_least("scene plain", plain(), 26, "dB"); }
+  TEST_CASE("H30: all dark: pixels times 0.01 are learned like the others, seen at the same brightness") {
+    Config config = short_run();
+    config.run.background = {0, 0, 0};
+    const auto dim = [](double (&v)[4]) {
+      for (int c = 0; c < 3; ++c) v[c] *= 0.01;
+    };
+    config.run.max_steps = 300;
+    const double bright = quality(trained(config, train()), held());
+    const double dark = quality(trained(config, repainted(train(), dim)), repainted(held(), dim), 100);
+    measured_least("H30 dark minus bright, over black", dark - bright, -5.5, "dB");
+  }
+  TEST_CASE("H32: all white, opaque: the picture is white") {
+    const auto white = [](double (&v)[4]) { std::fill_n(v, 4, 1.0); };
+    measured_least("H32 all white", quality(trained(short_run(200), repainted(train(), white)), repainted(held(), white)), 28, "dB");
+  }
+  TEST_CASE("H32: nothing but transparent pixels: the picture is the background") {
+    const auto nothing = [](double (&v)[4]) { std::fill_n(v, 4, 0.0); };
+    measured_least("H32 empty pictures", quality(trained(short_run(60), repainted(train(), nothing)), repainted(held(), nothing)), 40, "dB");
+  }
+  TEST_CASE("H32: one frame") {
+    Split one{"train", {train().frames[5]}};
+    one.frames[0].time = 0;
+    measured_least("H32 one frame, its own picture", quality(trained(short_run(), one, {0.2, 0}), one), 28, "dB");
+  }
+  TEST_CASE("H32: one pixel") {
+    Split split = train();
+    for (Frame& f : split.frames) {
+      f.camera = {1, 1, 1.2, 1.2, 0.5, 0.5, f.camera.axes, f.camera.position};
+      f.image = {1, 1, {52428, 26214, 13107, 65535}};
+    }
+    measured_least("H32 pictures of one pixel", quality(trained(short_run(60), split), split), 25, "dB");
+    Split single{"train", {split.frames[0]}};
+    measured_least("H32 one picture of one pixel", quality(trained(short_run(60), single), single), 25, "dB");
+  }
+  TEST_CASE("H6: all frames at one time") {
+    Dataset data = make_synth("static", {.frames = 24, .size = 40, .seed = 3});
+    const double spread = quality(trained(short_run(), *data.find("train")), *data.find("test"));
+    for (Split& s : data.splits)
+      for (Frame& f : s.frames) f.time = 0;
+    const double together = quality(trained(short_run(), *data.find("train"), {0.4, 0}), *data.find("test"));
+    measured_least("H6 one common time minus times apart", together - spread, -0.5, "dB");
+  }
+  TEST_CASE("H6: every time twice") {
+    Split both = *make_synth("ball", {.frames = 12, .size = 40, .seed = 3}).find("train");
+    const Dataset more = make_synth("ball", {.frames = 12, .size = 40, .seed = 4});
+    both.frames.insert(both.frames.end(), more.find("train")->frames.begin(), more.find("train")->frames.end());
+    measured_least("H6 twelve times seen twice minus plain", quality(trained(short_run(), both), held()) - plain(), -1.5, "dB");
+  }
+  TEST_CASE("H5: a gap of 30% of the time: as good outside, sensible inside") {
+    Split gap = train();
+    const auto inside = [](double t) { return t > 0.35 && t < 0.65; };
+    std::erase_if(gap.frames, [&](const Frame& f) { return inside(f.time); });
+    const VoxelModel model = trained(short_run(), gap);
+    measured_least("H5 outside a gap, minus plain", quality(model, held()) - plain(), -3.5, "dB");
+    // The pictures taken out of the training set.
+    measured_least("H5 inside the gap", quality(model, train(), 1, inside), 18, "dB");
+  }
+  TEST_CASE("H5: 12 control points on 15 frames: between them as good as at them") {
+    const Dataset few = make_synth("ball", {.frames = 15, .size = 40, .seed = 3});
+    Config config = short_run();
+    CHECK(config.motion.points == 12);
+    const VoxelModel model = trained(config, *few.find("train"));
+    measured_least("H5 12 points on 15 frames, times between, minus plain", quality(model, held()) - plain(), -2.5, "dB");
+  }
+  TEST_CASE("H28: cameras inside the object") {
+    // A shell around the cameras, painted by direction; cameras near its middle look outwards.
+    Split split{"train", {}};
+    for (const Frame& f : train().frames) {
+      Frame inner = f;
+      inner.time = 0;
+      inner.camera.position = 0.05 * f.camera.position;
+      for (int a : {0, 2}) inner.camera.axes[a] = -inner.camera.axes[a];  // half a turn: away from the middle
+      for (int y = 0; y < 40; ++y)
+        for (int x = 0; x < 40; ++x) {
+          const Ray ray = camera_ray(inner.camera, x + 0.5, y + 0.5);
+          // Where it meets the sphere of radius 2.
+          const double b = dot(ray.origin, ray.direction), s = -b + std::sqrt(b * b + 4 - dot(ray.origin, ray.origin));
+          const Vec3d p = 0.5 * (ray.origin + s * ray.direction);
+          std::uint16_t* to = inner.image.rgba.data() + 4 * (std::size_t(y) * 40 + x);
+          for (int c = 0; c < 3; ++c) to[c] = std::uint16_t(65535 * (0.5 + 0.4 * p[c]));
+          to[3] = 65535;
+        }
+      split.frames.push_back(inner);
+    }
+    Config config = short_run();
+    config.motion.enabled = false;
+    Split kept{"test", {}}, rest{"train", {}};
+    for (std::size_t i = 0; i < split.frames.size(); ++i) (i % 6 == 3 ? kept : rest).frames.push_back(split.frames[i]);
+    const VoxelModel model = trained(config, rest);
+    measured_least("H28 cameras inside the object, views held back", quality(model, kept), 22, "dB");
+  }
+  TEST_CASE("H14: other units and places: the same scene a thousand times larger or smaller, and a million away") {
+    for (const double scale : {1e-3, 1e3}) {
+      CAPTURE(scale);
+      measured_least("H14 scaled by 1e-3 or 1e3, minus plain", quality(trained(short_run(), moved(train(), scale, {})), moved(held(), scale, {})) - plain(), -0.7, "dB");
+    }
+    // Where floats can no longer tell cells apart, the user is told what to do instead of getting a blur.
+    const Vec3d away{1e6, -1e6, 1e6};
+    for (const double scale : {1e-3, 1.0}) {
+      try {
+        trained(short_run(), moved(train(), scale, away));
+        FAIL("a scene too far from the origin was taken");
+      } catch (const Error& error) {
+        CHECK(error.fault == Fault::input);
+        CHECK(error.problem.what == "the scene lies too far from the origin for its size");
+        CHECK(error.problem.hint.find("subtract (1000000") == 0);
+      }
+    }
+    measured_least("H14 scaled by 1e3 and moved by 1e6, minus plain", quality(trained(short_run(), moved(train(), 1e3, away)), moved(held(), 1e3, away)) - plain(), -0.7, "dB");
+  }
+  TEST_CASE("H29: pixels of the motion truth that are no numbers are left out, and nothing else changes") {
+    const TempFolder folder;
+    const double nan = std::nan("");
+    Split split{"test", {Frame{"r_000", {}, 0.5, {}}}};
+    const auto points_with = [&](float poison, bool in_rest) {
+      Image position{9, 9, 3}, rest{9, 9, 3};
+      for (int y = 0; y < 9; ++y)
+        for (int x = 0; x < 9; ++x)
+          for (int c = 0; c < 3; ++c) position.pixel(x, y)[c] = 1 + 0.01f * float(x + 9 * y) + float(c), rest.pixel(x, y)[c] = position.pixel(x, y)[c] - 0.5f;
+      (in_rest ? rest : position).pixel(4, 5)[1] = poison;
+      std::filesystem::create_directories(folder.path() / "truth");
+      write_exr((folder.path() / "truth/r_000_0000.exr").string(), {{"position", position, {"X", "Y", "Z"}}, {"rest", rest, {"R", "G", "B"}}});
+      return read_truth(folder.str(), split, 0.5f)[0];
+    };
+    for (const bool in_rest : {false, true}) {
+      // What a far-off value masks is what a NaN must mask.
+      const SurfaceFrame masked = points_with(1e6f, in_rest);
+      CHECK(masked.position.size() == 49 - 9);
+      for (const double poison : {nan, double(INFINITY), -double(INFINITY)}) {
+        const SurfaceFrame got = points_with(float(poison), in_rest);
+        CHECK(got.position == masked.position);
+        CHECK(got.rest == masked.rest);
+      }
+    }
+  }
+}
