@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
@@ -37,7 +38,26 @@ class RayEngine final : public Engine {
     RayRecords<float, kWidth, Jet> records;
     double squared_error, motion_loss;
     std::int64_t samples, visited;
+    /// Where a ray's records end, and what it lost.
+    struct Ray {
+      std::size_t radiance, motion;
+      double loss;
+    };
+    std::vector<Ray> rays;
+    int first;  ///< ray of the batch
   };
+
+  template <class Rec>
+  static bool finite(const std::vector<Rec>& records, std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      for (const float g : records[i].g)
+        if (!std::isfinite(g)) return false;
+      for (const auto& row : records[i].h)
+        for (const float h : row)
+          if (!std::isfinite(h)) return false;
+    }
+    return true;
+  }
 
  public:
   PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
@@ -79,6 +99,20 @@ class RayEngine final : public Engine {
     return result;
   }
 
+  std::vector<int> bad_rays() const override {
+    std::vector<int> bad;
+    for (const Worker& w : workers_) {
+      typename Worker::Ray before{0, 0, 0};
+      for (std::size_t i = 0; i < w.rays.size(); ++i) {
+        const typename Worker::Ray& ray = w.rays[i];
+        if (!std::isfinite(ray.loss) || !finite(w.records.radiance, before.radiance, ray.radiance) || !finite(w.records.motion, before.motion, ray.motion))
+          bad.push_back(w.first + int(i));
+        before = ray;
+      }
+    }
+    return bad;
+  }
+
  private:
   void make_slices(const VoxelModel& model, const std::vector<RowMask>& active, const std::vector<double>& times) {
     if (model.motion.levels.empty()) return;
@@ -101,18 +135,23 @@ class RayEngine final : public Engine {
              const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
+    w.rays.clear(), w.first = task.first;
     const FrameView<float> frame{field.moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = batch.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
       const Vec3 error = result.rgb - batch.targets[i];
-      w.squared_error += dot(error, error);
+      const double squared = dot(error, error);
+      double motion = 0;
+      w.squared_error += squared;
       w.samples += w.kernel.count, w.visited += w.kernel.visited;
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
       backward(w.kernel, ray, result, field, 2.0f * error, sampling.min_weight, w.records);
       if constexpr (Jet)
         if (field.moving)
-          w.motion_loss += motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
+          motion = motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
+      w.motion_loss += motion;
+      w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion});
     }
   }
 

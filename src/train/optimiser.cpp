@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/train/optimiser.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "splinevox/core/parallel.hpp"
@@ -101,6 +103,31 @@ void shrink_row(const Shrink& shrink, float scale, int width, float* row) {
 
 Learner::Learner(const Channels& values)
     : gradient(values), m(values.values.size(), 0.0f), v(values.values.size(), 0.0f), rate(values.width, 0.0f), tv(values.width, 0.0f) {}
+
+std::int64_t count_bad_rows(const Gradient& gradient) {
+  std::atomic<std::int64_t> bad = 0;
+  const int width = gradient.values.width;
+  parallel_for(int(gradient.touched.size()), [&](int brick) {
+    std::int64_t here = 0;
+    gradient.touched[brick].for_each([&](int i) {
+      const float* g = gradient.values.row(std::size_t(brick) * kBrickRows + i);
+      Eight sum{};  // 0 * g^2 is 0 unless g^2 is infinite or no number
+      for (int k = 0; k < width; k += 8) sum += 0.0f * (load<Eight>(g + k) * load<Eight>(g + k));
+      here += !all_zero(sum);
+    });
+    if (here > 0) bad += here;
+  });
+  return bad;
+}
+
+void clear(Gradient& gradient) {
+  parallel_for(int(gradient.touched.size()), [&](int brick) {
+    gradient.touched[brick].for_each([&](int i) {
+      std::fill_n(gradient.values.row(std::size_t(brick) * kBrickRows + i), gradient.values.width, 0.0f);
+    });
+    gradient.touched[brick] = {};
+  });
+}
 
 void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale) {
   const int width = values.width;

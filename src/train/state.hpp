@@ -41,6 +41,10 @@ struct Trainer::State {
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;
+  std::vector<StepReport> discarded; ///< the last steps, as far as they were discarded in a row
+
+  /// Looks at the gradients that a step gathered. If they or its loss are not finite: forgets them, fills in the report and returns true.
+  bool discard(const PassResult& pass, const std::vector<double>& times, StepReport& report);
 
   /// Whether some times are yet to be trained (SamplingConfig::window): nothing may be taken to be empty for good.
   bool growing() const { return !sampler.whole(progress); }

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <string>
 
+#include "splinevox/core/error.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
 #include "state.hpp"
@@ -30,6 +33,21 @@ double progress_of(const Config& config, std::int64_t step, double seconds) {
   return std::min(p, 1.0);
 }
 
+/// Remembers a discarded step; after too many in a row, back to the last good one and an error.
+template <class State>
+StepReport give_up_after_many(State& s, const StepReport& report) {
+  s.discarded.push_back(report);
+  if (int(s.discarded.size()) < Trainer::kMostDiscarded) return report;
+  s.step -= Trainer::kMostDiscarded;
+  std::string got = std::to_string(report.bad_rows) + " rows of the gradient";
+  if (!report.bad_rays.empty()) got += ", from ray " + std::to_string(report.bad_rays[0].index) + " of training view " + std::to_string(report.bad_rays[0].frame) + " first";
+  else got += ", from no ray: from a regulariser";
+  throw Error({"step " + std::to_string(s.step + 1),
+               std::to_string(Trainer::kMostDiscarded) + " steps in a row were not finite; the model is as it was before them",
+               "finite losses and gradients", got, "smaller weights of losses and smaller learning rates (--set loss... and optimiser...)"},
+              Fault::numeric);
+}
+
 /// Gradient of the summed level -> gradients of the levels: the finest takes it as it is, each coarser one the transpose of its
 /// prolongation.
 void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
@@ -46,6 +64,26 @@ void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
 }
 
 }  // namespace
+
+bool Trainer::State::discard(const PassResult& pass, const std::vector<double>& times, StepReport& report) {
+  report.bad_rows = count_bad_rows(radiance.gradient);
+  for (const Learner& learner : level_learners) report.bad_rows += count_bad_rows(learner.gradient);
+  if (report.bad_rows == 0 && std::isfinite(pass.squared_error + pass.motion_loss)) return false;
+  clear(radiance.gradient);
+  for (Learner& learner : level_learners) clear(learner.gradient);
+  report.discarded = true;
+  report.seconds = seconds_before, report.progress = progress_of(config, step, seconds_before);
+  report.rays = std::int64_t(batch.rays.size()), report.samples = pass.samples;
+  report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
+  std::vector<int> slot(batch.rays.size());
+  for (const Batch::Task& task : batch.tasks) std::fill(slot.begin() + task.first, slot.begin() + task.last, task.frame);
+  for (const int i : engine->bad_rays()) {
+    if (report.bad_rays.size() == kBadRaysKept) break;
+    const RayInput<float>& ray = batch.rays[i];
+    report.bad_rays.push_back({batch.frames[slot[i]], i, ray.origin, ray.direction, batch.targets[i], times[slot[i]]});
+  }
+  return true;
+}
 
 Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used) {
   validate(config);
@@ -112,6 +150,9 @@ StepReport Trainer::step() {
   lap(s.phases.regularise);
 
   ++s.step;
+  report.step = s.step;
+  if (s.discard(pass, times, report)) return give_up_after_many(s, report);
+  s.discarded.clear();
   const double beta1 = c.optimiser.kind == OptimiserKind::adam ? c.optimiser.beta1 : 0.0;
   const MomentFactors factors = moment_factors(beta1, c.optimiser.beta2, c.optimiser.epsilon, double(s.step));
   update(s.model.radiance.raw, s.radiance, factors, float(cosine(progress, c.optimiser.final_radiance)));
@@ -119,7 +160,6 @@ StepReport Trainer::step() {
     update(s.levels[l], s.level_learners[l], factors, float(cosine(progress, c.optimiser.final_motion)));
   lap(s.phases.update);
 
-  report.step = s.step;
   report.seconds = s.seconds_before;
   report.progress = progress_of(c, s.step, s.seconds_before);
   report.rays = std::int64_t(s.batch.rays.size());
@@ -128,6 +168,8 @@ StepReport Trainer::step() {
   report.psnr = -10 * std::log10(std::max(1e-10, pass.squared_error / (3.0 * double(s.batch.rays.size()))));
   return report;
 }
+
+const std::vector<StepReport>& Trainer::discarded() const { return state_->discarded; }
 
 VoxelModel Trainer::model() const {
   state_->collapse_levels({});

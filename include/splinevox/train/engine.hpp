@@ -45,6 +45,8 @@ class Engine {
                          const Batch& batch, const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
                          const MotionLoss<float>& losses, std::uint64_t probe_seed,
                          Gradient& radiance, Gradient& motion) = 0;
+  /// Rays of the last batch whose loss or gradient was not finite, in order.
+  virtual std::vector<int> bad_rays() const = 0;
 };
 
 /// @param sh_order       -1..3

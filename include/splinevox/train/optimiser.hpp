@@ -26,6 +26,11 @@ struct Learner {
   explicit Learner(const Channels& values);
 };
 
+/// Touched rows whose gradient or its square, which the second moment takes in, is not finite.
+std::int64_t count_bad_rows(const Gradient& gradient);
+/// Forgets a gradient: zero where it was touched, and touched nowhere.
+void clear(Gradient& gradient);
+
 /// One Adam (or RMSProp) step on every touched row, times `rate_scale`, then its groups' shrinkage; clears gradient and mask.
 /// The only writer of parameters. Padding columns have rate 0 and stay as they are.
 void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale);
