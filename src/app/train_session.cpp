@@ -171,8 +171,10 @@ void TrainSession::resume() {
   const std::string path = setup_.folder.file(kCheckpoint);
   const Checkpoint saved = read_checkpoint(path);
   const CheckpointHeader expected = header();
-  if (saved.header.kind != expected.kind || saved.header.format != expected.format ||
-      saved.header.config != expected.config || saved.header.dataset != expected.dataset)
+  if (saved.header.kind == expected.kind && saved.header.format != expected.format)
+    fail({path, "was written by another version of splinevox", fmt::format("training state {}", expected.format),
+          fmt::format("{}", saved.header.format), "resume with the version that wrote it, or another folder for --out"});
+  if (saved.header.kind != expected.kind || saved.header.config != expected.config || saved.header.dataset != expected.dataset)
     fail({path, "this checkpoint belongs to another run", "the checkpoint that config.toml was written with", "",
           "another folder for --out"});
   if (!saved.note.empty()) progress_.note("note: " + saved.note);

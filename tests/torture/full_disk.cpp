@@ -24,7 +24,8 @@ std::map<std::string, FileDigest> files_of(const std::string& folder) {
 }
 
 /// Files whose bytes hold the time of day or the clock: only those of other names are compared.
-bool tells_time(const std::string& name) {
+bool tells_time(const std::string& path) {
+  const std::string name = fs::path(path).filename();
   return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") || name.ends_with("manifest.json") || name.ends_with(".partial.json") || name.ends_with(".html");
 }
 

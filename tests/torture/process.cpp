@@ -31,17 +31,22 @@ Process::Process(std::vector<std::string> words, const std::string& log, std::in
 
 void Process::kill() { ::kill(process_, SIGKILL); }
 
+bool Process::ended() {
+  if (!ended_) ended_ = ::waitpid(process_, &status_, WNOHANG) == process_;
+  return ended_;
+}
+
 int Process::wait(double seconds) {
-  int status = 0;
   const Clock::time_point start = Clock::now();
-  while (::waitpid(process_, &status, WNOHANG) == 0) {
+  while (!ended()) {
     if (since(start) > seconds) {
-      kill(), ::waitpid(process_, &status, 0);
+      kill(), ::waitpid(process_, &status_, 0);
+      ended_ = true;
       return -1;
     }
     ::usleep(2000);
   }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return WIFEXITED(status_) ? WEXITSTATUS(status_) : 128 + WTERMSIG(status_);
 }
 
 std::string to_json(const Line& l) {

@@ -31,7 +31,7 @@ class Scene {
 
   std::string path(const std::string& name) const { return folder_ + "/" + name; }
   std::vector<std::string> train_words() const {
-    return {program_, "train", path("data"), "--preset", "draft", "--max-steps", "60", "--set", "sampling.rays=128", "--set", "grid.radiance=12,16,24",
+    return {program_, "train", path("data"), "--preset", "draft", "--max-steps", "40", "--set", "sampling.rays=128", "--set", "grid.radiance=8,12,16", "--set", "motion.points=4",
             "--set", "effects.steps=0", "--quiet"};
   }
   std::vector<std::string> export_words() const { return {program_, "export", path("run"), "--frames", "1-4", "--quiet"}; }

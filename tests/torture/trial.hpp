@@ -54,11 +54,15 @@ class Process {
   /// @param file_bytes  no file can grow beyond that; negative: any size.
   Process(std::vector<std::string> words, const std::string& log, std::int64_t file_bytes = -1);
   void kill();
+  /// Whether it has; wait() still tells how.
+  bool ended();
   /// Exit code, 128 + signal if a signal ended it, -1 if it took more than `seconds` and was killed.
   int wait(double seconds = 300);
 
  private:
   pid_t process_ = -1;
+  int status_ = 0;
+  bool ended_ = false;
 };
 
 std::string table(const std::vector<Line>& lines, const Options& o, const std::string& machine);

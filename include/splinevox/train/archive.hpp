@@ -57,7 +57,7 @@ class Archive {
     std::sort(sorted.begin(), sorted.end(), before);
     bool good = std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
     for (const Int3& b : bricks)
-      for (int a = 0; a < 3; ++a) good = good && b[a] >= 0 && b[a] * kBrick < lattice.size[a];
+      for (int a = 0; a < 3; ++a) good = good && b[a] >= 0 && b[a] < (lattice.size[a] + kBrick - 1) / kBrick;
     check(good, "the bricks of a lattice");
     topology = make_topology(lattice, std::move(bricks));
   }
@@ -72,9 +72,11 @@ class Archive {
   }
 
   static constexpr double kMostCells = 1u << 31;
+  static constexpr int kLongestSide = 1 << 16;
   /// Cells of a grid; infinite if there is no such grid.
   static double volume(const Int3& size) {
-    const bool good = size.x > 0 && size.y > 0 && size.z > 0;
+    bool good = true;
+    for (int a = 0; a < 3; ++a) good = good && size[a] > 0 && size[a] <= kLongestSide;
     return good ? double(size.x) * size.y * size.z : std::numeric_limits<double>::infinity();
   }
   static void check(bool good, const char* what) {
