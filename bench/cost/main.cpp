@@ -16,6 +16,7 @@
 #include <fstream>
 #include <thread>
 
+#include "app/exit_code.hpp"
 #include "curves.hpp"
 #include "present.hpp"
 #include "splinevox/core/error.hpp"
@@ -120,10 +121,10 @@ int run(Options o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("splinevox-bench: measurements");
-  app.require_subcommand(1);
+  CLI::App words("splinevox-bench: measurements");
+  words.require_subcommand(1);
   Options o;
-  CLI::App* cost = app.add_subcommand("cost", "what accuracy costs in time: lines, diagrams with their Pareto front, tables, sentences");
+  CLI::App* cost = words.add_subcommand("cost", "what accuracy costs in time: lines, diagrams with their Pareto front, tables, sentences");
   cost->add_option("--suite", o.suites, "train, render, spline (default: these three), versus")->check(CLI::IsMember({"train", "render", "spline", "versus"}))->delimiter(',');
   cost->add_option("--out", o.out, "folder")->required();
   cost->add_option("DATASET", o.suite.scenes, "data sets for all but spline (default: the built-in dancer)");
@@ -137,21 +138,13 @@ int main(int argc, char** argv) {
   cost->add_option("--versus-steps", o.suite.versus_steps, "versus: training steps of the voxels' runs")->delimiter(',')->capture_default_str();
   cost->add_option("--threads", o.threads, "0 = every core");
   std::vector<std::string> runs;
-  CLI::App* curve = app.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
+  CLI::App* curve = words.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
   curve->add_option("RUN", runs, "runs")->required();
   curve->add_option("--out", o.out, "SVG file")->required();
-  CLI11_PARSE(app, argc, argv);
-  try {
-    if (*curve) {
-      if (!(std::ofstream(o.out) << curves(runs))) fail_output({o.out, "this file could not be written", "", "a full disk?", ""});
-      return 0;
-    }
-    return run(o);
-  } catch (const Error& error) {
-    fmt::print(stderr, "splinevox-bench: {}\n", error.what());
-    return error.fault == Fault::input ? 2 : 1;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "splinevox-bench: {}\n", error.what());
-    return 1;
-  }
+  CLI11_PARSE(words, argc, argv);
+  return app::exit_code_of("splinevox-bench", [&] {
+    if (!*curve) return run(o);
+    if (!(std::ofstream(o.out) << curves(runs))) fail_output({o.out, "this file could not be written", "", "a full disk?", ""});
+    return 0;
+  });
 }

@@ -11,11 +11,14 @@
 
 #include "app/support.hpp"
 #include "data/camera_check.hpp"
+#include "data/json_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/nearest.hpp"
 
 namespace splinevox::app {
 namespace {
+
+using FileJson = nlohmann::json;
 
 constexpr double kOrbitView = 36;  // degrees of full horizontal view
 constexpr int kOrbitShots = 60;
@@ -69,7 +72,7 @@ std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
 }
 
 /// The fields of a lens that a JSON object has.
-data::Lens lens_of(const Json& j, const std::string& where) {
+data::Lens lens_of(const FileJson& j, const std::string& where) {
   data::Lens lens;
   const auto read = [&](const char* key, std::optional<double>& into) {
     if (!j.contains(key)) return;
@@ -82,9 +85,9 @@ data::Lens lens_of(const Json& j, const std::string& where) {
   return lens;
 }
 
-Shot shot_of(const Json& frame, const data::Lens& file_lens, const CameraRequest& request, const TimeMap& map,
+Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraRequest& request, const TimeMap& map,
              const std::string& where) {
-  const Json& rows = frame.contains("transform_matrix") ? frame["transform_matrix"] : Json();
+  const FileJson rows = frame.contains("transform_matrix") ? frame["transform_matrix"] : FileJson();
   std::array<double, 16> matrix{};
   bool good = rows.is_array() && rows.size() == 4;
   for (std::size_t r = 0; good && r < 4; ++r) {
@@ -94,10 +97,10 @@ Shot shot_of(const Json& frame, const data::Lens& file_lens, const CameraRequest
   }
   if (!good) fail({where, "'transform_matrix' is not a matrix", "4 rows of 4 numbers, camera to world", "", ""});
   const data::Lens lens = data::merge(file_lens, lens_of(frame, where));
-  const int width = int(lens.w.value_or(request.size > 0 ? request.size : 400)), height = int(lens.h.value_or(width));
-  if (width < 1 || height < 1 || width > 16384 || height > 16384)
-    fail({where, "'w' and 'h' are not a picture's size", "1 to 16384 pixels", fmt::format("{} x {}", width, height),
-          ""});
+  const double wide = lens.w.value_or(request.size > 0 ? request.size : 400), high = lens.h.value_or(wide);
+  if (!(wide >= 1 && high >= 1 && wide <= 16384 && high <= 16384))
+    fail({where, "'w' and 'h' are not a picture's size", "1 to 16384 pixels", fmt::format("{} x {}", wide, high), ""});
+  const int width = int(wide), height = int(high);
   Shot s;
   s.camera = data::pinhole(lens, data::rigid_pose(matrix, where), width, height, where);
   if (frame.contains("time")) {
@@ -109,7 +112,7 @@ Shot shot_of(const Json& frame, const data::Lens& file_lens, const CameraRequest
 }
 
 std::vector<Shot> from_file(const Run& run, const CameraRequest& request) {
-  const Json file = read_json(request.camera);
+  const FileJson file = data::read_json(request.camera, request.camera);
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array() || file["frames"].empty())
     fail({request.camera, "there are no frames in this file",
           "the layout of transforms_train.json: camera_angle_x or fl_x, frames with transform_matrix", "", ""});
@@ -118,7 +121,7 @@ std::vector<Shot> from_file(const Run& run, const CameraRequest& request) {
   bool timed = false;
   for (std::size_t i = 0; i < file["frames"].size(); ++i) {
     const std::string where = fmt::format("{}, frame {}", request.camera, i);
-    const Json& frame = file["frames"][i];
+    const FileJson& frame = file["frames"][i];
     if (!frame.is_object())
       fail({where, "this is not a frame", "an object with transform_matrix", frame.dump().substr(0, 60), ""});
     timed = timed || frame.contains("time");

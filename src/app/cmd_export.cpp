@@ -41,6 +41,7 @@ int export_run(ExportVerb& o) {
   validate(o.options);
   const Run run = open_run(o.run);
   probe_output_folder(o.out);
+  const FolderLock lock(o.out, "exporting into");
   catch_stop_signals();
   const bool bar = !o.quiet && !o.json && ::isatty(STDERR_FILENO);
   double bytes = 0, speed = 0;

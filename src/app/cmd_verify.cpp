@@ -5,6 +5,7 @@
 
 #include "app/command.hpp"
 #include "app/support.hpp"
+#include "data/message_text.hpp"
 #include "splinevox/io/manifest.hpp"
 
 namespace splinevox::app {
@@ -24,7 +25,7 @@ Action verify_command(CLI::App& verb) {
     for (const FileCheck& c : checks) {
       bad += c.ok ? 0 : 1;
       files.push_back({{"file", c.file}, {"ok", c.ok}, {"problem", c.problem}});
-      if (!o->json) fmt::print("{:<4} {}{}{}\n", c.ok ? "ok" : "BAD", c.file, c.ok ? "" : ": ", c.problem);
+      if (!o->json) fmt::print("{:<4} {}{}{}\n", c.ok ? "ok" : "BAD", data::printable(c.file), c.ok ? "" : ": ", c.problem);
     }
     if (o->json)
       fmt::print("{}\n", Json{{"folder", o->folder}, {"bad", bad}, {"files", files}}.dump(2));

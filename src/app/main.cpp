@@ -2,10 +2,9 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <new>
 
 #include "app/command.hpp"
-#include "app/signals.hpp"
+#include "app/exit_code.hpp"
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/nearest.hpp"
@@ -90,17 +89,5 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  ignore_write_signals();
-  try {
-    return run(argc, argv);
-  } catch (const Error& error) {
-    fmt::print(stderr, "splinevox: {}\n", error.what());
-    return error.fault == Fault::input ? 2 : 1;
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr,
-               "splinevox: out of memory\n  try:      --downscale 2, or fewer cells: --set grid.radiance=40,64,96\n");
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "splinevox: {}\n", error.what());
-  }
-  return 1;
+  return exit_code_of("splinevox", [&] { return run(argc, argv); });
 }

@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
+#include <sstream>
 #include <string_view>
 
+#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::app {
 namespace {
+
+constexpr std::uint64_t kLargestTable = std::uint64_t(1) << 30;  ///< bytes
 
 std::string_view trimmed(std::string_view text) {
   const auto space = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
@@ -61,8 +64,7 @@ double number(const std::string& path, std::size_t line, const char* column, std
 }  // namespace
 
 PointTable read_points(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) fail({path, "this file cannot be read", "a table of points: x,y,z and if wanted time,id", "", ""});
+  std::istringstream in(read_file(path, kLargestTable));
   PointTable out;
   std::string line;
   Columns columns;

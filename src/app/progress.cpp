@@ -2,6 +2,7 @@
 #include "app/progress.hpp"
 
 #include <fmt/format.h>
+#include <stdio_ext.h>
 #include <unistd.h>
 
 #include <cmath>
@@ -23,6 +24,15 @@ std::string bar(double share, int width) {
   return text;
 }
 
+/// Prints, or not: a terminal that is gone, a reader that went away or a full log disk is no reason to stop training. What was left in
+/// the buffer of a stream that failed is dropped too, or it would fail for ever.
+void try_print(std::FILE* out, const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), out);
+  if (std::fflush(out) == 0) return;
+  __fpurge(out);
+  std::clearerr(out);
+}
+
 }  // namespace
 
 Talk choose_talk(bool quiet, bool json) {
@@ -32,7 +42,7 @@ Talk choose_talk(bool quiet, bool json) {
 void Progress::note(const std::string& text) {
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   finish();
-  fmt::print(stderr, "{}\n", text);
+  try_print(stderr, text + "\n");
 }
 
 Json Progress::step(const StepReport& r, double held_psnr) {
@@ -65,7 +75,7 @@ Json Progress::report(double held_psnr) {
 }
 
 void Progress::draw(const Json& j) {
-  if (talk_ == Talk::json) fmt::print("{}\n", j.dump()), std::fflush(stdout);
+  if (talk_ == Talk::json) try_print(stdout, j.dump() + "\n");
   if (talk_ == Talk::json || talk_ == Talk::quiet) return;
   const double progress = last_.progress;
   if (talk_ == Talk::lines && last_.seconds - spoken_ < kLineEvery && progress < 1) return;
@@ -77,16 +87,15 @@ void Progress::draw(const Json& j) {
                   j["loss"].get<double>(), held, j["psnr"].get<double>(), j["rays_per_second"].get<double>() / 1e3,
                   progress > 1e-3 ? duration(left) : "?");
   if (talk_ == Talk::bar) {
-    fmt::print(stderr, "\r\033[K{:3.0f}% {} {}", 100 * progress, bar(progress, 24), text);
+    try_print(stderr, fmt::format("\r\033[K{:3.0f}% {} {}", 100 * progress, bar(progress, 24), text));
     drawn_ = true;
   } else {
-    fmt::print(stderr, "{:3.0f}%  {}\n", 100 * progress, text);
+    try_print(stderr, fmt::format("{:3.0f}%  {}\n", 100 * progress, text));
   }
-  std::fflush(stderr);
 }
 
 void Progress::finish() {
-  if (drawn_) fmt::print(stderr, "\n");
+  if (drawn_) try_print(stderr, "\n");
   drawn_ = false;
 }
 

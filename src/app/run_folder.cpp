@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/run_folder.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <toml++/toml.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <filesystem>
+#include <iterator>
 
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -22,7 +20,8 @@ RunFolder::RunFolder(const std::string& path, bool resume) : path_(path) {
   std::error_code ignored;
   made_ = !fs::exists(path_, ignored);
   probe_output_folder(path_);
-  lock();
+  lock_.emplace(path_, "training into");
+  remove_unfinished();
   if (fs::is_empty(path_)) return;
   const bool run = has("config.toml");
   const std::string another = "another folder for --out";
@@ -35,15 +34,13 @@ RunFolder::RunFolder(const std::string& path, bool resume) : path_(path) {
 
 RunFolder::~RunFolder() {
   if (made_) ::rmdir(path_.c_str());  // does nothing unless the folder is empty
-  if (folder_ >= 0) ::close(folder_);
 }
 
-void RunFolder::lock() {
-  folder_ = ::open(path_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder_ < 0 || ::flock(folder_, LOCK_EX | LOCK_NB) == 0) return;
-  if (errno == EWOULDBLOCK)  // a file system without locks is no reason to stop
-    fail({path_, "another process is training into this folder", "one writer", "",
-          "wait for it, or another folder for --out"});
+/// A run that was killed before it wrote config.toml leaves effects.json, which is made from the data and stands first.
+void RunFolder::remove_unfinished() {
+  std::error_code ignored;
+  const auto entries = std::distance(fs::directory_iterator(path_), fs::directory_iterator());
+  if (entries == 1 && has("effects.json")) fs::remove(file("effects.json"), ignored);
 }
 
 bool RunFolder::has(const std::string& name) const {

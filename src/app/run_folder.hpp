@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
+#include "app/folder_lock.hpp"
 #include "splinevox/core/camera.hpp"
 #include "splinevox/train/config.hpp"
 
@@ -36,10 +38,10 @@ class RunFolder {
   const std::string& path() const { return path_; }
 
  private:
-  void lock();
+  void remove_unfinished();
   std::string path_;
   bool made_ = false;
-  int folder_ = -1;  ///< descriptor of the folder; the lock is on it
+  std::optional<FolderLock> lock_;
 };
 
 /// Throws Error (input) if `path` is not the folder of a run with a saved model.

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "data/json_file.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace fs = std::filesystem;
@@ -88,13 +89,7 @@ std::string read_text(const std::string& path) {
 }
 
 Json read_json(const std::string& path) {
-  std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) fail({path, "there is no such file", "a JSON file", "", ""});
-  try {
-    return Json::parse(read_text(path));
-  } catch (const Json::parse_error& e) {
-    fail({path, "this is not JSON", "", e.what(), ""});
-  }
+  return data::read_ordered_json(path, path);
 }
 
 std::string duration(double seconds) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <system_error>
 
 #include "app/signals.hpp"
 #include "app/support.hpp"
@@ -35,6 +36,17 @@ std::uint64_t fnv1a(const std::string& text) {
 }
 
 Vec3 background(const Config& c) { return {c.run.background[0], c.run.background[1], c.run.background[2]}; }
+
+Json triple(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+/// A discarded step and the rays that caused it.
+Json discarded_json(const StepReport& r, const Split& train) {
+  Json j{{"step", r.step}, {"discarded", true}, {"bad_rows", r.bad_rows}, {"rays", Json::array()}};
+  for (const BadRay& ray : r.bad_rays)
+    j["rays"].push_back({{"view", train.frames[std::size_t(ray.frame)].name}, {"index", ray.index}, {"time", ray.time},
+                         {"origin", triple(ray.origin)}, {"direction", triple(ray.direction)}, {"target", triple(ray.target)}});
+  return j;
+}
 
 /// metrics.jsonl without the lines after `step`: those of a run that died after its last checkpoint.
 void cut_metrics(const std::string& path, std::int64_t step) {
@@ -66,14 +78,9 @@ double TrainSession::clock() const {
 Json TrainSession::run() {
   checkpoint_at_ = clock();
   while (!trainer_.done() && stop_signal() == 0) {
-    const double start = clock();
-    last_ = trainer_.step();
-    stepping_ += clock() - start;
-    rays_ += last_.rays;
-    samples_ += last_.samples;
-    report(progress_.step(last_, held_psnr_));
+    step();
     if (held_view_due(last_.seconds)) render_held_view();
-    if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+    if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
       finish_checkpoint();
     const bool due = clock() - checkpoint_at_ > std::max(kCheckpointEvery, checkpoint_cost_ / kCheckpointShare);
     if (due && !writing_.valid()) start_checkpoint();
@@ -95,12 +102,46 @@ Json TrainSession::run() {
   return figures(interrupted);
 }
 
+void TrainSession::step() {
+  const double start = clock();
+  try {
+    last_ = trainer_.step();
+  } catch (const Error& error) {
+    if (error.fault == Fault::numeric) save_replay();
+    throw;
+  }
+  stepping_ += clock() - start;
+  rays_ += last_.rays;
+  samples_ += last_.samples;
+  if (!last_.discarded) return report(progress_.step(last_, held_psnr_));
+  ++discarded_;
+  report(discarded_json(last_, *setup_.data.find("train")));
+  progress_.note(fmt::format("step {} was not finite ({} rows, {} rays) and is discarded", last_.step, last_.bad_rows, last_.bad_rays.size()));
+}
+
+/// The run as it was before the steps that failed, and those steps with their rays. Draws depend on (seed, step) alone, so --resume
+/// meets the same rays again.
+void TrainSession::save_replay() {
+  const std::vector<StepReport>& bad = trainer_.discarded();
+  last_ = bad.front();
+  --last_.step;
+  finish_checkpoint();
+  start_checkpoint();
+  const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model());
+  finish_checkpoint();
+  Json replay{{"checkpoint", kCheckpoint}, {"step", last_.step}, {"seed", setup_.config.run.seed}, {"discarded", Json::array()}};
+  for (const StepReport& r : bad) replay["discarded"].push_back(discarded_json(r, *setup_.data.find("train")));
+  const std::string path = setup_.folder.file("replay.json");
+  write_file(path, {replay.dump(2) + "\n"});
+  save_manifest(model);
+  progress_.note(fmt::format("the steps and their rays are in {}; --resume meets them again", path));
+}
+
+/// A line that the disk does not take is counted and lost: the checkpoint at the end is what must not be.
 void TrainSession::report(const Json& line) {
   if (line.is_null()) return;
-  const std::string path = setup_.folder.file("metrics.jsonl");
-  std::ofstream out(path, std::ios::app);
-  if (!(out << line.dump() << "\n" << std::flush))
-    fail_output({path, "this file could not be written", "", "a full disk?", ""});
+  std::ofstream out(setup_.folder.file("metrics.jsonl"), std::ios::app);
+  if (!(out << line.dump() << "\n" << std::flush)) ++lines_lost_;
 }
 
 /// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
@@ -117,10 +158,11 @@ void TrainSession::render_held_view() {
   held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, background(setup_.config))));
   held_step_ = double(last_.step);
   const std::string folder = setup_.folder.file("preview");
-  fs::create_directories(folder);
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
   const std::vector<char> png = encode_png(picture);  // no waiting for the disk: these are only to look at
-  std::ofstream(fmt::format("{}/step_{:06}.png", folder, last_.step), std::ios::binary)
-      .write(png.data(), std::streamsize(png.size()));
+  const std::string path = fmt::format("{}/step_{:06}.png", folder, last_.step);
+  if (!std::ofstream(path, std::ios::binary).write(png.data(), std::streamsize(png.size())).flush()) fs::remove(path, ignored);
   held_cost_ = clock() - start;
   held_spent_ += held_cost_;
   report({{"step", last_.step}, {"seconds", last_.seconds}, {"held_psnr", held_psnr_}, {"held_view", held_->name}});
@@ -130,8 +172,10 @@ void TrainSession::resume() {
   const std::string path = setup_.folder.file(kCheckpoint);
   const Checkpoint saved = read_checkpoint(path);
   const CheckpointHeader expected = header();
-  if (saved.header.kind != expected.kind || saved.header.format != expected.format ||
-      saved.header.config != expected.config || saved.header.dataset != expected.dataset)
+  if (saved.header.kind == expected.kind && saved.header.format != expected.format)
+    fail({path, "was written by another version of splinevox", fmt::format("training state {}", expected.format),
+          fmt::format("{}", saved.header.format), "resume with the version that wrote it, or another folder for --out"});
+  if (saved.header.kind != expected.kind || saved.header.config != expected.config || saved.header.dataset != expected.dataset)
     fail({path, "this checkpoint belongs to another run", "the checkpoint that config.toml was written with", "",
           "another folder for --out"});
   if (!saved.note.empty()) progress_.note("note: " + saved.note);
@@ -156,7 +200,11 @@ void TrainSession::start_checkpoint() {
   auto write = [path = setup_.folder.file(kCheckpoint), header = header(), bytes = trainer_.save()] {
     return write_checkpoint(path, header, bytes);
   };
-  writing_ = std::async(std::launch::async, std::move(write));
+  try {
+    writing_ = std::async(std::launch::async, write);
+  } catch (const std::system_error&) {  // no more threads to be had
+    writing_ = std::async(std::launch::deferred, write);
+  }
   written_step_ = last_.step;
   checkpoint_at_ = clock();
   checkpoint_cost_ = checkpoint_at_ - start;
@@ -188,6 +236,8 @@ Json TrainSession::figures(bool interrupted) const {
   j["preset"] = setup_.config.preset;
   j["seed"] = setup_.config.run.seed;
   j["loss"] = last_.loss;
+  if (discarded_ > 0) j["discarded_steps"] = discarded_;
+  if (lines_lost_ > 0) j["metrics_lines_lost"] = lines_lost_;
   if (std::isfinite(held_psnr_))
     j["held"] = {{"view", held_->name}, {"psnr", held_psnr_}, {"of_training_split", held_is_training_}};
   j["phases"] = {{"slices", p.slices}, {"rays", p.rays},           {"scatter", p.scatter}, {"regularise", p.regularise},

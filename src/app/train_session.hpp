@@ -32,7 +32,9 @@ class TrainSession {
 
  private:
   double clock() const;
+  void step();
   void report(const Json& line);
+  void save_replay();
   bool held_view_due(double seconds) const;
   void render_held_view();
   void resume();
@@ -54,6 +56,7 @@ class TrainSession {
   std::int64_t written_step_ = -1;   ///< of the last checkpoint that was begun
   FileDigest checkpoint_digest_;
   StepReport last_;
+  std::int64_t discarded_ = 0, lines_lost_ = 0;  ///< steps that were not finite; lines that metrics.jsonl did not take
   std::int64_t samples_ = 0, rays_ = 0;  ///< of this session
   double stepping_ = 0;                  ///< seconds of this session in Trainer::step
 };

@@ -22,13 +22,14 @@ constexpr std::size_t kDeepest = 64;
 /// Watches the parser: remembers where it is, refuses depth and repeated keys.
 class Guard {
  public:
-  explicit Guard(std::string where) : where_(std::move(where)) {}
+  Guard(std::string where, std::size_t most_keys) : where_(std::move(where)), most_keys_(most_keys) {}
 
-  void operator()(json::parse_event_t event, const json& parsed) {
-    using Event = json::parse_event_t;
+  template <class J>
+  void operator()(typename J::parse_event_t event, const J& parsed) {
+    using Event = typename J::parse_event_t;
     if (event == Event::object_start) open(false);
     if (event == Event::array_start) open(true);
-    if (event == Event::key) key(parsed.get_ref<const std::string&>());
+    if (event == Event::key) key(parsed.template get_ref<const std::string&>());
     if (event == Event::value) element_done();
     if (event == Event::object_end || event == Event::array_end) {
       levels_.pop_back();
@@ -66,6 +67,8 @@ class Guard {
     if (!levels_.back().keys.insert(name).second)
       fail({where_, "the field " + path() + " is there twice", "each key once in an object", in_quotes(name) + " again",
             "remove one of the two"});
+    if (levels_.back().keys.size() > most_keys_)
+      fail({where_, "an object has too many fields", "at most " + std::to_string(most_keys_), "more", ""});
   }
   void element_done() {
     if (levels_.empty()) return;
@@ -74,6 +77,7 @@ class Guard {
   }
 
   std::string where_;
+  std::size_t most_keys_;
   std::vector<Level> levels_;
 };
 
@@ -103,14 +107,13 @@ std::string reason(std::string_view message) {
         "standard JSON (no comments, no trailing commas, no NaN or Infinity)", reason(message), ""});
 }
 
-}  // namespace
-
-json read_json(const std::filesystem::path& path, const std::string& where) {
+template <class J>
+J read(const std::filesystem::path& path, const std::string& where, std::size_t most_keys) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestFile);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  Guard guard(where);
+  Guard guard(where, most_keys);
   try {
-    return json::parse(text, [&guard](int, json::parse_event_t event, json& parsed) {
+    return J::parse(text, [&guard](int, typename J::parse_event_t event, J& parsed) {
       guard(event, parsed);
       return true;
     });
@@ -119,6 +122,14 @@ json read_json(const std::filesystem::path& path, const std::string& where) {
   } catch (const json::exception& error) {
     fail_malformed(where, "", guard, error.what());
   }
+}
+
+}  // namespace
+
+json read_json(const std::filesystem::path& path, const std::string& where) { return read<json>(path, where, std::size_t(-1)); }
+
+nlohmann::ordered_json read_ordered_json(const std::filesystem::path& path, const std::string& where) {
+  return read<nlohmann::ordered_json>(path, where, 4096);
 }
 
 }  // namespace splinevox::data

@@ -51,13 +51,14 @@ std::string join(const std::string& folder, const std::string& name) {
 }
 
 Manifest parse(const std::string& path, const std::string& text) {
-  const auto guard = [&](int depth, Json::parse_event_t, Json&) {
+  using Read = nlohmann::json;  // looks a field up in logarithmic time, whoever wrote the file
+  const auto guard = [&](int depth, Read::parse_event_t, Read&) {
     if (depth > kMaxDepth) fail({.where = path, .what = "is nested too deeply for a manifest"});
     return true;
   };
   Manifest out;
   try {
-    const Json json = Json::parse(text, guard);
+    const Read json = Read::parse(text, guard);
     const int version = json.at("version");
     if (json.at("format") != "splinevox manifest") fail({.where = path, .what = "is not a manifest of splinevox"});
     if (version > kVersion)
@@ -67,7 +68,7 @@ Manifest parse(const std::string& path, const std::string& text) {
             .got = std::to_string(version)});
     out.kind = json.at("kind");
     for (const auto& [key, value] : json.at("info").items()) out.info[key] = value.get<std::string>();
-    for (const Json& item : json.at("files")) {
+    for (const Read& item : json.at("files")) {
       ManifestFile file;
       file.name = item.at("name");
       const std::string where = path + ", file '" + file.name.substr(0, 200) + "'";
@@ -78,7 +79,7 @@ Manifest parse(const std::string& path, const std::string& text) {
         for (const auto& [key, value] : item.at("figures").items()) file.figures[key] = value.get<double>();
       out.files.push_back(std::move(file));
     }
-  } catch (const Json::exception& e) {
+  } catch (const Read::exception& e) {
     fail({.where = path, .what = "is malformed", .got = std::string(e.what()).substr(0, 300)});
   }
   return out;

@@ -14,10 +14,6 @@
 #include "splinevox/render/scatter.hpp"
 #include "splinevox/render/specialise.hpp"
 
-#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-#error "built with -ffast-math or -ffinite-math-only: usable() below could no longer see a NaN"
-#endif
-
 namespace splinevox {
 namespace {
 
@@ -45,7 +41,26 @@ class RayEngine final : public Engine {
     RayRecords<float, kWidth, Jet> records;
     double squared_error, motion_loss;
     std::int64_t samples, visited;
+    /// Where a ray's records end, and what it lost.
+    struct Ray {
+      std::size_t radiance, motion;
+      double loss;
+    };
+    std::vector<Ray> rays;
+    int first;  ///< ray of the batch
   };
+
+  template <class Rec>
+  static bool all_usable(const std::vector<Rec>& records, std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      for (const float g : records[i].g)
+        if (!usable(g)) return false;
+      for (const auto& row : records[i].h)
+        for (const float h : row)
+          if (!usable(h)) return false;
+    }
+    return true;
+  }
 
  public:
   PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
@@ -91,6 +106,20 @@ class RayEngine final : public Engine {
     return result;
   }
 
+  std::vector<int> bad_rays() const override {
+    std::vector<int> bad;
+    for (const Worker& w : workers_) {
+      typename Worker::Ray before{0, 0, 0};
+      for (std::size_t i = 0; i < w.rays.size(); ++i) {
+        const typename Worker::Ray& ray = w.rays[i];
+        if (!std::isfinite(ray.loss) || !all_usable(w.records.radiance, before.radiance, ray.radiance) || !all_usable(w.records.motion, before.motion, ray.motion))
+          bad.push_back(w.first + int(i));
+        before = ray;
+      }
+    }
+    return bad;
+  }
+
  private:
   void make_slices(const VoxelModel& model, const std::vector<RowMask>& active, const std::vector<double>& times) {
     const Channels& level = model.motion.levels[0];
@@ -112,17 +141,22 @@ class RayEngine final : public Engine {
              const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
+    w.rays.clear(), w.first = task.first;
     const FrameView<float> frame{Moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = batch.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
       const Vec3 error = result.rgb - batch.targets[i];
-      w.squared_error += dot(error, error);
+      const double squared = dot(error, error);
+      double motion = 0;
+      w.squared_error += squared;
       w.samples += w.kernel.count, w.visited += w.kernel.visited;
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
       backward(w.kernel, ray, result, field, 2.0f * error, sampling.min_weight, w.records);
       if constexpr (Jet)
-        w.motion_loss += motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
+        motion = motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
+      w.motion_loss += motion;
+      w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion});
     }
   }
 
@@ -151,44 +185,6 @@ class RayEngine final : public Engine {
 };
 
 }  // namespace
-
-Gradient::Gradient(const Channels& of) : values{of.topology, of.width, {}}, touched(of.topology->brick_count() + 1) {
-  values.values.assign(of.values.size(), 0.0f);
-}
-
-bool usable(const Gradient& gradient, int brick) {
-  using Eight = Simd<float>::Eight;
-  constexpr float kLargest = 1e16f;
-  const int width = gradient.values.width;
-  auto good = Eight{} == Eight{};  // all set: NaN fails any comparison
-  gradient.touched[brick].for_each([&](int i) {
-    const float* row = gradient.values.row(std::size_t(brick) * kBrickRows + i);
-    for (int k = 0; k < width; k += 8) {
-      const Eight g = load<Eight>(row + k);
-      good &= (g < kLargest) & (g > -kLargest);
-    }
-  });
-  for (int lane = 0; lane < 8; ++lane)
-    if (!good[lane]) return false;
-  return true;
-}
-
-bool usable(const Gradient& gradient) {
-  std::atomic<bool> all = true;
-  parallel_for(gradient.values.topology->brick_count(), [&](int index) {
-    if (!usable(gradient, index + 1)) all = false;
-  });
-  return all;
-}
-
-void discard(Gradient& gradient) {
-  const int width = gradient.values.width;
-  parallel_for(gradient.values.topology->brick_count(), [&](int index) {
-    const int brick = index + 1;
-    gradient.touched[brick].for_each([&](int i) { std::fill_n(gradient.values.row(std::size_t(brick) * kBrickRows + i), width, 0.0f); });
-    gradient.touched[brick] = {};
-  });
-}
 
 std::unique_ptr<Engine> make_engine(int sh_order, bool moving, bool motion_losses) {
   return specialise(sh_order, moving, [&]<int Sh, bool Moving>() -> std::unique_ptr<Engine> {

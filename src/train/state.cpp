@@ -57,6 +57,10 @@ std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o
   return groups;
 }
 
+void check_fits(bool good) {
+  if (!good) fail({"checkpoint", "the training state does not fit this configuration", "a state written by the same version and configuration", "other sizes", ""});
+}
+
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
@@ -319,21 +323,12 @@ bool Trainer::State::wild_weights() const {
   return !(most / l.tv_share < kWild);
 }
 
-bool Trainer::State::usable_gradients() const {
-  return usable(radiance.gradient) &&
-         std::all_of(level_learners.begin(), level_learners.end(), [](const Learner& l) { return usable(l.gradient); });
-}
-
-void Trainer::State::discard_gradients() {
-  discard(radiance.gradient);
-  for (Learner& learner : level_learners) discard(learner.gradient);
-}
-
 void Trainer::State::archive(Archive& a) {
   a(step, stage, elevations, seconds_before, phases);
   a(bounds.box, bounds.hull, model.step, model.radiance.activation, model.radiance.raw, radiance.m, radiance.v, model.motion.points);
   std::uint64_t count = levels.size(), frames = occupancy.size();
   a(count, frames);
+  check_fits(!a.reading() || (count <= config.grid.motion.size() && (frames <= 1 || frames == train.frames.size())));
   levels.resize(count), level_learners.resize(count), occupancy.resize(frames);
   for (std::size_t l = 0; l < count; ++l) {
     a(levels[l]);
@@ -342,6 +337,13 @@ void Trainer::State::archive(Archive& a) {
   }
   for (BitGrid& grid : occupancy) a(grid);
   if (!a.reading()) return;
+  const auto fits = [](const Channels& c, const Learner& l, int width) {
+    return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();
+  };
+  bool good = stage >= 0 && stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints && model.motion.points <= kMaxPoints;
+  good = good && fits(model.radiance.raw, radiance, radiance_width(config.radiance.sh_order));
+  for (std::size_t l = 0; good && l < count; ++l) good = fits(levels[l], level_learners[l], model.motion.width());
+  check_fits(good);
   model.box = bounds.box;
   edge = model.box.longest_edge();
   sampler.set_box(bounds.box);

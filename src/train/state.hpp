@@ -39,10 +39,13 @@ struct Trainer::State {
   double progress = 0;               ///< of the last refine
   int stage = -1;                    ///< radiance stage
   int elevations = 0;                ///< degree elevations done
-  int discarded = 0;                 ///< steps in a row without a usable gradient; a resumed run counts anew
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;
+  std::vector<StepReport> discarded; ///< the last steps, as far as they were discarded in a row
+
+  /// Whether a step's loss or gradients cannot be used. If so, forgets them and fills in the report.
+  bool discard(const PassResult& pass, const std::vector<double>& times, StepReport& report);
 
   /// Whether some times are yet to be trained (SamplingConfig::window): nothing may be taken to be empty for good.
   bool growing() const { return !sampler.whole(progress); }
@@ -57,9 +60,6 @@ struct Trainer::State {
   void set_rates();
   /// Whether the weights of total variation or curve length could make a gradient unusable on their own.
   bool wild_weights() const;
-  /// Whether every gradient of this step may be used; otherwise discard_gradients forgets them all.
-  bool usable_gradients() const;
-  void discard_gradients();
   void archive(Archive& a);
 
  private:

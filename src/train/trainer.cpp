@@ -7,8 +7,8 @@
 #include <limits>
 #include <string>
 
-#include "splinevox/core/parallel.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
 #include "splinevox/math/schedule.hpp"
 #include "state.hpp"
@@ -19,25 +19,27 @@ namespace {
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// Steps in a row without a usable gradient after which a run is over; Ceres gives up after as many invalid ones.
-constexpr int kMostDiscarded = 5;
-
-/// A draw is a function of (seed, step), so the step's number is all it takes to see it again.
-[[noreturn]] void fail_numeric(std::int64_t step) {
-  throw Error({.where = "training, steps " + std::to_string(step - kMostDiscarded + 1) + " to " + std::to_string(step),
-               .what = "the gradient was not finite in " + std::to_string(kMostDiscarded) + " steps in a row; the model is as it was before them",
-               .expected = "gradients below 1e16",
-               .got = "not a number, or larger",
-               .hint = "smaller loss weights or learning rates; the same seed and settings fail at the same step"},
-              Fault::numeric);
-}
-
 /// Share of the budget used: of the time, the steps, or whichever of the two is further.
 double progress_of(const Config& config, std::int64_t step, double seconds) {
   double p = 0;
   if (config.run.max_time > 0) p = std::max(p, seconds / config.run.max_time);
   if (config.run.max_steps > 0) p = std::max(p, double(step) / config.run.max_steps);
   return std::min(p, 1.0);
+}
+
+/// Remembers a discarded step; after too many in a row, back to the last good one and an error.
+template <class State>
+StepReport give_up_after_many(State& s, const StepReport& report) {
+  s.discarded.push_back(report);
+  if (int(s.discarded.size()) < Trainer::kMostDiscarded) return report;
+  s.step -= Trainer::kMostDiscarded;
+  std::string got = std::to_string(report.bad_rows) + " rows of the gradient";
+  if (!report.bad_rays.empty()) got += ", from ray " + std::to_string(report.bad_rays[0].index) + " of training view " + std::to_string(report.bad_rays[0].frame) + " first";
+  else got += ", from no ray: from a regulariser";
+  throw Error({"step " + std::to_string(s.step + 1),
+               std::to_string(Trainer::kMostDiscarded) + " steps in a row were not finite; the model is as it was before them",
+               "finite losses and gradients", got, "smaller weights of losses and smaller learning rates (--set loss... and optimiser...)"},
+              Fault::numeric);
 }
 
 /// Gradient of the summed level -> gradients of the levels: the finest takes it as it is, each coarser one the transpose of its
@@ -56,6 +58,31 @@ void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
 }
 
 }  // namespace
+
+bool Trainer::State::discard(const PassResult& pass, const std::vector<double>& times, StepReport& report) {
+  const auto count = [&] {
+    std::int64_t rows = unusable_rows(radiance.gradient);
+    for (const Learner& learner : level_learners) rows += unusable_rows(learner.gradient);
+    return rows;
+  };
+  // What the losses of Eq. 9 add is no larger than their weights, so only wild ones need another look.
+  if (pass.usable && !(wild_weights() && count() > 0)) return false;
+  report.bad_rows = count();
+  splinevox::discard(radiance.gradient);
+  for (Learner& learner : level_learners) splinevox::discard(learner.gradient);
+  report.discarded = true;
+  report.seconds = seconds_before, report.progress = progress_of(config, step, seconds_before);
+  report.rays = std::int64_t(batch.rays.size()), report.samples = pass.samples;
+  report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
+  std::vector<int> slot(batch.rays.size());
+  for (const Batch::Task& task : batch.tasks) std::fill(slot.begin() + task.first, slot.begin() + task.last, task.frame);
+  for (const int i : engine->bad_rays()) {
+    if (report.bad_rays.size() == kBadRaysKept) break;
+    const RayInput<float>& ray = batch.rays[i];
+    report.bad_rays.push_back({batch.frames[slot[i]], i, ray.origin, ray.direction, batch.targets[i], times[slot[i]]});
+  }
+  return true;
+}
 
 Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used) {
   validate(config);
@@ -123,19 +150,8 @@ StepReport Trainer::step() {
 
   ++s.step;
   report.step = s.step;
-  report.rays = std::int64_t(s.batch.rays.size());
-  report.samples = pass.samples;
-  // What the losses of Eq. 9 add is no larger than their weights, so only wild ones need another look.
-  if (!pass.usable || (s.wild_weights() && !s.usable_gradients())) {
-    s.discard_gradients();
-    report.seconds = s.seconds_before;
-    report.progress = progress_of(c, s.step, s.seconds_before);
-    report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
-    report.discarded = true;
-    if (++s.discarded == kMostDiscarded) fail_numeric(s.step);
-    return report;
-  }
-  s.discarded = 0;
+  if (s.discard(pass, times, report)) return give_up_after_many(s, report);
+  s.discarded.clear();
   const double beta1 = c.optimiser.kind == OptimiserKind::adam ? c.optimiser.beta1 : 0.0;
   const MomentFactors factors = moment_factors(beta1, c.optimiser.beta2, c.optimiser.epsilon, double(s.step));
   update(s.model.radiance.raw, s.radiance, factors, float(cosine_decay(progress, c.optimiser.final_radiance)));
@@ -145,10 +161,14 @@ StepReport Trainer::step() {
 
   report.seconds = s.seconds_before;
   report.progress = progress_of(c, s.step, s.seconds_before);
+  report.rays = std::int64_t(s.batch.rays.size());
+  report.samples = pass.samples;
   report.loss = (pass.squared_error + pass.motion_loss) / double(s.batch.rays.size());
   report.psnr = -10 * std::log10(std::max(1e-10, pass.squared_error / (3.0 * double(s.batch.rays.size()))));
   return report;
 }
+
+const std::vector<StepReport>& Trainer::discarded() const { return state_->discarded; }
 
 VoxelModel Trainer::model() const {
   state_->collapse_levels({});

@@ -36,6 +36,6 @@ TEST_SUITE("app/points") {
       std::ofstream(path) << row.text;
       CHECK_THROWS_WITH_AS(read_points(path), doctest::Contains(row.says), Error);
     }
-    CHECK_THROWS_WITH_AS(read_points(folder.str() + "/none.csv"), doctest::Contains("cannot be read"), Error);
+    CHECK_THROWS_WITH_AS(read_points(folder.str() + "/none.csv"), doctest::Contains("could not be read"), Error);
   }
 }

@@ -3,7 +3,6 @@
 
 #include <doctest/doctest.h>
 #include <png.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -18,6 +17,7 @@
 #include <random>
 
 #include "splinevox/core/error.hpp"
+#include "support/file_size_limit.hpp"
 
 namespace splinevox {
 namespace {
@@ -184,12 +184,10 @@ TEST_SUITE("data/image_write") {
     const std::string path = folder / "picture.png";
     write_png(path, ramp(4, 4, 3, 1));
     const std::vector<char> before = bytes_of(path);
-    rlimit old{};
-    REQUIRE(getrlimit(RLIMIT_FSIZE, &old) == 0);
-    const rlimit small{1000, old.rlim_max};
-    REQUIRE(setrlimit(RLIMIT_FSIZE, &small) == 0);
-    const std::string message = message_of([&] { write_png(path, ramp(200, 200, 3, 2)); });
-    REQUIRE(setrlimit(RLIMIT_FSIZE, &old) == 0);
+    const std::string message = message_of([&] {
+      const test::FileSizeLimit limit(1000);
+      write_png(path, ramp(200, 200, 3, 2));
+    });
     for (const std::string& part : {path + ": could not be written", std::string("got:      File too large"), std::string("try:      raise the file size limit (ulimit -f)")})
       CHECK_MESSAGE(message.find(part) != std::string::npos, message);
     CHECK(bytes_of(path) == before);

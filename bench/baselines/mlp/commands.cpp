@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "app/exit_code.hpp"
 #include "app/signals.hpp"
 #include "commands.hpp"
 #include "session.hpp"
@@ -113,15 +114,15 @@ int render(const Options& o) {
 }  // namespace
 
 int splinevox::mlp::run_command_line(int argc, char** argv) {
-  CLI::App app("splinevox-mlp: the paper's perceptron variants, for comparison");
-  app.require_subcommand(1);
+  CLI::App words("splinevox-mlp: the paper's perceptron variants, for comparison");
+  words.require_subcommand(1);
   Options o;
   const auto common = [&](CLI::App* verb) {
     verb->add_option("--threads", o.threads, "0 = every core");
     verb->add_option("--stride", o.stride, "every n-th pixel of every n-th row is rendered")->check(CLI::PositiveNumber);
     verb->add_flag("--quiet", o.quiet), verb->add_flag("--json", o.json);
   };
-  CLI::App* t = app.add_subcommand("train", "train one variant");
+  CLI::App* t = words.add_subcommand("train", "train one variant");
   common(t);
   t->add_option("DATASET", o.dataset)->required();
   t->add_option("--out", o.out, "run folder")->required();
@@ -135,23 +136,14 @@ int splinevox::mlp::run_command_line(int argc, char** argv) {
   t->add_option("--lr", o.lr), t->add_option("--offset", o.offset), t->add_option("--divergence", o.divergence);
   t->add_option("--shrink", o.shrink, "one block size for all stages instead of small pictures first")->check(CLI::PositiveNumber);
   t->add_option("--test-at", o.test_at, "seconds of training at which the test split is measured")->delimiter(',');
-  CLI::App* e = app.add_subcommand("eval", "PSNR of a split");
-  CLI::App* r = app.add_subcommand("render", "pictures of a split");
+  CLI::App* e = words.add_subcommand("eval", "PSNR of a split");
+  CLI::App* r = words.add_subcommand("render", "pictures of a split");
   for (CLI::App* verb : {e, r}) {
     common(verb);
     verb->add_option("RUN", o.run)->required();
     verb->add_option("--data", o.dataset), verb->add_option("--split", o.split)->capture_default_str();
   }
   r->add_option("--out", o.out, "folder")->required();
-  CLI11_PARSE(app, argc, argv);
-  app::ignore_write_signals();
-  try {
-    return *t ? train(o) : *e ? evaluate(o) : render(o);
-  } catch (const Error& error) {
-    fmt::print(stderr, "splinevox-mlp: {}\n", error.what());
-    return error.fault == Fault::input ? 2 : 1;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "splinevox-mlp: {}\n", error.what());
-    return 1;
-  }
+  CLI11_PARSE(words, argc, argv);
+  return app::exit_code_of("splinevox-mlp", [&] { return *t ? train(o) : *e ? evaluate(o) : render(o); });
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <limits>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -35,7 +38,8 @@ class Archive {
     std::uint64_t n = values.size();
     item(n);
     if (reading()) {
-      if (n > (in_->size() - at_)) fail_short();  // every element takes at least a byte
+      const std::uint64_t each = std::is_trivially_copyable_v<T> ? sizeof(T) : 1;  // bytes of an element, at least
+      if (n > (in_->size() - at_) / each) fail_short();
       values.resize(n);
     }
     if constexpr (std::is_trivially_copyable_v<T>) raw(values.data(), n * sizeof(T));
@@ -46,10 +50,38 @@ class Archive {
     std::vector<Int3> bricks;
     if (topology) bricks.assign(topology->bricks.begin() + 1, topology->bricks.end());
     item(lattice), item(bricks);
-    if (reading()) topology = make_topology(lattice, std::move(bricks));
+    if (!reading()) return;
+    check(lattice.spacing > 0 && volume(lattice.size) <= kMostCells, "a lattice");
+    std::vector<Int3> sorted = bricks;
+    const auto before = [](const Int3& a, const Int3& b) { return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z; };
+    std::sort(sorted.begin(), sorted.end(), before);
+    bool good = std::adjacent_find(sorted.begin(), sorted.end()) == sorted.end();
+    for (const Int3& b : bricks)
+      for (int a = 0; a < 3; ++a) good = good && b[a] >= 0 && b[a] < (lattice.size[a] + kBrick - 1) / kBrick;
+    check(good, "the bricks of a lattice");
+    topology = make_topology(lattice, std::move(bricks));
   }
-  void item(Channels& c) { item(c.topology), item(c.width), item(c.values); }
-  void item(BitGrid& g) { item(g.origin), item(g.cell), item(g.size), item(g.bits); }
+  void item(Channels& c) {
+    item(c.topology), item(c.width), item(c.values);
+    if (reading()) check(c.width > 0 && c.values.size() == c.topology->rows() * std::size_t(c.width), "an array of parameters");
+  }
+  void item(BitGrid& g) {
+    item(g.origin), item(g.cell), item(g.size), item(g.bits);
+    const bool none = g.size == Int3{} && g.bits.empty();
+    if (reading() && !none) check(volume(g.size) <= kMostCells && g.bits.size() == (std::size_t(volume(g.size)) + 31) / 32, "an occupancy");
+  }
+
+  static constexpr double kMostCells = 1u << 31;
+  static constexpr int kLongestSide = 1 << 16;
+  /// Cells of a grid; infinite if there is no such grid.
+  static double volume(const Int3& size) {
+    bool good = true;
+    for (int a = 0; a < 3; ++a) good = good && size[a] > 0 && size[a] <= kLongestSide;
+    return good ? double(size.x) * size.y * size.z : std::numeric_limits<double>::infinity();
+  }
+  static void check(bool good, const char* what) {
+    if (!good) fail({"checkpoint", std::string("the training state holds ") + what + " that cannot be", "a state written by the same version and configuration", "other numbers", ""});
+  }
 
   void raw(void* data, std::size_t n) {
     if (!reading()) {

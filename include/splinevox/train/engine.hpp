@@ -9,26 +9,9 @@
 #include "splinevox/render/backward.hpp"
 #include "splinevox/render/occupancy.hpp"
 #include "splinevox/train/batch.hpp"
+#include "splinevox/train/gradient.hpp"
 
 namespace splinevox {
-
-/// Gradient of one value array: same rows, plus which rows it touches. Rows outside the mask are zero.
-struct Gradient {
-  Channels values;
-  std::vector<RowMask> touched;  ///< [bricks + 1]
-
-  explicit Gradient(const Channels& of);
-  Gradient() = default;
-};
-
-/// Whether every number of the touched rows of a brick is below 1e16 in magnitude and not NaN. Larger ones, summed over levels,
-/// would soon have no square in float, and one NaN let into the moments would stay (numerics H31). Needs a build in which NaN
-/// exists, hence no -ffast-math.
-bool usable(const Gradient& gradient, int brick);
-/// Of all bricks.
-bool usable(const Gradient& gradient);
-/// Forgets a gradient: rows 0, nothing touched.
-void discard(Gradient& gradient);
 
 /// What one pass over a batch gives besides the gradients.
 struct PassResult {
@@ -55,6 +38,8 @@ class Engine {
                          const Batch& batch, const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
                          const MotionLoss<float>& losses, std::uint64_t probe_seed,
                          Gradient& radiance, Gradient& motion) = 0;
+  /// Rays of the last batch whose loss or gradient was not finite, in order.
+  virtual std::vector<int> bad_rays() const = 0;
 };
 
 /// @param sh_order       -1..3

@@ -17,6 +17,14 @@ struct PhaseSeconds {
   double slices = 0, rays = 0, scatter = 0, regularise = 0, update = 0, occupancy = 0, refine = 0;
 };
 
+/// A ray whose loss or gradient was not finite: enough to find it again.
+struct BadRay {
+  int frame = 0;                       ///< of the training split
+  std::int64_t index = 0;              ///< within the step's batch
+  Vec3 origin{}, direction{}, target{};  ///< scene units, unit length, linear colour
+  double time = 0;                     ///< of the model
+};
+
 /// What one training step reports.
 struct StepReport {
   std::int64_t step = 0;     ///< steps done, this one included
@@ -26,7 +34,9 @@ struct StepReport {
   double psnr = 0;           ///< of this batch's rays
   std::int64_t rays = 0, samples = 0;  ///< of this step
   bool stage_changed = false;          ///< the lattices were refined before this step
-  bool discarded = false;              ///< loss or gradient was not finite: nothing was changed, loss and psnr are NaN
+  bool discarded = false;              ///< something was not finite, so no parameter was touched
+  std::int64_t bad_rows = 0;           ///< of a discarded step: rows whose gradient is not finite
+  std::vector<BadRay> bad_rays;        ///< of a discarded step: the rays that caused it, kBadRaysKept at most; none: a regulariser did
 };
 
 /// Trains a model. One step is draw, forward, loss, backward, regularise, update. Runs on the TBB threads of the calling
@@ -37,10 +47,14 @@ class Trainer {
   Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0);
   ~Trainer();
 
+  static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
+
   bool done() const;
-  /// A step whose loss or gradient is not finite leaves every parameter and moment as it is; after five of them in a row
-  /// throws Error (Fault::numeric).
+  /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the next one draws other rays.
+  /// After kMostDiscarded of them in a row the step counter goes back to the last good step and Error (Fault::numeric) is thrown.
   StepReport step();
+  /// Reports of the last steps, as far as they were discarded in a row.
+  const std::vector<StepReport>& discarded() const;
 
   /// The model as it is: motion levels collapsed into one, ready for render_image and for model.vdb.
   VoxelModel model() const;

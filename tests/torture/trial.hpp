@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "fuzz/targets.hpp"
+
+/// Everything that can go wrong with files, tried at length. Each trial gives one line.
+namespace splinevox::torture {
+
+struct Options {
+  std::string program;  ///< the splinevox binary
+  std::string out;      ///< folder for lines, table and what broke
+  double seconds = 60;
+  std::uint64_t seed = 1;
+  std::int64_t soak_steps = 200'000;  ///< at most, within its share of the time
+};
+
+struct Line {
+  std::string trial{};  ///< "inputs", "float against double", "kills", "full disk", "soak"
+  std::string what{};   ///< parser, verb or scene
+  std::uint64_t tried = 0, crashes = 0, hangs = 0, lost = 0;
+  double seconds = 0;
+  std::string note{};   ///< figures of this trial alone
+};
+
+using Clock = std::chrono::steady_clock;
+inline double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Mutated files of one parser for so many seconds. What crashes it, hangs it (2 s of processor time) or makes it throw anything but an
+/// input Error is kept in OUT.
+Line try_inputs(const Options& o, const fuzz::Target& target, double seconds);
+/// Micro-scenes with random numbers: the float kernel against the double one.
+Line try_float_double(const Options& o, double seconds);
+/// The program killed (SIGKILL) at random moments, gone on with, and compared with a run that was left alone.
+std::vector<Line> try_kills(const Options& o, double seconds);
+/// Every verb that writes, with room for so many bytes a file only.
+std::vector<Line> try_full_disk(const Options& o, double seconds);
+/// Training steps in one process: nothing non-finite, no growing memory.
+Line try_soak(const Options& o, double seconds);
+
+/// Runs `work` in a fork, so that the threads it starts and what it breaks stay there, and returns its line.
+Line in_fork(const std::function<Line()>& work);
+
+/// A program that was started with limits. Output goes to a file.
+class Process {
+ public:
+  /// @param file_bytes  no file can grow beyond that; negative: any size.
+  Process(std::vector<std::string> words, const std::string& log, std::int64_t file_bytes = -1);
+  void kill();
+  /// Whether it has; wait() still tells how.
+  bool ended();
+  /// Exit code, 128 + signal if a signal ended it, -1 if it took more than `seconds` and was killed.
+  int wait(double seconds = 300);
+
+ private:
+  pid_t process_ = -1;
+  int status_ = 0;
+  bool ended_ = false;
+};
+
+std::string table(const std::vector<Line>& lines, const Options& o, const std::string& machine);
+std::string to_json(const Line& line);
+
+}  // namespace splinevox::torture

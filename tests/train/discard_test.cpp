@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/synth.hpp"
+#include "splinevox/train/archive.hpp"
+#include "splinevox/train/trainer.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+const Dataset& ball() {
+  static const Dataset data = make_synth("ball", {.frames = 8, .size = 24, .seed = 3});
+  return data;
+}
+
+Config tiny() {
+  Config c = preset("draft");
+  c.run.max_time = 0, c.run.max_steps = 60;
+  c.grid.radiance = {12}, c.grid.radiance_start = {0};
+  c.grid.motion = {4}, c.grid.motion_start = {0};
+  c.motion.elevate_points = {}, c.motion.elevate_start = {};
+  c.sampling.rays = 64, c.sampling.frames = 2;
+  c.loss.tv_density = c.loss.tv_color = c.loss.tv_sh = 0;
+  return c;
+}
+
+/// The values that the radiance rows have in a state, and where they stand in its bytes: Trainer::State::archive's order.
+struct Opened {
+  Channels raw;
+  std::size_t end;
+};
+Opened open(const std::vector<char>& state) {
+  std::int64_t step;
+  int stage, elevations;
+  double seconds;
+  PhaseSeconds phases;
+  Box box;
+  BitGrid hull;
+  float march;
+  DensityActivation activation;
+  Channels raw;
+  Archive in(state);
+  in(step, stage, elevations, seconds, phases, box, hull, march, activation, raw);
+  Archive again;
+  again(step, stage, elevations, seconds, phases, box, hull, march, activation, raw);
+  return {raw, again.take().size()};
+}
+
+/// A trainer with one parameter that is no number.
+struct Poisoned {
+  Trainer trainer{tiny(), *ball().find("train"), ball().time_map};
+  std::vector<char> state;
+  explicit Poisoned(std::size_t value) {
+    for (int i = 0; i < 10; ++i) trainer.step();
+    state = trainer.save();
+    const Opened opened = open(state);
+    const float bad = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(state.data() + opened.end - (opened.raw.values.size() - value) * sizeof(float), &bad, sizeof bad);
+    trainer.restore(state);
+  }
+};
+
+}  // namespace
+
+TEST_SUITE("train/discard") {
+  TEST_CASE("a step that is not finite changes no parameter, names its rays, and training goes on") {
+    bool mixed = false;
+    const Opened shape = open([] {
+      Trainer t(tiny(), *ball().find("train"), ball().time_map);
+      t.step();
+      return t.save();
+    }());
+    for (std::size_t row = kBrickRows; row < shape.raw.topology->rows() && !mixed; row += 37) {
+      Poisoned p(row * std::size_t(shape.raw.width));
+      int good = 0, bad = 0;
+      try {
+        while (!p.trainer.done() && !(good && bad)) {
+          const std::vector<char> before = p.trainer.save();
+          const StepReport r = p.trainer.step();
+          (r.discarded ? bad : good) += 1;
+          CHECK(r.discarded == !p.trainer.discarded().empty());
+          if (!r.discarded) {
+            CHECK(std::isfinite(r.loss));
+            continue;
+          }
+          CHECK(r.bad_rays.size() > 0);
+          for (const BadRay& ray : r.bad_rays) {
+            CHECK(ray.frame < int(ball().find("train")->frames.size()));
+            CHECK(ray.index < r.rays);
+            CHECK(length(ray.direction) == doctest::Approx(1).epsilon(1e-5));
+          }
+          const auto same = [](const AlignedVector<float>& a, const AlignedVector<float>& b) {
+            return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
+          };
+          CHECK(same(open(before).raw.values, open(p.trainer.save()).raw.values));
+        }
+      } catch (const Error& e) {
+        CHECK(e.fault == Fault::numeric);
+      }
+      mixed = good > 0 && bad > 0;
+    }
+    CHECK(mixed);
+  }
+
+  TEST_CASE("after five in a row the step counter is back at the last good step and an error is thrown") {
+    Config config = tiny();
+    config.loss.tv_color = 1e30f, config.loss.tv_share = 1;
+    Trainer trainer(config, *ball().find("train"), ball().time_map);
+    int steps = 0;
+    std::string message;
+    try {
+      for (; steps < 60; ++steps) trainer.step();
+    } catch (const Error& e) {
+      CHECK(e.fault == Fault::numeric);
+      message = e.what();
+    }
+    CAPTURE(message);
+    CHECK(message.find("5 steps in a row were not finite") != std::string::npos);
+    CHECK(message.find("from no ray: from a regulariser") != std::string::npos);
+    REQUIRE(trainer.discarded().size() == 5);
+    CHECK(trainer.discarded().front().step == steps - 4 + 1);
+    std::int64_t step;
+    const std::vector<char> state = trainer.save();
+    std::memcpy(&step, state.data(), sizeof step);
+    CHECK(step == steps - 4);
+  }
+
+  TEST_CASE("a state whose numbers cannot be is refused before anything is allocated") {
+    Trainer trainer(tiny(), *ball().find("train"), ball().time_map);
+    trainer.step();
+    const std::vector<char> state = trainer.save();
+    int refused = 0;
+    // Every word of the head becomes as large as it can be: sizes, counts, stages.
+    for (std::size_t at = 8; at < 4096; at += 4) {
+      std::vector<char> spoiled = state;
+      std::memset(spoiled.data() + at, 0x7f, 4);
+      try {
+        trainer.restore(spoiled);
+      } catch (const Error& e) {
+        CHECK(e.fault == Fault::input);
+        ++refused;
+      }
+    }
+    CHECK(refused > 5);
+  }
+}
