@@ -11,35 +11,34 @@
 #include "splinevox/field/edit_motion.hpp"
 
 namespace splinevox::app {
+
+void wrong_edit(const char* operation, const std::string& what, const std::string& expected, const std::string& got, const std::string& hint) {
+  fail({std::string("--") + operation, what, expected, got, hint});
+}
+
+double edit_number(const char* operation, const std::string& text, double lo, double hi, const std::string& expected) {
+  const std::vector<double> v = numbers(text, ',', std::string("--") + operation, expected);
+  if (v.size() != 1 || !(v[0] >= lo && v[0] <= hi)) wrong_edit(operation, "is out of range", expected, text);
+  return v[0];
+}
+
+int edit_whole(const char* operation, const std::string& text, int lo, int hi) {
+  const std::string expected = fmt::format("a whole number from {} to {}", lo, hi);
+  const double v = edit_number(operation, text, lo, hi, expected);
+  if (v != std::floor(v)) wrong_edit(operation, "is not a whole number", expected, text);
+  return int(v);
+}
+
 namespace {
 
 constexpr int kMaxLoops = 1000;
 
 const std::vector<std::string> kBasisNames = {"bezier", "bspline", "poly-bezier", "hermite"};
 
-std::string option(const char* name) { return std::string("--") + name; }
-
-[[noreturn]] void wrong(const char* name, const std::string& what, const std::string& expected, const std::string& got, const std::string& hint = "") {
-  fail({option(name), what, expected, got, hint});
-}
-
-double number(const char* name, const std::string& text, double lo, double hi, const std::string& expected) {
-  const std::vector<double> v = numbers(text, ',', option(name), expected);
-  if (v.size() != 1 || !(v[0] >= lo && v[0] <= hi)) wrong(name, "is out of range", expected, text);
-  return v[0];
-}
-
-int whole(const char* name, const std::string& text, int lo, int hi) {
-  const std::string expected = fmt::format("a whole number from {} to {}", lo, hi);
-  const double v = number(name, text, lo, hi, expected);
-  if (v != std::floor(v)) wrong(name, "is not a whole number", expected, text);
-  return int(v);
-}
-
 /// The motion field of a model in which something changes over time.
 MotionField& changing(VoxelModel& model, const char* name) {
   if (model.motion.levels.empty())
-    wrong(name, "nothing changes over time in this run", "a run with motion or light", "a still model", "splinevox info RUN shows what a model has");
+    wrong_edit(name, "nothing changes over time in this run", "a run with motion or light", "a still model", "splinevox info RUN shows what a model has");
   return model.motion;
 }
 
@@ -48,13 +47,13 @@ TimeCurve curve_of(const std::string& text) {
   std::vector<TimeCurve::Knot> knots;
   for (const std::string& pair : split_list(text)) {
     const std::vector<double> v = numbers(pair, ':', "--time-curve", expected);
-    if (v.size() != 2) wrong("time-curve", fmt::format("'{}' is not a pair", pair), expected, text, "--time-curve 0:0,0.5:0.2,1:1");
-    if (!(v[1] >= 0 && v[1] <= 1)) wrong("time-curve", "there is no such time in the model", expected, pair);
-    if (!knots.empty() && !(v[0] >= knots.back().time)) wrong("time-curve", "times must not go back (the times they show may)", expected, pair);
+    if (v.size() != 2) wrong_edit("time-curve", fmt::format("'{}' is not a pair", pair), expected, text, "--time-curve 0:0,0.5:0.2,1:1");
+    if (!(v[1] >= 0 && v[1] <= 1)) wrong_edit("time-curve", "there is no such time in the model", expected, pair);
+    if (!knots.empty() && !(v[0] >= knots.back().time)) wrong_edit("time-curve", "times must not go back (the times they show may)", expected, pair);
     knots.push_back({v[0], v[1]});
   }
   if (knots.size() < 2 || knots.front().time != 0 || knots.back().time != 1)
-    wrong("time-curve", "a curve begins at time 0 and ends at time 1", expected, text, "--time-curve 0:0,0.5:0.2,1:1");
+    wrong_edit("time-curve", "a curve begins at time 0 and ends at time 1", expected, text, "--time-curve 0:0,0.5:0.2,1:1");
   return simplified(std::move(knots));
 }
 
@@ -74,7 +73,7 @@ int default_points(const MotionField& m, BasisKind to) {
 
 void check_points(BasisKind basis, int points) {
   const auto ok = [&](bool suits, const char* expected) {
-    if (!suits) wrong("basis", fmt::format("{} points do not suit {}", points, kBasisNames[std::size_t(basis)]), expected, std::to_string(points));
+    if (!suits) wrong_edit("basis", fmt::format("{} points do not suit {}", points, kBasisNames[std::size_t(basis)]), expected, std::to_string(points));
   };
   if (basis == BasisKind::bezier) ok(points >= kMinPoints && points <= kMaxBezierPoints, "2 to 20 points");
   if (basis == BasisKind::bspline) ok(points >= kMinPoints && points <= kMaxPoints, "2 to 256 points");
@@ -95,16 +94,16 @@ struct EditOperations {
   }
   static Json reverse(EditSession& s, const std::string&) { return retimed(s, "reverse", reversed_time()); }
   static Json speed(EditSession& s, const std::string& v) {
-    return retimed(s, "speed", speed_time(number("speed", v, 1e-3, 1e3, "a factor from 0.001 to 1000")));
+    return retimed(s, "speed", speed_time(edit_number("speed", v, 1e-3, 1e3, "a factor from 0.001 to 1000")));
   }
   static Json time_curve(EditSession& s, const std::string& v) { return retimed(s, "time-curve", curve_of(v)); }
-  static Json loop(EditSession& s, const std::string& v) { return retimed(s, "loop", loop_time(whole("loop", v, 1, kMaxLoops), false)); }
-  static Json ping_pong(EditSession& s, const std::string& v) { return retimed(s, "ping-pong", loop_time(whole("ping-pong", v, 1, kMaxLoops), true)); }
-  static Json freeze(EditSession& s, const std::string& v) { return retimed(s, "freeze", frozen_time(number("freeze", v, 0, 1, "a time in [0, 1]"))); }
+  static Json loop(EditSession& s, const std::string& v) { return retimed(s, "loop", loop_time(edit_whole("loop", v, 1, kMaxLoops), false)); }
+  static Json ping_pong(EditSession& s, const std::string& v) { return retimed(s, "ping-pong", loop_time(edit_whole("ping-pong", v, 1, kMaxLoops), true)); }
+  static Json freeze(EditSession& s, const std::string& v) { return retimed(s, "freeze", frozen_time(edit_number("freeze", v, 0, 1, "a time in [0, 1]"))); }
 
   static Json scale(EditSession& s, const std::string& v) {
-    const double factor = number("scale-motion", v, -100, 100, "a factor from -100 to 100");
-    if (!changing(model(s), "scale-motion").displaces) wrong("scale-motion", "nothing moves in this run, only its light changes", "a run with motion", "");
+    const double factor = edit_number("scale-motion", v, -100, 100, "a factor from -100 to 100");
+    if (!changing(model(s), "scale-motion").displaces) wrong_edit("scale-motion", "nothing moves in this run, only its light changes", "a run with motion", "");
     scale_motion(model(s).motion, float(factor));
     return Json::object();
   }
@@ -112,10 +111,10 @@ struct EditOperations {
   static Json elevate(EditSession& s, const std::string& v) {
     MotionField& m = changing(model(s), "elevate");
     if (m.basis != BasisKind::bezier)
-      wrong("elevate", "only Bezier curves have a degree to elevate", "basis bezier", kBasisNames[std::size_t(m.basis)], "--basis bezier first");
+      wrong_edit("elevate", "only Bezier curves have a degree to elevate", "basis bezier", kBasisNames[std::size_t(m.basis)], "--basis bezier first");
     const int room = kMaxBezierPoints - m.points;
-    if (room < 1) wrong("elevate", "the curves have the most points already", "fewer than 20", std::to_string(m.points));
-    m = elevated(m, whole("elevate", v, 1, room));
+    if (room < 1) wrong_edit("elevate", "the curves have the most points already", "fewer than 20", std::to_string(m.points));
+    m = elevated(m, edit_whole("elevate", v, 1, room));
     return {{"points", m.points}};
   }
 
@@ -124,9 +123,9 @@ struct EditOperations {
     const std::vector<std::string> parts = split_list(v, ':');
     const auto at = parts.empty() ? kBasisNames.end() : std::find(kBasisNames.begin(), kBasisNames.end(), parts[0]);
     if (at == kBasisNames.end() || parts.size() > 2)
-      wrong("basis", "there is no such basis", fmt::format("NAME or NAME:POINTS, NAME one of {}", fmt::join(kBasisNames, ", ")), v, parts.empty() ? "" : "--basis " + nearest(parts[0], kBasisNames));
+      wrong_edit("basis", "there is no such basis", fmt::format("NAME or NAME:POINTS, NAME one of {}", fmt::join(kBasisNames, ", ")), v, parts.empty() ? "" : "--basis " + nearest(parts[0], kBasisNames));
     const BasisKind to = BasisKind(at - kBasisNames.begin());
-    const int points = parts.size() > 1 ? whole("basis", parts[1], kMinPoints, kMaxPoints) : default_points(m, to);
+    const int points = parts.size() > 1 ? edit_whole("basis", parts[1], kMinPoints, kMaxPoints) : default_points(m, to);
     check_points(to, points);
     VoxelModel next = model(s);
     next.motion = converted(m, to, points);
@@ -155,17 +154,21 @@ void EditSession::apply(const std::string& operation, const std::string& value) 
 
 const std::vector<EditOperation>& edit_operations() {
   using Do = EditOperations;
-  static const std::vector<EditOperation> all = {
-      {"reverse", nullptr, "backwards; twice is the original, bit for bit", "Time", Do::reverse},
-      {"speed", "F", "F times as fast: 0.5 shows the first half only, 2 holds the end from the middle on", "Time", Do::speed},
-      {"time-curve", "T:S,...", "at time T show time S, straight in between; equal times T are a jump", "Time", Do::time_curve},
-      {"loop", "N", "all of it N times", "Time", Do::loop},
-      {"ping-pong", "N", "there and back N times", "Time", Do::ping_pong},
-      {"freeze", "T", "the moment T for ever", "Time", Do::freeze},
-      {"scale-motion", "F", "every displacement from the canonical place times F; light stays", "Motion", Do::scale},
-      {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
-      {"basis", "NAME[:K]", "curves of another kind with K points: bezier, bspline, poly-bezier, hermite; says the error", "Motion", Do::basis},
-  };
+  static const std::vector<EditOperation> all = [] {
+    std::vector<EditOperation> list = {
+        {"reverse", nullptr, "backwards; twice is the original, bit for bit", "Time", Do::reverse},
+        {"speed", "F", "F times as fast: 0.5 shows the first half only, 2 holds the end from the middle on", "Time", Do::speed},
+        {"time-curve", "T:S,...", "at time T show time S, straight in between; equal times T are a jump", "Time", Do::time_curve},
+        {"loop", "N", "all of it N times", "Time", Do::loop},
+        {"ping-pong", "N", "there and back N times", "Time", Do::ping_pong},
+        {"freeze", "T", "the moment T for ever", "Time", Do::freeze},
+        {"scale-motion", "F", "every displacement from the canonical place times F; light stays", "Motion", Do::scale},
+        {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
+        {"basis", "NAME[:K]", "curves of another kind with K points: bezier, bspline, poly-bezier, hermite; says the error", "Motion", Do::basis},
+    };
+    for (const EditOperation& o : cluster_operations()) list.push_back(o);
+    return list;
+  }();
   return all;
 }
 

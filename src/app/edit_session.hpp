@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/evaluate.hpp"
+#include "splinevox/field/edit_cluster.hpp"
 
 namespace splinevox::app {
 
@@ -23,9 +25,12 @@ class EditSession {
 
  private:
   friend struct EditOperations;
+  friend struct ClusterOperations;
   Run run_;
   bool quiet_;
   Json done_ = Json::array();
+  std::optional<MotionClusters> clusters_;  ///< of the model as it is
+  ChosenClusters chosen_;                   ///< empty: none yet
 };
 
 /// One operation as the command line has it.
@@ -38,5 +43,12 @@ struct EditOperation {
   Json (*apply)(EditSession&, const std::string& value);
 };
 const std::vector<EditOperation>& edit_operations();
+/// Those on parts of the model; edit_operations() has them too.
+std::vector<EditOperation> cluster_operations();
+
+/// One number of an operation's value. Throws Error (input) unless it lies in [lo, hi].
+double edit_number(const char* operation, const std::string& text, double lo, double hi, const std::string& expected);
+int edit_whole(const char* operation, const std::string& text, int lo, int hi);
+[[noreturn]] void wrong_edit(const char* operation, const std::string& what, const std::string& expected, const std::string& got, const std::string& hint = "");
 
 }  // namespace splinevox::app
