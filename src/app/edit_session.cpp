@@ -8,7 +8,7 @@
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/nearest.hpp"
-#include "splinevox/field/edit_motion.hpp"
+#include "splinevox/field/anchor.hpp"
 
 namespace splinevox::app {
 
@@ -108,6 +108,13 @@ struct EditOperations {
     return Json::object();
   }
 
+  static Json anchor(EditSession& s, const std::string&) {
+    if (!changing(model(s), "anchor-first").displaces) wrong_edit("anchor-first", "nothing moves in this run, only its light changes", "a run with motion", "");
+    s.clusters_.reset();  // they lie in the canonical volume, which becomes another one
+    s.chosen_.clear();
+    return difference_json(anchor_first(model(s)));
+  }
+
   static Json elevate(EditSession& s, const std::string& v) {
     MotionField& m = changing(model(s), "elevate");
     if (m.basis != BasisKind::bezier)
@@ -163,6 +170,7 @@ const std::vector<EditOperation>& edit_operations() {
         {"ping-pong", "N", "there and back N times", "Time", Do::ping_pong},
         {"freeze", "T", "the moment T for ever", "Time", Do::freeze},
         {"scale-motion", "F", "every displacement from the canonical place times F; light stays", "Motion", Do::scale},
+        {"anchor-first", nullptr, "make the moment at time 0 the canonical one: no displacement there; says the error", "Motion", Do::anchor},
         {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
         {"basis", "NAME[:K]", "curves of another kind with K points: bezier, bspline, poly-bezier, hermite; says the error", "Motion", Do::basis},
     };

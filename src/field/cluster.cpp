@@ -14,6 +14,7 @@ namespace {
 constexpr int kMoments = 16;       ///< of a trajectory
 constexpr int kMostCells = 72;     ///< along the longest edge
 constexpr int kMostAuto = 6;       ///< clusters that are tried
+constexpr double kWorth = 0.03;    ///< of silhouette that more clusters have to gain
 constexpr float kLeast = 0.02f;    ///< mean opacity over the moments below which a cell holds nothing
 constexpr int kGrow = 3;           ///< cells around matter that share its cluster: what interpolation reads with it
 
@@ -136,9 +137,11 @@ MotionClusters find_clusters(const VoxelModel& model, int count) {
   Clustering best;
   if (!model.motion.moves()) count = 1;
   if (count > 0) best = kmeans(paths.path, paths.weight, kMoments, count);
-  for (int k = 2; count == 0 && k <= kMostAuto; ++k) {
-    Clustering c = kmeans(paths.path, paths.weight, kMoments, k);
-    if (best.label.empty() || c.silhouette > best.silhouette) best = std::move(c);
+  if (count == 0) {
+    std::vector<Clustering> tried;
+    double highest = -1;
+    for (int k = 2; k <= kMostAuto; ++k) tried.push_back(kmeans(paths.path, paths.weight, kMoments, k)), highest = std::max(highest, tried.back().silhouette);
+    best = *std::find_if(tried.begin(), tried.end(), [&](const Clustering& c) { return c.silhouette >= highest - kWorth; });
   }
   out.silhouette = best.silhouette;
 

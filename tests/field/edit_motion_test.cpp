@@ -5,6 +5,7 @@
 
 #include <cstring>
 
+#include "splinevox/field/anchor.hpp"
 #include "splinevox/field/track.hpp"
 #include "support/blob_model.hpp"
 
@@ -132,5 +133,26 @@ TEST_SUITE("field/edit_motion") {
     model.motion.levels[0] = light;
     const VoxelModel to = in_basis(model, BasisKind::hermite, 8);
     for (const double t : {0.0, 0.3, 1.0}) CHECK(difference(to, t, model, t) < 2e-6);
+  }
+  TEST_CASE("the anchored first moment is canonical, and every moment looks as before") {
+    test::BlobMotion way;
+    way.shift = {-0.3f, 0.1f, 0.1f}, way.twist = 0.2f;
+    VoxelModel model = blob_model(48, way);
+    model.motion = converted(model.motion, BasisKind::bspline, 6);
+    retime(model.motion, simplified({{0, 0.4}, {0.5, 1}, {1, 0}}));  // begins in the middle of the motion
+    VoxelModel edited = model;
+    const MotionDifference d = anchor_first(edited);
+    CHECK(d.rms < 0.05);
+    CHECK(d.max < 0.5);
+    const FrameSampler start(edited, 0);
+    const std::vector<Vec3> places{{0.1f, 0, 0}, {0.3f, -0.2f, 0.1f}, {-0.1f, 0.1f, 0.2f}, {0.35f, 0.05f, 0}};
+    for (const Vec3 p : places) CHECK(length(start.warp(p).displacement) < 1e-6f);
+    for (const double t : {0.0, 0.3, 0.7, 1.0}) {
+      const FrameSampler a(model, t), b(edited, t);
+      for (const Vec3 p : places) CHECK(std::abs(a.radiance(a.canonical(p)).density - b.radiance(b.canonical(p)).density) < 12);  // of 240
+    }
+    VoxelModel pinned = blob_model(32, way);  // t = 0 is canonical already: nothing to do but rounding and fitting
+    CHECK(anchor_first(pinned).max < 1e-2);
+    CHECK(pinned.motion.first_point == FirstPoint::zero);
   }
 }

@@ -29,9 +29,10 @@ struct MotionClusters {
   int at(Vec3 canonical) const;
 };
 
-inline constexpr double kStillVoxels = 1.0;  ///< MotionClusters::Cluster::motion below which a cell stands still
+inline constexpr double kStillVoxels = 0.5;  ///< MotionClusters::Cluster::motion below which a cell stands still
 
-/// @param count  clusters, the one that stands still included, 2..16; 0: as many (up to 6) as give the highest silhouette.
+/// @param count  clusters, the one that stands still included, 2..16; 0: the fewest, up to 6, whose silhouette is within 0.03 of
+/// the highest.
 /// Deterministic. The time curve plays no part.
 /// @pre at most one motion level. Where nothing moves there is one cluster.
 MotionClusters find_clusters(const VoxelModel& model, int count);
