@@ -94,6 +94,7 @@ Json run_json(const std::string& path) {
          {"fingerprint", fmt::format("{:016x}", record.fingerprint)},
          {"time_map", {{"origin", record.time_map.origin}, {"scale", record.time_map.scale}}},
          {"version", record.version}};
+  if (fs::exists(path + "/" + kEditHistory)) j["edited"] = read_json(path + "/" + kEditHistory).value("history", Json::array());
   if (fs::exists(path + "/metrics.json")) j["metrics"] = read_json(path + "/metrics.json");
   Json curve = Json::array();  // what was seen of the held view
   for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
@@ -106,10 +107,20 @@ Json run_json(const std::string& path) {
   return j;
 }
 
+/// What `edit` did, as the words that did it.
+void print_history(const Json& history) {
+  for (const Json& step : history) {
+    fmt::print("edited from {}:", step.value("from", ""));
+    for (const Json& o : step.value("operations", Json::array())) fmt::print(" --{}{}{}", o.value("operation", ""), o.contains("value") ? " " : "", o.value("value", ""));
+    fmt::print("\n");
+  }
+}
+
 void print_run(const Json& j) {
   fmt::print("{}: preset {}, seed {}, made by splinevox {}\n", j["run"].get<std::string>(),
              j["preset"].get<std::string>(), j["seed"].get<std::uint64_t>(), j["version"].get<std::string>());
   fmt::print("data {}, downscale {}\n", j["dataset"].get<std::string>(), j["downscale"].get<int>());
+  if (j.contains("edited")) print_history(j["edited"]);
   if (!j["held_view"].empty()) fmt::print("held view:");
   for (const Json& p : j["held_view"])
     fmt::print("  {:.0f} s {:.1f} dB", p["seconds"].get<double>(), p["psnr"].get<double>());

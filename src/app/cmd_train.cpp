@@ -74,6 +74,9 @@ void summarise(const Json& j, const RunFolder& folder) {
 int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   Progress progress(choose_talk(o.quiet, o.json));
   RunFolder folder(o.out, o.resume);
+  if (folder.has(kEditHistory))
+    fail({folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with", "a run that `splinevox train` made", "an edited run",
+          "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
   const bool checkpoint = o.resume && folder.has("config.toml") &&
                           (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
   Config saved;

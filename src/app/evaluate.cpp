@@ -39,7 +39,7 @@ Run open_run(const std::string& path) {
   run.path = path;
   while (run.path.size() > 1 && run.path.back() == '/') run.path.pop_back();
   read_run_config(run.path, run.config, run.record);
-  run.model = load_model(run.path + "/model.vdb");
+  run.model = load_model(run.path + "/model.vdb", &run.notes);
   return run;
 }
 

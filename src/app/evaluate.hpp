@@ -9,6 +9,7 @@
 #include "app/support.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/io/model_vdb.hpp"
 #include "splinevox/render/render_image.hpp"
 
 namespace splinevox::app {
@@ -19,6 +20,7 @@ struct Run {
   Config config;
   RunRecord record;
   VoxelModel model;
+  ModelNotes notes;  ///< kept with the model
 
   Vec3 background() const { return {config.run.background[0], config.run.background[1], config.run.background[2]}; }
 };

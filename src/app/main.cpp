@@ -25,6 +25,7 @@ constexpr Verb kVerbs[] = {
     {"eval", "compare renders of a run with held-back pictures", eval_command},
     {"render", "pictures or a film of a run", render_command},
     {"track", "carry points of one time to other times", track_command},
+    {"edit", "change the motion of a run: time, size, basis, moving parts", edit_command},
     {"export", "an animated OpenVDB sequence of a run", export_command},
     {"info", "what is in a run, a VDB file or a data set", info_command},
     {"verify", "check every file that a manifest lists", verify_command},

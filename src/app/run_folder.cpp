@@ -29,7 +29,7 @@ RunFolder::RunFolder(const std::string& path, bool resume) : path_(path) {
     fail({path_, "this folder is not empty and holds no run", "an empty folder, or a name that is free", "", another});
   if (!resume)
     fail({path_, "this folder already holds a run", "an empty folder, or a name that is free", "",
-          "--resume to go on with it, or " + another});
+          has(kEditHistory) ? another : "--resume to go on with it, or " + another});
 }
 
 RunFolder::~RunFolder() {

@@ -12,6 +12,7 @@
 namespace splinevox::app {
 
 inline constexpr const char* kCheckpoint = "checkpoint.bin";
+inline constexpr const char* kEditHistory = "edit.json";  ///< only a run that `edit` made has it
 
 /// What a run remembers beside its configuration: the [record] table of config.toml.
 struct RunRecord {

@@ -22,10 +22,17 @@ Vec3 xyz(const Four& v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
-FrameSampler::FrameSampler(const VoxelModel& model, double time) : model_(model), radiance_view_(*model.radiance.raw.topology) {
+FrameSampler::FrameSampler(const VoxelModel& model, double time)
+    : FrameSampler(model, stored_weights(model.motion, time), stored_weights_dt(model.motion, time)) {}
+
+FrameSampler::FrameSampler(const VoxelModel& model, AtParameter parameter)
+    : FrameSampler(model, parameter_weights(model.motion, parameter.value), parameter_weights_dt(model.motion, parameter.value)) {}
+
+FrameSampler::FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights, const BasisWeights<float>& weights_dt)
+    : model_(model), radiance_view_(*model.radiance.raw.topology) {
   if (model.motion.levels.empty()) return;
-  position_ = make_slice(model.motion, stored_weights(model.motion, time));
-  velocity_ = make_slice(model.motion, stored_weights_dt(model.motion, time));
+  position_ = make_slice(model.motion, weights);
+  velocity_ = make_slice(model.motion, weights_dt);
   motion_view_ = BrickView<float>(*position_.topology);
 }
 

@@ -7,6 +7,7 @@
 
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/levels.hpp"
+#include "splinevox/math/basis_pieces.hpp"
 
 namespace splinevox {
 namespace {
@@ -23,25 +24,45 @@ struct Range {
   }
 };
 
-BasisWeights<float> rounded(const MotionField& motion, const BasisWeights<double>& all) {
+BasisWeights<float> rounded(const MotionField& motion, const BasisWeights<double>& all, double scale) {
   const int first = motion.points - motion.stored_points();
   BasisWeights<float> w{};
-  for (int k = first; k < motion.points; ++k) w[k - first] = float(all[k]);
+  for (int k = first; k < motion.points; ++k) w[k - first] = float(scale * all[k]);
   return w;
 }
 
 }  // namespace
 
-BasisWeights<float> stored_weights(const MotionField& motion, double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return rounded(motion, motion.basis == BasisKind::bezier ? bernstein_weights(motion.points, t)
-                                                           : bspline_weights(motion.points, t));
+BasisWeights<double> basis_weights(BasisKind basis, int points, double s) {
+  switch (basis) {
+    case BasisKind::bezier: return bernstein_weights(points, s);
+    case BasisKind::bspline: return bspline_weights(points, s);
+    case BasisKind::polybezier: return polybezier_weights(points, s);
+    default: return hermite_weights(points, s);
+  }
 }
 
+BasisWeights<double> basis_weights_dt(BasisKind basis, int points, double s) {
+  switch (basis) {
+    case BasisKind::bezier: return bernstein_weights_dt(points, s);
+    case BasisKind::bspline: return bspline_weights_dt(points, s);
+    case BasisKind::polybezier: return polybezier_weights_dt(points, s);
+    default: return hermite_weights_dt(points, s);
+  }
+}
+
+BasisWeights<float> parameter_weights(const MotionField& motion, double s) {
+  return rounded(motion, basis_weights(motion.basis, motion.points, s), 1);
+}
+
+BasisWeights<float> parameter_weights_dt(const MotionField& motion, double s) {
+  return rounded(motion, basis_weights_dt(motion.basis, motion.points, s), 1);
+}
+
+BasisWeights<float> stored_weights(const MotionField& motion, double t) { return parameter_weights(motion, motion.time_curve(t)); }
+
 BasisWeights<float> stored_weights_dt(const MotionField& motion, double t) {
-  t = std::clamp(t, 0.0, 1.0);
-  return rounded(motion, motion.basis == BasisKind::bezier ? bernstein_weights_dt(motion.points, t)
-                                                           : bspline_weights_dt(motion.points, t));
+  return rounded(motion, basis_weights_dt(motion.basis, motion.points, motion.time_curve(t)), motion.time_curve.slope(t));
 }
 
 void contract_brick(const MotionField& motion, const Channels& level, std::span<const BasisWeights<float>> weights, int brick,

@@ -41,10 +41,12 @@ void advance(const FrameSampler& at_now, const FrameSampler& at_next, double dt,
 
 std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<const Vec3> points, double from,
                                              std::span<const double> times) {
+  // Where a point is depends on the parameter of the curves alone: the way leads along it, so that loops and jumps in time
+  // are neither walked round nor leapt over.
   std::vector<std::vector<TrackedPoint>> out(times.size());
-  const auto clamp = [](double t) { return std::clamp(t, 0.0, 1.0); };
-  from = clamp(from);
-  const auto start = std::make_shared<const FrameSampler>(model, from);
+  const auto parameter = [&](double t) { return model.motion.time_curve(t); };
+  from = parameter(from);
+  const auto start = std::make_shared<const FrameSampler>(model, FrameSampler::AtParameter{from});
   std::vector<Vec3d> canonical(points.size());
   std::vector<TrackedPoint> origin(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -57,16 +59,16 @@ std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<
   for (const int direction : {-1, 1}) {
     std::vector<std::size_t> order;
     for (std::size_t k = 0; k < times.size(); ++k)
-      if (direction < 0 ? clamp(times[k]) < from : clamp(times[k]) >= from) order.push_back(k);
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return direction * times[a] < direction * times[b]; });
+      if (direction < 0 ? parameter(times[k]) < from : parameter(times[k]) >= from) order.push_back(k);
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return direction * parameter(times[a]) < direction * parameter(times[b]); });
     std::vector<TrackedPoint> current = origin;
     std::shared_ptr<const FrameSampler> here = start;
     double now = from;
     for (const std::size_t k : order) {
-      const double target = clamp(times[k]), reach = target - now;
+      const double target = parameter(times[k]), reach = target - now;
       const int steps = int(std::ceil(std::abs(reach) / longest - 1e-9));
       for (int s = 1; s <= steps; ++s) {
-        const auto next = std::make_shared<const FrameSampler>(model, now + reach * s / steps);
+        const auto next = std::make_shared<const FrameSampler>(model, FrameSampler::AtParameter{now + reach * s / steps});
         advance(*here, *next, reach / steps, model.step, canonical, current);
         here = next;
       }

@@ -35,6 +35,7 @@ std::string model_hash(const VoxelModel& m) {
                        int(m.motion.rigidity), int(m.motion.light)};
   hash.add(shape, sizeof shape);
   hash.add(&m.motion.rigidity_offset, sizeof m.motion.rigidity_offset);
+  for (const TimeCurve::Knot& k : m.motion.time_curve.knots) hash.add(&k, sizeof k);
   for (const Channels& level : m.motion.levels) add(hash, level);
   return std::to_string(hash.value());
 }

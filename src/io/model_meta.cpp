@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/model_meta.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "io/exact_text.hpp"
@@ -13,6 +14,7 @@ namespace splinevox {
 namespace {
 
 constexpr int kMaxVertices = 1 << 13, kMaxWidth = padded_width(4 * kMaxPoints + 1);  // per axis; floats per row
+constexpr std::size_t kMaxKnots = 1 << 16;             // of a time curve
 constexpr double kMaxTable = 1 << 28;                  // bricks of a lattice
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
@@ -68,7 +70,7 @@ std::size_t choice(const NamedMeta& in, const std::string& key, const char* cons
   bad(in, key, "one of: " + all, "'" + text + "'");
 }
 
-constexpr const char* kBases[] = {"bezier", "bspline"};
+constexpr const char* kBases[] = {"bezier", "bspline", "poly_bezier", "hermite"};
 constexpr const char* kFirstPoints[] = {"zero", "free"};
 constexpr const char* kActivations[] = {"softplus"};
 constexpr const char* kSwitch[] = {"off", "on"};
@@ -78,6 +80,25 @@ void put_shape(VdbMeta& meta, const Channels& channels) {
   meta["lattice"] = exact_text<float>(
       {l.origin.x, l.origin.y, l.origin.z, l.spacing, float(l.size.x), float(l.size.y), float(l.size.z)});
   meta["row_width"] = std::int64_t(channels.width);
+}
+
+/// Models that older programs would show wrongly: they are to refuse them.
+bool needs_edited_format(const MotionField& m) { return !m.time_curve.identity() || m.basis == BasisKind::polybezier || m.basis == BasisKind::hermite; }
+
+TimeCurve parse_time_curve(const NamedMeta& in) {
+  if (!in.meta.count("time_curve")) return {};
+  const std::string text = text_of(in, "time_curve");
+  const std::size_t count = std::size_t(std::count(text.begin(), text.end(), ' ')) + 1;
+  const std::vector<double> v = parse_exact<double>(text, count);
+  bool ok = v.size() == count && count >= 4 && count % 2 == 0 && count <= 2 * kMaxKnots;
+  TimeCurve curve;
+  for (std::size_t i = 0; ok && i < count; i += 2) {
+    ok = v[i] >= (i ? v[i - 2] : 0.0) && v[i + 1] >= 0 && v[i + 1] <= 1;
+    curve.knots.push_back({v[i], v[i + 1]});
+  }
+  if (!ok || v[0] != 0 || v[count - 2] != 1)
+    bad(in, "time_curve", "pairs of time and parameter in [0, 1], times from 0 to 1 and none below the one before", quoted(in, "time_curve"));
+  return curve;
 }
 
 FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& columns) {
@@ -107,7 +128,7 @@ FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& colu
 VdbMeta model_meta(const VoxelModel& m) {
   VdbMeta meta;
   meta["creator"] = std::string("splinevox");
-  meta["splinevox_model"] = std::int64_t(kModelFormat);
+  meta["splinevox_model"] = std::int64_t(needs_edited_format(m.motion) ? kEditedFormat : kModelFormat);
   meta["box"] = exact_text<float>({m.box.lo.x, m.box.lo.y, m.box.lo.z, m.box.hi.x, m.box.hi.y, m.box.hi.z});
   meta["background"] = exact_text<float>({m.background.x, m.background.y, m.background.z});
   meta["march_step"] = exact_text<float>({m.step});
@@ -135,6 +156,11 @@ VdbMeta motion_meta(const MotionField& motion) {
   meta["rigidity_switch"] = std::string(kSwitch[motion.rigidity]);
   meta["light_switch"] = std::string(kSwitch[motion.light]);
   meta["rigidity_offset"] = exact_text<float>({motion.rigidity_offset});
+  if (!motion.time_curve.identity()) {
+    std::vector<double> numbers;
+    for (const TimeCurve::Knot& k : motion.time_curve.knots) numbers.push_back(k.time), numbers.push_back(k.value);
+    meta["time_curve"] = exact_text(numbers);
+  }
   return meta;
 }
 
@@ -146,13 +172,13 @@ void parse_model_meta(const NamedMeta& in, VoxelModel& m) {
           .expected = "metadata 'splinevox_model'",
           .got = "none",
           .hint = "give the model.vdb of a run"});
-  if (const auto* version = std::get_if<std::int64_t>(&at->second); version && *version != kModelFormat)
+  if (const auto* version = std::get_if<std::int64_t>(&at->second); version && (*version < kModelFormat || *version > kEditedFormat))
     fail({.where = in.where,
-          .what = *version > kModelFormat ? "was written by a newer version of splinevox" : "was written by an older version of splinevox",
-          .expected = "model format " + std::to_string(kModelFormat),
+          .what = *version > kEditedFormat ? "was written by a newer version of splinevox" : "was written by an older version of splinevox",
+          .expected = "model format " + std::to_string(kModelFormat) + " or " + std::to_string(kEditedFormat),
           .got = std::to_string(*version),
-          .hint = *version > kModelFormat ? "" : "train the scene again"});
-  integer(in, "splinevox_model", kModelFormat, kModelFormat);
+          .hint = *version > kEditedFormat ? "" : "train the scene again"});
+  integer(in, "splinevox_model", kModelFormat, kEditedFormat);
   const auto box = numbers<float>(in, "box", 6);
   m.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
   for (int a = 0; a < 3; ++a)
@@ -177,7 +203,10 @@ FieldShape parse_radiance_meta(const NamedMeta& in, RadianceField& radiance) {
 FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
   motion.basis = BasisKind(choice(in, "basis", kBases));
   motion.points = integer(in, "points", kMinPoints, motion.basis == BasisKind::bezier ? kMaxBezierPoints : kMaxPoints);
+  if (motion.basis == BasisKind::polybezier && motion.points % 3 != 1) bad(in, "points", "one more than a multiple of 3", std::to_string(motion.points));
+  if (motion.basis == BasisKind::hermite && (motion.points % 2 != 0 || motion.points < 4)) bad(in, "points", "an even number from 4", std::to_string(motion.points));
   motion.first_point = FirstPoint(choice(in, "first_point", kFirstPoints));
+  motion.time_curve = parse_time_curve(in);
   motion.displaces = !in.meta.count("displacement_switch") || choice(in, "displacement_switch", kSwitch) == 1;
   motion.rigidity = choice(in, "rigidity_switch", kSwitch) == 1;
   motion.light = choice(in, "light_switch", kSwitch) == 1;

@@ -8,7 +8,8 @@
 
 namespace splinevox {
 
-inline constexpr int kModelFormat = 2;  ///< version of model.vdb; readers refuse others
+inline constexpr int kModelFormat = 2;   ///< version of model.vdb as training writes it
+inline constexpr int kEditedFormat = 3;  ///< the same with a time curve or a basis that only `edit` makes; readers refuse others
 
 /// A metadata table and what to call it in an error message.
 struct NamedMeta {

@@ -7,6 +7,7 @@
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/vec3.hpp"
 #include "splinevox/field/channels.hpp"
+#include "splinevox/math/time_curve.hpp"
 
 namespace splinevox {
 
@@ -17,9 +18,10 @@ struct DensityActivation {
   friend bool operator==(const DensityActivation&, const DensityActivation&) = default;
 };
 
-enum class BasisKind { bezier, bspline };
+/// See math/basis.hpp and math/basis_pieces.hpp. Training knows the first two; `edit` converts to all.
+enum class BasisKind { bezier, bspline, polybezier, hermite };
 
-/// How the first control point of a Bezier curve is treated (the paper, section Architecture).
+/// How the first control point of a curve that begins in it (every basis but bspline) is treated (the paper, section Architecture).
 enum class FirstPoint {
   zero,  ///< pinned to zero: t = 0 is exactly canonical, the point is not stored
   free   ///< stored and learned like the others
@@ -35,7 +37,8 @@ struct RadianceField {
   int sh_count() const { return (sh_order + 1) * (sh_order + 1); }
 };
 
-/// Motion: where in the canonical volume to look at time t, x' = x + r * sum_k w_k(t) p_k (Eq. 2 to 4).
+/// Motion: where in the canonical volume to look at time t, x' = x + r * sum_k w_k(s) p_k (Eq. 2 to 4),
+/// s = time_curve(t), which is t unless the run was edited.
 /// A sum of levels, coarse to fine, each a lattice that halves the one before, so that the sum is again a
 /// trilinear function on the finest lattice. Row: [stride * k + axis] stored control point k, with light
 /// [stride * k + 3] point k of the light's curve, then raw rigidity (r = sigmoid, 1 moves, 0 is static: the
@@ -43,11 +46,12 @@ struct RadianceField {
 struct MotionField {
   BasisKind basis = BasisKind::bezier;
   int points = 5;                             ///< control points K, 2..256
-  FirstPoint first_point = FirstPoint::zero;  ///< bezier only; bspline is always free
+  FirstPoint first_point = FirstPoint::zero;  ///< bspline is always free
   bool displaces = true;                      ///< false: nothing moves and only the light is stored; needs light
   bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it; needs displaces
   bool light = false;                         ///< places change their brightness over time, see math/light.hpp
   float rigidity_offset = 0;                  ///< added to the interpolated raw rigidity before the sigmoid
+  TimeCurve time_curve;                       ///< parameter of the curves at each model time; training leaves the identity
   std::vector<Channels> levels;               ///< empty: nothing changes over time
 
   int stored_points() const { return first_point == FirstPoint::zero ? points - 1 : points; }

@@ -13,6 +13,11 @@ namespace splinevox {
 class FrameSampler {
  public:
   FrameSampler(const VoxelModel& model, double time);
+  /// The model at a parameter of its curves, whatever its time curve makes of time; velocities per unit of the parameter.
+  struct AtParameter {
+    double value;  ///< in [0, 1]
+  };
+  FrameSampler(const VoxelModel& model, AtParameter parameter);
 
   struct Warp {
     Vec3 displacement;      ///< Delta(x, t) = x' - x, scene units
@@ -33,6 +38,7 @@ class FrameSampler {
   Radiance radiance(Vec3 x_canonical) const;
 
  private:
+  FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights, const BasisWeights<float>& weights_dt);
   const VoxelModel& model_;
   BrickView<float> radiance_view_, motion_view_;
   MotionSlice position_, velocity_;

@@ -9,11 +9,18 @@
 
 namespace splinevox {
 
-/// Basis weights of the *stored* control points at a time, computed in double and rounded once.
+/// Weights of all control points of a basis at a parameter in [0, 1]. Per unit of the parameter: their derivatives.
+BasisWeights<double> basis_weights(BasisKind basis, int points, double s);
+BasisWeights<double> basis_weights_dt(BasisKind basis, int points, double s);
+
+/// Basis weights of the *stored* control points at a time, computed in double and rounded once. The time curve is in them.
 /// @param t  clamped to [0, 1].
 BasisWeights<float> stored_weights(const MotionField& motion, double t);
 /// Their time derivatives, per unit of model time.
 BasisWeights<float> stored_weights_dt(const MotionField& motion, double t);
+/// The same at a parameter s of the curves in [0, 1]: without the time curve.
+BasisWeights<float> parameter_weights(const MotionField& motion, double s);
+BasisWeights<float> parameter_weights_dt(const MotionField& motion, double s);
 
 /// Row of a slice: displacement before rigidity (3, scene units), raw rigidity (1), raw light (1), padding.
 inline constexpr int kSliceWidth = 8;

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "program.hpp"
+#include "splinevox/io/model_vdb.hpp"
+#include "splinevox/render/render_image.hpp"
+
+using namespace splinevox;
+using namespace splinevox::test;
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+namespace {
+
+/// A ball that moves and a run of a few steps on it.
+struct Trained {
+  TempFolder temp;
+  std::string data = temp.str() + "/ball", run = temp.str() + "/run";
+  Trained() {
+    write_moving_ball(data, {12, 2, 3, 24, 0.8});
+    const Ended e = program({"train", data, "--out", run, "--preset", "draft", "--max-steps", "150", "--set", "sampling.rays=512", "--set", "grid.radiance=16,24,32", "--effects", "motion,light", "--quiet"});
+    CAPTURE(e.err);
+    REQUIRE(e.code == 0);
+  }
+  std::string path(const std::string& name) const { return temp.str() + "/" + name; }
+  Ended edit(const std::string& from, const std::string& to, std::vector<std::string> operations) const {
+    operations.insert(operations.begin(), {"edit", from, "--out", path(to)});
+    return program(operations);
+  }
+};
+
+Camera camera() {
+  Camera c;
+  c.width = c.height = 40;
+  c.fx = c.fy = 60, c.cx = c.cy = 20;
+  c.axes = {Vec3d{0, 1, 0}, Vec3d{0, 0, 1}, Vec3d{1, 0, 0}};
+  c.position = {3, 0, 0};
+  return c;
+}
+
+double picture_difference(const std::string& a, double at_a, const std::string& b, double at_b) {
+  const VoxelModel x = load_model(a + "/model.vdb"), y = load_model(b + "/model.vdb");
+  const Image p = render_image(x, camera(), at_a).rgb, q = render_image(y, camera(), at_b).rgb;
+  double worst = 0;
+  for (std::size_t i = 0; i < p.data.size(); ++i) worst = std::max(worst, double(std::abs(p.data[i] - q.data[i])));
+  return worst;
+}
+
+}  // namespace
+
+TEST_SUITE("app/edit") {
+  TEST_CASE("operations make a new run that every verb reads, and leave the old one alone") {
+    const Trained t;
+    const std::string model = slurp(t.run + "/model.vdb");
+    REQUIRE(t.edit(t.run, "back", {"--reverse"}).code == 0);
+    REQUIRE(t.edit(t.path("back"), "forth", {"--reverse"}).code == 0);
+    CHECK(slurp(t.path("forth") + "/model.vdb") == model);
+    CHECK(slurp(t.run + "/model.vdb") == model);
+    for (const double time : {0.0, 0.25, 0.7}) CHECK(picture_difference(t.path("back"), 1 - time, t.run, time) < 1e-5);
+    CHECK(Json::parse(slurp(t.path("forth") + "/edit.json"))["history"].size() == 2);
+
+    REQUIRE(t.edit(t.run, "half", {"--speed", "0.5"}).code == 0);
+    for (const double time : {0.0, 0.2, 0.5}) CHECK(picture_difference(t.path("half"), 2 * time, t.run, time) == 0);
+    CHECK(picture_difference(t.path("half"), 1, t.run, 1) > 0.05);
+
+    REQUIRE(t.edit(t.run, "curves", {"--basis", "bezier:6"}).code == 0);
+    REQUIRE(t.edit(t.path("curves"), "more", {"--elevate", "7"}).code == 0);
+    CHECK(load_model(t.path("more") + "/model.vdb").motion.points == 13);
+    for (const double time : {0.0, 0.3, 1.0}) CHECK(picture_difference(t.path("more"), time, t.path("curves"), time) < 1e-5);
+
+    const std::string run = t.path("half");
+    CHECK(program({"verify", run}).code == 0);
+    const Ended info = program({"info", run});
+    CHECK(info.code == 0);
+    CHECK(contains(info.out, "edited"));
+    CHECK(contains(info.out, "--speed 0.5"));
+    CHECK(program({"eval", run}).code == 0);
+    CHECK(program({"render", run, "--out", t.path("pictures"), "--times", "0:1:2", "--size", "16"}).code == 0);
+    CHECK(program({"export", run, "--out", t.path("vdb"), "--frames", "1-2"}).code == 0);
+    CHECK(program({"report", run, "--out", t.path("page.html"), "--views", "1"}).code == 0);
+    write_text(t.path("points.csv"), "x,y,z\n0.1,0.2,0.3\n");
+    CHECK(program({"track", run, "--points", t.path("points.csv"), "--to", "1", "--out", t.path("tracks.csv")}).code == 0);
+    const Ended resume = program({"train", t.data, "--out", run, "--resume"});
+    CHECK(resume.code == 2);
+    CHECK(contains(resume.err, "was made by `splinevox edit`"));
+  }
+  TEST_CASE("the order of operations is the order of the words") {
+    const Trained t;
+    REQUIRE(t.edit(t.run, "a", {"--freeze", "0.25", "--reverse"}).code == 0);
+    REQUIRE(t.edit(t.run, "b", {"--reverse", "--freeze", "0.25"}).code == 0);
+    REQUIRE(t.edit(t.run, "c", {"--speed", "0.5", "--reverse", "--speed", "0.5"}).code == 0);
+    CHECK(picture_difference(t.path("a"), 0.9, t.run, 0.25) == 0);
+    CHECK(picture_difference(t.path("b"), 0.9, t.run, 0.75) == 0);
+    CHECK(picture_difference(t.path("c"), 0.5, t.run, 0.375) < 1e-6);
+    const Json history = Json::parse(slurp(t.path("c") + "/edit.json"))["history"][0]["operations"];
+    REQUIRE(history.size() == 3);
+    CHECK(history[1]["operation"] == "reverse");
+    CHECK(history[2]["value"] == "0.5");
+  }
+  TEST_CASE("parts are found, hidden and painted; what makes no sense is refused and leaves nothing behind") {
+    const Trained t;
+    const Ended parts = t.edit(t.run, "parts", {"--clusters", "2", "--cluster", "moving", "--hide"});
+    CAPTURE(parts.err);
+    REQUIRE(parts.code == 0);
+    CHECK(contains(parts.out, "stands still"));
+    REQUIRE(t.edit(t.run, "paint", {"--clusters", "auto", "--paint"}).code == 0);
+    struct Row {
+      std::vector<std::string> words;
+      const char* says;
+    };
+    for (const Row& row : {Row{{}, "there is nothing to do"}, Row{{"--speed", "0"}, "out of range"}, Row{{"--loop", "1.5"}, "not a whole number"},
+                           Row{{"--time-curve", "0:0,0.7:1"}, "ends at time 1"}, Row{{"--time-curve", "0:0,0.7:1,0.6:0,1:1"}, "must not go back"},
+                           Row{{"--basis", "spline"}, "try:      --basis bspline"}, Row{{"--basis", "hermite:5"}, "5 points do not suit hermite"},
+                           Row{{"--elevate", "1"}, "only Bezier curves"}, Row{{"--hide"}, "there are no clusters yet"},
+                           Row{{"--clusters", "2", "--hide"}, "no cluster is chosen"}, Row{{"--clusters", "2", "--cluster", "9"}, "from 0 to 1"},
+                           Row{{"--clusters", "2", "--cluster", "1", "--rotate", "w,3"}, "this is not a rotation"}}) {
+      const Ended e = t.edit(t.run, "refused", row.words);
+      CAPTURE(e.err);
+      CHECK(e.code == 2);
+      CHECK(contains(e.err, row.says));
+      CHECK_FALSE(fs::exists(t.path("refused")));
+    }
+    const Ended full = t.edit(t.run, "parts", {"--reverse"});
+    CHECK(full.code == 2);
+    CHECK(contains(full.err, "already holds a run"));
+  }
+}
