@@ -19,5 +19,6 @@ Action verify_command(CLI::App& verb);
 Action synth_command(CLI::App& verb);
 Action report_command(CLI::App& verb);
 Action track_command(CLI::App& verb);
+Action view_command(CLI::App& verb);
 
 }  // namespace splinevox::app
