@@ -41,6 +41,15 @@ std::vector<ViewShot> shots_of(const Run& run, const ViewVerb& o) {
   return shots;
 }
 
+std::string about(const Run& run) {
+  std::string text = fs::path(run.record.dataset).filename().string() + ", preset " + run.config.preset;
+  const std::string file = run.path + "/metrics.json";
+  const Json metrics = fs::exists(file) ? read_json(file) : Json::object();
+  if (metrics.contains("psnr") && metrics["psnr"].is_number() && metrics.contains("split"))
+    text += fmt::format(", {:.1f} dB on the {} split", metrics["psnr"].get<double>(), metrics["split"].get<std::string>());
+  return text;
+}
+
 std::string described(const ViewQuality& q, const VoxelModel& model) {
   std::string text = fmt::format("density in {} bits, colour in {}", q.density_bits, q.colour_bits);
   if (model.radiance.sh_order >= 0) text += q.sh_bits ? fmt::format(", view dependence in {}", q.sh_bits) : ", no view dependence";
@@ -54,6 +63,7 @@ int view(const ViewVerb& o) {
   const Run run = open_run(o.run);
   ViewPage page;
   page.name = fs::weakly_canonical(run.path).filename().string();
+  page.about = about(run);
   page.full_flow = kFullFlow * run.model.box.longest_edge();
   if (o.views > 0) try {
       page.shots = shots_of(run, o);

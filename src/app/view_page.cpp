@@ -47,6 +47,7 @@ std::string view_page(const ViewPage& page, const PackedScene& scene) {
   std::string html(view_asset("page.html"));
   put(html, "<!--title-->", escape(page.name));
   put(html, "<!--heading-->", escape(page.name));
+  put(html, "<!--about-->", escape(page.about));
   put(html, "/*style*/", std::string(view_asset("style.css")));
   put(html, "<!--shaders-->", shaders);
   put(html, "<!--header-->", "<script type=\"application/json\" id=\"header\">" + embedded(header) + "</script>");

@@ -20,6 +20,7 @@ struct ViewShot {
 
 struct ViewPage {
   std::string name;        ///< of the run
+  std::string about;       ///< a line beside it: data set, quality
   std::string note;        ///< what the page says about its contents
   double full_flow = 0.1;  ///< displacement of full colour, scene units
   std::vector<ViewShot> shots;  ///< in the order of time

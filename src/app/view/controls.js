@@ -102,7 +102,7 @@ function showState(app) {
   [...$("views").children].forEach((b, i) => b.setAttribute("aria-pressed", i === state.view));
   $("compare").setAttribute("aria-pressed", state.compare);
   $("background").value = "#" + hexOf(state.background);
-  $("stage").style.background = "#" + hexOf(state.layer === "rgb" ? state.background : header.background);
+  $("stage").style.background = "#" + hexOf(header.background);
   if (state.compare) {
     const view = header.views[app.compared], picture = $("truth").querySelector("img");
     if (picture.src !== view.picture) picture.src = view.picture;

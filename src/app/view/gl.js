@@ -29,7 +29,7 @@ vec3 displacement(vec3 x) {
 `;
 
 function openGl(canvas) {
-  const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, depth: false, powerPreference: "high-performance"});
+  const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true, powerPreference: "high-performance"});
   if (!gl) throw new Error("This page needs WebGL 2, which this browser does not offer here. A recent Firefox, Chrome, Edge or Safari has it; hardware acceleration may be switched off in the settings.");
   if (!gl.getExtension("EXT_color_buffer_float") && !gl.getExtension("EXT_color_buffer_half_float"))
     throw new Error("This graphics card cannot draw into half-float textures (EXT_color_buffer_half_float), which the motion needs.");
