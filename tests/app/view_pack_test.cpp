@@ -158,7 +158,10 @@ TEST_SUITE("app/view_pack") {
         const Int3 v = c.vertex(b, i);
         const float value = coarse.raw.row(std::size_t(b) * kBrickRows + i)[0];
         const bool inside = v.x > 0 && v.y > 0 && v.z > 0 && v.x < 11 && v.y < 9 && v.z < 8;
-        if (inside) CHECK(value == doctest::Approx(linear(c.position(b, i))).epsilon(1e-5)), ++compared;
+        if (inside) {
+          CHECK(value == doctest::Approx(linear(c.position(b, i))).epsilon(1e-5));
+          ++compared;
+        }
         if (v.x >= 20) CHECK(value == -3.0f);
       }
     CHECK(compared > 300);

@@ -28,6 +28,14 @@ vec3 displacement(vec3 x) {
 }
 `;
 
+/// Grids of cells that are only ever fetched lie in one 2D texture, eight layers to a row, so that one pass draws them all: a pass per
+/// layer is what a phone takes longest for.
+const kTilesSource = `
+ivec2 tileOf(ivec3 cell, ivec3 size) { return ivec2((cell.z & 7) * size.x + cell.x, (cell.z >> 3) * size.y + cell.y); }
+ivec3 cellOf(ivec2 at, ivec3 size) { return ivec3(at.x % size.x, at.y % size.y, at.y / size.y * 8 + at.x / size.x); }
+`;
+const tiledShape = size => [8 * size[0], Math.ceil(size[2] / 8) * size[1]];
+
 function openGl(canvas) {
   const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true, powerPreference: "high-performance"});
   if (!gl) throw new Error("This page needs WebGL 2, which this browser does not offer here. A recent Firefox, Chrome, Edge or Safari has it; hardware acceleration may be switched off in the settings.");
@@ -111,5 +119,24 @@ function drawLayers(gl, framebuffer, textures, size, program) {
     textures.forEach((t, i) => gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0 + i, t, 0, z));
     program.int("layer", z);
     program.draw();
+  }
+}
+
+/// A 2D texture that is drawn into.
+class Target {
+  constructor(gl, format, filter) { this.gl = gl, this.format = format, this.filter = filter, this.framebuffer = gl.createFramebuffer(), this.texture = null; }
+  resize(width, height) {
+    if (this.texture && this.width === width && this.height === height) return;
+    const gl = this.gl;
+    if (this.texture) gl.deleteTexture(this.texture);
+    this.width = width, this.height = height;
+    this.texture = texture2d(gl, this.format, width, height, this.filter);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
+  }
+  /// What is drawn from here on goes into it.
+  begin() {
+    this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, this.framebuffer);
+    this.gl.viewport(0, 0, this.width, this.height);
   }
 }

@@ -6,10 +6,10 @@ uniform sampler3D atlas;            // raw density, raw colour; bricks of 9^3 wi
 uniform sampler3D harmonics[SH_TEXTURES];
 uniform vec2 harmonicRange;         // lo, hi - lo
 #endif
-uniform sampler3D cells, blocks;    // occupancy of observed space at this time
+uniform sampler2D cells, blocks;    // occupancy of observed space at this time
 uniform vec3 gridOrigin;
 uniform float inverseCell;
-uniform ivec3 gridSize;
+uniform ivec3 gridSize, blockSize;
 uniform vec3 boxLo, boxHi;
 uniform vec3 ringOrigin, ringLimit;
 uniform float inverseSpacing, densityScale, densityShift;
@@ -103,11 +103,11 @@ void main() {
   for (int i = 0; i < samples;) {
     vec3 c = cellOrigin + float(i) * cellAdvance;
     ivec3 cell = clamp(ivec3(c), ivec3(0), gridSize - 1);
-    if (texelFetch(blocks, cell / 4, 0).r == 0.0) {
+    if (texelFetch(blocks, tileOf(cell >> 2, blockSize), 0).r == 0.0) {
       i += across(c, cellAdvance, cell, 4);
       continue;
     }
-    if (texelFetch(cells, cell, 0).r == 0.0) {
+    if (texelFetch(cells, tileOf(cell, gridSize), 0).r == 0.0) {
       i += across(c, cellAdvance, cell, 1);
       continue;
     }

@@ -7,25 +7,12 @@ const kGoodFrame = 1 / 30;  // seconds a quick picture should take
 const kBand = 0.03;         // seconds a band of the full picture should take
 const kRest = 150;          // milliseconds without a change before the full picture begins
 
-class Target {
-  constructor(gl) { this.gl = gl, this.framebuffer = gl.createFramebuffer(), this.texture = null; }
-  resize(width, height) {
-    if (this.texture && this.width === width && this.height === height) return;
-    const gl = this.gl;
-    if (this.texture) gl.deleteTexture(this.texture);
-    this.width = width, this.height = height;
-    this.texture = texture2d(gl, gl.RGBA8, width, height, gl.LINEAR);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
-  }
-}
-
 class Painter {
   constructor(gl, scene, camera) {
     this.gl = gl, this.scene = scene, this.camera = camera;
     this.march = new Program(gl, document.getElementById("march.frag").textContent, scene.defines);
     this.show = new Program(gl, document.getElementById("present.frag").textContent);
-    this.quick = new Target(gl), this.full = new Target(gl);
+    this.quick = new Target(gl, gl.RGBA8, gl.LINEAR), this.full = new Target(gl, gl.RGBA8, gl.LINEAR);
     this.share = 0.5;         // of the canvas' pixels an edge that a quick picture has
     this.rowsPerSecond = 400; // of the full picture
     this.dirty = true, this.changed = 0, this.nextRow = 0;
@@ -49,8 +36,7 @@ class Painter {
     pass.vec4("lens", camera.fitted(target.width, target.height)), pass.float("targetHeight", target.height);
     pass.int("shown", kLayers.indexOf(look.layer)), pass.vec3("background", look.background);
     pass.vec2("depthRange", camera.depthRange()), pass.float("fullFlow", scene.header.full_flow);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
-    gl.viewport(0, 0, target.width, target.height);
+    target.begin();
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(0, first, target.width, last - first);
     pass.draw();
@@ -100,7 +86,7 @@ class Painter {
         this.rowsPerSecond = h / seconds * share;
         // The time goes with the pixels; a step at a time, because a frame also waits for the screen.
         const better = this.share * Math.sqrt(kGoodFrame / seconds);
-        this.share = Math.min(1, Math.max(0.12, 0.6 * this.share + 0.4 * Math.max(better, 0.5 * this.share)));
+        this.share = Math.min(1, Math.max(0.25, 0.6 * this.share + 0.4 * Math.max(better, 0.5 * this.share)));
       });
       return;
     }
@@ -121,7 +107,7 @@ class Painter {
 
   /// A full picture at once, as a 2D canvas.
   picture(look, width, height) {
-    const gl = this.gl, target = new Target(gl);
+    const gl = this.gl, target = new Target(gl, gl.RGBA8, gl.LINEAR);
     target.resize(width, height);
     this.drawRows(target, look, 0, height, 1);
     const pixels = new Uint8ClampedArray(4 * width * height), flipped = new ImageData(width, height);

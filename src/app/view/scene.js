@@ -7,13 +7,13 @@ class Scene {
   constructor(gl, header, bytes) {
     this.gl = gl, this.header = header;
     this.largest = Math.min(2048, gl.getParameter(gl.MAX_3D_TEXTURE_SIZE));
-    this.gridBuffer = gl.createFramebuffer(), this.sliceBuffer = gl.createFramebuffer();
+    this.sliceBuffer = gl.createFramebuffer();
     const motion = header.motion;
     this.changes = !!motion, this.moves = !!motion && motion.displaces;
     this.shOrder = header.radiance.sh_order;
     this.shTextures = this.shOrder < 0 ? 0 : Math.ceil((this.shOrder + 1) ** 2 / 4);
     this.defines = `#define MOVES ${+this.moves}\n#define LIGHT ${+(this.changes && motion.light)}\n#define RIGIDITY ${+(this.changes && motion.rigidity)}\n` +
-      `#define SH_TEXTURES ${this.shTextures}\n#define SH_ORDER ${this.shOrder}\n` + kWarpSource;
+      `#define SH_TEXTURES ${this.shTextures}\n#define SH_ORDER ${this.shOrder}\n` + kTilesSource + kWarpSource;
     this.uploadRadiance(header.radiance, bytes);
     this.uploadOccupancy(header.occupancy, bytes);
     if (this.changes) this.uploadMotion(motion, bytes);
@@ -58,11 +58,11 @@ class Scene {
         for (let z = 0; z < sz; ++z, ++i) cells[(z * sy + y) * sx + x] = packed[i >> 3] >> (i & 7) & 1 ? 255 : 0;
     this.canonical = texture3d(gl, gl.R8, grid.size, gl.NEAREST);
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, sx, sy, sz, gl.RED, gl.UNSIGNED_BYTE, cells);
-    this.cells = texture3d(gl, gl.R8, grid.size, gl.NEAREST);
     this.blockSize = grid.size.map(n => Math.ceil(n / kBlock));
-    this.blocks = texture3d(gl, gl.R8, this.blockSize, gl.NEAREST);
+    this.cells = new Target(gl, gl.R8, gl.NEAREST), this.blocks = new Target(gl, gl.R8, gl.NEAREST);
+    this.cells.resize(...tiledShape(grid.size)), this.blocks.resize(...tiledShape(this.blockSize));
     this.occupancyPass = new Program(gl, this.defines + document.getElementById("occupancy.frag").textContent);
-    this.blocksPass = new Program(gl, document.getElementById("blocks.frag").textContent);
+    this.blocksPass = new Program(gl, kTilesSource + document.getElementById("blocks.frag").textContent);
   }
 
   /// Control points as one long list of texels: number k of row r at k * rows + r.
@@ -96,11 +96,13 @@ class Scene {
       pass.vec3("gridOrigin", grid.origin), pass.vec3("boxHi", this.header.box.hi);
       pass.float("cell", grid.cell), pass.ivec3("gridSize", grid.size);
       this.bindWarp(pass);
-      drawLayers(gl, this.gridBuffer, [this.cells], grid.size, pass);
+      this.cells.begin();
+      pass.draw();
       const blocks = this.blocksPass.use();
-      blocks.texture("cells", this.cells);
-      blocks.ivec3("gridSize", grid.size);
-      drawLayers(gl, this.gridBuffer, [this.blocks], this.blockSize, blocks);
+      blocks.texture("cells", this.cells.texture, gl.TEXTURE_2D);
+      blocks.ivec3("gridSize", grid.size), blocks.ivec3("blockSize", this.blockSize);
+      this.blocks.begin();
+      blocks.draw();
     }
     this.time = t;
   }
@@ -141,10 +143,10 @@ class Scene {
     pass.texture("atlas", this.atlas);
     this.harmonics.forEach((h, i) => pass.texture(`harmonics[${i}]`, h));
     if (this.harmonics.length) pass.vec2("harmonicRange", this.harmonicRange);
-    pass.texture("cells", this.cells);
-    pass.texture("blocks", this.blocks);
+    pass.texture("cells", this.cells.texture, this.gl.TEXTURE_2D);
+    pass.texture("blocks", this.blocks.texture, this.gl.TEXTURE_2D);
     this.bindWarp(pass);
-    pass.vec3("gridOrigin", occupancy.origin), pass.float("inverseCell", 1 / occupancy.cell), pass.ivec3("gridSize", occupancy.size);
+    pass.vec3("gridOrigin", occupancy.origin), pass.float("inverseCell", 1 / occupancy.cell), pass.ivec3("gridSize", occupancy.size), pass.ivec3("blockSize", this.blockSize);
     pass.vec3("boxLo", box.lo), pass.vec3("boxHi", box.hi);
     pass.vec3("ringOrigin", radiance.origin), pass.vec3("ringLimit", radiance.dims.map(d => 8 * d - 2));
     pass.float("inverseSpacing", 1 / radiance.spacing);
