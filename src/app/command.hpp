@@ -20,5 +20,6 @@ Action synth_command(CLI::App& verb);
 Action report_command(CLI::App& verb);
 Action track_command(CLI::App& verb);
 Action edit_command(CLI::App& verb);
+Action view_command(CLI::App& verb);
 
 }  // namespace splinevox::app

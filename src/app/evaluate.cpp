@@ -17,9 +17,6 @@
 namespace splinevox::app {
 namespace {
 
-constexpr float kFullFlow =
-    0.1f;  // displacement of full colour, share of the box's longest edge: the same for all frames
-
 /// The nearest and the farthest corner of the box before a camera.
 std::pair<float, float> depth_range(const Box& box, const Camera& camera) {
   float near = 1e30f, far = 0;

@@ -39,6 +39,9 @@ struct View {
 /// @param renderer  of the run's model
 View evaluate_view(const Run& run, Renderer& renderer, const Frame& frame);
 
+/// Displacement of full colour in the layer "flow", share of the box's longest edge: the same for all frames.
+inline constexpr float kFullFlow = 0.1f;
+
 /// A layer of a render ("rgb", "alpha", "depth", "flow", "rigidity") as colours that can be looked at: 3 channels.
 Image layer_picture(const Run& run, const Rendered& r, const std::string& layer, const Camera& camera);
 /// folder/name.png: truth, render, error in one row and depth, flow, rigidity in the next; folder/name_render.png: the

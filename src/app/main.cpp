@@ -31,6 +31,7 @@ constexpr Verb kVerbs[] = {
     {"verify", "check every file that a manifest lists", verify_command},
     {"synth", "a procedural moving scene with exact ground truth", synth_command},
     {"report", "one page with curves, pictures and tables of runs", report_command},
+    {"view", "one page that shows a run from anywhere at any time", view_command},
 };
 
 /// A first word that is no verb, before CLI11 sees it, so that the answer can name the nearest one.

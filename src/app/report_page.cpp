@@ -8,6 +8,7 @@
 
 #include "app/effects_report.hpp"
 #include "app/report_chart.hpp"
+#include "app/view_codec.hpp"
 
 namespace splinevox::app {
 namespace {
@@ -22,17 +23,6 @@ double number(const Json& j, const char* key) {
 std::string figure(double v, int digits, const char* unit = "") {
   if (!std::isfinite(v)) return "&ndash;";
   return fmt::format("{:.{}f}{}{}", v, digits, *unit ? "<small>" : "", *unit ? fmt::format("{}</small>", unit) : "");
-}
-
-std::string base64(const std::vector<char>& bytes) {
-  static const char* const digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t v = 0;
-    for (std::size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < bytes.size() ? std::uint8_t(bytes[i + k]) : 0);
-    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : digits[v >> (18 - 6 * k) & 63];
-  }
-  return out;
 }
 
 struct Column {

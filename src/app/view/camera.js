@@ -1,0 +1,79 @@
+// A camera that goes round a point: position and axes as in include/splinevox/core/camera.hpp (x right, y up, looking along -z).
+
+const add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
+const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const unit = a => a.map(v => v / Math.sqrt(dot(a, a)));
+/// v turned about a unit axis (Rodrigues).
+const turned = (v, axis, angle) => {
+  const c = Math.cos(angle), s = Math.sin(angle);
+  return add(add(v.map(k => k * c), cross(axis, v), s), axis, dot(axis, v) * (1 - c));
+};
+
+class OrbitCamera {
+  constructor(header) {
+    this.box = header.box;
+    this.centre = add(header.box.lo, header.box.hi).map(v => v / 2);
+    this.diagonal = Math.sqrt(dot(add(header.box.hi, header.box.lo, -1), add(header.box.hi, header.box.lo, -1)));
+    // Most scenes have z upwards; the true cameras, which are held upright, know better.
+    const sum = header.views.reduce((s, v) => add(s, v.camera.axes[1]), [0, 0, 1e-3]);
+    this.up = [0, 0, 1];
+    for (let a = 0; a < 3; ++a) if (Math.abs(sum[a]) > 2 * Math.max(...sum.map((v, i) => (i === a ? 0 : Math.abs(v))))) this.up = [0, 1, 2].map(i => (i === a ? Math.sign(sum[a]) : 0));
+    this.home();
+  }
+
+  /// As `splinevox render --camera orbit` begins: all of the box is seen.
+  home() {
+    const half = 18 * Math.PI / 180, tilt = 20 * Math.PI / 180;
+    const side = unit(cross(this.up, Math.abs(this.up[0]) > 0.5 ? [0, 1, 0] : [1, 0, 0]));
+    const front = cross(side, this.up);
+    const out = add(front.map(v => v * Math.cos(tilt)), this.up, Math.sin(tilt));
+    this.axes = [unit(cross(this.up, out)), [], out];
+    this.axes[1] = cross(out, this.axes[0]);
+    this.pivot = this.centre;
+    this.distance = 0.5 * this.diagonal / Math.sin(half);
+    this.lens = {width: 400, height: 400, fx: 200 / Math.tan(half), fy: 200 / Math.tan(half), cx: 200, cy: 200};
+  }
+
+  /// A true camera; it turns about the point of its axis next to the middle of the box.
+  take(camera) {
+    this.axes = camera.axes.map(a => [...a]);
+    this.lens = camera;
+    this.distance = Math.max(dot(add(camera.position, this.centre, -1), this.axes[2]), 0.1 * this.diagonal);
+    this.pivot = add(camera.position, this.axes[2], -this.distance);
+  }
+
+  get position() { return add(this.pivot, this.axes[2], this.distance); }
+
+  turn(yaw, pitch) {
+    const height = Math.acos(Math.max(-1, Math.min(1, dot(this.axes[2], this.up)))), room = 0.03;
+    pitch = Math.max(Math.min(pitch, Math.max(0, Math.PI - room - height)), Math.min(0, room - height));
+    const right = this.axes[0];
+    this.axes = this.axes.map(a => turned(turned(a, right, pitch), this.up, -yaw));
+  }
+
+  zoom(factor) { this.distance = Math.max(0.02 * this.diagonal, Math.min(20 * this.diagonal, this.distance * factor)); }
+
+  /// Moves the scene by pixels of a pane of this size.
+  pan(dx, dy, width, height) {
+    const scale = this.distance / (this.lens.fy * Math.min(width / this.lens.width, height / this.lens.height));
+    this.pivot = add(add(this.pivot, this.axes[0], -dx * scale), this.axes[1], dy * scale);
+  }
+
+  /// 1 / fx, 1 / fy, cx, cy for a pane: the picture of the lens, as large as fits.
+  fitted(width, height) {
+    const l = this.lens, s = Math.min(width / l.width, height / l.height);
+    return [1 / (l.fx * s), 1 / (l.fy * s), 0.5 * (width - l.width * s) + l.cx * s, 0.5 * (height - l.height * s) + l.cy * s];
+  }
+
+  /// Depth of the nearest and the farthest corner of the box.
+  depthRange() {
+    let near = 1e30, far = 0;
+    for (let corner = 0; corner < 8; ++corner) {
+      const p = [0, 1, 2].map(a => this.box[corner >> a & 1 ? "hi" : "lo"][a]);
+      const depth = -dot(add(p, this.position, -1), this.axes[2]);
+      near = Math.min(near, depth), far = Math.max(far, depth);
+    }
+    return [Math.max(near, 0), far];
+  }
+}

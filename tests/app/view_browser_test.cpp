@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page of `view` in a headless browser, drawn by software: its pictures beside ours. Skipped where there is no Chromium.
+#include <doctest/doctest.h>
+
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "app/evaluate.hpp"
+#include "program.hpp"
+#include "splinevox/data/image_read.hpp"
+#include "splinevox/field/slice.hpp"
+#include "splinevox/math/metrics.hpp"
+
+using namespace splinevox;
+using namespace splinevox::test;
+using Json = nlohmann::json;
+
+namespace {
+
+std::string browser() {
+  for (const char* name : {"chromium", "chromium-browser", "google-chrome"}) {
+    std::stringstream path(std::getenv("PATH") ? std::getenv("PATH") : "");
+    for (std::string folder; std::getline(path, folder, ':');)
+      if (::access((folder + "/" + name).c_str(), X_OK) == 0) return folder + "/" + name;
+  }
+  return "";
+}
+
+Bytes unbase64(const std::string& text) {
+  Bytes out;
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    const int v = c >= 'A' && c <= 'Z' ? c - 'A' : c >= 'a' && c <= 'z' ? c - 'a' + 26 : c >= '0' && c <= '9' ? c - '0' + 52 : c == '+' ? 62 : c == '/' ? 63 : -1;
+    if (v < 0) continue;
+    bits = bits << 6 | std::uint32_t(v), count += 6;
+    if (count >= 8) count -= 8, out.push_back(std::uint8_t(bits >> count));
+  }
+  return out;
+}
+
+std::string between(const std::string& text, const std::string& first, const std::string& last) {
+  const std::size_t from = text.find(first);
+  if (from == text.npos) return "";
+  const std::size_t to = text.find(last, from + first.size());
+  return text.substr(from + first.size(), to - from - first.size());
+}
+
+/// A run, its page, and what a browser found on it.
+struct Page {
+  TempFolder temp;
+  std::string text;
+  Json header, result;
+  std::string console;
+
+  std::string path(const std::string& name) const { return temp.str() + "/" + name; }
+
+  void make(const std::vector<std::string>& training) {
+    REQUIRE(program({"synth", "ball", "--out", path("scene"), "--size", "48", "--frames", "12"}).code == 0);
+    std::vector<std::string> words{"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "80", "--quiet", "--set", "grid.radiance=16,24,40"};
+    words.insert(words.end(), training.begin(), training.end());
+    const Ended train = program(words);
+    CAPTURE(train.err);
+    REQUIRE(train.code == 0);
+    const Ended view = program({"view", path("run"), "--out", path("page.html"), "--views", "3", "--split", "train"});
+    CAPTURE(view.err);
+    REQUIRE(view.code == 0);
+    text = slurp(path("page.html"));
+    header = Json::parse(between(text, "id=\"header\">", "</script>"));
+  }
+
+  /// Opens the page with a script behind it that fills the object `result`.
+  void open(const std::string& script) {
+    write_text(path("checked.html"), text + "<script>splinevox.then(app => {\n  const result = {problem: document.getElementById('problem').textContent};\n" + script +
+                                         "\n  const node = document.createElement('pre');\n  node.id = 'result';\n  node.textContent = JSON.stringify(result);\n"
+                                         "  document.body.append(node);\n});</script>");
+    const Ended e = Started({"timeout", "120", browser(), "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--enable-logging=stderr",
+                             "--window-size=800,800", "--user-data-dir=" + path("profile"), "--virtual-time-budget=10000", "--dump-dom", "file://" + path("checked.html")})
+                        .wait();
+    std::stringstream log(e.err);
+    for (std::string line; std::getline(log, line);)
+      if (contains(line, "CONSOLE")) console += line + "\n";
+    const std::string found = between(e.out, "<pre id=\"result\">", "</pre>");
+    CAPTURE(console);
+    REQUIRE_FALSE(found.empty());
+    result = Json::parse(found);
+  }
+
+  Image picture(const std::string& data) const {
+    write_bytes(path("picture.png"), unbase64(data.substr(data.find(',') + 1)));
+    return composite(read_png(path("picture.png")), {1, 1, 1});
+  }
+  Camera camera(int view) const {
+    const Json& j = header["views"][view]["camera"];
+    Camera c{j["width"], j["height"], j["fx"], j["fy"], j["cx"], j["cy"], {}, {j["position"][0], j["position"][1], j["position"][2]}};
+    for (int a = 0; a < 3; ++a) c.axes[a] = {j["axes"][a][0], j["axes"][a][1], j["axes"][a][2]};
+    return c;
+  }
+};
+
+/// With every effect; made once.
+Page& whole_page() {
+  static Page page;
+  if (page.text.empty()) page.make({"--effects", "all"});
+  return page;
+}
+
+}  // namespace
+
+TEST_SUITE("app/view") {
+  TEST_CASE("a page keeps to its size, says what it cost, and is refused where it cannot") {
+    const Page& page = whole_page();
+    for (const char* part : {"src=\"http", "href=\"http", "import(", "<script src", "fetch("}) CHECK_FALSE_MESSAGE(contains(page.text, part), part);
+    const double whole = double(page.text.size()) * 1e-6, limit = 0.85 * whole;
+    const Ended smaller = program({"view", page.path("run"), "--out", page.path("small.html"), "--views", "3", "--split", "train", "--max-mb", std::to_string(limit)});
+    CAPTURE(smaller.err);
+    REQUIRE(smaller.code == 0);
+    CHECK(double(slurp(page.path("small.html")).size()) <= limit * 1e6);
+    CHECK_FALSE(contains(smaller.out, "density in 12 bits"));
+    const Ended refused = program({"view", page.path("run"), "--out", page.path("none.html"), "--max-mb", "0.05"});
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, "--max-mb"));
+    CHECK_FALSE(std::filesystem::exists(page.path("none.html")));
+    CHECK(program({"view", page.path("run"), "--out", page.path("bare.html"), "--views", "0"}).code == 0);
+  }
+
+  TEST_CASE("in a browser it shows what we render: every layer, three times; the slider moves the picture") {
+    if (browser().empty()) {
+      MESSAGE("skipped: there is no Chromium here (apt-get install chromium)");
+      return;
+    }
+    struct Kind {
+      std::string what;
+      std::vector<std::string> training;  ///< of a run of its own
+    };
+    for (const Kind& kind : {Kind{"all effects", {}}, Kind{"bezier, harmonics of order 3", {"--effects", "motion,view", "--set", "motion.basis=bezier", "--set", "radiance.sh_order=3"}},
+                             Kind{"light alone, no harmonics", {"--effects", "light"}}, Kind{"nothing changes", {"--effects", "view"}}}) {
+      CAPTURE(kind.what);
+      Page own;
+      if (!kind.training.empty()) own.make(kind.training);
+      Page& page = kind.training.empty() ? whole_page() : own;
+      page.open(R"js(
+  result.pictures = [];
+  for (let view = 0; view < 3; ++view) for (const layer of app.state.layers) {
+    const {width, height} = app.header.views[view].camera;
+    result.pictures.push({view, layer, png: app.picture(`view=${view}&layer=${layer}`, width, height)});
+  }
+  app.picture("view=1&layer=rgb", 48, 48);
+  const slider = document.getElementById("time"), slid = t => {
+    slider.value = t;
+    slider.dispatchEvent(new Event("input"));
+    return app.painter.picture(app.state.look, 48, 48).toDataURL();
+  };
+  result.slid = [slid(0.05), slid(0.95), slid(0.05)];
+  result.weights = [];
+  for (const basis of ["bezier", "bspline"]) for (const points of [2, 3, 4, 5, 12, 20]) for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1])
+    result.weights.push({basis, points, t, w: [...storedWeights({basis, points, stored: points}, t)]});
+  result.fetched = performance.getEntriesByType("resource").filter(r => !r.name.startsWith("data:")).length;
+  result.address = app.state.write();
+)js");
+      CHECK(page.console == "");
+      CHECK(page.result["problem"] == "");
+      CHECK(page.result["fetched"] == 0);
+      CHECK(page.result["address"].get<std::string>().substr(0, 7) == "#t=0.05");
+
+      const app::Run run = app::open_run(page.path("run"));
+      const std::size_t layers = !run.model.motion.moves() ? 2 : run.model.motion.rigidity ? 4 : 3;
+      CHECK(page.result["pictures"].size() == 3 * layers);
+      Renderer renderer(run.model);
+      double least = kPsnrCap;
+      for (const Json& p : page.result["pictures"]) {
+        const int view = p["view"];
+        const Camera camera = page.camera(view);
+        const Rendered r = renderer.render(camera, page.header["views"][view]["time"]);
+        const Image ours = app::layer_picture(run, r, p["layer"], camera), theirs = page.picture(p["png"]);
+        REQUIRE(theirs.width == ours.width);
+        const double db = psnr(ours, theirs);
+        CAPTURE(view);
+        CAPTURE(p["layer"].get<std::string>());
+        CHECK(db > 40);
+        least = std::min(least, db);
+      }
+      MESSAGE(kind.what << ": the least of " << page.result["pictures"].size() << " pictures has " << least << " dB");
+      const double slid = mean_squared_error(page.picture(page.result["slid"][0]), page.picture(page.result["slid"][1]));
+      CHECK((slid > 1e-5) == !run.model.motion.levels.empty());
+      CHECK(page.result["slid"][0] == page.result["slid"][2]);
+
+      double apart = 0;
+      for (const Json& j : page.result["weights"]) {
+        MotionField motion;
+        motion.basis = j["basis"] == "bezier" ? BasisKind::bezier : BasisKind::bspline;
+        motion.points = j["points"], motion.first_point = FirstPoint::free;
+        const BasisWeights<float> ours = stored_weights(motion, j["t"].get<double>());
+        for (std::size_t k = 0; k < j["w"].size(); ++k) apart = std::max(apart, std::abs(double(ours[k]) - j["w"][k].get<double>()));
+      }
+      CHECK(apart < 1e-6);
+    }
+  }
+}

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <map>
+#include <random>
+#include <tuple>
+
+#include "app/view_codec.hpp"
+#include "app/view_pack.hpp"
+#include "splinevox/math/activation.hpp"
+#include "support/blob_model.hpp"
+
+using namespace splinevox;
+using namespace splinevox::app;
+
+namespace {
+
+std::vector<std::uint16_t> plane_of(const PackedScene& scene, const Json& plane) {
+  return read_plane(std::span(scene.bytes).subspan(plane["offset"].get<std::size_t>()), plane["count"].get<std::size_t>(), plane["bits"].get<int>());
+}
+
+/// Number of each packed brick by its place in the ring.
+std::map<std::tuple<int, int, int>, std::size_t> bricks_of(const PackedScene& scene, const Json& field) {
+  const std::vector<std::uint16_t> places = plane_of(scene, field["places"]);
+  const std::size_t n = field["bricks"].get<std::size_t>();
+  std::map<std::tuple<int, int, int>, std::size_t> bricks;
+  for (std::size_t i = 0; i < n; ++i) bricks[{places[i], places[n + i], places[2 * n + i]}] = i;
+  return bricks;
+}
+
+}  // namespace
+
+TEST_SUITE("app/view_pack") {
+  TEST_CASE("base64 is that of RFC 4648") {
+    const auto coded = [](const std::string& text) { return base64(std::vector<char>(text.begin(), text.end())); };
+    CHECK(coded("") == "");
+    CHECK(coded("f") == "Zg==");
+    CHECK(coded("fo") == "Zm8=");
+    CHECK(coded("foobar") == "Zm9vYmFy");
+  }
+
+  TEST_CASE("a plane comes back as it was, of 8 bits and of 16, negative numbers too") {
+    std::mt19937 random(3);
+    for (const int bits : {1, 8, 9, 16}) {
+      CAPTURE(bits);
+      std::vector<std::uint16_t> values;
+      for (int i = 0; i < 1000; ++i) values.push_back(std::uint16_t(random() & ((1u << bits) - 1)));
+      std::vector<std::uint8_t> bytes{7};
+      append_plane(bytes, values, bits);
+      CHECK(bytes.size() == 1 + values.size() * (bits > 8 ? 2 : 1));
+      CHECK(read_plane(std::span(bytes).subspan(1), values.size(), bits) == values);
+    }
+  }
+
+  TEST_CASE("a quantised number is within half a step, or at the end it lies beyond") {
+    const Quantiser q{-2, 6, 5};
+    for (float v = -2; v <= 6; v += 0.01f) CHECK(std::abs(q.value(q(v)) - v) <= 0.5f * 8 / 31 + 1e-5f);
+    CHECK(q(-9) == 0);
+    CHECK(q(99) == 31);
+    CHECK(q(std::numeric_limits<float>::quiet_NaN()) == 0);
+    const Quantiser constant{3, 3, 8};
+    CHECK(constant.value(constant(3)) == 3);
+  }
+
+  TEST_CASE("every vertex that can be seen is in the page, within half a step of its value") {
+    for (const ViewQuality& quality : {view_qualities()[0], view_qualities()[1]}) {
+      const VoxelModel model = test::blob_model(40, {}, 1);
+      const PackedScene scene = pack_scene(model, quality);
+      const Json& field = scene.header["radiance"];
+      const auto bricks = bricks_of(scene, field);
+      REQUIRE(field["columns"].size() == 8);
+      std::vector<std::vector<std::uint16_t>> columns;
+      for (const Json& c : field["columns"]) columns.push_back(plane_of(scene, c["plane"]));
+      const Topology& t = *model.radiance.raw.topology;
+      std::size_t seen = 0, missing = 0, wrong = 0;
+      for (int b = 1; b <= t.brick_count(); ++b)
+        for (int i = 0; i < kBrickRows; ++i) {
+          const float* row = model.radiance.raw.row(std::size_t(b) * kBrickRows + i);
+          const float depth = model.radiance.activation.scale * softplus(row[0] + model.radiance.activation.shift).value * model.step;
+          if (one_minus_exp_neg(depth) < 2e-4f) continue;
+          ++seen;
+          const Int3 place = t.bricks[b] + Int3{1, 1, 1};
+          const auto found = bricks.find({place.x, place.y, place.z});
+          if (found == bricks.end()) {
+            ++missing;
+            continue;
+          }
+          for (int c = 0; c < 8; ++c) {
+            const Json& column = field["columns"][c];
+            const Quantiser q{column["lo"].get<float>(), column["hi"].get<float>(), column["plane"]["bits"].get<int>()};
+            const float value = q.value(columns[c][found->second * kBrickRows + i]), step = (q.hi - q.lo) / float((1 << q.bits) - 1);
+            wrong += !(std::abs(value - std::clamp(row[c], q.lo, q.hi)) <= 0.501f * step);
+          }
+        }
+      CHECK(seen > 1000);
+      CHECK(missing == 0);
+      CHECK(wrong == 0);
+      CHECK(bricks.size() < std::size_t(t.brick_count()));
+    }
+  }
+
+  TEST_CASE("control points, light and rigidity are within half a step; zero stays zero") {
+    const VoxelModel model = test::noisy_model(5, 4, FirstPoint::free, BasisKind::bspline, 0, true, true);
+    const PackedScene scene = pack_scene(model, view_qualities()[0]);
+    const Json& field = scene.header["motion"];
+    const auto bricks = bricks_of(scene, field);
+    const Channels& level = model.motion.levels[0];
+    const Topology& t = *level.topology;
+    REQUIRE(field["control_points"].size() == 4);
+    REQUIRE(field["light_points"].size() == 4);
+    std::size_t wrong = 0;
+    const auto compare = [&](const Json& entry, int first) {
+      for (std::size_t lane = 0; lane < entry["planes"].size(); ++lane) {
+        const auto values = plane_of(scene, entry["planes"][lane]);
+        for (int b = 1; b <= t.brick_count(); ++b)
+          for (int i = 0; i < kBrickRows; ++i) {
+            const Int3 v = t.vertex(b, i), place = t.bricks[b] + Int3{1, 1, 1}, size = t.lattice.size;
+            const bool inside = v.x < size.x && v.y < size.y && v.z < size.z;
+            const float was = inside ? level.row(std::size_t(b) * kBrickRows + i)[first + int(lane)] : 0.0f;
+            const auto q = std::int16_t(values[bricks.at({place.x, place.y, place.z}) * kBrickRows + i]);
+            const float scale = entry["scale"].get<float>();
+            wrong += !(std::abs(scale * float(q) - was) <= 0.501f * scale) || (was == 0 && q != 0);
+          }
+      }
+    };
+    for (int k = 0; k < 4; ++k) compare(field["control_points"][k], 4 * k), compare(field["light_points"][k], 4 * k + 3);
+    compare(field["rigidity_values"], 16);
+    CHECK(wrong == 0);
+  }
+
+  TEST_CASE("each quality is smaller than the one before; without view dependence there are four columns") {
+    const VoxelModel model = test::blob_model(48, {}, 2);
+    std::size_t last = std::size_t(-1);
+    for (const ViewQuality& quality : view_qualities()) {
+      if (quality.halvings != 0) continue;
+      const PackedScene scene = pack_scene(model, quality);
+      const std::size_t size = deflated(scene.bytes).size();
+      CHECK(size < last);
+      last = size;
+      CHECK(scene.header["radiance"]["columns"].size() == (quality.sh_bits ? 13 : 4));
+    }
+    CHECK(deflated(pack_scene(model, view_qualities().back()).bytes).size() < last);
+  }
+
+  TEST_CASE("halving keeps what is linear, and adds nothing beyond what was there") {
+    VoxelModel model = test::blob_model(24, {}, -1);
+    model.radiance.raw = make_channels(make_dense_topology(model.radiance.raw.topology->lattice), model.radiance.raw.width, std::vector<float>(8, -3.0f).data());
+    const Topology& t = *model.radiance.raw.topology;
+    const auto linear = [](Vec3 x) { return 1 + 2 * x.x - 3 * x.y + 0.5f * x.z; };
+    for (int b = 1; b <= t.brick_count(); ++b)
+      for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(std::size_t(b) * kBrickRows + i)[0] = linear(t.position(b, i));
+    const RadianceField coarse = halved(model.radiance);
+    const Topology& c = *coarse.raw.topology;
+    CHECK(c.lattice.spacing == 2 * t.lattice.spacing);
+    int compared = 0;
+    for (int b = 1; b <= c.brick_count(); ++b)
+      for (int i = 0; i < kBrickRows; ++i) {
+        const Int3 v = c.vertex(b, i);
+        const float value = coarse.raw.row(std::size_t(b) * kBrickRows + i)[0];
+        const bool inside = v.x > 0 && v.y > 0 && v.z > 0 && v.x < 11 && v.y < 9 && v.z < 8;
+        if (inside) {
+          CHECK(value == doctest::Approx(linear(c.position(b, i))).epsilon(1e-5));
+          ++compared;
+        }
+        if (v.x >= 20) CHECK(value == -3.0f);
+      }
+    CHECK(compared > 300);
+  }
+}
