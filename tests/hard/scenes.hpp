@@ -20,8 +20,8 @@ inline const Dataset& ball() {
   return data;
 }
 
-/// A run of about a second: both lattices refined once.
-inline Config short_run(int steps = 120) {
+/// A run of half a second: both lattices refined once.
+inline Config short_run(int steps = 100) {
   Config c = preset("draft");
   c.run.max_time = 0, c.run.max_steps = steps, c.run.seed = 5;
   c.grid.radiance = {20, 32}, c.grid.radiance_start = {0, 0.4f};

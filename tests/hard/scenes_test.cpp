@@ -44,11 +44,11 @@ TEST_SUITE("hard/scenes") {
   }
   TEST_CASE("H32: all white, opaque: the picture is white") {
     const auto white = [](double (&v)[4]) { std::fill_n(v, 4, 1.0); };
-    measured_least("H32 all white", quality(trained(short_run(200), repainted(train(), white)), repainted(held(), white)), 28, "dB");
+    measured_least("H32 all white", quality(trained(short_run(150), repainted(train(), white)), repainted(held(), white)), 27, "dB");
   }
   TEST_CASE("H32: nothing but transparent pixels: the picture is the background") {
     const auto nothing = [](double (&v)[4]) { std::fill_n(v, 4, 0.0); };
-    measured_least("H32 empty pictures", quality(trained(short_run(60), repainted(train(), nothing)), repainted(held(), nothing)), 40, "dB");
+    measured_least("H32 empty pictures", quality(trained(short_run(30), repainted(train(), nothing)), repainted(held(), nothing)), 36, "dB");
   }
   TEST_CASE("H32: one frame") {
     Split one{"train", {train().frames[5]}};
@@ -61,9 +61,9 @@ TEST_SUITE("hard/scenes") {
       f.camera = {1, 1, 1.2, 1.2, 0.5, 0.5, f.camera.axes, f.camera.position};
       f.image = {1, 1, {52428, 26214, 13107, 65535}};
     }
-    measured_least("H32 pictures of one pixel", quality(trained(short_run(60), split), split), 25, "dB");
+    measured_least("H32 pictures of one pixel", quality(trained(short_run(30), split), split), 20, "dB");
     Split single{"train", {split.frames[0]}};
-    measured_least("H32 one picture of one pixel", quality(trained(short_run(60), single), single), 25, "dB");
+    measured_least("H32 one picture of one pixel", quality(trained(short_run(30), single), single), 20, "dB");
   }
   TEST_CASE("H6: all frames at one time") {
     Dataset data = make_synth("static", {.frames = 24, .size = 40, .seed = 3});
@@ -84,7 +84,7 @@ TEST_SUITE("hard/scenes") {
     const auto inside = [](double t) { return t > 0.35 && t < 0.65; };
     std::erase_if(gap.frames, [&](const Frame& f) { return inside(f.time); });
     const VoxelModel model = trained(short_run(), gap);
-    measured_least("H5 outside a gap, minus plain", quality(model, held()) - plain(), -3.5, "dB");
+    measured_least("H5 outside a gap, minus plain", quality(model, held()) - plain(), -4.5, "dB");
     // The pictures taken out of the training set.
     measured_least("H5 inside the gap", quality(model, train(), 1, inside), 18, "dB");
   }

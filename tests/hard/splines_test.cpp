@@ -68,14 +68,20 @@ BasisWeights<Long> exact_weights(BasisKind basis, int points, double t) {
 using Vector = std::vector<Long>;
 using Matrix = std::vector<Vector>;
 
-/// Solves a x = b for a symmetric positive definite a, by its Cholesky factor.
-Vector solve(Matrix a, Vector b) {
-  const int n = int(b.size());
+/// Cholesky factor of a symmetric positive definite matrix, in the lower half.
+Matrix factor(Matrix a) {
+  const int n = int(a.size());
   for (int i = 0; i < n; ++i)
     for (int j = 0; j <= i; ++j) {
       for (int k = 0; k < j; ++k) a[i][j] -= a[i][k] * a[j][k];
       a[i][j] = i == j ? std::sqrt(a[i][i]) : a[i][j] / a[j][j];
     }
+  return a;
+}
+
+/// Solves for a right side by the factor.
+Vector solve(const Matrix& a, Vector b) {
+  const int n = int(b.size());
   for (int i = 0; i < n; ++i) {
     for (int k = 0; k < i; ++k) b[i] -= a[i][k] * b[k];
     b[i] /= a[i][i];
@@ -118,7 +124,8 @@ double gram_condition(BasisKind basis, int points) {
       for (int k = 0; k < points; ++k) out[i] += g[i][k] * v[k];
     return out;
   };
-  return double(growth(points, times) * growth(points, [&](const Vector& v) { return solve(g, v); }));
+  const Matrix half = factor(g);
+  return double(growth(points, times) * growth(points, [&](const Vector& v) { return solve(half, v); }));
 }
 
 }  // namespace
@@ -256,7 +263,7 @@ TEST_SUITE("hard/splines") {
         for (int k = 0; k < points; ++k) a[i][k] += w[i] * w[k];
       }
     }
-    const Vector p = solve(a, b);
+    const Vector p = solve(factor(a), b);
     double between = 0;
     for (int i = 0; i + 1 < frames; ++i) {
       const double t = 0.5 * (times[i] + times[i + 1]);

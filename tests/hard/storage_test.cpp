@@ -145,7 +145,7 @@ TEST_SUITE("hard/storage") {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
       tbb::task_arena arena(threads);
       return arena.execute([] {
-        Config config = short_run(12);
+        Config config = short_run(8);
         config.loss.offset = 1e-3f, config.loss.divergence = 1e-3f;
         Trainer trainer(config, train(), {});
         std::vector<double> out;
