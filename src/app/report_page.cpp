@@ -91,7 +91,7 @@ std::string charts(const std::vector<ReportRun>& runs) {
       const double s = number(j, "seconds");
       if (j.contains("held_view")) {
         held.points.emplace_back(s, number(j, "held_psnr"));
-      } else {
+      } else if (j.contains("loss")) {
         batch.points.emplace_back(s, number(j, "psnr"));
         photo.points.emplace_back(s, number(j, "loss"));
       }

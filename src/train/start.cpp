@@ -35,8 +35,8 @@ Vec3 mean_color(const Split& train) {
   return weights > 0 ? cast<float>(1 / weights * sum) : Vec3{0.5f, 0.5f, 0.5f};
 }
 
-/// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a seventh of
-/// one costs nothing, from one cell on decibels (numerics H14).
+/// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a
+/// seventh of one costs nothing, from one cell on decibels (numerics H14).
 void check_place(const Box& box, int cells) {
   const Vec3 c = box.center();
   const float furthest = 0.5f * box.longest_edge() + std::max({std::abs(c.x), std::abs(c.y), std::abs(c.z)});
@@ -44,9 +44,11 @@ void check_place(const Box& box, int cells) {
   if (apart <= 0.25f * cell) return;
   const auto text = [](const Vec3& v) { return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x, v.y, v.z); };
   fail({"the training cameras", "the scene lies too far from the origin for its size",
-        fmt::format("a distance of at most {:.3g} for cells of {:.3g} scene units", 0.25f * cell / std::numeric_limits<float>::epsilon(), cell),
+        fmt::format("a distance of at most {:.3g} for cells of {:.3g} scene units",
+                    0.25f * cell / std::numeric_limits<float>::epsilon(), cell),
         fmt::format("a box around {}, {:.3g} wide", text(c), box.longest_edge()),
-        fmt::format("subtract {} from the position in every transform_matrix (its last column), of all splits", text(c))});
+        fmt::format("subtract {} from the position in every transform_matrix (its last column), of all splits",
+                    text(c))});
 }
 
 SceneBounds bounds_of(const Config& config, const Split& train) {

@@ -6,13 +6,14 @@
 
 namespace splinevox {
 
-/// Where the scene may be, before anything is known of it: the box of the configuration, or what cameras and silhouettes say.
-/// Throws Error (Fault::input) if it lies so far from the origin that floats cannot tell its cells apart.
+/// Where the scene may be, before anything is known of it: the box of the configuration, or what cameras and
+/// silhouettes say. Throws Error (Fault::input) if it lies so far from the origin that floats cannot tell its cells
+/// apart.
 SceneBounds starting_bounds(const Config& config, const Split& train);
 
-/// Raw colour before training: 0, half way up. A scene darker than 0.03 on average begins at its mean: from half way the
-/// rates would need hundreds of steps down, and what they do not reach lights up its surroundings through interpolation,
-/// fifty times as bright as the scene (numerics H30).
+/// Raw colour before training: 0, half way up. A scene darker than 0.03 on average begins at its mean: from half way
+/// the rates would need hundreds of steps down, and what they do not reach lights up its surroundings through
+/// interpolation, fifty times as bright as the scene (numerics H30).
 Vec3 starting_color(const RadianceConfig& config, const Split& train);
 
 }  // namespace splinevox

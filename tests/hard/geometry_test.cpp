@@ -36,7 +36,8 @@ struct ExactInterval {
 };
 
 /// The slab test in rationals; none for a miss.
-std::optional<ExactInterval> exact_intersect(const int (&lo)[3], const int (&hi)[3], const int (&o)[3], const int (&d)[3]) {
+std::optional<ExactInterval> exact_intersect(const int (&lo)[3], const int (&hi)[3], const int (&o)[3],
+                                             const int (&d)[3]) {
   ExactInterval s;
   for (int a = 0; a < 3; ++a) {
     if (d[a] == 0) {
@@ -84,10 +85,11 @@ TEST_SUITE("hard/geometry") {
     std::mt19937 random(13);
     Worst error;
     int wrong = 0, hits = 0;
-    const auto check = [&](const int (&o)[3], const int (&d)[3]) {
+    const auto check = [&](const int(&o)[3], const int(&d)[3]) {
       const int lo[3] = {-3, -2, -5}, hi[3] = {4, 6, 1};
       const auto exact = exact_intersect(lo, hi, o, d);
-      const Interval got = intersect({{-3, -2, -5}, {4, 6, 1}}, {double(o[0]), double(o[1]), double(o[2])}, {double(d[0]), double(d[1]), double(d[2])});
+      const Interval got = intersect({{-3, -2, -5}, {4, 6, 1}}, {double(o[0]), double(o[1]), double(o[2])},
+                                     {double(d[0]), double(d[1]), double(d[2])});
       const double scale = 30;
       // A line that only touches an edge has length 0; rounding may take it either way.
       if (exact && !(exact->near < exact->far)) return;
@@ -131,7 +133,8 @@ TEST_SUITE("hard/geometry") {
     std::vector<float> rows(t->rows() * RayKernel<float, -1>::kWidth, 0.0f);
     for (std::size_t r = 0; r < t->rows(); ++r) rows[r * 8] = -20;
     FieldView<float> field;
-    field.radiance = BrickView<float>(*t), field.radiance_rows = rows.data(), field.density_scale = 1, field.step = 5e-4f;
+    field.radiance = BrickView<float>(*t), field.radiance_rows = rows.data(), field.density_scale = 1,
+    field.step = 5e-4f;
     Worst near_error, far_error;
     const Box box{{-1, -1, -1}, {1, 1, 1}};
     for (const double distance : {3.0, 1e3, 1e6, 1e9}) {
@@ -147,8 +150,10 @@ TEST_SUITE("hard/geometry") {
         const Vec3d want = ray.origin + (inside.near + (i + 0.5) * double(field.step)) * d;
         // Where the kernel was: its cell and fraction.
         const auto& s = kernel.samples[i];
-        const Int3 brick{s.radiance_cell.slot / (t->dims.y * t->dims.z) - 1, s.radiance_cell.slot / t->dims.z % t->dims.y - 1, s.radiance_cell.slot % t->dims.z - 1};
-        const Vec3d vertex{double(8 * brick.x + s.radiance_cell.x()), double(8 * brick.y + s.radiance_cell.y()), double(8 * brick.z + s.radiance_cell.z())};
+        const Int3 brick{s.radiance_cell.slot / (t->dims.y * t->dims.z) - 1,
+                         s.radiance_cell.slot / t->dims.z % t->dims.y - 1, s.radiance_cell.slot % t->dims.z - 1};
+        const Vec3d vertex{double(8 * brick.x + s.radiance_cell.x()), double(8 * brick.y + s.radiance_cell.y()),
+                           double(8 * brick.z + s.radiance_cell.z())};
         for (int a = 0; a < 3; ++a) {
           const double got = -1 + (vertex[a] + double(s.radiance_fraction[a])) * 2 / cells;
           (distance < 1e6 ? near_error : far_error).see((std::abs(got - want[a]) - distance * 4 * kUnitDouble) / kUnit);
@@ -176,12 +181,25 @@ TEST_SUITE("hard/geometry") {
     bool inside = true;
     for (std::uint64_t i = 0; i < 4000000; ++i) {
       const std::uint64_t bits = rng.bits(i), more = rng.bits(i + (std::uint64_t(1) << 40));
-      const float x[3] = {std::bit_cast<float>(std::uint32_t(bits)), std::bit_cast<float>(std::uint32_t(bits >> 32)), std::bit_cast<float>(std::uint32_t(more))};
+      const float x[3] = {std::bit_cast<float>(std::uint32_t(bits)), std::bit_cast<float>(std::uint32_t(bits >> 32)),
+                          std::bit_cast<float>(std::uint32_t(more))};
       const Cell cell = view.cell(base(x[0], 0), base(x[1], 1), base(x[2], 2));
       inside &= cell.slot >= 0 && std::size_t(cell.slot) < t->table.size();
       for (const std::int32_t row : view.rows(cell).row) inside &= row >= 0 && std::size_t(row) < t->rows();
     }
-    const float odd[] = {std::nanf(""), -std::nanf(""), INFINITY, -INFINITY, -0.0f, 0.0f, 3e38f, -3e38f, 1e-45f, -1, std::nextafter(-1.0f, -2.0f), 3.75f, 4};
+    const float odd[] = {std::nanf(""),
+                         -std::nanf(""),
+                         INFINITY,
+                         -INFINITY,
+                         -0.0f,
+                         0.0f,
+                         3e38f,
+                         -3e38f,
+                         1e-45f,
+                         -1,
+                         std::nextafter(-1.0f, -2.0f),
+                         3.75f,
+                         4};
     for (const float x : odd)
       for (const float y : odd)
         for (const float z : odd) {
@@ -210,11 +228,13 @@ TEST_SUITE("hard/geometry") {
     measured("H15 jump of a value across a face, of the corners", jump.value, 8);
     measured("H15 sum of the eight weights", sum.value, 4);
   }
-  TEST_CASE("H27: rays have unit length, harmonics are orthonormal and turn into each other, the view factor is bounded") {
+  TEST_CASE(
+      "H27: rays have unit length, harmonics are orthonormal and turn into each other, the view factor is bounded") {
     Worst unit, gram, energy;
     const Camera camera = camera_at({2.5, 1.5, 1e6}, 32);
     for (int y = 0; y < 32; ++y)
-      for (int x = 0; x < 32; ++x) unit.see(std::abs(length(camera_ray(camera, x + 0.5, y + 0.5).direction) - 1) / kUnitDouble);
+      for (int x = 0; x < 32; ++x)
+        unit.see(std::abs(length(camera_ray(camera, x + 0.5, y + 0.5).direction) - 1) / kUnitDouble);
     // Gauss-Legendre of 8 points in z and 16 angles: exact for products of order 3.
     const double node[] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
     const double weight[] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
@@ -256,11 +276,26 @@ TEST_SUITE("hard/geometry") {
       for (std::size_t row = 0; row < 3; ++row) m[4 * row] *= x, m[4 * row + 1] *= y, m[4 * row + 2] *= z;
       return m;
     };
-    const Matrix good[] = {orbit_matrix(0), orbit_matrix(1), orbit_matrix(3), orbit_matrix(6), with(3, 0), with(3, 1e6), with(7, -1e12),
-                           scaled(1 + 5e-4, 1 + 5e-4, 1 + 5e-4), scaled(1 - 5e-4, 1 - 5e-4, 1 - 5e-4), scaled(1.0002, 0.9999, 1)};
-    const Matrix bad[] = {with(0, nan), with(5, nan), with(3, nan), with(3, inf), with(11, -inf), with(7, 1e13), with(12, 1), with(15, 0),
-                          with(15, 2), scaled(0, 0, 0), scaled(1, 1, 0), scaled(1, 1, 1e-9), scaled(1, 1, -1), scaled(-1, -1, -1),
-                          scaled(1, 1, 1.01), scaled(0.5, 0.5, 0.5), scaled(1e6, 1e6, 1e6), scaled(1e-6, 1e-6, 1e-6), with(1, 0.9), Matrix{}};
+    const Matrix good[] = {orbit_matrix(0),
+                           orbit_matrix(1),
+                           orbit_matrix(3),
+                           orbit_matrix(6),
+                           with(3, 0),
+                           with(3, 1e6),
+                           with(7, -1e12),
+                           scaled(1 + 5e-4, 1 + 5e-4, 1 + 5e-4),
+                           scaled(1 - 5e-4, 1 - 5e-4, 1 - 5e-4),
+                           scaled(1.0002, 0.9999, 1)};
+    const Matrix bad[] = {with(0, nan),          with(5, nan),
+                          with(3, nan),          with(3, inf),
+                          with(11, -inf),        with(7, 1e13),
+                          with(12, 1),           with(15, 0),
+                          with(15, 2),           scaled(0, 0, 0),
+                          scaled(1, 1, 0),       scaled(1, 1, 1e-9),
+                          scaled(1, 1, -1),      scaled(-1, -1, -1),
+                          scaled(1, 1, 1.01),    scaled(0.5, 0.5, 0.5),
+                          scaled(1e6, 1e6, 1e6), scaled(1e-6, 1e-6, 1e-6),
+                          with(1, 0.9),          Matrix{}};
     Worst orthonormal;
     for (const Matrix& m : good) {
       const data::RigidPose pose = data::rigid_pose(m, "a camera");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// From the loss to every stored number of a model: the float engine against the double kernel, which tests/render/gradient_test.cpp
-// checks against dual numbers, with the splines' weights in double.
+// From the loss to every stored number of a model: the float engine against the double kernel, which
+// tests/render/gradient_test.cpp checks against dual numbers, with the splines' weights in double.
 #include <doctest/doctest.h>
 
 #include <vector>
@@ -25,7 +25,8 @@ struct Exact {
 };
 
 template <int Sh>
-Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::vector<double>& times, const MotionLoss<double>& loss, double stop, std::uint64_t seed) {
+Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::vector<double>& times,
+                      const MotionLoss<double>& loss, double stop, std::uint64_t seed) {
   constexpr int kWidth = radiance_width(Sh);
   const Channels& level = model.motion.levels[0];
   const MotionField& m = model.motion;
@@ -34,12 +35,14 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
   const FieldView<double> field = view_field(model, rows.data(), double(model.step));
   out.radiance.assign(rows.size(), 0.0), out.motion.assign(level.values.size(), 0.0);
   for (std::size_t f = 0; f < times.size(); ++f) {
-    const auto all = m.basis == BasisKind::bezier ? bernstein_weights(m.points, times[f]) : bspline_weights(m.points, times[f]);
+    const auto all =
+        m.basis == BasisKind::bezier ? bernstein_weights(m.points, times[f]) : bspline_weights(m.points, times[f]);
     const int pinned = m.points - m.stored_points();
     std::vector<double> slice(level.topology->rows() * kSliceWidth, 0.0);
     for (std::size_t r = 0; r < level.topology->rows(); ++r) {
       for (int k = 0; k < m.stored_points(); ++k)
-        for (int a = 0; a < m.stride(); ++a) slice[r * kSliceWidth + (a == 3 ? 4 : a)] += all[k + pinned] * level.row(r)[m.stride() * k + a];
+        for (int a = 0; a < m.stride(); ++a)
+          slice[r * kSliceWidth + (a == 3 ? 4 : a)] += all[k + pinned] * level.row(r)[m.stride() * k + a];
       if (m.rigidity) slice[r * kSliceWidth + 3] = level.row(r)[m.rigidity_column()];
     }
     FrameView<double> frame;
@@ -50,23 +53,28 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
       if (task.frame != int(f)) continue;
       for (int i = task.first; i < task.last; ++i) {
         const RayInput<float>& in = batch.rays[i];
-        const RayInput<double> ray{cast<double>(in.origin), cast<double>(in.direction), in.count, cast<double>(in.background)};
+        const RayInput<double> ray{cast<double>(in.origin), cast<double>(in.direction), in.count,
+                                   cast<double>(in.background)};
         const auto result = kernel.forward(ray, field, frame, stop);
         const Vec3d error = result.rgb - cast<double>(batch.targets[i]);
         out.value += dot(error, error);
         const std::size_t first = records.motion.size();
         backward(kernel, ray, result, field, 2.0 * error, 0.0, records);
         const std::uint64_t bits = Rng(seed, 5).bits(std::uint64_t(i));
-        out.value += motion_losses(kernel, field, frame, loss, Vec3d{bits & 1 ? 1. : -1., bits & 2 ? 1. : -1., bits & 4 ? 1. : -1.}, 0.0, first, records);
+        out.value +=
+            motion_losses(kernel, field, frame, loss,
+                          Vec3d{bits & 1 ? 1. : -1., bits & 2 ? 1. : -1., bits & 4 ? 1. : -1.}, 0.0, first, records);
       }
     }
-    const auto gather = [](auto& scatter, const auto& list, const BrickView<double>& view, const Topology& t, int width, std::vector<double>& to) {
+    const auto gather = [](auto& scatter, const auto& list, const BrickView<double>& view, const Topology& t, int width,
+                           std::vector<double>& to) {
       scatter.begin(1, t.brick_count() + 1);
       scatter.count(0, list, view, 0);
       scatter.scan();
       scatter.fill(0, view);
       RowMask mask;
-      for (int b = 1; b <= t.brick_count(); ++b) scatter.reduce(b, to.data() + std::size_t(b) * kBrickRows * width, mask);
+      for (int b = 1; b <= t.brick_count(); ++b)
+        scatter.reduce(b, to.data() + std::size_t(b) * kBrickRows * width, mask);
     };
     std::vector<double> d_slice(slice.size(), 0.0);
     Scatter<double, kWidth, false> radiance;
@@ -76,7 +84,8 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
     for (std::size_t r = kBrickRows; r < level.topology->rows(); ++r) {
       double* to = out.motion.data() + r * level.width;
       for (int k = 0; k < m.stored_points(); ++k)
-        for (int a = 0; a < m.stride(); ++a) to[m.stride() * k + a] += all[k + pinned] * d_slice[r * kSliceWidth + (a == 3 ? 4 : a)];
+        for (int a = 0; a < m.stride(); ++a)
+          to[m.stride() * k + a] += all[k + pinned] * d_slice[r * kSliceWidth + (a == 3 ? 4 : a)];
       if (m.rigidity) to[m.rigidity_column()] += d_slice[r * kSliceWidth + 3];
     }
   }
@@ -97,7 +106,8 @@ TEST_SUITE("hard/gradients") {
       }
       const Split& train = *ball().find("train");
       SamplingConfig sampling;
-      sampling.frames = 4, sampling.rays = 512, sampling.growth = 1, sampling.stop = 0, sampling.min_weight = 0, sampling.carve = 0;
+      sampling.frames = 4, sampling.rays = 512, sampling.growth = 1, sampling.stop = 0, sampling.min_weight = 0,
+      sampling.carve = 0;
       const BatchSampler sampler(train, model.box, sampling, {1, 1, 1}, 3);
       Batch batch;
       sampler.draw(1, 1, model.step, batch);
@@ -107,10 +117,12 @@ TEST_SUITE("hard/gradients") {
       std::fill(all.bits.begin(), all.bits.end(), ~0u);
       const std::vector<const BitGrid*> occupancy(times.size(), &all);
       const std::vector<RowMask> active(model.motion.levels[0].topology->bricks.size(), RowMask::all());
-      const MotionLoss<double> loss{.offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
+      const MotionLoss<double> loss{
+          .offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
       const MotionLoss<float> in_float{0.02f, 0.3f, 1e-3f, 0.01f, spline};
       Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
-      const PassResult pass = make_engine(1, true)->run(model, active, model.step, sampling, batch, times, occupancy, in_float, 77, d_radiance, d_motion);
+      const PassResult pass = make_engine(1, true)->run(model, active, model.step, sampling, batch, times, occupancy,
+                                                        in_float, 77, d_radiance, d_motion);
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
       const auto compare = [&](const Channels& got, const std::vector<double>& want, Worst& worst) {

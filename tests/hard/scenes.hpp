@@ -20,13 +20,14 @@ inline const Dataset& ball() {
   return data;
 }
 
-/// A run of about a second: both lattices refined once.
-inline Config short_run(int steps = 120) {
+/// A run of half a second: both lattices refined once.
+inline Config short_run(int steps = 100) {
   Config c = preset("draft");
   c.run.max_time = 0, c.run.max_steps = steps, c.run.seed = 5;
   c.grid.radiance = {20, 32}, c.grid.radiance_start = {0, 0.4f};
   c.grid.motion = {4, 8}, c.grid.motion_start = {0.1f, 0.4f};
-  c.sampling.frames = 8, c.sampling.rays = 1024, c.sampling.growth = 2, c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 40;
+  c.sampling.frames = 8, c.sampling.rays = 1024, c.sampling.growth = 2, c.sampling.occupancy_cells = 32,
+  c.sampling.occupancy_every = 40;
   return c;
 }
 
@@ -53,7 +54,8 @@ inline VoxelModel trained(const Config& config, const Split& split, const TimeMa
 }
 
 /// Mean PSNR over frames that `keep` admits, pictures multiplied by `gain` first.
-inline double quality(const VoxelModel& model, const Split& split, float gain = 1, const std::function<bool(double)>& keep = {}) {
+inline double quality(const VoxelModel& model, const Split& split, float gain = 1,
+                      const std::function<bool(double)>& keep = {}) {
   Renderer renderer(model);
   std::vector<double> db;
   for (const Frame& f : split.frames) {

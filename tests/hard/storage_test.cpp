@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hard cases H22 to H26, H31 and H32 of docs/numerics.md: motion across leaves, optimiser, storage, sums, finite checks.
+// Hard cases H22 to H26, H31 and H32 of docs/numerics.md: motion across leaves, optimiser, storage, sums, finite
+// checks.
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -40,7 +41,8 @@ Channels noise(int cells, int width, unsigned seed) {
 }  // namespace
 
 TEST_SUITE("hard/storage") {
-  TEST_CASE("H22: an object that leaves its leaves does not vanish: control points are where it goes, not where it was") {
+  TEST_CASE(
+      "H22: an object that leaves its leaves does not vanish: control points are where it goes, not where it was") {
     // The blob travels through four leaves of 8 voxels; its bricks hold the place where it was at time 0 only.
     const BlobMotion motion{.shift = {-0.45f, 0, 0}};
     VoxelModel moving = blob_model(48, motion);
@@ -48,7 +50,8 @@ TEST_SUITE("hard/storage") {
     CHECK(0.45f / moving.radiance.raw.topology->lattice.spacing > kBrick);
     const Image there = render_image(moving, camera_at({2.5, 1.5, 1}), 1).rgb;
     const Image here = render_image(still, camera_at({2.5, 1.5, 1}, {-0.45, 0, 0}), 0).rgb;
-    measured_least("H22 a ball moved by its own width against the ball seen from a moved camera", psnr(there, here), 45, "dB");
+    measured_least("H22 a ball moved by its own width against the ball seen from a moved camera", psnr(there, here), 45,
+                   "dB");
     // A trained model: wherever a frame has matter, motion is stored.
     const VoxelModel model = trained(short_run(), train());
     const MotionField& m = model.motion;
@@ -63,7 +66,8 @@ TEST_SUITE("hard/storage") {
           for (c.z = 0; c.z < grid.size.z; ++c.z) {
             if (!grid.test(grid.index(c))) continue;
             const Vec3 x = grid.center(c);
-            const Cell at = view.cell(int(view.coordinate(x.x, 0)), int(view.coordinate(x.y, 1)), int(view.coordinate(x.z, 2)));
+            const Cell at =
+                view.cell(int(view.coordinate(x.x, 0)), int(view.coordinate(x.y, 1)), int(view.coordinate(x.z, 2)));
             ++cells;
             bare += view.rows(at).row[0] < kBrickRows;
           }
@@ -94,7 +98,8 @@ TEST_SUITE("hard/storage") {
     std::size_t moved = 0, subnormal = 0;
     for (std::size_t i = 0; i < values.values.size(); ++i) {
       moved += i / 8 != seen && values.values[i] != before.values[i];
-      for (const float x : {learner.m[i], learner.v[i]}) subnormal += x != 0 && std::abs(x) < std::numeric_limits<float>::min();
+      for (const float x : {learner.m[i], learner.v[i]})
+        subnormal += x != 0 && std::abs(x) < std::numeric_limits<float>::min();
     }
     CHECK(moved == 0);
     CHECK(subnormal == 0);
@@ -145,7 +150,7 @@ TEST_SUITE("hard/storage") {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
       tbb::task_arena arena(threads);
       return arena.execute([] {
-        Config config = short_run(12);
+        Config config = short_run(8);
         config.loss.offset = 1e-3f, config.loss.divergence = 1e-3f;
         Trainer trainer(config, train(), {});
         std::vector<double> out;
@@ -209,14 +214,16 @@ TEST_SUITE("hard/storage") {
   }
   TEST_CASE("H32: an empty model, a lattice of one cell and a curve of two points") {
     VoxelModel model = blob_model(16, {.moves = false});
-    model.radiance.raw = make_channels(make_topology(model.radiance.raw.topology->lattice, {}), model.radiance.raw.width,
-                                       std::vector<float>(model.radiance.raw.width, 0.0f).data());
+    model.radiance.raw =
+        make_channels(make_topology(model.radiance.raw.topology->lattice, {}), model.radiance.raw.width,
+                      std::vector<float>(model.radiance.raw.width, 0.0f).data());
     const Image empty = render_image(model, camera_at({2.5, 1.5, 1}), 0).rgb;
     for (const float v : empty.data) REQUIRE(v == 1);
     VoxelModel one = blob_model(1, {.moves = false});
     for (const float v : render_image(one, camera_at({2.5, 1.5, 1}), 0).rgb.data) REQUIRE(std::isfinite(v));
     Config config = short_run();
     config.motion.basis = BasisKind::bezier, config.motion.points = 2;
-    measured_least("H32 two control points on a straight line of motion", quality(trained(config, train()), *ball().find("test")), 26, "dB");
+    measured_least("H32 two control points on a straight line of motion",
+                   quality(trained(config, train()), *ball().find("test")), 26, "dB");
   }
 }

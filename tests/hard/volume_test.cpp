@@ -92,7 +92,8 @@ TEST_SUITE("hard/volume") {
           backward(kernel, column.ray, result, column.field, g, 0.0f, records);
           REQUIRE(records.radiance.size() == std::size_t(samples));
           const Composited truth = exact(column, samples, g);
-          for (int c = 0; c < 3; ++c) (samples > 256 ? long_color : color).see(std::abs(double(result.rgb[c] - truth.rgb[c])) / kUnit);
+          for (int c = 0; c < 3; ++c)
+            (samples > 256 ? long_color : color).see(std::abs(double(result.rgb[c] - truth.rgb[c])) / kUnit);
           // Beside the sum of what is subtracted: T c and S may be as good as equal.
           Long tau = 0;
           for (int i = 0; i < samples; ++i) {
@@ -113,13 +114,15 @@ TEST_SUITE("hard/volume") {
     measured("H9 colour, 4096 samples, of 1", long_color.value, 300);
     measured("H9 gradient, of T sigma' sqrt(samples)", gradient.value, 6);
   }
-  TEST_CASE("H10: a ray that stops early is off by less than what is left, and goes back from the sample it stopped at") {
+  TEST_CASE(
+      "H10: a ray that stops early is off by less than what is left, and goes back from the sample it stopped at") {
     std::mt19937 random(10);
     std::uniform_real_distribution<float> uniform(-1, 1);
     Worst error;
     for (int trial = 0; trial < 2000; ++trial) {
       Column<float> column(64);
-      for (int i = 0; i < 64; ++i) column.set(i, raw_of(std::pow(10.0, -1 + uniform(random))), uniform(random), uniform(random), uniform(random));
+      for (int i = 0; i < 64; ++i)
+        column.set(i, raw_of(std::pow(10.0, -1 + uniform(random))), uniform(random), uniform(random), uniform(random));
       const float stop = std::pow(10.0f, -3 + 2 * std::abs(uniform(random)));
       RayKernel<float, -1> kernel;
       const auto whole = kernel.forward(column.ray, column.field, column.frame, 0);
@@ -133,7 +136,8 @@ TEST_SUITE("hard/volume") {
     }
     measured("H10 colour lost by stopping, of the threshold", error.value, 1, "");
   }
-  TEST_CASE("H11: softplus and the logistic slope keep their digits between -87 and 1e6 and never become 0 or infinite") {
+  TEST_CASE(
+      "H11: softplus and the logistic slope keep their digits between -87 and 1e6 and never become 0 or infinite") {
     CHECK(std::log(1.0f + std::exp(-20.0f)) == 0.0f);  // the plain forms
     CHECK(std::isinf(std::log(1.0f + std::exp(89.0f))));
     Worst value, slope, rigid;
@@ -141,7 +145,8 @@ TEST_SUITE("hard/volume") {
       const float x = float(at);
       value.see(std::abs(double(softplus(x).value / exact_softplus(x)) - 1) / kUnit);
       slope.see(std::abs(double(softplus(x).slope / exact_sigmoid(x)) - 1) / kUnit);
-      if (std::abs(x) < 86.9f) rigid.see(std::abs(double(sigmoid(x).slope / (exact_sigmoid(x) * exact_sigmoid(-Long(x)))) - 1) / kUnit);
+      if (std::abs(x) < 86.9f)
+        rigid.see(std::abs(double(sigmoid(x).slope / (exact_sigmoid(x) * exact_sigmoid(-Long(x)))) - 1) / kUnit);
     }
     for (const float x : {-1e30f, -110.0f, -88.0f, 88.0f, 1e6f, 1e30f}) {
       CHECK(std::isfinite(softplus(x).value));
@@ -152,11 +157,14 @@ TEST_SUITE("hard/volume") {
     measured("H11 its slope", slope.value, 5);
     measured("H11 slope of the rigidity", rigid.value, 7);
   }
-  TEST_CASE("H12: a ray ends at the box: nothing there is the background bit for bit, and colour under alpha 0 does not count") {
+  TEST_CASE(
+      "H12: a ray ends at the box: nothing there is the background bit for bit, and colour under alpha 0 does not "
+      "count") {
     VoxelModel model = blob_model(16, {.moves = false});
     model.background = {0.123f, 0.456f, 0.789f};
-    model.radiance.raw = make_channels(make_topology(model.radiance.raw.topology->lattice, {}), model.radiance.raw.width,
-                                       std::vector<float>(model.radiance.raw.width, 0.0f).data());
+    model.radiance.raw =
+        make_channels(make_topology(model.radiance.raw.topology->lattice, {}), model.radiance.raw.width,
+                      std::vector<float>(model.radiance.raw.width, 0.0f).data());
     Camera camera{8, 8, 10, 10, 4, 4, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {0, 0, 3}};
     const Rendered empty = render_image(model, camera, 0);
     for (int y = 0; y < 8; ++y)
@@ -175,7 +183,11 @@ TEST_SUITE("hard/volume") {
     Split split{"train", {Frame{"a", camera, 0, Image16{8, 8, {}}}}};
     std::mt19937 random(12);
     for (int i = 0; i < 64; ++i)
-      for (int c = 0; c < 4; ++c) split.frames[0].image.rgba.push_back(c < 3 ? std::uint16_t(random()) : i % 3 == 0 ? 0 : i % 3 == 1 ? 65535 : 32768);
+      for (int c = 0; c < 4; ++c)
+        split.frames[0].image.rgba.push_back(c < 3        ? std::uint16_t(random())
+                                             : i % 3 == 0 ? 0
+                                             : i % 3 == 1 ? 65535
+                                                          : 32768);
     SamplingConfig sampling;
     sampling.frames = 1, sampling.rays = 256, sampling.growth = 1, sampling.carve = 0;
     const BatchSampler sampler(split, model.box, sampling, {1, 1, 1}, 3);
@@ -189,7 +201,8 @@ TEST_SUITE("hard/volume") {
     CHECK(at_background > 256 / 5);
     CHECK(inside == 3 * 256);
   }
-  TEST_CASE("H16: the march converges with the square of its step to the exact optical depth of two Gauss points a cell") {
+  TEST_CASE(
+      "H16: the march converges with the square of its step to the exact optical depth of two Gauss points a cell") {
     // Raw densities far above 0, where softplus is the identity: along a straight line a cubic per cell.
     const auto raw = [](int x, int y, int z) { return 40 + 8 * std::sin(1.3 * x + 2.1 * y - 0.7 * z * z); };
     const TopologyPtr t = make_dense_topology({{0, 0, 0}, 1, {9, 9, 9}});
@@ -207,7 +220,8 @@ TEST_SUITE("hard/volume") {
       std::vector<double> cuts{inside.near, inside.far};
       for (int a = 0; a < 3; ++a)
         for (int k = 1; k < 8; ++k)
-          if (const double s = (k - ray.origin[a]) / ray.direction[a]; s > inside.near && s < inside.far) cuts.push_back(s);
+          if (const double s = (k - ray.origin[a]) / ray.direction[a]; s > inside.near && s < inside.far)
+            cuts.push_back(s);
       std::sort(cuts.begin(), cuts.end());
       double depth = 0;
       for (std::size_t i = 0; i + 1 < cuts.size(); ++i)
@@ -217,7 +231,8 @@ TEST_SUITE("hard/volume") {
           double w[8], value = 0;
           const int base[3] = {int(x.x), int(x.y), int(x.z)};
           trilinear_weights(Vec3d{x.x - base[0], x.y - base[1], x.z - base[2]}, w);
-          for (int c = 0; c < 8; ++c) value += w[c] * raw(base[0] + (c >> 2), base[1] + (c >> 1 & 1), base[2] + (c & 1));
+          for (int c = 0; c < 8; ++c)
+            value += w[c] * raw(base[0] + (c >> 2), base[1] + (c >> 1 & 1), base[2] + (c & 1));
           depth += 1e-3 * half * value;
         }
       return depth;

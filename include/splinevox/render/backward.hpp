@@ -20,7 +20,8 @@ struct MotionLoss {
 /// derivatives of the interpolation weights, for the motion slice.
 ///
 /// Compositing has no division (numerics H9): g_sigma_i = dt (T_{i+1} c_i . G - S), S += w_i c_i . G, S starting at
-/// T_end background . G.
+/// T_end background . G. The usual S / (1 - alpha_i) is 0 / 0 from an optical depth of 17.3 on, where alpha rounds to 1, and S as
+/// "total minus what came before" keeps the rounding of the total behind a wall, where the gradient should be 0.
 ///
 /// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink with the gradient,
 /// their tiny pushes would drive the density of empty space to where nothing could bring it back. 0 keeps every sample.
