@@ -2,11 +2,13 @@
 #include "splinevox/train/engine.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
+#include "splinevox/core/simd.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/scatter.hpp"
@@ -91,10 +93,14 @@ class RayEngine final : public Engine {
       radiance_scatter_.fill(t, field.radiance);
       if (field.moving) motion_scatter_.fill(t, field.motion);
     });
+    std::atomic<std::int64_t> bad = 0;
     parallel_for(model.radiance.raw.topology->brick_count() + 1, [&](int b) {
-      if (!radiance_scatter_.empty(b)) radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
+      if (radiance_scatter_.empty(b)) return;
+      radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
+      if (const int here = bad_rows(radiance, b); here > 0) bad += here;
     });
-    if (field.moving) expand_motion(model, times, motion_bricks, motion);
+    if (field.moving) expand_motion(model, times, motion_bricks, motion, bad);
+    result.bad_rows = bad;
     result.scatter_seconds = seconds_since(clock);
     return result;
   }
@@ -155,9 +161,11 @@ class RayEngine final : public Engine {
     }
   }
 
-  void expand_motion(const VoxelModel& model, const std::vector<double>& times, int bricks, Gradient& motion) {
+  void expand_motion(const VoxelModel& model, const std::vector<double>& times, int bricks, Gradient& motion,
+                     std::atomic<std::int64_t>& bad) {
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;
+      bool any = false;
       for (std::size_t f = 0; f < times.size(); ++f) {
         const int bin = int(f) * bricks + b;
         if (motion_scatter_.empty(bin)) continue;
@@ -166,7 +174,10 @@ class RayEngine final : public Engine {
         motion_scatter_.reduce(bin, rows, hit);
         expand_brick(model.motion, weights_[f], hit, rows, b, motion.values);
         motion.touched[b] |= hit;
+        any = true;
       }
+      if (!any) return;
+      if (const int here = splinevox::bad_rows(motion, b); here > 0) bad += here;
     });
   }
 
@@ -192,6 +203,20 @@ std::unique_ptr<Engine> make(int sh_order) {
 
 Gradient::Gradient(const Channels& of) : values{of.topology, of.width, {}}, touched(of.topology->brick_count() + 1) {
   values.values.assign(of.values.size(), 0.0f);
+}
+
+int bad_rows(const Gradient& gradient, int brick) {
+  using Eight = Simd<float>::Eight;
+  const int width = gradient.values.width;
+  int bad = 0;
+  gradient.touched[brick].for_each([&](int i) {
+    const float* g = gradient.values.row(std::size_t(brick) * kBrickRows + i);
+    Eight sum{};  // 0 * g^2 is 0 unless g^2 is infinite or no number
+    for (int k = 0; k < width; k += 8) sum += 0.0f * (load<Eight>(g + k) * load<Eight>(g + k));
+    for (int lane = 0; lane < 8; ++lane)
+      if (sum[lane] != 0) return void(++bad);
+  });
+  return bad;
 }
 
 std::unique_ptr<Engine> make_engine(int sh_order, bool motion_losses) {

@@ -104,22 +104,6 @@ void shrink_row(const Shrink& shrink, float scale, int width, float* row) {
 Learner::Learner(const Channels& values)
     : gradient(values), m(values.values.size(), 0.0f), v(values.values.size(), 0.0f), rate(values.width, 0.0f), tv(values.width, 0.0f) {}
 
-std::int64_t count_bad_rows(const Gradient& gradient) {
-  std::atomic<std::int64_t> bad = 0;
-  const int width = gradient.values.width;
-  parallel_for(int(gradient.touched.size()), [&](int brick) {
-    std::int64_t here = 0;
-    gradient.touched[brick].for_each([&](int i) {
-      const float* g = gradient.values.row(std::size_t(brick) * kBrickRows + i);
-      Eight sum{};  // 0 * g^2 is 0 unless g^2 is infinite or no number
-      for (int k = 0; k < width; k += 8) sum += 0.0f * (load<Eight>(g + k) * load<Eight>(g + k));
-      here += !all_zero(sum);
-    });
-    if (here > 0) bad += here;
-  });
-  return bad;
-}
-
 void clear(Gradient& gradient) {
   parallel_for(int(gradient.touched.size()), [&](int brick) {
     gradient.touched[brick].for_each([&](int i) {
@@ -152,21 +136,25 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
   });
 }
 
-void add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw) {
+std::int64_t add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw) {
   std::vector<float> weight(values.width);
   bool any = false;
   for (int k = 0; k < values.width; ++k) weight[k] = scale * learner.tv[k] / share, any |= weight[k] > 0;
-  if (!any) return;
+  if (!any) return 0;
+  std::atomic<std::int64_t> bad = 0;
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
     if (!chosen(draw, brick, share)) return;
     brick_total_variation(values, brick, weight.data(), learner.gradient.values.row(std::size_t(brick) * kBrickRows));
     learner.gradient.touched[brick].set_all();
+    if (const int here = bad_rows(learner.gradient, brick); here > 0) bad += here;
   });
+  return bad;
 }
 
-void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw) {
-  if (weight == 0 || !motion.displaces) return;
+std::int64_t add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw) {
+  if (weight == 0 || !motion.displaces) return 0;
+  std::atomic<std::int64_t> bad = 0;
   const int stride = motion.stride(), stored = motion.stored_points();
   const bool pinned = stored < motion.points;  // the curve starts at a point pinned to zero before the first stored one
   parallel_for(values.topology->brick_count(), [&](int index) {
@@ -185,7 +173,9 @@ void add_curve_length(const Channels& values, Learner& learner, const MotionFiel
         }
     }
     learner.gradient.touched[brick].set_all();
+    if (const int here = bad_rows(learner.gradient, brick); here > 0) bad += here;
   });
+  return bad;
 }
 
 }  // namespace splinevox

@@ -43,8 +43,8 @@ struct Trainer::State {
   Batch batch;
   std::vector<StepReport> discarded; ///< the last steps, as far as they were discarded in a row
 
-  /// Looks at the gradients that a step gathered. If they or its loss are not finite: forgets them, fills in the report and returns true.
-  bool discard(const PassResult& pass, const std::vector<double>& times, StepReport& report);
+  /// If a step has bad rows or a loss that is not finite: forgets its gradients, fills in the report and returns true.
+  bool discard(const PassResult& pass, std::int64_t bad_rows, const std::vector<double>& times, StepReport& report);
 
   /// Whether some times are yet to be trained (SamplingConfig::window): nothing may be taken to be empty for good.
   bool growing() const { return !sampler.whole(progress); }

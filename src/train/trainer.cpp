@@ -65,10 +65,9 @@ void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
 
 }  // namespace
 
-bool Trainer::State::discard(const PassResult& pass, const std::vector<double>& times, StepReport& report) {
-  report.bad_rows = count_bad_rows(radiance.gradient);
-  for (const Learner& learner : level_learners) report.bad_rows += count_bad_rows(learner.gradient);
-  if (report.bad_rows == 0 && std::isfinite(pass.squared_error + pass.motion_loss)) return false;
+bool Trainer::State::discard(const PassResult& pass, std::int64_t bad_rows, const std::vector<double>& times, StepReport& report) {
+  report.bad_rows = bad_rows;
+  if (bad_rows == 0 && std::isfinite(pass.squared_error + pass.motion_loss)) return false;
   clear(radiance.gradient);
   for (Learner& learner : level_learners) clear(learner.gradient);
   report.discarded = true;
@@ -141,17 +140,18 @@ StepReport Trainer::step() {
   if (!s.levels.empty()) spread_motion_gradient(s.motion_gradient, s.level_learners);
   lap(s.phases.slices);
   const float tv = float(std::pow(double(c.loss.tv_final), progress));
-  add_total_variation(s.model.radiance.raw, s.radiance, tv, c.loss.tv_share, draw);
+  std::int64_t bad_rows = pass.bad_rows;
+  bad_rows += add_total_variation(s.model.radiance.raw, s.radiance, tv, c.loss.tv_share, draw);
   const MotionField& motion = s.model.motion;
   for (std::size_t l = 0; l < s.levels.size(); ++l) {
-    add_total_variation(s.levels[l], s.level_learners[l], tv, c.loss.tv_share, draw + 1 + l);
-    add_curve_length(s.levels[l], s.level_learners[l], motion, c.loss.curve_length, c.loss.tv_share, draw + 1 + l);
+    bad_rows += add_total_variation(s.levels[l], s.level_learners[l], tv, c.loss.tv_share, draw + 1 + l);
+    bad_rows += add_curve_length(s.levels[l], s.level_learners[l], motion, c.loss.curve_length, c.loss.tv_share, draw + 1 + l);
   }
   lap(s.phases.regularise);
 
   ++s.step;
   report.step = s.step;
-  if (s.discard(pass, times, report)) return give_up_after_many(s, report);
+  if (s.discard(pass, bad_rows, times, report)) return give_up_after_many(s, report);
   s.discarded.clear();
   const double beta1 = c.optimiser.kind == OptimiserKind::adam ? c.optimiser.beta1 : 0.0;
   const MomentFactors factors = moment_factors(beta1, c.optimiser.beta2, c.optimiser.epsilon, double(s.step));

@@ -21,12 +21,17 @@ struct Gradient {
   Gradient() = default;
 };
 
+/// Touched rows of a brick whose gradient or its square, which the second moment takes in, is not finite. Cheap right after the brick
+/// was written, while it is in the cache.
+int bad_rows(const Gradient& gradient, int brick);
+
 /// What one pass over a batch gives besides the gradients.
 struct PassResult {
   double squared_error = 0;  ///< summed over rays and colour channels
   double motion_loss = 0;    ///< offset and divergence losses, summed
   std::int64_t samples = 0;  ///< in stored bricks, forward and backward
   std::int64_t visited = 0;  ///< in occupied cells
+  std::int64_t bad_rows = 0; ///< of both gradients
   double slice_seconds = 0, ray_seconds = 0, scatter_seconds = 0;
 };
 

@@ -26,8 +26,6 @@ struct Learner {
   explicit Learner(const Channels& values);
 };
 
-/// Touched rows whose gradient or its square, which the second moment takes in, is not finite.
-std::int64_t count_bad_rows(const Gradient& gradient);
 /// Forgets a gradient: zero where it was touched, and touched nowhere.
 void clear(Gradient& gradient);
 
@@ -37,9 +35,11 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
 
 /// Adds the gradient of scale * sum_c tv_c * (sum over voxels of Eq. 9), estimated on a random share of the bricks and divided by it,
 /// and marks their rows touched. Absent neighbours do not count. @param draw  identifies the random subset.
-void add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw);
+/// @return bad rows among them (see bad_rows); a row may count more than once.
+std::int64_t add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw);
 
 /// Adds the gradient of weight * sum over voxels and k of |p_{k+1} - p_k|^2 on the same random bricks.
-void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw);
+/// @return bad rows among them.
+std::int64_t add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw);
 
 }  // namespace splinevox
