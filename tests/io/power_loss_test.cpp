@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// F2: a power cut loses, reorders or tears what was not synchronised. The system calls of write_file are recorded (the linker wraps them),
-// and every state that a disk may be in after any prefix of them is laid out and read.
+// F2: a power cut loses, reorders or tears what was not synchronised. The system calls of write_file are recorded (the
+// linker wraps them), and every state that a disk may be in after any prefix of them is laid out and read.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <unistd.h>
@@ -19,8 +19,8 @@ namespace {
 /// One recorded call on the files of a folder. Names are those within it.
 struct Call {
   enum Kind { create, write, sync_file, sync_folder, link, rename, unlink, returned } kind;
-  int file = -1;          ///< which file: the order of creation
-  std::string name, to;   ///< of the folder's entries
+  int file = -1;         ///< which file: the order of creation
+  std::string name, to;  ///< of the folder's entries
   std::string bytes{};
 };
 
@@ -54,13 +54,15 @@ int __wrap_open(const char* path, int flags, ...) {
   va_end(rest);
   const int fd = __real_open(path, flags, mode);
   std::string name;
-  if (fd >= 0 && (flags & O_CREAT) && inside(path, name)) file_of[fd] = files_made, calls.push_back({Call::create, files_made++, name, {}});
+  if (fd >= 0 && (flags & O_CREAT) && inside(path, name))
+    file_of[fd] = files_made, calls.push_back({Call::create, files_made++, name, {}});
   if (fd >= 0 && (flags & O_DIRECTORY) && recorded_folder == path) folder_descriptor = fd;
   return fd;
 }
 ssize_t __wrap_write(int fd, const void* data, size_t size) {
   const ssize_t n = __real_write(fd, data, size);
-  if (n > 0 && file_of.count(fd)) calls.push_back({Call::write, file_of[fd], {}, {}, std::string(static_cast<const char*>(data), std::size_t(n))});
+  if (n > 0 && file_of.count(fd))
+    calls.push_back({Call::write, file_of[fd], {}, {}, std::string(static_cast<const char*>(data), std::size_t(n))});
   return n;
 }
 int __wrap_fsync(int fd) {
@@ -103,19 +105,34 @@ class Disk {
  public:
   void take(const Call& c) {
     switch (c.kind) {
-      case Call::create: synced_.emplace_back(), all_.emplace_back(), change({c.name, c.file}); break;
-      case Call::write: all_[std::size_t(c.file)] += c.bytes; break;
-      case Call::sync_file: synced_[std::size_t(c.file)] = all_[std::size_t(c.file)]; break;
-      case Call::sync_folder: names_ = now_, pending_.clear(); break;
-      case Call::link: change({c.to, now_.at(c.name)}); break;
-      case Call::rename: change({c.to, now_.at(c.name), c.name}); break;
-      case Call::unlink: change({"", -1, c.name}); break;
-      case Call::returned: break;
+      case Call::create:
+        synced_.emplace_back(), all_.emplace_back(), change({c.name, c.file});
+        break;
+      case Call::write:
+        all_[std::size_t(c.file)] += c.bytes;
+        break;
+      case Call::sync_file:
+        synced_[std::size_t(c.file)] = all_[std::size_t(c.file)];
+        break;
+      case Call::sync_folder:
+        names_ = now_, pending_.clear();
+        break;
+      case Call::link:
+        change({c.to, now_.at(c.name)});
+        break;
+      case Call::rename:
+        change({c.to, now_.at(c.name), c.name});
+        break;
+      case Call::unlink:
+        change({"", -1, c.name});
+        break;
+      case Call::returned:
+        break;
     }
   }
 
-  /// One state that a cut at this moment may leave: changes of names that were not synchronised are there or not, each for itself; bytes
-  /// that were not are there, missing from somewhere on, or zero.
+  /// One state that a cut at this moment may leave: changes of names that were not synchronised are there or not, each
+  /// for itself; bytes that were not are there, missing from somewhere on, or zero.
   void lay_out(const std::string& folder, std::mt19937& random) const {
     std::map<std::string, int> names = names_;
     for (const Change& change : pending_)
@@ -125,8 +142,10 @@ class Disk {
       std::string bytes = all;
       if (all.size() > synced.size()) {
         const std::size_t from = synced.size() + random() % (all.size() - synced.size() + 1);
-        if (random() % 2) bytes.resize(from);
-        else std::fill(bytes.begin() + std::ptrdiff_t(from), bytes.end(), '\0');
+        if (random() % 2)
+          bytes.resize(from);
+        else
+          std::fill(bytes.begin() + std::ptrdiff_t(from), bytes.end(), '\0');
       }
       spit(folder + "/" + name, bytes);
     }
@@ -134,9 +153,9 @@ class Disk {
 
  private:
   struct Change {
-    std::string name;         ///< gets the file; empty: none does
+    std::string name;  ///< gets the file; empty: none does
     int file;
-    std::string gone{};       ///< loses it; empty: none does
+    std::string gone{};  ///< loses it; empty: none does
   };
   static void apply(const Change& c, std::map<std::string, int>& names) {
     if (!c.gone.empty()) names.erase(c.gone);
@@ -152,14 +171,16 @@ class Disk {
 }  // namespace
 
 TEST_SUITE("io/power loss") {
-  TEST_CASE("F2: after a power cut at any moment the checkpoint is the last one written, or the one that was being written") {
+  TEST_CASE(
+      "F2: after a power cut at any moment the checkpoint is the last one written, or the one that was being written") {
     const Scratch written;
     recorded_folder = written.folder();
     constexpr int kGenerations = 12;
     for (int g = 1; g <= kGenerations; ++g) {
       CheckpointHeader header;
       header.step = std::uint64_t(g), header.kind = "trainer";
-      write_checkpoint(written.path("checkpoint.bin"), header, std::vector<char>(std::size_t(300 + 40 * g), char('a' + g)));
+      write_checkpoint(written.path("checkpoint.bin"), header,
+                       std::vector<char>(std::size_t(300 + 40 * g), char('a' + g)));
       calls.push_back({Call::returned, g, {}, {}});
     }
     recorded_folder.clear();
