@@ -66,7 +66,8 @@ FolderLock::FolderLock(const std::string& folder, const char* doing) {
   }
   if (errno != EWOULDBLOCK) return;
   ::close(descriptor_);
-  fail({folder, std::string("another process is ") + doing + " this folder", "one writer", "", "wait for it, or another folder for --out"});
+  fail({folder, std::string("another process is ") + doing + " this folder", "one writer", "",
+        "wait for it, or another folder for --out"});
 }
 
 FolderLock::~FolderLock() {

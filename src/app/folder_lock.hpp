@@ -5,13 +5,13 @@
 
 namespace splinevox::app {
 
-/// The right to write into a folder, which one process has at a time; ends with the object or the process, however that ends. A file
-/// system without locks is no reason to stop.
+/// The right to write into a folder, which one process has at a time; ends with the object or the process, however that
+/// ends. A file system without locks is no reason to stop.
 class FolderLock {
  public:
   /// @param doing  what the other process does, for the message: "training into", ...
-  /// Throws Error (input) if another process has it. Removes what a process that was killed left half written in the folder: drafts of
-  /// write_file and probes.
+  /// Throws Error (input) if another process has it. Removes what a process that was killed left half written in the
+  /// folder: drafts of write_file and probes.
   FolderLock(const std::string& folder, const char* doing);
   ~FolderLock();
   FolderLock(const FolderLock&) = delete;

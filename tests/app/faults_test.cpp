@@ -22,9 +22,16 @@ struct Small {
   std::string data = temp.str() + "/ball";
   Small() { write_moving_ball(data, {6, 0, 2, 12, 0.8}); }
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
-  std::vector<std::string> train(const std::string& run, const std::string& steps, std::vector<std::string> more = {}) const {
-    std::vector<std::string> words = {"train", data, "--out", path(run), "--preset", "draft", "--max-steps", steps, "--set", "sampling.rays=128",
-                                      "--set", "grid.radiance=8,12,16", "--set", "motion.points=4", "--set", "effects.steps=0"};
+  std::vector<std::string> train(const std::string& run, const std::string& steps,
+                                 std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {"train",       data,
+                                      "--out",       path(run),
+                                      "--preset",    "draft",
+                                      "--max-steps", steps,
+                                      "--set",       "sampling.rays=128",
+                                      "--set",       "grid.radiance=8,12,16",
+                                      "--set",       "motion.points=4",
+                                      "--set",       "effects.steps=0"};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
@@ -43,12 +50,14 @@ TEST_SUITE("app/faults") {
   TEST_CASE("F1: what a killed run left half written is cleared away and does not stand in the way") {
     const Small small;
     fs::create_directories(small.path("run"));
-    for (const char* name : {"config.toml.4194305-0.tmp", ".probe.4194305", "checkpoint.bin.prev.tmp", "effects.json"}) write_text(small.path("run") + "/" + name, "half");
+    for (const char* name : {"config.toml.4194305-0.tmp", ".probe.4194305", "checkpoint.bin.prev.tmp", "effects.json"})
+      write_text(small.path("run") + "/" + name, "half");
     CHECK(program(small.train("run", "4", {"--quiet"})).code == 0);
     for (const auto& entry : fs::directory_iterator(small.path("run"))) CHECK_FALSE(entry.path().extension() == ".tmp");
     CHECK_FALSE(fs::exists(small.path("run") + "/.probe.4194305"));
     // A draft of a process that lives, and files that only look like one, are somebody's.
-    const std::string living = small.path("run") + "/x." + std::to_string(::getpid()) + "-0.tmp", mine = small.path("run") + "/notes.tmp";
+    const std::string living = small.path("run") + "/x." + std::to_string(::getpid()) + "-0.tmp",
+                      mine = small.path("run") + "/notes.tmp";
     write_text(living, "living"), write_text(mine, "mine");
     CHECK(program({"train", small.data, "--out", small.path("run"), "--resume", "--quiet"}).code == 0);
     CHECK(fs::exists(living));
@@ -70,14 +79,18 @@ TEST_SUITE("app/faults") {
     REQUIRE(program(small.train("run", "4", {"--quiet"})).code == 0);
     const auto render = [&](const std::string& text) {
       write_text(small.path("path.json"), text);
-      return program({"render", small.path("run"), "--out", small.path("pictures"), "--camera", small.path("path.json")});
+      return program(
+          {"render", small.path("run"), "--out", small.path("pictures"), "--camera", small.path("path.json")});
     };
     const std::string deep(200000, '[');
-    for (const auto& [text, says] : {std::pair<std::string, const char*>{"{\"frames\": [" + deep + std::string(200000, ']') + "]}", "nested too deeply"},
-                                     {"{\"frames\": " + deep, "nested too deeply"},
-                                     {"{\"frames\": [], \"frames\": []}", "there twice"},
-                                     {"{\"frames\": [{\"transform_matrix\": [[1e999]]}]}", "malformed JSON"},
-                                     {"{\"w\": 1e300, \"frames\": [{\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}", "not a picture's size"}}) {
+    for (const auto& [text, says] :
+         {std::pair<std::string, const char*>{"{\"frames\": [" + deep + std::string(200000, ']') + "]}",
+                                              "nested too deeply"},
+          {"{\"frames\": " + deep, "nested too deeply"},
+          {"{\"frames\": [], \"frames\": []}", "there twice"},
+          {"{\"frames\": [{\"transform_matrix\": [[1e999]]}]}", "malformed JSON"},
+          {"{\"w\": 1e300, \"frames\": [{\"transform_matrix\": [[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]}]}",
+           "not a picture's size"}}) {
       const Ended e = render(text);
       CAPTURE(e.err);
       CHECK(e.code == 2);
@@ -87,7 +100,8 @@ TEST_SUITE("app/faults") {
     CHECK(program({"report", small.path("run"), "--out", small.path("page.html")}).code == 2);
     write_text(small.path("points.csv"), "x,y,z\n");
     fs::resize_file(small.path("points.csv"), (std::uintmax_t(1) << 30) + 1);  // a hole: no disk is used
-    const Ended points = program({"track", small.path("run"), "--points", small.path("points.csv"), "--to", "1", "--out", small.path("out.csv")});
+    const Ended points = program({"track", small.path("run"), "--points", small.path("points.csv"), "--to", "1",
+                                  "--out", small.path("out.csv")});
     CHECK(points.code == 2);
     CHECK(contains(points.err, "too large"));
   }
@@ -97,7 +111,8 @@ TEST_SUITE("app/faults") {
     std::vector<std::string> words = small.train("run", "100000000", {"--quiet"});
     words.insert(words.begin(), SPLINEVOX_PROGRAM);
     Started started(words);
-    for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     // Until one of them is the second.
     for (int i = 0; i < 50; ++i) ::kill(started.process(), SIGTERM);
     CHECK(started.wait().code == 128 + SIGTERM);
@@ -111,7 +126,8 @@ TEST_SUITE("app/faults") {
     const Small small;
     int ended = 0;
     for (const char* kilobytes : {"180000", "220000", "260000", "300000", "400000", "2000000"}) {
-      const Ended e = shell(std::string("ulimit -v ") + kilobytes + "; exec", small.train("run", "4", {"--quiet", "--resume"}));
+      const Ended e =
+          shell(std::string("ulimit -v ") + kilobytes + "; exec", small.train("run", "4", {"--quiet", "--resume"}));
       CAPTURE(kilobytes);
       CAPTURE(e.err);
       CHECK((e.code == 0 || e.code == 1));

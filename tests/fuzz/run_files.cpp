@@ -2,9 +2,9 @@
 // What a run or an export leaves: model, checkpoint, training state, manifest.
 #include <cstring>
 
+#include "core/hash.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
-#include "core/hash.hpp"
 #include "io/vdb_scan.hpp"
 #include "splinevox/io/checkpoint.hpp"
 #include "splinevox/io/inspect.hpp"
@@ -48,8 +48,11 @@ std::vector<std::string> model_seeds() {
   test::BlobMotion moving;
   moving.rigidity = true, moving.light = 0.5f;
   for (const bool moves : {false, true}) {
-    const std::string file = made_by([&](const std::string& p) { save_model(p, test::blob_model(8, moves ? moving : test::BlobMotion{.moves = false}, 1)); });
-    out.push_back(file.substr(0, file.size() - kVdbSealBytes));  // as another program writes it: nothing vouches for the bytes
+    const std::string file = made_by([&](const std::string& p) {
+      save_model(p, test::blob_model(8, moves ? moving : test::BlobMotion{.moves = false}, 1));
+    });
+    out.push_back(
+        file.substr(0, file.size() - kVdbSealBytes));  // as another program writes it: nothing vouches for the bytes
     if (moves) out.push_back(file);
   }
   return out;
@@ -92,7 +95,9 @@ int manifest(const std::uint8_t* data, std::size_t size) {
 }
 
 std::vector<std::string> manifest_seeds() {
-  const Manifest m{"export", {{"fps", "24"}, {"model", "xxh64:0123456789abcdef"}}, {{"frame_0001.vdb", {1234, 99}, {{"time", 0.5}, {"frame", 1}}}, {"a/b.json", {0, 7}, {}}}};
+  const Manifest m{"export",
+                   {{"fps", "24"}, {"model", "xxh64:0123456789abcdef"}},
+                   {{"frame_0001.vdb", {1234, 99}, {{"time", 0.5}, {"frame", 1}}}, {"a/b.json", {0, 7}, {}}}};
   return {made_by([&](const std::string& p) { write_manifest(folder(), m, p.substr(p.rfind('/') + 1)); })};
 }
 

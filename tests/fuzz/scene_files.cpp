@@ -27,7 +27,8 @@ std::string text_of(const test::Bytes& bytes) { return {bytes.begin(), bytes.end
 int dataset_json(const std::uint8_t* data, std::size_t size) {
   static std::string ready;  // of which process the pictures are
   if (ready != folder()) {
-    for (const char* name : {"/train/r_0.png", "/train/r_1.png", "/train/r_2.png"}) test::write_png(folder() + name, test::flat_png(2, 2));
+    for (const char* name : {"/train/r_0.png", "/train/r_1.png", "/train/r_2.png"})
+      test::write_png(folder() + name, test::flat_png(2, 2));
     ready = folder();
   }
   put("transforms_train.json", data, size);
@@ -41,8 +42,11 @@ std::vector<std::string> dataset_seeds() {
     timed.push_back(test::frame_text(file, "0." + std::to_string(5 * i), matrix));
     plain.push_back(test::frame_text(file + ".png", "", matrix));
   }
-  return {test::transforms_text(timed), test::transforms_text(plain, "\"fl_x\": 3.5, \"fl_y\": 3.25, \"cx\": 1, \"cy\": 1, \"w\": 2, \"h\": 2,"),
-          test::transforms_text(timed, "\"camera_angle_x\": 0.8, \"camera_angle_y\": 0.7, \"k1\": 0, \"aabb\": [[0, 1], {\"a\": null}],")};
+  return {
+      test::transforms_text(timed),
+      test::transforms_text(plain, "\"fl_x\": 3.5, \"fl_y\": 3.25, \"cx\": 1, \"cy\": 1, \"w\": 2, \"h\": 2,"),
+      test::transforms_text(
+          timed, "\"camera_angle_x\": 0.8, \"camera_angle_y\": 0.7, \"k1\": 0, \"aabb\": [[0, 1], {\"a\": null}],")};
 }
 
 int png(const std::uint8_t* data, std::size_t size) {
@@ -84,8 +88,14 @@ int exr(const std::uint8_t* data, std::size_t size) {
 }
 
 std::vector<std::string> exr_seeds() {
-  return {made_by([](const std::string& p) { write_exr(p, {{"", noise(11, 7, 4, 1), {}}}); }),
-          made_by([](const std::string& p) { write_exr(p, {{"position", noise(9, 9, 3, 2), {"X", "Y", "Z"}}, {"rest", noise(9, 9, 3, 3), {}}, {"depth", noise(9, 9, 1, 4), {}}}); })};
+  return {made_by([](const std::string& p) {
+            write_exr(p, {{"", noise(11, 7, 4, 1), {}}});
+          }),
+          made_by([](const std::string& p) {
+            write_exr(p, {{"position", noise(9, 9, 3, 2), {"X", "Y", "Z"}},
+                          {"rest", noise(9, 9, 3, 3), {}},
+                          {"depth", noise(9, 9, 1, 4), {}}});
+          })};
 }
 
 }  // namespace splinevox::fuzz

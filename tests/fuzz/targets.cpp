@@ -17,7 +17,9 @@ namespace {
 
 std::string folder_of(long process) {
   const fs::path memory = "/dev/shm";
-  return ((fs::is_directory(memory) ? memory : fs::temp_directory_path()) / ("splinevox_fuzz_" + std::to_string(process))).string();
+  return ((fs::is_directory(memory) ? memory : fs::temp_directory_path()) /
+          ("splinevox_fuzz_" + std::to_string(process)))
+      .string();
 }
 
 }  // namespace
@@ -71,11 +73,16 @@ int verdict(const std::function<void()>& parse) {
 
 const std::vector<Target>& targets() {
   static const std::vector<Target> all = {
-      {"dataset_json", dataset_json, dataset_seeds},       {"png", png, png_seeds, mend_png},
-      {"exr", exr, exr_seeds},                             {"model_vdb", model_vdb, model_seeds},
-      {"checkpoint", checkpoint, checkpoint_seeds, mend_checkpoint},        {"training_state", training_state, state_seeds},
-      {"manifest", manifest, manifest_seeds},              {"config_toml", config_toml, config_seeds},
-      {"camera_path", camera_path, camera_seeds},          {"points_csv", points_csv, points_seeds},
+      {"dataset_json", dataset_json, dataset_seeds},
+      {"png", png, png_seeds, mend_png},
+      {"exr", exr, exr_seeds},
+      {"model_vdb", model_vdb, model_seeds},
+      {"checkpoint", checkpoint, checkpoint_seeds, mend_checkpoint},
+      {"training_state", training_state, state_seeds},
+      {"manifest", manifest, manifest_seeds},
+      {"config_toml", config_toml, config_seeds},
+      {"camera_path", camera_path, camera_seeds},
+      {"points_csv", points_csv, points_seeds},
   };
   return all;
 }

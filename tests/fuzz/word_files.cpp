@@ -18,7 +18,8 @@ int config_toml(const std::uint8_t* data, std::size_t size) {
 }
 
 std::vector<std::string> config_seeds() {
-  return {write_config(preset("draft")), "preset = \"paper\"\n[loss]\noffset = 1e-3\n[grid]\nradiance = [40, 64]\nradiance_start = [0, 0.5]\n"};
+  return {write_config(preset("draft")),
+          "preset = \"paper\"\n[loss]\noffset = 1e-3\n[grid]\nradiance = [40, 64]\nradiance_start = [0, 0.5]\n"};
 }
 
 int camera_path(const std::uint8_t* data, std::size_t size) {
@@ -30,8 +31,11 @@ int camera_path(const std::uint8_t* data, std::size_t size) {
 
 std::vector<std::string> camera_seeds() {
   const std::string matrix = test::matrix_text(test::orbit_matrix(0.4));
-  const std::vector<std::string> frames = {test::frame_text("a", "0.25", matrix), "{\"w\": 64, \"h\": 48, \"fl_x\": 50.5, \"transform_matrix\": " + matrix + "}"};
-  return {test::transforms_text(frames), test::transforms_text({frames[0]}, "\"fl_x\": 300, \"cx\": 12.5, \"w\": 640, \"h\": 480,")};
+  const std::vector<std::string> frames = {
+      test::frame_text("a", "0.25", matrix),
+      "{\"w\": 64, \"h\": 48, \"fl_x\": 50.5, \"transform_matrix\": " + matrix + "}"};
+  return {test::transforms_text(frames),
+          test::transforms_text({frames[0]}, "\"fl_x\": 300, \"cx\": 12.5, \"w\": 640, \"h\": 480,")};
 }
 
 int points_csv(const std::uint8_t* data, std::size_t size) {
@@ -40,7 +44,8 @@ int points_csv(const std::uint8_t* data, std::size_t size) {
 }
 
 std::vector<std::string> points_seeds() {
-  return {"x,y,z\n0.1,-0.2,3e-1\n1,2,3\n", "# marks\nid, time ,x,y,z,note\r\na,0.5,1,2,3,hello\r\n\r\nb,1e-3,-1,+2,3.25,\r\n", "z,y,x,time\n1,2,3,1\n"};
+  return {"x,y,z\n0.1,-0.2,3e-1\n1,2,3\n",
+          "# marks\nid, time ,x,y,z,note\r\na,0.5,1,2,3,hello\r\n\r\nb,1e-3,-1,+2,3.25,\r\n", "z,y,x,time\n1,2,3,1\n"};
 }
 
 }  // namespace splinevox::fuzz

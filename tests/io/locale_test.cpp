@@ -24,7 +24,9 @@ struct Comma : std::numpunct<char> {
 /// German habits for streams, and for the C library where that locale is installed.
 class GermanNumbers {
  public:
-  GermanNumbers() : before_(std::locale::global(std::locale(std::locale::classic(), new Comma))) { std::setlocale(LC_NUMERIC, "de_DE.UTF-8"); }
+  GermanNumbers() : before_(std::locale::global(std::locale(std::locale::classic(), new Comma))) {
+    std::setlocale(LC_NUMERIC, "de_DE.UTF-8");
+  }
   ~GermanNumbers() {
     std::locale::global(before_);
     std::setlocale(LC_NUMERIC, "C");

@@ -26,7 +26,8 @@ std::map<std::string, FileDigest> files_of(const std::string& folder) {
 /// Files whose bytes hold the time of day or the clock: only those of other names are compared.
 bool tells_time(const std::string& path) {
   const std::string name = fs::path(path).filename();
-  return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") || name.ends_with("manifest.json") || name.ends_with(".partial.json") || name.ends_with(".html");
+  return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") || name.ends_with("manifest.json") ||
+         name.ends_with(".partial.json") || name.ends_with(".html");
 }
 
 struct Writer {
@@ -38,7 +39,8 @@ struct Writer {
 /// From no room at all to nearly enough, geometrically from 64 bytes on.
 std::vector<std::int64_t> limits_up_to(std::uint64_t largest, int count) {
   std::vector<std::int64_t> out{0};
-  for (int i = 0; i < count; ++i) out.push_back(std::int64_t(64 * std::pow(double(std::max<std::uint64_t>(largest, 65)) / 64, double(i) / count)));
+  for (int i = 0; i < count; ++i)
+    out.push_back(std::int64_t(64 * std::pow(double(std::max<std::uint64_t>(largest, 65)) / 64, double(i) / count)));
   out.push_back(std::int64_t(largest) - 1);
   return out;
 }
@@ -53,8 +55,13 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
   const std::vector<Writer> writers = {
       {"train", scene.train_words(), ""},
       {"export", scene.export_words(), ""},
-      {"render png", {o.program, "render", run, "--camera", "orbit", "--times", "0:1:3", "--size", "24", "--layers", "rgb,depth", "--format", "png"}, ""},
-      {"render exr", {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24", "--format", "exr"}, ""},
+      {"render png",
+       {o.program, "render", run, "--camera", "orbit", "--times", "0:1:3", "--size", "24", "--layers", "rgb,depth",
+        "--format", "png"},
+       ""},
+      {"render exr",
+       {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24", "--format", "exr"},
+       ""},
       {"track csv", {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, "tracks.csv"},
       {"track json", {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, "tracks.json"},
       {"synth", {o.program, "synth", "ball", "--size", "12", "--frames", "3"}, ""},
@@ -85,13 +92,17 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       if (code > 128 || code < 0) wrong = "ended by a signal or not at all", ++(code < 0 ? line.hangs : line.crashes);
       for (const auto& [name, digest] : files_of(out)) {
         const auto same = good.find(name);
-        if (name.ends_with(".tmp")) wrong = "left " + name, ++line.lost;
-        else if (!tells_time(name) && same != good.end() && !(same->second == digest)) wrong = "left " + name + " damaged", ++line.lost;
+        if (name.ends_with(".tmp"))
+          wrong = "left " + name, ++line.lost;
+        else if (!tells_time(name) && same != good.end() && !(same->second == digest))
+          wrong = "left " + name + " damaged", ++line.lost;
       }
-      if (code == 0 && files_of(out).size() != good.size()) wrong = "said that all was well and it was not", ++line.lost;
+      if (code == 0 && files_of(out).size() != good.size())
+        wrong = "said that all was well and it was not", ++line.lost;
       if (wrong.empty()) continue;
       line.note = wrong + " at " + std::to_string(limit) + " bytes";
-      fs::copy_file(log, o.out + "/disk_" + std::to_string(lines.size()) + ".log", fs::copy_options::overwrite_existing);
+      fs::copy_file(log, o.out + "/disk_" + std::to_string(lines.size()) + ".log",
+                    fs::copy_options::overwrite_existing);
     }
     line.seconds = since(begin);
     lines.push_back(line);

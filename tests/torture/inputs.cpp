@@ -18,7 +18,7 @@
 namespace splinevox::torture {
 namespace {
 
-constexpr double kHang = 2;  // seconds of processor time
+constexpr double kHang = 2;                                // seconds of processor time
 constexpr std::uint64_t kMemory = std::uint64_t(6) << 30;  // address space of a child beyond what it has
 
 /// What a child says while it works, in memory that both see.
@@ -31,7 +31,8 @@ struct Told {
 double now() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
 void keep(const Options& o, const fuzz::Target& target, const char* why, std::uint64_t index, const std::string& file) {
-  const std::filesystem::path path = std::filesystem::path(o.out) / (std::string(why) + "_" + target.name + "_" + std::to_string(index));
+  const std::filesystem::path path =
+      std::filesystem::path(o.out) / (std::string(why) + "_" + target.name + "_" + std::to_string(index));
   std::ofstream(path, std::ios::binary) << file;
 }
 

@@ -41,11 +41,13 @@ int drafts_in(const std::string& folder) {
   return n;
 }
 
-/// Waits for the n-th thing that a process does to the files of a folder (a draft made, written to, renamed) and kills it there and then.
+/// Waits for the n-th thing that a process does to the files of a folder (a draft made, written to, renamed) and kills
+/// it there and then.
 /// @return false if the process ended before.
 bool kill_while_writing(Process& process, const std::string& folder, int nth) {
   const int watch = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
-  ::inotify_add_watch(watch, folder.c_str(), IN_CREATE | IN_MODIFY | IN_CLOSE_WRITE | IN_MOVED_FROM | IN_MOVED_TO | IN_DELETE);
+  ::inotify_add_watch(watch, folder.c_str(),
+                      IN_CREATE | IN_MODIFY | IN_CLOSE_WRITE | IN_MOVED_FROM | IN_MOVED_TO | IN_DELETE);
   bool killed = false;
   for (int seen = 0; !killed;) {
     char events[4096];
@@ -55,9 +57,12 @@ bool kill_while_writing(Process& process, const std::string& folder, int nth) {
       std::memcpy(&event, events + at, sizeof event);
       at += ssize_t(sizeof event + event.len);
     }
-    if (seen >= nth) process.kill(), killed = true;
-    else if (process.ended()) break;
-    else if (n <= 0) ::usleep(100);
+    if (seen >= nth)
+      process.kill(), killed = true;
+    else if (process.ended())
+      break;
+    else if (n <= 0)
+      ::usleep(100);
   }
   ::close(watch);
   return killed;
@@ -80,7 +85,8 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
   };
   Line line{"kills", job.name};
   const Clock::time_point first = Clock::now();
-  if (Process(words(reference), log).wait() != 0) throw std::runtime_error("the program cannot do it without being killed, see " + log);
+  if (Process(words(reference), log).wait() != 0)
+    throw std::runtime_error("the program cannot do it without being killed, see " + log);
   double length = since(first);
   std::mt19937_64 random(o.seed);
   std::uint64_t drafts = 0, ends = 0;
@@ -108,15 +114,19 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
     good = good && Process(words(out), log).wait() == 0;
     length = 0.7 * length + 0.3 * std::max(since(last), 0.05);  // other programs come and go
     good = good && whole(o, out, log) && drafts_in(out) == 0;
-    for (const std::string& file : job.files) good = good && !bytes_of(reference + "/" + file).empty() && bytes_of(out + "/" + file) == bytes_of(reference + "/" + file);
+    for (const std::string& file : job.files)
+      good = good && !bytes_of(reference + "/" + file).empty() &&
+             bytes_of(out + "/" + file) == bytes_of(reference + "/" + file);
     ++ends;
     if (good) continue;
     ++line.lost;
     fs::rename(out, o.out + "/lost_" + job.name + "_" + std::to_string(line.lost));
-    fs::copy_file(log, o.out + "/lost_" + job.name + "_" + std::to_string(line.lost) + ".log", fs::copy_options::overwrite_existing);
+    fs::copy_file(log, o.out + "/lost_" + job.name + "_" + std::to_string(line.lost) + ".log",
+                  fs::copy_options::overwrite_existing);
   }
   line.seconds = since(begin);
-  line.note = std::to_string(ends) + " runs ended as one that was left alone, bit for bit, but for those lost; " + std::to_string(drafts) + " kills hit a file half written";
+  line.note = std::to_string(ends) + " runs ended as one that was left alone, bit for bit, but for those lost; " +
+              std::to_string(drafts) + " kills hit a file half written";
   return line;
 }
 
@@ -126,10 +136,12 @@ std::vector<Line> try_kills(const Options& o, double seconds) {
   const Scene scene(o);
   std::vector<std::string> train = scene.train_words();
   train.push_back("--resume");
-  const std::vector<Job> jobs = {{"train", train, {"model.vdb", "config.toml", "effects.json"}},
-                                 {"export", scene.export_words(), {"manifest.json", "frame_0001.vdb", "frame_0004.vdb", "load_in_blender.py"}}};
+  const std::vector<Job> jobs = {
+      {"train", train, {"model.vdb", "config.toml", "effects.json"}},
+      {"export", scene.export_words(), {"manifest.json", "frame_0001.vdb", "frame_0004.vdb", "load_in_blender.py"}}};
   std::vector<Line> lines;
-  for (const Job& job : jobs) lines.push_back(kill_again_and_again(o, job, scene.path(job.name), seconds / double(jobs.size())));
+  for (const Job& job : jobs)
+    lines.push_back(kill_again_and_again(o, job, scene.path(job.name), seconds / double(jobs.size())));
   return lines;
 }
 

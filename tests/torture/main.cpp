@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// splinevox-torture: everything that can go wrong with files, tried for a given time. Writes torture.jsonl, a line a trial, and from these
-// lines torture.md. Exit code 1 if anything crashed, hung or was lost.
+// splinevox-torture: everything that can go wrong with files, tried for a given time. Writes torture.jsonl, a line a
+// trial, and from these lines torture.md. Exit code 1 if anything crashed, hung or was lost.
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
@@ -37,11 +37,17 @@ int main(int argc, char** argv) {
   Options o;
   words.add_option("--program", o.program, "the splinevox binary")->required()->check(CLI::ExistingFile);
   words.add_option("--out", o.out, "folder for torture.jsonl, torture.md and whatever broke")->required()->take_last();
-  words.add_option("--seconds", o.seconds, "for all trials together")->check(CLI::Range(5.0, 1e6))->capture_default_str();
+  words.add_option("--seconds", o.seconds, "for all trials together")
+      ->check(CLI::Range(5.0, 1e6))
+      ->capture_default_str();
   words.add_option("--seed", o.seed, "of every random draw")->capture_default_str();
-  words.add_option("--soak-steps", o.soak_steps, "training steps of the soak at most")->check(CLI::Range(1000, 100'000'000))->capture_default_str();
+  words.add_option("--soak-steps", o.soak_steps, "training steps of the soak at most")
+      ->check(CLI::Range(1000, 100'000'000))
+      ->capture_default_str();
   std::vector<std::string> only;
-  words.add_option("--only", only, "some of inputs, float, kills, disk, soak")->delimiter(',')->check(CLI::IsMember({"inputs", "float", "kills", "disk", "soak"}));
+  words.add_option("--only", only, "some of inputs, float, kills, disk, soak")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"inputs", "float", "kills", "disk", "soak"}));
   CLI11_PARSE(words, argc, argv);
   try {
     std::filesystem::create_directories(o.out);
@@ -52,7 +58,9 @@ int main(int argc, char** argv) {
       lines.push_back(l);
       text += to_json(l) + "\n";
       splinevox::write_file(o.out + "/torture.jsonl", {text});
-      fmt::print("{:<20} {:<16} {:>9} cases, {} crashes, {} hangs, {} lost, {:.1f} s. {}\n", l.trial, l.what, l.tried, l.crashes, l.hangs, l.lost, l.seconds, l.note), std::fflush(stdout);
+      fmt::print("{:<20} {:<16} {:>9} cases, {} crashes, {} hangs, {} lost, {:.1f} s. {}\n", l.trial, l.what, l.tried,
+                 l.crashes, l.hangs, l.lost, l.seconds, l.note),
+          std::fflush(stdout);
     };
     struct Trial {
       const char* name;
@@ -63,12 +71,21 @@ int main(int argc, char** argv) {
       const auto& targets = splinevox::fuzz::targets();
       for (const auto& target : targets) told(try_inputs(o, target, seconds / double(targets.size())));
     };
-    const std::vector<Trial> trials = {{"inputs", 0.35, inputs},
-                                       {"float", 0.08, [&](double s) { told(in_fork([&] { return try_float_double(o, s); })); }},
-                                       {"kills", 0.25, [&](double s) { for (const Line& l : try_kills(o, s)) told(l); }},
-                                       {"disk", 0.17, [&](double s) { for (const Line& l : try_full_disk(o, s)) told(l); }},
-                                       {"soak", 0.15, [&](double s) { told(in_fork([&] { return try_soak(o, s); })); }}};
-    const auto wanted = [&](const Trial& t) { return only.empty() || std::find(only.begin(), only.end(), t.name) != only.end(); };
+    const std::vector<Trial> trials = {
+        {"inputs", 0.35, inputs},
+        {"float", 0.08, [&](double s) { told(in_fork([&] { return try_float_double(o, s); })); }},
+        {"kills", 0.25,
+         [&](double s) {
+           for (const Line& l : try_kills(o, s)) told(l);
+         }},
+        {"disk", 0.17,
+         [&](double s) {
+           for (const Line& l : try_full_disk(o, s)) told(l);
+         }},
+        {"soak", 0.15, [&](double s) { told(in_fork([&] { return try_soak(o, s); })); }}};
+    const auto wanted = [&](const Trial& t) {
+      return only.empty() || std::find(only.begin(), only.end(), t.name) != only.end();
+    };
     double all = 0;
     for (const Trial& t : trials) all += wanted(t) ? t.share : 0;
     for (const Trial& t : trials)

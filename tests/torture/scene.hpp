@@ -31,15 +31,32 @@ class Scene {
 
   std::string path(const std::string& name) const { return folder_ + "/" + name; }
   std::vector<std::string> train_words() const {
-    return {program_, "train", path("data"), "--preset", "draft", "--max-steps", "40", "--set", "sampling.rays=128", "--set", "grid.radiance=8,12,16", "--set", "motion.points=4",
-            "--set", "effects.steps=0", "--quiet"};
+    return {program_,
+            "train",
+            path("data"),
+            "--preset",
+            "draft",
+            "--max-steps",
+            "40",
+            "--set",
+            "sampling.rays=128",
+            "--set",
+            "grid.radiance=8,12,16",
+            "--set",
+            "motion.points=4",
+            "--set",
+            "effects.steps=0",
+            "--quiet"};
   }
-  std::vector<std::string> export_words() const { return {program_, "export", path("run"), "--frames", "1-4", "--quiet"}; }
+  std::vector<std::string> export_words() const {
+    return {program_, "export", path("run"), "--frames", "1-4", "--quiet"};
+  }
 
  private:
   static std::string folder_of(const Options& o) {
     const std::filesystem::path memory = "/dev/shm";
-    return std::filesystem::is_directory(memory) ? "/dev/shm/splinevox_torture_" + std::to_string(::getpid()) : o.out + "/scene";
+    return std::filesystem::is_directory(memory) ? "/dev/shm/splinevox_torture_" + std::to_string(::getpid())
+                                                 : o.out + "/scene";
   }
   static void must(Process process, const std::string& log) {
     if (process.wait() != 0) throw std::runtime_error("the program cannot make a scene, see " + log);

@@ -27,14 +27,14 @@ struct Line {
   std::string what{};   ///< parser, verb or scene
   std::uint64_t tried = 0, crashes = 0, hangs = 0, lost = 0;
   double seconds = 0;
-  std::string note{};   ///< figures of this trial alone
+  std::string note{};  ///< figures of this trial alone
 };
 
 using Clock = std::chrono::steady_clock;
 inline double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-/// Mutated files of one parser for so many seconds. What crashes it, hangs it (2 s of processor time) or makes it throw anything but an
-/// input Error is kept in OUT.
+/// Mutated files of one parser for so many seconds. What crashes it, hangs it (2 s of processor time) or makes it throw
+/// anything but an input Error is kept in OUT.
 Line try_inputs(const Options& o, const fuzz::Target& target, double seconds);
 /// Micro-scenes with random numbers: the float kernel against the double one.
 Line try_float_double(const Options& o, double seconds);

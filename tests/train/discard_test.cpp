@@ -31,7 +31,8 @@ Config tiny() {
   return c;
 }
 
-/// The values that the radiance rows have in a state, and where they stand in its bytes: Trainer::State::archive's order.
+/// The values that the radiance rows have in a state, and where they stand in its bytes: Trainer::State::archive's
+/// order.
 struct Opened {
   Channels raw;
   std::size_t end;
