@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "app/correspondence.hpp"
 #include "app/evaluate.hpp"
 #include "program.hpp"
 #include "splinevox/data/truth.hpp"
@@ -17,10 +18,9 @@ using namespace splinevox::test;
 
 namespace {
 
-constexpr float kMoves = 0.01f;   ///< change of place, share of the box, from which a part moves
 constexpr float kCell = 0.015f;   ///< of places at rest that count as one
 constexpr float kSeen = 0.05f;    ///< change of a channel that counts as a change of the picture
-constexpr float kBehind = 0.02f;  ///< change of depth, share of the box, from which another surface is seen
+constexpr float kBehind = 0.01f;  ///< change of depth, share of the box, from which another surface is seen
 
 /// Surface pixels of a split: those of parts that truly move, where now another surface is seen or none; the rest, and where the
 /// picture differs.
@@ -56,7 +56,7 @@ Changed changed(const app::Run& before, const app::Run& after, const Dataset& da
       float most = 0;
       for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(x.pixel(u, v)[c] - y.pixel(u, v)[c]));
       const auto& [lo, hi] = reach.at(key(truth[f].rest[i]));
-      const bool moving = length(hi - lo) > kMoves * edge;
+      const bool moving = length(hi - lo) > float(app::kTrulyMoves) * edge;
       const bool gone = *rb.alpha.pixel(u, v) < 0.5f * *ra.alpha.pixel(u, v) || *rb.depth.pixel(u, v) - *ra.depth.pixel(u, v) > kBehind * edge;
       ++(moving ? out.moving : out.still);
       if (moving ? gone : most > kSeen) ++(moving ? out.moving_gone : out.still_changed);
