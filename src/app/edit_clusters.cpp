@@ -19,6 +19,15 @@ constexpr Vec3 kPalette[] = {{0.6f, 0.6f, 0.6f},    {0.86f, 0.37f, 0.0f}, {0.0f,
 
 }  // namespace
 
+void paint_parts(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen) {
+  for (std::size_t c = 0; c < chosen.size(); ++c) {
+    if (!chosen[c]) continue;
+    ChosenClusters one(chosen.size(), false);
+    one[c] = true;
+    paint_clusters(model, clusters, one, kPalette[c % std::size(kPalette)]);
+  }
+}
+
 struct ClusterOperations {
   static const MotionClusters& known(EditSession& s, const char* name) {
     if (!s.clusters_) wrong_edit(name, "there are no clusters yet", "--clusters before it, and again after an operation that moves matter", "none", "--clusters auto");
@@ -65,12 +74,8 @@ struct ClusterOperations {
     return Json::object();
   }
   static Json paint(EditSession& s, const std::string&) {
-    const std::size_t count = known(s, "paint").clusters.size();
-    for (std::size_t c = 0; c < count; ++c) {
-      ChosenClusters one(count, false);
-      one[c] = s.chosen_.empty() || s.chosen_[c];
-      paint_clusters(s.run_.model, *s.clusters_, one, kPalette[c % std::size(kPalette)]);
-    }
+    const ChosenClusters all(known(s, "paint").clusters.size(), true);
+    paint_parts(s.run_.model, *s.clusters_, s.chosen_.empty() ? all : s.chosen_);
     return Json::object();
   }
 
