@@ -48,6 +48,7 @@ Json history(const std::string& run) {
 
 int edit(const EditVerb& o, const std::vector<Asked>& asked) {
   if (asked.empty()) fail({"edit", "there is nothing to do", "one operation or more", "", "splinevox edit --help lists them"});
+  if (fs::exists(fs::path(o.out) / "config.toml")) fail({o.out, "this folder already holds a run", "a name that is free: a run is never changed", "", "another folder for --out"});
   Run run = open_run(o.run);
   const std::string from = run.path;
   const ModelNotes notes = run.notes;

@@ -6,9 +6,11 @@
 #include <cstdio>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "app/cameras.hpp"
 #include "app/command.hpp"
+#include "app/edit_session.hpp"
 #include "app/evaluate.hpp"
 #include "app/film.hpp"
 #include "splinevox/core/error.hpp"
@@ -18,7 +20,7 @@
 namespace splinevox::app {
 namespace {
 
-const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigidity"};
+const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigidity", "cluster"};
 
 struct RenderVerb {
   std::string run, out, layers = "rgb", format = "png";
@@ -40,7 +42,7 @@ std::vector<std::string> chosen_layers(const std::string& text) {
 }
 
 /// All layers of one picture in one file, as linear numbers: nothing is coloured.
-void write_layers(const std::string& path, Rendered& r, const std::vector<std::string>& names) {
+void write_layers(const std::string& path, Rendered& r, const Image& parts, const std::vector<std::string>& names) {
   std::vector<ExrLayer> layers;
   for (const std::string& n : names) {
     if (n == "rgb") layers.push_back({"", r.rgb, {}});
@@ -48,8 +50,17 @@ void write_layers(const std::string& path, Rendered& r, const std::vector<std::s
     if (n == "depth") layers.push_back({"depth", r.depth, {}});
     if (n == "flow") layers.push_back({"flow", r.flow, {"X", "Y", "Z"}});
     if (n == "rigidity") layers.push_back({"rigidity", r.rigidity, {}});
+    if (n == "cluster") layers.push_back({"cluster", parts, {}});
   }
   write_exr(path, layers);
+}
+
+/// The model with its parts, by how they move, in colours.
+VoxelModel painted(const VoxelModel& model) {
+  VoxelModel out = model;
+  const MotionClusters clusters = find_clusters(model, 0);
+  paint_parts(out, clusters, ChosenClusters(clusters.clusters.size(), true));
+  return out;
 }
 
 int render(const RenderVerb& o) {
@@ -61,13 +72,18 @@ int render(const RenderVerb& o) {
   const std::vector<Shot> shots = plan_shots(run, o.cameras);
   probe_output_folder(o.out);
   Renderer renderer(run.model);
+  const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
+  const VoxelModel colours = parts ? painted(run.model) : VoxelModel();
+  std::optional<Renderer> part_renderer;
+  if (parts) part_renderer.emplace(colours);
   std::map<std::string, Film> films;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     Rendered r = renderer.render(shots[i].camera, shots[i].time);
-    if (o.format == "exr") write_layers(fmt::format("{}/frame_{:04}.exr", o.out, i + 1), r, layers);
+    const Image part_picture = parts ? clamped(part_renderer->render(shots[i].camera, shots[i].time).rgb) : Image();
+    if (o.format == "exr") write_layers(fmt::format("{}/frame_{:04}.exr", o.out, i + 1), r, part_picture, layers);
     for (const std::string& layer : layers) {
       if (o.format == "exr") continue;
-      const Image picture = layer_picture(run, r, layer, shots[i].camera);
+      const Image picture = layer == "cluster" ? part_picture : layer_picture(run, r, layer, shots[i].camera);
       if (o.format == "png") {
         write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, i + 1), picture);
         continue;
@@ -96,7 +112,7 @@ Action render_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--times", o->cameras.times,
                   "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
-  verb.add_option("--layers", o->layers, "list of rgb,alpha,depth,flow,rigidity, or all")->capture_default_str();
+  verb.add_option("--layers", o->layers, "list of rgb,alpha,depth,flow,rigidity,cluster (parts by how they move), or all")->capture_default_str();
   verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
       ->capture_default_str();
   verb.add_option("--data", o->cameras.data, "the data set of dataset:..., if it is no longer where the run found it");

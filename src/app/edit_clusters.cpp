@@ -11,12 +11,22 @@ namespace {
 
 constexpr int kMostClusters = 16;
 constexpr double kMostDisturbed = 0.02;  ///< share of other matter, or of the part, that an edit may do wrong before it is refused
+constexpr double kMostShared = 0.15;     ///< share of a part that may keep its old time, where it is joined to others
 
 /// Colours of --paint, in the order of the clusters: what stands still is grey.
 constexpr Vec3 kPalette[] = {{0.6f, 0.6f, 0.6f},    {0.86f, 0.37f, 0.0f}, {0.0f, 0.45f, 0.70f}, {0.0f, 0.62f, 0.45f},
                              {0.94f, 0.89f, 0.26f}, {0.80f, 0.47f, 0.65f}, {0.34f, 0.71f, 0.91f}, {0.1f, 0.1f, 0.1f}};
 
 }  // namespace
+
+void paint_parts(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen) {
+  for (std::size_t c = 0; c < chosen.size(); ++c) {
+    if (!chosen[c]) continue;
+    ChosenClusters one(chosen.size(), false);
+    one[c] = true;
+    paint_clusters(model, clusters, one, kPalette[c % std::size(kPalette)]);
+  }
+}
 
 struct ClusterOperations {
   static const MotionClusters& known(EditSession& s, const char* name) {
@@ -64,30 +74,25 @@ struct ClusterOperations {
     return Json::object();
   }
   static Json paint(EditSession& s, const std::string&) {
-    const std::size_t count = known(s, "paint").clusters.size();
-    for (std::size_t c = 0; c < count; ++c) {
-      ChosenClusters one(count, false);
-      one[c] = s.chosen_.empty() || s.chosen_[c];
-      paint_clusters(s.run_.model, *s.clusters_, one, kPalette[c % std::size(kPalette)]);
-    }
+    const ChosenClusters all(known(s, "paint").clusters.size(), true);
+    paint_parts(s.run_.model, *s.clusters_, s.chosen_.empty() ? all : s.chosen_);
     return Json::object();
   }
 
-  /// Figures of an edit of a part, or the reason why it was not done.
-  static Json result(const char* name, const PartEdit& e, const char* disturbed) {
-    const std::string most = fmt::format("at most {:.0f}%", 100 * kMostDisturbed);
-    if (e.disturbed > kMostDisturbed) wrong_edit(name, disturbed, most, fmt::format("{:.1f}%", 100 * e.disturbed), "choose another place, or --clusters with other numbers");
-    if (e.covered > kMostDisturbed)
-      wrong_edit(name, "the canonical volume has other matter where the part would come to", most + " of the part", fmt::format("{:.1f}%", 100 * e.covered), "move it further");
-    return {{"disturbed_share", e.disturbed}, {"error_max_voxels", e.error_max}, {"error_rms_voxels", e.error_rms}};
-  }
-
+  /// Figures of a part that was carried, or the reason why it was not.
   static Json carry(EditSession& s, const char* name, const RigidMotion& g) {
     const PartEdit e = carry_clusters(s.run_.model, *s.clusters_, s.chosen_, g, kMostDisturbed);
-    const Json figures = result(name, e, "other matter is shown, at some time, from the motion voxels that the part would come to, and would move with it (share of that matter)");
-    s.clusters_.reset();
+    const std::string most = fmt::format("at most {:.0f}%", 100 * kMostDisturbed);
+    if (e.disturbed > kMostDisturbed)
+      wrong_edit(name, "other matter is shown, at some time, from the motion voxels that the part would come to, and would move with it", most + " of that matter",
+                 fmt::format("{:.1f}%", 100 * e.disturbed), "another place, or --clusters with another number");
+    if (e.ghosts > kMostDisturbed)
+      wrong_edit(name, "pieces of the part would still be seen where it was, because other matter needs the motion there", most + " of the part", fmt::format("{:.1f}%", 100 * e.ghosts), "move it further");
+    if (e.covered > kMostDisturbed)
+      wrong_edit(name, "the canonical volume has other matter where the part would come to", most + " of the part", fmt::format("{:.1f}%", 100 * e.covered), "move it further");
+    s.clusters_.reset();  // they say where the matter was
     s.chosen_.clear();
-    return figures;
+    return {{"disturbed_share", e.disturbed}, {"ghost_share", e.ghosts}, {"error_max_voxels", e.error_max}, {"error_rms_voxels", e.error_rms}};
   }
 
   static Json move(EditSession& s, const std::string& v) {
@@ -121,8 +126,11 @@ struct ClusterOperations {
     const double factor = edit_number("slow", v, 0.01, 100, "a factor from 0.01 to 100");
     const MotionField& m = s.run_.model.motion;
     if (!m.time_curve.identity()) wrong_edit("slow", "the time of this model was changed already", "a run in its own time", "a time curve", "slow the part first, then change the time of all");
-    const PartEdit e = slow_clusters(s.run_.model, *s.clusters_, s.chosen_, factor, kMostDisturbed);
-    return result("slow", e, "the part shares motion voxels with other matter and cannot have a time of its own there (share of the part)");
+    const PartEdit e = slow_clusters(s.run_.model, *s.clusters_, s.chosen_, factor, kMostShared);
+    if (e.disturbed > kMostShared)
+      wrong_edit("slow", "the part shares motion voxels with other matter and cannot have a time of its own there", fmt::format("at most {:.0f}% of the part", 100 * kMostShared),
+                 fmt::format("{:.1f}%", 100 * e.disturbed), "--clusters with another number");
+    return {{"kept_old_time_share", e.disturbed}, {"error_max_voxels", e.error_max}, {"error_rms_voxels", e.error_rms}};
   }
 };
 

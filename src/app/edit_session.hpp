@@ -46,6 +46,9 @@ const std::vector<EditOperation>& edit_operations();
 /// Those on parts of the model; edit_operations() has them too.
 std::vector<EditOperation> cluster_operations();
 
+/// Every chosen cluster in a colour of its own; what stands still is grey.
+void paint_parts(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen);
+
 /// One number of an operation's value. Throws Error (input) unless it lies in [lo, hi].
 double edit_number(const char* operation, const std::string& text, double lo, double hi, const std::string& expected);
 int edit_whole(const char* operation, const std::string& text, int lo, int hi);

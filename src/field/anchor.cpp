@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <limits>
 #include <memory>
 
 #include "splinevox/core/parallel.hpp"
@@ -48,9 +50,15 @@ Channels shown_volume(const VoxelModel& model, const FrameSampler& first) {
   return out;
 }
 
-/// The y with W_0(y) = target nearest to the start; the place reached if there is none.
-Vec3d shown_at(const FrameSampler& first, const Vec3d& target, const Vec3d& start, double tolerance) {
-  return invert_warp([&](const Vec3d& x) { return first.warp(cast<float>(x)); }, target, start, tolerance).x;
+/// The y with W_0(y) = target that one of the starts leads to, the first that does; else the one that comes nearest.
+Vec3d shown_at(const FrameSampler& first, const Vec3d& target, std::initializer_list<Vec3d> starts, double tolerance) {
+  InverseWarp<double> best{{}, std::numeric_limits<double>::infinity(), false, true};
+  for (const Vec3d& start : starts) {
+    const auto found = invert_warp([&](const Vec3d& x) { return first.warp(cast<float>(x)); }, target, start, tolerance);
+    if (found.residual < best.residual) best = found;
+    if (best.converged && !best.folded) break;
+  }
+  return best.x;
 }
 
 }  // namespace
@@ -83,7 +91,8 @@ MotionDifference anchor_first(VoxelModel& model) {
       const float r = std::max(first.warp(x).rigidity, kLeastRigidity);
       Vec3d y = cast<double>(x);
       for (int j = 0; j < n; ++j) {
-        y = shown_at(first, cast<double>(samplers[std::size_t(j)]->canonical(x)), y, kTolerance * voxel);
+        const Vec3d target = cast<double>(samplers[std::size_t(j)]->canonical(x));
+        y = shown_at(first, target, {y, target - cast<double>(first.warp(x).displacement), target, cast<double>(x)}, kTolerance * voxel);
         wanted[std::size_t(j)] = (y - cast<double>(x)) * (1.0 / r);
       }
       Vec3d start{};

@@ -170,22 +170,26 @@ void carry_motion(MotionField& next, const MotionField& motion, const std::vecto
   }
 }
 
-/// Where the parts' places should look and where they do.
-void measure(const VoxelModel& next, const std::vector<Place>& places, const RigidMotion& g, PartEdit& out) {
+/// Where the parts' places should look and where they do; and whether the places they left show anything that is not there.
+void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<Place>& places, const RigidMotion& g, PartEdit& out) {
   const double voxel = next.radiance.raw.topology->lattice.spacing;
-  double squares = 0, total = 0;
+  const auto opacity = [&](const FrameSampler& s, Vec3 x) { return -std::expm1(-s.radiance(s.canonical(x)).density * float(voxel)); };
+  double squares = 0, total = 0, ghosts = 0;
   for (std::size_t first = 0; first < places.size();) {
-    const FrameSampler sampler(next, FrameSampler::AtParameter{places[first].parameter});
+    const FrameSampler sampler(next, FrameSampler::AtParameter{places[first].parameter}), old(model, FrameSampler::AtParameter{places[first].parameter});
     std::size_t i = first;
     for (; i < places.size() && places[i].parameter == places[first].parameter; ++i) {
       if (!places[i].member) continue;
       const Vec3d found = cast<double>(sampler.canonical(cast<float>(g(cast<double>(places[i].x)))));
       const double d = length(found - g(cast<double>(places[i].canonical))) / voxel;
       out.error_max = std::max(out.error_max, d), squares += places[i].weight * d * d, total += places[i].weight;
+      const float now = opacity(sampler, places[i].x);
+      if (now >= kDense && opacity(old, cast<float>(g.inverse(cast<double>(places[i].x)))) < kDense) ghosts += now;
     }
     first = i;
   }
   out.error_rms = total > 0 ? std::sqrt(squares / total) : 0;
+  out.ghosts = total > 0 ? ghosts / total : 0;
 }
 
 }  // namespace
@@ -195,13 +199,15 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
   const Lattice& lattice = model.radiance.raw.topology->lattice;
   const auto carried = [&](Vec3 x) { return cast<float>(g(cast<double>(x))); };
   VoxelModel next = model;
-  std::vector<Vec3> seen, canonical;
+  std::vector<Vec3> seen, canonical, left, rest;
   const Vec3 margin = 2 * lattice.spacing * Vec3{1, 1, 1};
-  for (const Place& p : places)
+  for (const Place& p : places) {
+    (p.member ? left : rest).push_back(p.x);
     if (p.member) {
       seen.push_back(carried(p.x)), canonical.push_back(carried(p.canonical));
       for (const Vec3& q : {seen.back(), canonical.back()}) next.box.lo = min(next.box.lo, q - margin), next.box.hi = max(next.box.hi, q + margin);
     }
+  }
   next.radiance.raw = grown(model.radiance.raw, next.box, canonical);
   if (!model.motion.levels.empty()) next.motion.levels[0] = grown(model.motion.levels[0], next.box, seen);
 
@@ -226,9 +232,15 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
   out.disturbed = others > 0 ? disturbed / others : 0, out.covered = part > 0 ? covered / part : 0;
   if (out.disturbed > limit || out.covered > limit) return out;
   carry_matter(next, model, clusters, chosen, g);
-  if (!rows.empty()) carry_motion(next.motion, model.motion, rows, g);
-  measure(next, places, g, out);
-  model = std::move(next);
+  if (!rows.empty()) {
+    carry_motion(next.motion, model.motion, rows, g);
+    Channels& level = next.motion.levels[0];
+    const std::vector<char> used = rows_of(level, left), shared = rows_of(level, rest);
+    for (std::size_t r = kBrickRows; r < rows.size(); ++r)
+      if (used[r] && !shared[r] && !rows[r]) std::fill_n(level.row(r), next.motion.rigidity_column(), 0.0f);
+  }
+  measure(next, model, places, g, out);
+  if (out.ghosts <= limit) model = std::move(next);
   return out;
 }
 

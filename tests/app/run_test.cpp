@@ -78,7 +78,7 @@ TEST_SUITE("app/run") {
         program({"render", run.string(), "--out", scene.path("views"), "--camera", "dataset:test", "--layers", "all"});
     CAPTURE(render.err);
     CHECK(render.code == 0);
-    for (const char* file : {"rgb_0001.png", "alpha_0002.png", "depth_0003.png", "flow_0001.png", "rigidity_0001.png"})
+    for (const char* file : {"rgb_0001.png", "alpha_0002.png", "depth_0003.png", "flow_0001.png", "rigidity_0001.png", "cluster_0001.png"})
       CHECK_MESSAGE(fs::exists(scene.path("views") + "/" + file), file);
     CHECK(program({"render", run.string(), "--out", scene.path("exr"), "--camera", "orbit", "--times", "0:1:2",
                    "--size", "16", "--format", "exr", "--layers", "rgb,depth"})

@@ -117,6 +117,32 @@ TEST_SUITE("io/model_vdb") {
     }
   }
 
+  TEST_CASE("a time curve and the bases of edited models come back; files without have the older format number") {
+    const Scratch scratch;
+    const std::string path = scratch.path("model.vdb");
+    for (const auto& [basis, points] : {std::pair{BasisKind::polybezier, 10}, std::pair{BasisKind::hermite, 8}, std::pair{BasisKind::bspline, 8}}) {
+      VoxelModel model = noisy_model(3, points, FirstPoint::free, basis, 1, true, true);
+      model.motion.time_curve = loop_time(3, false);
+      save_model(path, model);
+      const VoxelModel back = load_model(path);
+      CHECK(back.motion.basis == basis);
+      CHECK(back.motion.time_curve == model.motion.time_curve);
+      for (const double t : {0.0, 0.21, 0.9}) CHECK(FrameSampler(back, t).canonical({0.1f, 0.2f, 0.3f}) == FrameSampler(model, t).canonical({0.1f, 0.2f, 0.3f}));
+      CHECK(inspect_vdb(path).meta.at("splinevox_model") == "3");
+    }
+    save_model(path, noisy_model(3, 8, FirstPoint::free, BasisKind::bspline, 1, true));
+    CHECK(inspect_vdb(path).meta.at("splinevox_model") == "2");
+    CHECK(load_model(path).motion.time_curve.identity());
+    VdbFile file = read_vdb(path);
+    for (const char* curve : {"0 0 0.5 1", "0 0 0.6 1 0.5 1 1 1", "0 0 1 1.5", "0 0 1", "0 0 1 nan", "0.1 0 1 1", ""}) {
+      for (VdbGrid& grid : file.grids)
+        if (grid.name == "control_0") grid.meta["time_curve"] = std::string(curve);
+      write_vdb(path, file);
+      CAPTURE(curve);
+      CHECK(message_of(path).find("metadata 'time_curve'") != std::string::npos);
+    }
+  }
+
   TEST_CASE("what a model lacks is absent from the file") {
     const Scratch scratch;
     const std::string path = scratch.path("model.vdb");
@@ -202,7 +228,9 @@ TEST_SUITE("io/model_vdb") {
     file = good, grid("sh2").name = "other";
     expect(file, "has no grid 'sh2'");
     file = good, grid("control_1").meta["basis"] = std::string("nurbs");
-    expect(file, "one of: bezier, bspline");
+    expect(file, "one of: bezier, bspline, poly_bezier, hermite");
+    file = good, grid("control_1").meta["basis"] = std::string("hermite");
+    expect(file, "an even number from 4");
     file = good, grid("control_1").meta["points"] = std::int64_t(99);
     expect(file, "an integer from 2 to 20");
     file = good, grid("control_1").meta["row_width"] = std::int64_t(12);

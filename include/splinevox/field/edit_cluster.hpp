@@ -31,6 +31,7 @@ RigidMotion rotation(const Vec3d& axis, double degrees, const Vec3d& pivot);
 struct PartEdit {
   double disturbed = 0;  ///< share of the other matter, over all times, whose motion would change; [0, 1]
   double covered = 0;    ///< share of the part that would land where other canonical matter is; [0, 1]
+  double ghosts = 0;     ///< share of the part that would still be seen where it was; [0, 1]
   double error_max = 0, error_rms = 0;  ///< voxels, over the part at all times: where it should be against where it is
 };
 
@@ -38,8 +39,9 @@ struct PartEdit {
 ///
 /// The warp runs backwards, so a part moves when its canonical matter, the control points of every place that ever shows it and
 /// the place it is looked up at are all carried along: W'(x) = G(W(G^-1 x)). That is possible only where no other matter is shown
-/// at any time from the motion voxels it comes to, and where the canonical volume has room. The result says how far that fails;
-/// @return with `disturbed` or `covered` above `limit`: the model is unchanged.
+/// at any time from the motion voxels it comes to, and where the canonical volume has room. Motion voxels that only the part used
+/// and left are set to no displacement, so that they do not look after it.
+/// @return how far that fails; with `disturbed`, `covered` or `ghosts` above `limit` the model is unchanged.
 PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen, const RigidMotion& g, double limit);
 
 /// The motion of the clusters at F times the speed from time 0 on, at most to its end; the rest keeps its own. Motion voxels that
