@@ -72,8 +72,8 @@ class Scene {
   uploadMotion(motion, bytes) {
     const gl = this.gl, rows = motion.bricks * 512, numbers = motion.stored + (motion.rigidity ? 1 : 0);
     const places = readPlaces(bytes, motion), table = brickTable(motion, places);
-    this.motionTable = texture3d(gl, gl.R16UI, motion.dims, gl.NEAREST);
-    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...motion.dims, gl.RED_INTEGER, gl.UNSIGNED_SHORT, table);
+    this.motionTable = texture3d(gl, gl.R32UI, motion.dims, gl.NEAREST);
+    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...motion.dims, gl.RED_INTEGER, gl.UNSIGNED_INT, table);
     const width = Math.min(4096, gl.getParameter(gl.MAX_TEXTURE_SIZE)), height = Math.ceil(rows * numbers / width);
     if (height > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("The model's motion is larger than this graphics card's textures.");
     const texels = new Int16Array(4 * width * height);
