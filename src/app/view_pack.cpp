@@ -3,10 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
-#include <tuple>
 
 #include "app/view_codec.hpp"
+#include "app/view_reduce.hpp"
 #include "splinevox/field/row_mask.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/math/activation.hpp"
@@ -21,16 +20,6 @@ constexpr float kSeenAlpha = 2e-4f;       ///< per step; below it 300 samples to
 constexpr float kColourLimit = 8;         ///< raw colours beyond it are black or white to 1/3000
 
 Json triple(const auto& v) { return Json::array({v.x, v.y, v.z}); }
-
-/// Vertices are counted from the ring of absent bricks around a lattice, as BrickView does.
-struct RingVertex {
-  Int3 brick;
-  int row;
-};
-RingVertex ring_vertex(Int3 v) {
-  return {{v.x >> 3, v.y >> 3, v.z >> 3}, (v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7)};
-}
-std::size_t ring_slot(const Topology& t, Int3 brick) { return (std::size_t(brick.x) * t.dims.y + brick.y) * t.dims.z + brick.z; }
 
 /// Per slot of the table: rows within one vertex of anything to see. Cells with nothing to see at any corner stay without: an
 /// interpolated density is never above the largest one at the corners.
@@ -127,7 +116,7 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
         if (seen[ring_slot(t, b)].any()) bricks.push_back(b);
   Json out = table_of(w, t, bricks);
   out["scale"] = field.activation.scale, out["shift"] = field.activation.shift;
-  out["sh_order"] = quality.sh_bits ? field.sh_order : -1;
+  out["sh_order"] = field.sh_order;
   const Column columns{field, seen, bricks};
   const auto add = [&](int column, const Quantiser& q, bool repeat) {
     const float background = field.raw.row(0)[column];
@@ -137,14 +126,24 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
   add(0, columns.range(0, 1, 1e30f, quality.density_bits), false);
   const Quantiser colour = columns.range(1, 4, kColourLimit, quality.colour_bits);
   for (int c = 1; c < 4; ++c) add(c, colour, true);
-  if (!quality.sh_bits) return out;
+  if (field.sh_order < 0) return out;
   const Quantiser sh = columns.range(4, 4 + field.sh_count(), 1e30f, quality.sh_bits);
   for (int c = 0; c < field.sh_count(); ++c) add(4 + c, sh, true);
   return out;
 }
 
-Json pack_motion(Writer& w, const MotionField& all_levels, int bits) {
-  const MotionField motion = collapse(all_levels);
+/// Cells of observed space that hold matter at some time, and their neighbours: what moves less than a cell between two of the
+/// times looked at is not missed.
+BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
+  const OccupancyPyramid canonical(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step));
+  const int times = std::max(64, 4 * motion.points);
+  BitGrid ever = canonical.levels[0];
+  if (!motion.displaces) return ever;
+  for (int i = 0; i <= times; ++i) ever |= frame_occupancy(model, make_slice(motion, stored_weights(motion, double(i) / times)), canonical);
+  return dilate(ever);
+}
+
+Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int bits) {
   const Channels& level = motion.levels.back();
   const Topology& t = *level.topology;
   std::vector<Int3> bricks;
@@ -155,16 +154,25 @@ Json pack_motion(Writer& w, const MotionField& all_levels, int bits) {
   out["points"] = motion.points, out["stored"] = motion.stored_points();
   out["displaces"] = motion.displaces, out["light"] = motion.light, out["rigidity"] = motion.rigidity && motion.displaces;
   out["rigidity_offset"] = motion.rigidity_offset;
-  /// Signed numbers with one scale: 0 stays 0, so that what does not move stands still.
+  // Rows that no sample in an occupied cell reads.
+  std::vector<RowMask> read(t.bricks.size());
+  const Vec3 reach = t.lattice.spacing * Vec3{1, 1, 1};
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Int3 v = t.vertex(b, i);
+      const bool inside = v.x < t.lattice.size.x && v.y < t.lattice.size.y && v.z < t.lattice.size.z;
+      if (inside && ever.any(t.position(b, i) - reach, t.position(b, i) + reach)) read[b].set(i);
+    }
+  /// Signed numbers with one scale: 0 stays 0, so that what does not move stands still. A row that is not read repeats the one before.
   const auto add = [&](int first, int count) {
     float largest = 0;
     const auto each = [&](int column, auto&& visit) {
+      float last = 0;
       for (int b = 1; b <= t.brick_count(); ++b)
         for (int i = 0; i < kBrickRows; ++i) {
-          const Int3 v = t.vertex(b, i);
-          const bool inside = v.x < t.lattice.size.x && v.y < t.lattice.size.y && v.z < t.lattice.size.z;
           const float x = level.row(std::size_t(b) * kBrickRows + i)[column];
-          visit(inside && std::isfinite(x) ? x : 0.0f);
+          if (read[b].test(i)) last = std::isfinite(x) ? x : 0.0f;
+          visit(last);
         }
     };
     for (int c = first; c < first + count; ++c) each(c, [&](float v) { largest = std::max(largest, std::abs(v)); });
@@ -189,15 +197,14 @@ Json pack_motion(Writer& w, const MotionField& all_levels, int bits) {
   return out;
 }
 
-Json pack_occupancy(Writer& w, const VoxelModel& model) {
-  const BitGrid grid = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
+Json bits_of(Writer& w, const BitGrid& grid) {
   std::vector<std::uint16_t> bytes;
   for (std::size_t i = 0; i < grid.cells(); i += 8) {
     unsigned byte = 0;
     for (std::size_t j = i; j < std::min(i + 8, grid.cells()); ++j) byte |= unsigned(grid.test(j)) << (j - i);
     bytes.push_back(std::uint16_t(byte));
   }
-  return {{"origin", triple(grid.origin)}, {"cell", grid.cell}, {"size", triple(grid.size)}, {"bits", w.plane(bytes, 8)}};
+  return w.plane(bytes, 8);
 }
 
 }  // namespace
@@ -207,52 +214,22 @@ const std::vector<ViewQuality>& view_qualities() {
   return all;
 }
 
-RadianceField halved(const RadianceField& field) {
-  const Topology& fine = *field.raw.topology;
-  Lattice lattice{fine.lattice.origin, 2 * fine.lattice.spacing, {}};
-  for (int a = 0; a < 3; ++a) lattice.size[a] = std::max(2, fine.lattice.size[a] / 2 + 1);
-  const auto lower = [](const Int3& a, const Int3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); };
-  std::set<Int3, decltype(lower)> bricks(lower);
-  for (int b = 1; b <= fine.brick_count(); ++b) {
-    // A fine brick reaches the coarse vertices from half its first vertex, rounded down, to half of what follows its last.
-    const Int3 first = kBrick * fine.bricks[b];
-    Int3 c;
-    for (c.x = first.x / 2 / kBrick; c.x <= std::min(first.x / 2 + 4, lattice.size.x - 1) / kBrick; ++c.x)
-      for (c.y = first.y / 2 / kBrick; c.y <= std::min(first.y / 2 + 4, lattice.size.y - 1) / kBrick; ++c.y)
-        for (c.z = first.z / 2 / kBrick; c.z <= std::min(first.z / 2 + 4, lattice.size.z - 1) / kBrick; ++c.z) bricks.insert(c);
-  }
-  RadianceField out = field;
-  out.raw = make_channels(make_topology(lattice, {bricks.begin(), bricks.end()}), field.raw.width, field.raw.row(0));
-  const Topology& coarse = *out.raw.topology;
-  const Int3 limit = kBrick * fine.dims, ring{kBrick, kBrick, kBrick};
-  for (int b = 1; b <= coarse.brick_count(); ++b)
-    for (int i = 0; i < kBrickRows; ++i) {
-      float* row = out.raw.row(std::size_t(b) * kBrickRows + i);
-      const Int3 centre = 2 * coarse.vertex(b, i) + ring;
-      std::fill_n(row, out.raw.width, 0.0f);
-      for (int n = 0; n < 27; ++n) {
-        const Int3 d{n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1}, v = centre + d;
-        const bool inside = v.x < limit.x && v.y < limit.y && v.z < limit.z;
-        const RingVertex at = ring_vertex(inside ? v : Int3{});
-        const float* from = field.raw.row(std::size_t(fine.table[ring_slot(fine, at.brick)]) * kBrickRows + at.row);
-        const float weight = (d.x ? 0.25f : 0.5f) * (d.y ? 0.25f : 0.5f) * (d.z ? 0.25f : 0.5f);
-        for (int c = 0; c < out.raw.width; ++c) row[c] += weight * from[c];
-      }
-    }
-  return out;
-}
-
 PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality) {
-  RadianceField field = model.radiance;
+  RadianceField field = quality.sh_bits ? model.radiance : without_view(model.radiance);
   for (int i = 0; i < quality.halvings; ++i) field = halved(field);
+  const MotionField motion = collapse(model.motion);
+  const BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
   Writer w;
   w.out.header = {{"box", {{"lo", triple(model.box.lo)}, {"hi", triple(model.box.hi)}}},
                   {"background", triple(model.background)},
                   {"step", model.step},
                   {"time", {{"origin", model.time_map.origin}, {"scale", model.time_map.scale}}}};
   w.out.header["radiance"] = pack_radiance(w, field, model.step, quality);
-  w.out.header["occupancy"] = pack_occupancy(w, model);
-  if (!model.motion.levels.empty()) w.out.header["motion"] = pack_motion(w, model.motion, quality.motion_bits);
+  w.out.header["occupancy"] = {{"origin", triple(canonical.origin)}, {"cell", canonical.cell}, {"size", triple(canonical.size)}, {"canonical", bits_of(w, canonical)}};
+  if (motion.levels.empty()) return std::move(w.out);
+  const BitGrid ever = ever_occupied(model, motion);
+  w.out.header["occupancy"]["ever"] = bits_of(w, ever);
+  w.out.header["motion"] = pack_motion(w, motion, ever, quality.motion_bits);
   return std::move(w.out);
 }
 

@@ -30,7 +30,4 @@ struct PackedScene {
 /// no place in the page. Raw values, because activation comes after interpolation.
 PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality);
 
-/// The field on every second vertex, weighted 1/4, 1/2, 1/4 along each axis.
-RadianceField halved(const RadianceField& field);
-
 }  // namespace splinevox::app

@@ -56,8 +56,8 @@ struct Page {
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
 
   void make(const std::vector<std::string>& training) {
-    REQUIRE(program({"synth", "ball", "--out", path("scene"), "--size", "48", "--frames", "12"}).code == 0);
-    std::vector<std::string> words{"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "80", "--quiet", "--set", "grid.radiance=16,24,40"};
+    REQUIRE(program({"synth", "ball", "--out", path("scene"), "--size", "32", "--frames", "12"}).code == 0);
+    std::vector<std::string> words{"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "60", "--quiet", "--set", "grid.radiance=16,24,32", "--set", "sampling.rays=512"};
     words.insert(words.end(), training.begin(), training.end());
     const Ended train = program(words);
     CAPTURE(train.err);
@@ -79,7 +79,8 @@ struct Page {
                         .wait();
     std::stringstream log(e.err);
     for (std::string line; std::getline(log, line);)
-      if (contains(line, "CONSOLE")) console += line + "\n";
+      // Reading pixels back, which only this test does so often, is slow, and the driver says so.
+      if (contains(line, "CONSOLE") && !contains(line, "GPU stall due to ReadPixels")) console += line + "\n";
     const std::string found = between(e.out, "<pre id=\"result\">", "</pre>");
     CAPTURE(console);
     REQUIRE_FALSE(found.empty());
@@ -145,11 +146,11 @@ TEST_SUITE("app/view") {
     const {width, height} = app.header.views[view].camera;
     result.pictures.push({view, layer, png: app.picture(`view=${view}&layer=${layer}`, width, height)});
   }
-  app.picture("view=1&layer=rgb", 48, 48);
+  app.picture("view=1&layer=rgb", 32, 32);
   const slider = document.getElementById("time"), slid = t => {
     slider.value = t;
     slider.dispatchEvent(new Event("input"));
-    return app.painter.picture(app.state.look, 48, 48).toDataURL();
+    return app.painter.picture(app.state.look, 32, 32).toDataURL();
   };
   result.slid = [slid(0.05), slid(0.95), slid(0.05)];
   result.weights = [];

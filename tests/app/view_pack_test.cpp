@@ -7,6 +7,7 @@
 
 #include "app/view_codec.hpp"
 #include "app/view_pack.hpp"
+#include "app/view_reduce.hpp"
 #include "splinevox/math/activation.hpp"
 #include "support/blob_model.hpp"
 
@@ -115,8 +116,8 @@ TEST_SUITE("app/view_pack") {
         for (int b = 1; b <= t.brick_count(); ++b)
           for (int i = 0; i < kBrickRows; ++i) {
             const Int3 v = t.vertex(b, i), place = t.bricks[b] + Int3{1, 1, 1}, size = t.lattice.size;
-            const bool inside = v.x < size.x && v.y < size.y && v.z < size.z;
-            const float was = inside ? level.row(std::size_t(b) * kBrickRows + i)[first + int(lane)] : 0.0f;
+            if (v.x >= size.x || v.y >= size.y || v.z >= size.z) continue;
+            const float was = level.row(std::size_t(b) * kBrickRows + i)[first + int(lane)];
             const auto q = std::int16_t(values[bricks.at({place.x, place.y, place.z}) * kBrickRows + i]);
             const float scale = entry["scale"].get<float>();
             wrong += !(std::abs(scale * float(q) - was) <= 0.501f * scale) || (was == 0 && q != 0);
@@ -140,6 +141,17 @@ TEST_SUITE("app/view_pack") {
       CHECK(scene.header["radiance"]["columns"].size() == (quality.sh_bits ? 13 : 4));
     }
     CHECK(deflated(pack_scene(model, view_qualities().back()).bytes).size() < last);
+  }
+
+  TEST_CASE("without the view rescale a colour is the mean over the directions") {
+    VoxelModel model = test::blob_model(16, {}, 1);
+    for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) {
+      float* row = model.radiance.raw.row(r);
+      row[1] = 2, row[4] = 0, row[5] = 3, row[6] = -2, row[7] = 1;  // odd in the direction: the mean of the factor is that of no harmonics
+    }
+    const RadianceField matt = without_view(model.radiance);
+    CHECK(matt.sh_order == -1);
+    CHECK(sigmoid(matt.raw.row(kBrickRows)[1]).value == doctest::Approx(0.75f * sigmoid(2.0f).value).epsilon(1e-5));
   }
 
   TEST_CASE("halving keeps what is linear, and adds nothing beyond what was there") {

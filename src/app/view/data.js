@@ -31,7 +31,7 @@ function readPlaces(bytes, field) {
 
 /// Number + 1 of the brick at every place of the ring, 0 = absent; x fastest, as textures are.
 function brickTable(field, places) {
-  const [dx, dy, dz] = field.dims, table = new Uint16Array(dx * dy * dz);
+  const [dx, dy, dz] = field.dims, table = new Uint32Array(dx * dy * dz);
   for (let i = 0; i < field.bricks; ++i) table[(places[3 * i + 2] * dy + places[3 * i + 1]) * dx + places[3 * i]] = i + 1;
   return table;
 }

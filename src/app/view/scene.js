@@ -52,12 +52,15 @@ class Scene {
   }
 
   uploadOccupancy(grid, bytes) {
-    const gl = this.gl, [sx, sy, sz] = grid.size, packed = readPlane(bytes, grid.bits), cells = new Uint8Array(sx * sy * sz);
-    for (let x = 0, i = 0; x < sx; ++x)
-      for (let y = 0; y < sy; ++y)
-        for (let z = 0; z < sz; ++z, ++i) cells[(z * sy + y) * sx + x] = packed[i >> 3] >> (i & 7) & 1 ? 255 : 0;
-    this.canonical = texture3d(gl, gl.R8, grid.size, gl.NEAREST);
-    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, sx, sy, sz, gl.RED, gl.UNSIGNED_BYTE, cells);
+    const gl = this.gl, [sx, sy, sz] = grid.size, cells = new Uint8Array(2 * sx * sy * sz);
+    [grid.canonical, grid.ever || grid.canonical].forEach((plane, channel) => {
+      const packed = readPlane(bytes, plane);
+      for (let x = 0, i = 0; x < sx; ++x)
+        for (let y = 0; y < sy; ++y)
+          for (let z = 0; z < sz; ++z, ++i) cells[2 * ((z * sy + y) * sx + x) + channel] = packed[i >> 3] >> (i & 7) & 1 ? 255 : 0;
+    });
+    this.canonical = texture3d(gl, gl.RG8, grid.size, gl.NEAREST);
+    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, sx, sy, sz, gl.RG, gl.UNSIGNED_BYTE, cells);
     this.blockSize = grid.size.map(n => Math.ceil(n / kBlock));
     this.cells = new Target(gl, gl.R8, gl.NEAREST), this.blocks = new Target(gl, gl.R8, gl.NEAREST);
     this.cells.resize(...tiledShape(grid.size)), this.blocks.resize(...tiledShape(this.blockSize));
@@ -69,8 +72,8 @@ class Scene {
   uploadMotion(motion, bytes) {
     const gl = this.gl, rows = motion.bricks * 512, numbers = motion.stored + (motion.rigidity ? 1 : 0);
     const places = readPlaces(bytes, motion), table = brickTable(motion, places);
-    this.motionTable = texture3d(gl, gl.R16UI, motion.dims, gl.NEAREST);
-    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...motion.dims, gl.RED_INTEGER, gl.UNSIGNED_SHORT, table);
+    this.motionTable = texture3d(gl, gl.R32UI, motion.dims, gl.NEAREST);
+    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...motion.dims, gl.RED_INTEGER, gl.UNSIGNED_INT, table);
     const width = Math.min(4096, gl.getParameter(gl.MAX_TEXTURE_SIZE)), height = Math.ceil(rows * numbers / width);
     if (height > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("The model's motion is larger than this graphics card's textures.");
     const texels = new Int16Array(4 * width * height);
