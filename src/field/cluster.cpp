@@ -16,6 +16,8 @@ constexpr int kMostCells = 72;     ///< along the longest edge
 constexpr int kMostAuto = 6;       ///< clusters that are tried
 constexpr double kWorth = 0.03;    ///< of silhouette that more clusters have to gain
 constexpr float kLeast = 0.02f;    ///< mean opacity over the moments below which a cell holds nothing
+constexpr double kAlike = 0.7;     ///< likeness from which a cell that moves by little belongs to a part that moves
+constexpr double kMuch = 0.5;      ///< share of a part's motion from which a cell moves, whichever way it goes
 constexpr int kGrow = 3;           ///< cells around matter that share its cluster: what interpolation reads with it
 
 std::size_t cell_count(const Lattice& l) { return std::size_t(l.size.x) * l.size.y * l.size.z; }
@@ -117,6 +119,13 @@ double rms_path(const float* path) {
   return std::sqrt(trajectory_distance(path, zero.data(), kMoments));
 }
 
+/// Cosine between two trajectories, in [-1, 1].
+double likeness(const float* a, const float* b) {
+  double ab = 0, aa = 0, bb = 0;
+  for (int i = 0; i < kMoments * 3; ++i) ab += double(a[i]) * b[i], aa += double(a[i]) * a[i], bb += double(b[i]) * b[i];
+  return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
+}
+
 }  // namespace
 
 int MotionClusters::at(Vec3 canonical) const {
@@ -145,7 +154,8 @@ MotionClusters find_clusters(const VoxelModel& model, int count) {
   }
   out.silhouette = best.silhouette;
 
-  // By how much they move; whatever is nearest to none but stands still is with those that stand still, and nothing else is.
+  // Numbered by how much they move. What moves by little is nearest to standing still, but the foot of a lever belongs to the lever:
+  // it goes the same way, if not as far. So does what goes as far by another way. What swims a little on ways of its own stays.
   const int k = int(best.centroid.size() / (kMoments * 3));
   const auto centroid = [&](int c) { return best.centroid.data() + std::size_t(c) * kMoments * 3; };
   std::vector<int> order(std::size_t(k), 0), number(std::size_t(k), 0);
@@ -155,12 +165,13 @@ MotionClusters find_clusters(const VoxelModel& model, int count) {
   out.label.assign(cell_count(out.cells), -1);
   std::vector<float> weight(out.label.size(), 0.0f);
   for (std::size_t i = 0; i < n; ++i) {
-    int found = 0;
-    if (k > 1 && rms_path(path(i)) >= kStillVoxels) {
-      found = 1;
-      for (int c = 2; c < k; ++c)
-        if (trajectory_distance(path(i), centroid(c), kMoments) < trajectory_distance(path(i), centroid(found), kMoments)) found = c;
-    }
+    int found = best.label[i];
+    if (rms_path(path(i)) < kStillVoxels) found = 0;
+    else if (found == 0)
+      for (int c = 1; c < k; ++c) {
+        const bool moves = rms_path(path(i)) >= kMuch * rms_path(centroid(c)) || likeness(path(i), centroid(c)) >= kAlike;
+        if (moves && (found == 0 || trajectory_distance(path(i), centroid(c), kMoments) < trajectory_distance(path(i), centroid(found), kMoments))) found = c;
+      }
     out.label[paths.cell[i]] = std::int16_t(number[std::size_t(found)]);
     weight[paths.cell[i]] = paths.weight[i];
   }

@@ -22,7 +22,7 @@ struct MotionClusters {
   };
   Lattice cells;                    ///< canonical cells, each around a vertex of this lattice
   std::vector<std::int16_t> label;  ///< [cells, z fastest] number of the cluster; -1: nothing is ever shown from here
-  std::vector<Cluster> clusters;    ///< 0 stands still (moves by less than kStillVoxels); then the less a cluster moves the earlier
+  std::vector<Cluster> clusters;    ///< 0 stands still: moves by less than kStillVoxels, or by little and like no part that moves; then the less a cluster moves the earlier
   double silhouette = 0;            ///< see math/kmeans.hpp
 
   /// Cluster of a canonical position, -1 for none.
