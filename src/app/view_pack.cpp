@@ -150,7 +150,10 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
   for (int b = 1; b <= t.brick_count(); ++b) bricks.push_back(t.bricks[b] + Int3{1, 1, 1});
   Json out = table_of(w, t, bricks);
   out["size"] = triple(t.lattice.size);
-  out["basis"] = motion.basis == BasisKind::bezier ? "bezier" : "bspline";
+  constexpr const char* kBases[] = {"bezier", "bspline", "poly_bezier", "hermite"};
+  out["basis"] = kBases[std::size_t(motion.basis)];
+  out["time_curve"] = Json::array();
+  for (const TimeCurve::Knot& k : motion.time_curve.knots) out["time_curve"].push_back({k.time, k.value});
   out["points"] = motion.points, out["stored"] = motion.stored_points();
   out["displaces"] = motion.displaces, out["light"] = motion.light, out["rigidity"] = motion.rigidity && motion.displaces;
   out["rigidity_offset"] = motion.rigidity_offset;

@@ -2,6 +2,7 @@
 // The page of `view` in a headless browser, drawn by software: its pictures beside ours. Skipped where there is no Chromium.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
@@ -51,18 +52,27 @@ struct Page {
   TempFolder temp;
   std::string text;
   Json header, result;
-  std::string console;
+  std::string console, run = "run";
 
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
 
-  void make(const std::vector<std::string>& training) {
+  /// @param editing  of the trained run; empty: it is shown as it is
+  void make(const std::vector<std::string>& training, const std::vector<std::string>& editing = {}) {
     REQUIRE(program({"synth", "ball", "--out", path("scene"), "--size", "32", "--frames", "12"}).code == 0);
     std::vector<std::string> words{"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "60", "--quiet", "--set", "grid.radiance=16,24,32", "--set", "sampling.rays=512"};
     words.insert(words.end(), training.begin(), training.end());
     const Ended train = program(words);
     CAPTURE(train.err);
     REQUIRE(train.code == 0);
-    const Ended view = program({"view", path("run"), "--out", path("page.html"), "--views", "3", "--split", "train"});
+    if (!editing.empty()) {
+      words = {"edit", path("run"), "--out", path("edited")};
+      words.insert(words.end(), editing.begin(), editing.end());
+      const Ended edit = program(words);
+      CAPTURE(edit.err);
+      REQUIRE(edit.code == 0);
+      run = "edited";
+    }
+    const Ended view = program({"view", path(run), "--out", path("page.html"), "--views", "3", "--split", "train"});
     CAPTURE(view.err);
     REQUIRE(view.code == 0);
     text = slurp(path("page.html"));
@@ -132,13 +142,14 @@ TEST_SUITE("app/view") {
     }
     struct Kind {
       std::string what;
-      std::vector<std::string> training;  ///< of a run of its own
+      std::vector<std::string> training, editing;  ///< of a run of its own
     };
-    for (const Kind& kind : {Kind{"all effects", {}}, Kind{"bezier, harmonics of order 3", {"--effects", "motion,view", "--set", "motion.basis=bezier", "--set", "radiance.sh_order=3"}},
-                             Kind{"light alone, no harmonics", {"--effects", "light"}}, Kind{"nothing changes", {"--effects", "view"}}}) {
+    for (const Kind& kind : {Kind{"all effects", {}, {}},
+                             Kind{"Hermite there and back, harmonics of order 3", {"--effects", "motion,view", "--set", "motion.basis=bezier", "--set", "radiance.sh_order=3"}, {"--basis", "hermite", "--ping-pong", "2"}},
+                             Kind{"light alone, no harmonics", {"--effects", "light"}, {}}, Kind{"nothing changes", {"--effects", "view"}, {}}}) {
       CAPTURE(kind.what);
       Page own;
-      if (!kind.training.empty()) own.make(kind.training);
+      if (!kind.training.empty()) own.make(kind.training, kind.editing);
       Page& page = kind.training.empty() ? whole_page() : own;
       page.open(R"js(
   result.pictures = [];
@@ -154,8 +165,9 @@ TEST_SUITE("app/view") {
   };
   result.slid = [slid(0.05), slid(0.95), slid(0.05)];
   result.weights = [];
-  for (const basis of ["bezier", "bspline"]) for (const points of [2, 3, 4, 5, 12, 20]) for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1])
-    result.weights.push({basis, points, t, w: [...storedWeights({basis, points, stored: points}, t)]});
+  const points = {bezier: [2, 3, 4, 5, 12, 20], bspline: [2, 3, 4, 5, 12, 20], poly_bezier: [4, 13], hermite: [4, 12]};
+  for (const basis in points) for (const k of points[basis]) for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1]) for (const time_curve of [[], [[0, 0.2], [0.5, 1], [0.5, 0.3], [1, 0]]])
+    result.weights.push({basis, points: k, t, time_curve, w: [...storedWeights({basis, points: k, stored: k, time_curve}, t)]});
   result.fetched = performance.getEntriesByType("resource").filter(r => !r.name.startsWith("data:")).length;
   result.address = app.state.write();
 )js");
@@ -164,7 +176,7 @@ TEST_SUITE("app/view") {
       CHECK(page.result["fetched"] == 0);
       CHECK(page.result["address"].get<std::string>().substr(0, 7) == "#t=0.05");
 
-      const app::Run run = app::open_run(page.path("run"));
+      const app::Run run = app::open_run(page.path(page.run));
       const std::size_t layers = !run.model.motion.moves() ? 2 : run.model.motion.rigidity ? 4 : 3;
       CHECK(page.result["pictures"].size() == 3 * layers);
       Renderer renderer(run.model);
@@ -189,7 +201,9 @@ TEST_SUITE("app/view") {
       double apart = 0;
       for (const Json& j : page.result["weights"]) {
         MotionField motion;
-        motion.basis = j["basis"] == "bezier" ? BasisKind::bezier : BasisKind::bspline;
+        const std::vector<std::string> bases{"bezier", "bspline", "poly_bezier", "hermite"};
+        motion.basis = BasisKind(std::find(bases.begin(), bases.end(), j["basis"]) - bases.begin());
+        for (const Json& k : j["time_curve"]) motion.time_curve.knots.push_back({k[0], k[1]});
         motion.points = j["points"], motion.first_point = FirstPoint::free;
         const BasisWeights<float> ours = stored_weights(motion, j["t"].get<double>());
         for (std::size_t k = 0; k < j["w"].size(); ++k) apart = std::max(apart, std::abs(double(ours[k]) - j["w"][k].get<double>()));

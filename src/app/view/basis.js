@@ -1,5 +1,5 @@
-// The weights of the control points at a time: include/splinevox/math/basis.hpp once more, because a page runs alone. The browser test
-// compares the two.
+// The weights of the control points at a time: include/splinevox/math/basis.hpp, basis_pieces.hpp and time_curve.hpp once more, because a
+// page runs alone. The browser test compares them.
 
 function bernsteinWeights(points, t) {
   const w = new Float64Array(points);
@@ -31,8 +31,41 @@ function bsplineWeights(points, t) {
   return w;
 }
 
+/// Where a time lies among equal parts of [0, 1].
+function pieceOf(pieces, t) {
+  const index = Math.min(pieces - 1, Math.floor(t * pieces));
+  return {index, u: t * pieces - index};
+}
+
+function polyBezierWeights(points, t) {
+  const {index, u} = pieceOf((points - 1) / 3, t);
+  const w = new Float64Array(points);
+  w.set(bernsteinWeights(4, u), 3 * index);
+  return w;
+}
+
+function hermiteWeights(points, t) {
+  const pieces = points / 2 - 1, {index, u} = pieceOf(pieces, t), b = bernsteinWeights(4, u);
+  const w = new Float64Array(points);
+  w.set([b[0] + b[1], b[1] / (3 * pieces), b[2] + b[3], -b[2] / (3 * pieces)], 2 * index);
+  return w;
+}
+
+const kBases = {bezier: bernsteinWeights, bspline: bsplineWeights, poly_bezier: polyBezierWeights, hermite: hermiteWeights};
+
+/// The parameter of the curves that is shown at a time: piecewise linear between knots [time, value], after a jump at one; without
+/// knots the time itself.
+function curveParameter(knots, t) {
+  t = Math.min(1, Math.max(0, t));
+  if (!knots || knots.length === 0) return t;
+  let found = 0;
+  for (let i = 0; i + 1 < knots.length; ++i)
+    if (knots[i][0] < knots[i + 1][0] && (knots[i][0] <= t || i === 0)) found = i;
+  const [a, b] = [knots[found], knots[found + 1]];
+  return t === b[0] ? b[1] : a[1] + (b[1] - a[1]) * ((t - a[0]) / (b[0] - a[0]));
+}
+
 /// Of the stored points: a first point that is pinned to zero is not among them.
 function storedWeights(motion, t) {
-  const all = (motion.basis === "bezier" ? bernsteinWeights : bsplineWeights)(motion.points, Math.min(1, Math.max(0, t)));
-  return all.subarray(motion.points - motion.stored);
+  return kBases[motion.basis](motion.points, curveParameter(motion.time_curve, t)).subarray(motion.points - motion.stored);
 }
