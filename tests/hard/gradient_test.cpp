@@ -121,7 +121,7 @@ TEST_SUITE("hard/gradients") {
           .offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
       const MotionLoss<float> in_float{0.02f, 0.3f, 1e-3f, 0.01f, spline};
       Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
-      const PassResult pass = make_engine(1, true)->run(model, active, model.step, sampling, batch, times, occupancy,
+      const PassResult pass = make_engine(1, true, true)->run(model, active, model.step, sampling, batch, times, occupancy,
                                                         in_float, 77, d_radiance, d_motion);
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
