@@ -21,12 +21,12 @@ const Record* first_to(const std::vector<Record>& by_time, double db) {
   return nullptr;
 }
 
-/// The best of a system's records that take no longer, with two per cent for the step that was under way. With its time where it took
+/// The best of a system's records that take no longer, with 5% for the step that was under way. With its time where it took
 /// less than half of what it could: more would have given more.
 std::string best_within(const std::vector<Record>& by_time, double seconds) {
   const Record* best = nullptr;
   for (const Record& r : by_time)
-    if (r.seconds.value <= 1.02 * seconds && (!best || r.quality > best->quality)) best = &r;
+    if (r.seconds.value <= 1.05 * seconds && (!best || r.quality > best->quality)) best = &r;
   if (!best) return "";
   return 2 * best->seconds.value >= seconds ? fmt::format("{:.2f}", best->quality) : fmt::format("{:.2f} ({:.0f} s)", best->quality, best->seconds.value);
 }
