@@ -163,7 +163,7 @@ TEST_SUITE("app/view") {
     slider.dispatchEvent(new Event("input"));
     return app.painter.picture(app.state.look, 32, 32).toDataURL();
   };
-  result.slid = [slid(0.05), slid(0.95), slid(0.05)];
+  result.slid = [slid(0.05), slid(0.8), slid(0.05)];
   result.weights = [];
   const points = {bezier: [2, 3, 4, 5, 12, 20], bspline: [2, 3, 4, 5, 12, 20], poly_bezier: [4, 13], hermite: [4, 12]};
   for (const basis in points) for (const k of points[basis]) for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1]) for (const time_curve of [[], [[0, 0.2], [0.5, 1], [0.5, 0.3], [1, 0]]])

@@ -142,7 +142,7 @@ TEST_SUITE("hard/geometry") {
       const Ray ray{Vec3d{0.05, -0.1, 0.07} - distance * d, d};
       const RayInput<float> in = clip_ray(ray, box, field.step, 0.5f, {});
       REQUIRE(in.count > 4000);
-      RayKernel<float, -1> kernel;
+      StillKernel<float, -1> kernel;
       kernel.forward(in, field, FrameView<float>{}, 0);
       REQUIRE(kernel.count == in.count);
       const Interval inside = intersect(box, ray.origin, ray.direction);

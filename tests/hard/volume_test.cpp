@@ -86,7 +86,7 @@ TEST_SUITE("hard/volume") {
             column.set(i, raw_of(here), 3 * uniform(random), 3 * uniform(random), 3 * uniform(random));
           }
           const Vec3 g{0.3f, -0.7f, 1.1f};
-          RayKernel<float, -1> kernel;
+          StillKernel<float, -1> kernel;
           const auto result = kernel.forward(column.ray, column.field, column.frame, 0);
           RayRecords<float, Column<float>::kWidth, false> records;
           backward(kernel, column.ray, result, column.field, g, 0.0f, records);
@@ -124,7 +124,7 @@ TEST_SUITE("hard/volume") {
       for (int i = 0; i < 64; ++i)
         column.set(i, raw_of(std::pow(10.0, -1 + uniform(random))), uniform(random), uniform(random), uniform(random));
       const float stop = std::pow(10.0f, -3 + 2 * std::abs(uniform(random)));
-      RayKernel<float, -1> kernel;
+      StillKernel<float, -1> kernel;
       const auto whole = kernel.forward(column.ray, column.field, column.frame, 0);
       const auto part = kernel.forward(column.ray, column.field, column.frame, stop);
       for (int c = 0; c < 3; ++c) error.see(std::abs(double(whole.rgb[c] - part.rgb[c])) / std::max(stop, 1e-30f));
@@ -175,7 +175,7 @@ TEST_SUITE("hard/volume") {
     // A thin fog up to the box's far side stays thin: no last sample of infinite length.
     Column<float> fog(256);
     for (int i = 0; i < 256; ++i) fog.set(i, raw_of(1e-4), 0, 0, 0);
-    RayKernel<float, -1> kernel;
+    StillKernel<float, -1> kernel;
     const auto result = kernel.forward(fog.ray, fog.field, fog.frame, 0);
     CHECK(result.transmittance == doctest::Approx(std::exp(-256e-4)).epsilon(1e-5));
 
@@ -248,7 +248,7 @@ TEST_SUITE("hard/volume") {
         field.step = (inside.far - inside.near) / steps[k];
         RayInput<double> in = clip_ray(ray, box, field.step, 0.5, {});
         in.count = steps[k];
-        RayKernel<double, -1> kernel;
+        StillKernel<double, -1> kernel;
         const auto result = kernel.forward(in, field, FrameView<double>{}, 0);
         squares[k] += std::pow(-std::log(result.transmittance) / depth - 1, 2) / kRays;
       }

@@ -289,4 +289,8 @@ class RayKernel {
   Vec rgb_{};
 };
 
+/// For fields in which nothing changes over time.
+template <class Real, int Sh>
+using StillKernel = RayKernel<Real, Sh, Real, false>;
+
 }  // namespace splinevox
