@@ -170,7 +170,7 @@ BakedFrame FrameBaker::bake(double time, double per_second) const {
   grids.push_back(to_grid(density, 1, profile_.density));
   grids.push_back(to_grid(color, 3, profile_.color));
   grids.back().vector = VdbVector::invariant;
-  if (model_.motion.moves()) {
+  if (profile_.velocity && model_.motion.moves()) {
     BakedVelocity velocity = bake_velocity(sampler, lattice_, dense, per_second, options_.shutter / options_.fps / 2);
     out.figures["velocity_voxels"] = double(velocity.values.set().count());
     out.figures["velocity_padding"] = velocity.padding;

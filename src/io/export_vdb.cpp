@@ -2,12 +2,14 @@
 #include "splinevox/io/export_vdb.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 
+#include "core/hash.hpp"
 #include "io/exact_text.hpp"
 #include "io/export_frame.hpp"
-#include "core/hash.hpp"
+#include "io/usd_stage.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/blender_script.hpp"
 
@@ -18,6 +20,11 @@ namespace fs = std::filesystem;
 
 constexpr int kExportVersion = 1;  ///< raise it when the same model and options give other bytes
 constexpr const char* kScriptName = "load_in_blender.py";
+constexpr const char* kStageName = "sequence.usda";
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 void add(Hash64& hash, const Channels& channels) {
   const Topology& t = *channels.topology;
@@ -31,8 +38,8 @@ std::string model_hash(const VoxelModel& m) {
   hash.add(&m.box, sizeof m.box);
   hash.add(&m.radiance.activation, sizeof m.radiance.activation);
   add(hash, m.radiance.raw);
-  const int shape[] = {m.radiance.sh_order, int(m.motion.basis), m.motion.points, int(m.motion.first_point),
-                       int(m.motion.rigidity), int(m.motion.light)};
+  const int shape[] = {m.radiance.sh_order,       int(m.motion.basis),    m.motion.points,
+                       int(m.motion.first_point), int(m.motion.rigidity), int(m.motion.light)};
   hash.add(shape, sizeof shape);
   hash.add(&m.motion.rigidity_offset, sizeof m.motion.rigidity_offset);
   for (const TimeCurve::Knot& k : m.motion.time_curve.knots) hash.add(&k, sizeof k);
@@ -100,6 +107,30 @@ void make_folder(const std::string& folder) {
                  .hint = "choose another --out"});
 }
 
+/// Writes what the profile wants beside the frames; nothing if that is nothing.
+void write_sidecar(const std::string& folder, const VoxelModel& model, const ExportOptions& o, const Lattice& lattice,
+                   Manifest& manifest) {
+  const ExportProfile& profile = find_profile(o.profile);
+  std::string name, text;
+  if (profile.sidecar == ExportSidecar::none) return;
+  if (profile.sidecar == ExportSidecar::blender_script) {
+    name = kScriptName;
+    text = blender_script({o.first, o.last, o.fps, o.colorspace == "linear", model.motion.moves(), model.background});
+  } else {
+    name = kStageName;
+    UsdSequence sequence{.first = o.first, .fps = o.fps, .files = {}, .fields = {}, .lo = {}, .hi = {}};
+    for (int f = o.first; f <= o.last; ++f) sequence.files.push_back(frame_name(f));
+    sequence.fields = {{profile.density, "float", "None"}, {profile.color, "float3", "Color"}};
+    if (model.motion.moves()) sequence.fields.push_back({profile.velocity, "float3", "Vector"});
+    for (int a = 0; a < 3; ++a) {  // colour reaches a voxel beyond the lattice
+      sequence.lo[a] = lattice.origin[a] - lattice.spacing;
+      sequence.hi[a] = lattice.origin[a] + lattice.spacing * float(lattice.size[a]);
+    }
+    text = usd_stage(sequence);
+  }
+  manifest.files.push_back({name, write_file((fs::path(folder) / name).string(), {text}), {}});
+}
+
 }  // namespace
 
 void validate(const ExportOptions& o) {
@@ -165,25 +196,24 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
       // From here on the old list is no longer true.
       if (!changed) remove_quietly(fs::path(folder) / kManifestName);
       changed = true;
+      const Clock::time_point start = Clock::now();
       BakedFrame baked = baker.bake(frame.time, at <= 1 + 1e-9 ? 1 / seconds : 0);
       baked.file.meta = {{"creator", std::string("splinevox")}, {"fps", options.fps},
                          {"frame", std::int64_t(frame.frame)},  {"time", frame.time},
                          {"seconds", i / options.fps},          {"model", info.at("model")}};
       baked.figures["frame"] = frame.frame;
       baked.figures["time"] = frame.time;
+      const Clock::time_point writing = Clock::now();
       frame.file = {name, write_vdb((fs::path(folder) / name).string(), baked.file), std::move(baked.figures)};
+      frame.seconds_writing = seconds_since(writing);
+      frame.seconds = seconds_since(start);
     }
     manifest.files.push_back(frame.file);
     if (!frame.kept) write_manifest(folder, manifest, kPartialManifestName);
     result.frames.push_back(frame);
     if (progress && !progress(frame, i + 1, total) && i + 1 < total) return result;
   }
-  if (find_profile(options.profile).blender_script) {
-    const std::string script = blender_script({options.first, options.last, options.fps, options.colorspace == "linear",
-                                               model.motion.moves(), model.background});
-    ManifestFile entry{kScriptName, write_file((fs::path(folder) / kScriptName).string(), {script}), {}};
-    manifest.files.push_back(std::move(entry));
-  }
+  write_sidecar(folder, model, options, lattice, manifest);
   write_manifest(folder, manifest);
   remove_quietly(fs::path(folder) / kPartialManifestName);
   result.finished = true;

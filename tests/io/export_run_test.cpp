@@ -185,7 +185,7 @@ TEST_SUITE("io/export_run") {
     };
     for (const Row& row :
          {Row{[](ExportOptions& o) { o.profile = "maya"; },
-              "--profile: there is no such export profile\n  expected: one of: blender, houdini\n  got:      'maya'"},
+              "--profile: there is no such export profile\n  expected: one of: blender, houdini, unreal, usd\n  got:      'maya'"},
           Row{[](ExportOptions& o) {
                 o.first = 9;
                 o.last = 3;

@@ -31,6 +31,7 @@ struct ExportedFrame {
   double time = 0;    ///< model time
   ManifestFile file;  ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
   bool kept = false;  ///< it was there already
+  double seconds = 0, seconds_writing = 0;  ///< wall time of the frame, and of that for writing the file
 };
 
 /// Called after every frame with how many are done. Return false to stop; what is written stays and is kept by a later
@@ -48,7 +49,8 @@ std::vector<std::string> export_profiles();
 /// Throws Error (Fault::input) naming the option, its range and what was given.
 void validate(const ExportOptions& options);
 
-/// Writes `folder`/frame_0001.vdb and so on, then load_in_blender.py (profile blender) and, last, manifest.json.
+/// Writes `folder`/frame_0001.vdb and so on, then load_in_blender.py (profile blender) or sequence.usda (usd) and,
+/// last, manifest.json.
 ///
 /// Each frame holds, on one lattice and with one transform,
 ///   density   sigma(x + Delta(x, t)): extinction per scene unit;
@@ -58,7 +60,7 @@ void validate(const ExportOptions& options);
 ///   velocity  Vec3s, scene units per second, v = -(I + grad Delta)^-1 dDelta/dt (math/velocity.hpp), continued beyond
 ///   the
 ///             density by max|v| * shutter / (2 fps) plus a voxel, because a renderer asks for it where the ray is;
-///             absent if the model does not move;
+///             absent if the model does not move, and for unreal;
 /// with background 0, under the profile's names. Frame f shows model time (f - first) / (fps * seconds), at most 1.
 /// The same model and options give the same bytes for any number of threads. Every file is written atomically.
 /// Throws Error: Fault::input for bad options, Fault::output if a file cannot be written.
