@@ -48,6 +48,7 @@ int export_run(ExportVerb& o) {
   int kept = 0;
   const ExportResult result = export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& f, int done, int total) {
     bytes += double(f.file.digest.size);
+    for (const ManifestFile& file : f.beside) bytes += double(file.digest.size);
     kept += f.kept ? 1 : 0;
     seconds += f.seconds;
     writing += f.seconds_writing;
@@ -58,6 +59,8 @@ int export_run(ExportVerb& o) {
       line["seconds"] = f.seconds;
       line["seconds_writing"] = f.seconds_writing;
       for (const auto& [key, value] : f.file.figures) line[key] = value;
+      for (const ManifestFile& file : f.beside)
+        for (const auto& [key, value] : file.figures) line[key] = value;
       fmt::print("{}\n", line.dump());
       std::fflush(stdout);
     }
@@ -100,6 +103,8 @@ Action export_command(CLI::App& verb) {
   verb.add_option("--shutter", e.shutter, "share of a frame it is open: how far velocity is continued")
       ->capture_default_str();
   verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")->capture_default_str();
+  verb.add_flag("--mesh", e.mesh, "also mesh_0001.ply and so on: the surface of every frame, with its colours");
+  verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")->capture_default_str();
   verb.add_flag("--full", o->full, "32-bit floats instead of 16");
   verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");

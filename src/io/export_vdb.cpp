@@ -9,6 +9,7 @@
 #include "core/hash.hpp"
 #include "io/exact_text.hpp"
 #include "io/export_frame.hpp"
+#include "io/export_mesh.hpp"
 #include "io/usd_stage.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/blender_script.hpp"
@@ -51,25 +52,30 @@ std::string model_hash(const VoxelModel& m) {
 std::map<std::string, std::string> describe(const VoxelModel& model, const ExportOptions& o, double seconds,
                                             double spacing) {
   const auto text = [](double v) { return exact_text<double>({v}); };
-  return {{"export_version", std::to_string(kExportVersion)},
-          {"model", model_hash(model)},
-          {"profile", o.profile},
-          {"first", std::to_string(o.first)},
-          {"fps", text(o.fps)},
-          {"seconds", text(seconds)},
-          {"voxel_size", text(spacing)},
-          {"precision", o.half ? "half" : "float"},
-          {"bake_view", o.bake_view},
-          {"colorspace", o.colorspace},
-          {"shutter", text(o.shutter)},
-          {"min_alpha", text(o.min_alpha)}};
+  std::map<std::string, std::string> info{{"export_version", std::to_string(kExportVersion)},
+                                          {"model", model_hash(model)},
+                                          {"profile", o.profile},
+                                          {"first", std::to_string(o.first)},
+                                          {"fps", text(o.fps)},
+                                          {"seconds", text(seconds)},
+                                          {"voxel_size", text(spacing)},
+                                          {"precision", o.half ? "half" : "float"},
+                                          {"bake_view", o.bake_view},
+                                          {"colorspace", o.colorspace},
+                                          {"shutter", text(o.shutter)},
+                                          {"min_alpha", text(o.min_alpha)}};
+  if (o.mesh) info["mesh_alpha"] = text(o.mesh_alpha);
+  return info;
 }
 
-std::string frame_name(int frame) {
+std::string numbered(const char* stem, int frame, const char* suffix) {
   std::string digits = std::to_string(frame);
   if (digits.size() < 4) digits.insert(0, 4 - digits.size(), '0');
-  return "frame_" + digits + ".vdb";
+  return stem + digits + suffix;
 }
+
+std::string frame_name(int frame) { return numbered("frame_", frame, ".vdb"); }
+std::string mesh_name(int frame) { return numbered("mesh_", frame, ".ply"); }
 
 /// Frames that an export with the same description listed, whether it ended or was interrupted.
 std::vector<ManifestFile> finished_frames(const std::string& folder, const std::map<std::string, std::string>& info) {
@@ -148,6 +154,8 @@ void validate(const ExportOptions& o) {
         text(o.voxel_size));
   check(o.shutter >= 0 && o.shutter <= 2, "--shutter", "a number in [0, 2]", text(o.shutter));
   check(o.min_alpha > 0 && o.min_alpha < 1, "--min-alpha", "a number in (0, 1)", text(o.min_alpha));
+  check(!o.mesh || (o.mesh_alpha > o.min_alpha && o.mesh_alpha < 1), "--mesh-alpha",
+        "a number between --min-alpha and 1", text(o.mesh_alpha));
   check(o.colorspace == "display" || o.colorspace == "linear", "--colorspace", "display or linear",
         "'" + o.colorspace + "'");
   ViewBake(o.bake_view, 0);
@@ -178,6 +186,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
         std::find_if(finished.begin(), finished.end(), [&](const ManifestFile& f) { return f.name == name; });
     return at != finished.end() && intact(folder, *at) ? &*at : nullptr;
   };
+  const auto path = [&](const std::string& name) { return (fs::path(folder) / name).string(); };
 
   const FrameBaker baker(model, options);
   Manifest manifest{"export", info, {}};
@@ -189,8 +198,11 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     const double at = i / options.fps / seconds;
     frame.time = std::min(1.0, at);
     const std::string name = frame_name(frame.frame);
-    if (const ManifestFile* old = previous(name)) {
+    const ManifestFile* old = previous(name);
+    const ManifestFile* old_mesh = options.mesh ? previous(mesh_name(frame.frame)) : nullptr;
+    if (old && (old_mesh || !options.mesh)) {
       frame.file = *old;
+      if (old_mesh) frame.beside = {*old_mesh};
       frame.kept = true;
     } else {
       // From here on the old list is no longer true.
@@ -204,11 +216,21 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
       baked.figures["frame"] = frame.frame;
       baked.figures["time"] = frame.time;
       const Clock::time_point writing = Clock::now();
-      frame.file = {name, write_vdb((fs::path(folder) / name).string(), baked.file), std::move(baked.figures)};
+      frame.file = {name, write_vdb(path(name), baked.file), std::move(baked.figures)};
+      if (options.mesh) {
+        const std::string mesh = mesh_name(frame.frame);
+        frame.beside = {{mesh,
+                         write_file(path(mesh), {ply_bytes(baked.mesh)}),
+                         {{"frame", frame.frame},
+                          {"time", frame.time},
+                          {"vertices", double(baked.mesh.points.size())},
+                          {"triangles", double(baked.mesh.triangles.size())}}}};
+      }
       frame.seconds_writing = seconds_since(writing);
       frame.seconds = seconds_since(start);
     }
     manifest.files.push_back(frame.file);
+    manifest.files.insert(manifest.files.end(), frame.beside.begin(), frame.beside.end());
     if (!frame.kept) write_manifest(folder, manifest, kPartialManifestName);
     result.frames.push_back(frame);
     if (progress && !progress(frame, i + 1, total) && i + 1 < total) return result;

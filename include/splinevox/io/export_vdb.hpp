@@ -22,15 +22,18 @@ struct ExportOptions {
   std::string colorspace = "display";  ///< "display": values as in the pictures; "linear": decoded from sRGB per voxel
   double shutter = 0.5;                ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
   double min_alpha = 1e-3;             ///< voxels below this opacity over one voxel are dropped, (0, 1)
+  bool mesh = false;                   ///< a coloured surface beside every frame
+  double mesh_alpha = 0.25;            ///< it runs where a voxel has this opacity, (min_alpha, 1)
   bool resume = true;                  ///< keep frames that an earlier export with the same model and settings finished
 };
 
 /// One written (or kept) frame.
 struct ExportedFrame {
   int frame = 0;
-  double time = 0;    ///< model time
-  ManifestFile file;  ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
-  bool kept = false;  ///< it was there already
+  double time = 0;                   ///< model time
+  ManifestFile file;                 ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
+  std::vector<ManifestFile> beside;  ///< what else belongs to the frame: its mesh
+  bool kept = false;                 ///< it was there already
   double seconds = 0, seconds_writing = 0;  ///< wall time of the frame, and of that for writing the file
 };
 
@@ -61,7 +64,9 @@ void validate(const ExportOptions& options);
 ///   the
 ///             density by max|v| * shutter / (2 fps) plus a voxel, because a renderer asks for it where the ray is;
 ///             absent if the model does not move, and for unreal;
-/// with background 0, under the profile's names. Frame f shows model time (f - first) / (fps * seconds), at most 1.
+/// with background 0, under the profile's names; with `mesh`, beside it mesh_0001.ply and so on: the surface where
+/// density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour there.
+///  Frame f shows model time (f - first) / (fps * seconds), at most 1.
 /// The same model and options give the same bytes for any number of threads. Every file is written atomically.
 /// Throws Error: Fault::input for bad options, Fault::output if a file cannot be written.
 ExportResult export_vdb(const VoxelModel& model, const std::string& folder, const ExportOptions& options,
