@@ -181,7 +181,7 @@ BakedFrame FrameBaker::bake(double time, double per_second) const {
   for (VdbGrid& grid : grids) {
     grid.spacing = lattice_.spacing;
     grid.origin = cast<double>(lattice_.origin);
-    grid.half = options_.half;
+    grid.half = options_.half && !profile_.nanovdb;
   }
   if (options_.mesh)
     out.mesh =

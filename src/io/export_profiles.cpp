@@ -13,6 +13,7 @@ constexpr ExportProfile kProfiles[] = {
     // A Sparse Volume Texture holds few channels and its material blurs no motion: density and colour fill one RGBA.
     {"unreal", "density", "Cd", nullptr, 0.0, ExportSidecar::none},
     {"usd", "density", "color", "velocity", 0.0, ExportSidecar::usd_stage},
+    {"nanovdb", "density", "color", "velocity", 0.0, ExportSidecar::none, true},
 };
 
 }  // namespace

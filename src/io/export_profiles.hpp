@@ -17,6 +17,7 @@ struct ExportProfile {
   /// voxel further on every axis, so its files are shifted back (measured: ecosystem 1.3).
   double shift;
   ExportSidecar sidecar;
+  bool nanovdb = false;  ///< .nvdb files instead of .vdb
 };
 
 /// The one list of profiles: a new one is a line here.

@@ -10,6 +10,7 @@
 #include "io/exact_text.hpp"
 #include "io/export_frame.hpp"
 #include "io/export_mesh.hpp"
+#include "io/nvdb_write.hpp"
 #include "io/usd_stage.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/blender_script.hpp"
@@ -59,7 +60,7 @@ std::map<std::string, std::string> describe(const VoxelModel& model, const Expor
                                           {"fps", text(o.fps)},
                                           {"seconds", text(seconds)},
                                           {"voxel_size", text(spacing)},
-                                          {"precision", o.half ? "half" : "float"},
+                                          {"precision", o.half && !find_profile(o.profile).nanovdb ? "half" : "float"},
                                           {"bake_view", o.bake_view},
                                           {"colorspace", o.colorspace},
                                           {"shutter", text(o.shutter)},
@@ -74,7 +75,9 @@ std::string numbered(const char* stem, int frame, const char* suffix) {
   return stem + digits + suffix;
 }
 
-std::string frame_name(int frame) { return numbered("frame_", frame, ".vdb"); }
+std::string frame_name(int frame, const ExportProfile& profile) {
+  return numbered("frame_", frame, profile.nanovdb ? ".nvdb" : ".vdb");
+}
 std::string mesh_name(int frame) { return numbered("mesh_", frame, ".ply"); }
 
 /// Frames that an export with the same description listed, whether it ended or was interrupted.
@@ -125,7 +128,7 @@ void write_sidecar(const std::string& folder, const VoxelModel& model, const Exp
   } else {
     name = kStageName;
     UsdSequence sequence{.first = o.first, .fps = o.fps, .files = {}, .fields = {}, .lo = {}, .hi = {}};
-    for (int f = o.first; f <= o.last; ++f) sequence.files.push_back(frame_name(f));
+    for (int f = o.first; f <= o.last; ++f) sequence.files.push_back(frame_name(f, profile));
     sequence.fields = {{profile.density, "float", "None"}, {profile.color, "float3", "Color"}};
     if (model.motion.moves()) sequence.fields.push_back({profile.velocity, "float3", "Vector"});
     for (int a = 0; a < 3; ++a) {  // colour reaches a voxel beyond the lattice
@@ -144,7 +147,12 @@ void validate(const ExportOptions& o) {
     if (!ok) fail({.where = option, .what = "is out of range", .expected = expected, .got = got, .hint = ""});
   };
   const auto text = [](double v) { return std::isfinite(v) ? exact_text<double>({v}) : std::to_string(v); };
-  find_profile(o.profile);
+  if (find_profile(o.profile).nanovdb && !has_nanovdb())
+    fail({.where = "--profile",
+          .what = "nanovdb is not in this build",
+          .expected = "a build made where NanoVDB's headers are",
+          .got = "a build without them",
+          .hint = "install libnanovdb-dev, configure and build again, or choose another profile"});
   check(o.first >= 0 && o.first <= o.last && o.last < 1'000'000, "--frames", "FIRST-LAST, 0 <= FIRST <= LAST < 1000000",
         std::to_string(o.first) + "-" + std::to_string(o.last));
   check(o.fps > 0 && o.fps <= 1000, "--fps", "a number in (0, 1000]", text(o.fps));
@@ -188,6 +196,8 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   };
   const auto path = [&](const std::string& name) { return (fs::path(folder) / name).string(); };
 
+  const ExportProfile& profile = find_profile(options.profile);
+  const auto write_frame = profile.nanovdb ? write_nvdb : write_vdb;
   const FrameBaker baker(model, options);
   Manifest manifest{"export", info, {}};
   ExportResult result;
@@ -197,7 +207,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     frame.frame = options.first + i;
     const double at = i / options.fps / seconds;
     frame.time = std::min(1.0, at);
-    const std::string name = frame_name(frame.frame);
+    const std::string name = frame_name(frame.frame, profile);
     const ManifestFile* old = previous(name);
     const ManifestFile* old_mesh = options.mesh ? previous(mesh_name(frame.frame)) : nullptr;
     if (old && (old_mesh || !options.mesh)) {
@@ -216,7 +226,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
       baked.figures["frame"] = frame.frame;
       baked.figures["time"] = frame.time;
       const Clock::time_point writing = Clock::now();
-      frame.file = {name, write_vdb(path(name), baked.file), std::move(baked.figures)};
+      frame.file = {name, write_frame(path(name), baked.file), std::move(baked.figures)};
       if (options.mesh) {
         const std::string mesh = mesh_name(frame.frame);
         frame.beside = {{mesh,
