@@ -104,6 +104,7 @@ Action export_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")->capture_default_str();
   verb.add_flag("--mesh", e.mesh, "also mesh_0001.ply and so on: the surface of every frame, with its colours");
+  verb.add_flag("--controls", e.controls, "also motion.vdb: control points and rigidity as grids, to build a rig on");
   verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")->capture_default_str();
   verb.add_flag("--full", o->full, "32-bit floats instead of 16");
   verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");

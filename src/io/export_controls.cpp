@@ -8,7 +8,7 @@
 
 namespace splinevox {
 
-FileDigest write_controls(const std::string& path, const VoxelModel& model) {
+void check_controls(const VoxelModel& model) {
   const MotionField& motion = model.motion;
   if (!motion.moves())
     fail({.where = "--controls",
@@ -16,6 +16,11 @@ FileDigest write_controls(const std::string& path, const VoxelModel& model) {
           .expected = "a model that moves",
           .got = motion.light ? "one whose light alone changes" : "one that stands still",
           .hint = "export without --controls"});
+}
+
+FileDigest write_controls(const std::string& path, const VoxelModel& model) {
+  check_controls(model);
+  const MotionField& motion = model.motion;
   if (motion.levels.size() != 1)
     fail_output({.where = path,
                  .what = "a file of control points holds one motion level",

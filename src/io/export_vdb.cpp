@@ -8,6 +8,7 @@
 
 #include "core/hash.hpp"
 #include "io/exact_text.hpp"
+#include "io/export_controls.hpp"
 #include "io/export_frame.hpp"
 #include "io/export_mesh.hpp"
 #include "io/nvdb_write.hpp"
@@ -23,6 +24,7 @@ namespace fs = std::filesystem;
 constexpr int kExportVersion = 1;  ///< raise it when the same model and options give other bytes
 constexpr const char* kScriptName = "load_in_blender.py";
 constexpr const char* kStageName = "sequence.usda";
+constexpr const char* kControlsName = "motion.vdb";
 
 using Clock = std::chrono::steady_clock;
 
@@ -181,6 +183,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
          .expected = "at most 2^33 voxels in the box",
          .got = exact_text<double>({voxels}),
          .hint = "the model's own voxel size is " + exact_text<float>({model.radiance.raw.topology->lattice.spacing})});
+  if (options.controls) check_controls(model);  // before hours of frames
   make_folder(folder);
 
   const int total = options.last - options.first + 1;
@@ -245,6 +248,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     result.frames.push_back(frame);
     if (progress && !progress(frame, i + 1, total) && i + 1 < total) return result;
   }
+  if (options.controls) manifest.files.push_back({kControlsName, write_controls(path(kControlsName), model), {}});
   write_sidecar(folder, model, options, lattice, manifest);
   write_manifest(folder, manifest);
   remove_quietly(fs::path(folder) / kPartialManifestName);

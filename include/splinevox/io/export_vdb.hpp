@@ -22,6 +22,7 @@ struct ExportOptions {
   std::string colorspace = "display";  ///< "display": values as in the pictures; "linear": decoded from sRGB per voxel
   double shutter = 0.5;                ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
   double min_alpha = 1e-3;             ///< voxels below this opacity over one voxel are dropped, (0, 1)
+  bool controls = false;               ///< motion.vdb beside the sequence
   bool mesh = false;                   ///< a coloured surface beside every frame
   double mesh_alpha = 0.25;            ///< it runs where a voxel has this opacity, (min_alpha, 1)
   bool resume = true;                  ///< keep frames that an earlier export with the same model and settings finished
@@ -67,6 +68,7 @@ void validate(const ExportOptions& options);
 /// with background 0, under the profile's names; with `mesh`, beside it mesh_0001.ply and so on: the surface where
 /// density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour there.
 ///  Frame f shows model time (f - first) / (fps * seconds), at most 1.
+/// With `controls`, motion.vdb holds the model's control points and rigidity as grids, in no profile's names.
 /// The same model and options give the same bytes for any number of threads. Every file is written atomically.
 /// Throws Error: Fault::input for bad options, Fault::output if a file cannot be written.
 ExportResult export_vdb(const VoxelModel& model, const std::string& folder, const ExportOptions& options,
