@@ -40,7 +40,12 @@ FileDigest write_nvdb(const std::string& path, const VdbFile& file) {
     std::vector<nanovdb::GridHandle<ClearedBuffer>> handles;
     std::size_t room = 0;
     for (const VdbGrid& grid : file.grids) {
-      handles.push_back(nanovdb::openToNanoVDB<ClearedBuffer>(to_openvdb(grid)));
+      // By type: the call for any grid compiles every kind there is.
+      const auto open = to_openvdb(grid);
+      if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(open))
+        handles.push_back(nanovdb::openToNanoVDB<ClearedBuffer>(*floats));
+      else
+        handles.push_back(nanovdb::openToNanoVDB<ClearedBuffer>(*openvdb::gridPtrCast<openvdb::Vec3SGrid>(open)));
       // Head of a segment and of a grid are well below this.
       room += handles.back().size() + 4096 + grid.name.size();
     }
