@@ -44,16 +44,23 @@ int export_run(ExportVerb& o) {
   const FolderLock lock(o.out, "exporting into");
   catch_stop_signals();
   const bool bar = !o.quiet && !o.json && ::isatty(STDERR_FILENO);
-  double bytes = 0, speed = 0;
+  double bytes = 0, speed = 0, seconds = 0, writing = 0;
   int kept = 0;
   const ExportResult result = export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& f, int done, int total) {
     bytes += double(f.file.digest.size);
+    for (const ManifestFile& file : f.beside) bytes += double(file.digest.size);
     kept += f.kept ? 1 : 0;
+    seconds += f.seconds;
+    writing += f.seconds_writing;
     if (const auto s = f.file.figures.find("max_speed"); s != f.file.figures.end()) speed = std::max(speed, s->second);
     if (o.json) {
       Json line{
           {"frame", f.frame}, {"time", f.time}, {"file", f.file.name}, {"bytes", f.file.digest.size}, {"kept", f.kept}};
+      line["seconds"] = f.seconds;
+      line["seconds_writing"] = f.seconds_writing;
       for (const auto& [key, value] : f.file.figures) line[key] = value;
+      for (const ManifestFile& file : f.beside)
+        for (const auto& [key, value] : file.figures) line[key] = value;
       fmt::print("{}\n", line.dump());
       std::fflush(stdout);
     }
@@ -69,6 +76,9 @@ int export_run(ExportVerb& o) {
   if (kept > 0) fmt::print(", {} of them were there already", kept);
   if (speed > 0) fmt::print(", fastest {:.3g} scene units a second", speed);
   fmt::print("\n");
+  if (seconds > 0)
+    fmt::print("{:.2f} s a frame, {:.0f}% of it writing\n", seconds / double(result.frames.size() - std::size_t(kept)),
+               100 * writing / seconds);
   if (o.options.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", o.out);
   return 0;
 }
@@ -93,6 +103,9 @@ Action export_command(CLI::App& verb) {
   verb.add_option("--shutter", e.shutter, "share of a frame it is open: how far velocity is continued")
       ->capture_default_str();
   verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")->capture_default_str();
+  verb.add_flag("--mesh", e.mesh, "also mesh_0001.ply and so on: the surface of every frame, with its colours");
+  verb.add_flag("--controls", e.controls, "also motion.vdb: control points and rigidity as grids, to build a rig on");
+  verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")->capture_default_str();
   verb.add_flag("--full", o->full, "32-bit floats instead of 16");
   verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");

@@ -132,9 +132,8 @@ BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice,
   return {std::move(out), max_speed, voxels ? folded / double(voxels) : 0, padding};
 }
 
-float min_density_of(const ExportOptions& options, const Lattice& lattice) {
-  return float(-std::log1p(-options.min_alpha) / lattice.spacing);
-}
+/// The density that makes one voxel this opaque.
+float density_of(double alpha, const Lattice& lattice) { return float(-std::log1p(-alpha) / lattice.spacing); }
 
 }  // namespace
 
@@ -153,7 +152,7 @@ FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options)
       options_(options),
       profile_(find_profile(options.profile)),
       lattice_(export_lattice(model, options.voxel_size)),
-      min_density_(min_density_of(options, lattice_)),
+      min_density_(density_of(options.min_alpha, lattice_)),
       reach_(model, min_density_),
       view_(options.bake_view, model.radiance.sh_order) {}
 
@@ -170,7 +169,7 @@ BakedFrame FrameBaker::bake(double time, double per_second) const {
   grids.push_back(to_grid(density, 1, profile_.density));
   grids.push_back(to_grid(color, 3, profile_.color));
   grids.back().vector = VdbVector::invariant;
-  if (model_.motion.moves()) {
+  if (profile_.velocity && model_.motion.moves()) {
     BakedVelocity velocity = bake_velocity(sampler, lattice_, dense, per_second, options_.shutter / options_.fps / 2);
     out.figures["velocity_voxels"] = double(velocity.values.set().count());
     out.figures["velocity_padding"] = velocity.padding;
@@ -181,9 +180,14 @@ BakedFrame FrameBaker::bake(double time, double per_second) const {
   }
   for (VdbGrid& grid : grids) {
     grid.spacing = lattice_.spacing;
-    for (int a = 0; a < 3; ++a) grid.origin[a] = lattice_.origin[a] + profile_.shift * double(lattice_.spacing);
-    grid.half = options_.half;
+    grid.origin = cast<double>(lattice_.origin);
+    grid.half = options_.half && !profile_.nanovdb;
   }
+  if (options_.mesh)
+    out.mesh =
+        make_mesh(grids[0], grids[1], density_of(options_.mesh_alpha, lattice_), options_.colorspace == "linear");
+  for (VdbGrid& grid : grids)
+    for (int a = 0; a < 3; ++a) grid.origin[a] += profile_.shift * double(lattice_.spacing);
   return out;
 }
 

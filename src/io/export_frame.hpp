@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "io/export_mesh.hpp"
 #include "io/export_profiles.hpp"
 #include "io/export_reach.hpp"
 #include "io/view_bake.hpp"
@@ -15,6 +16,7 @@ namespace splinevox {
 /// A frame as grids, and what a manifest counts about it.
 struct BakedFrame {
   VdbFile file;
+  ColorMesh mesh;  ///< empty unless asked for
   std::map<std::string, double> figures;
 };
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "io/model_columns.hpp"
+#include "io/model_grid.hpp"
 #include "io/model_meta.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/vdb_file.hpp"
@@ -13,28 +13,6 @@ namespace splinevox {
 namespace {
 
 constexpr std::string_view kNotePrefix = "note:";
-
-VdbGrid to_grid(const Channels& channels, const ModelColumn& column, const VdbMeta& meta, bool half) {
-  const Topology& topology = *channels.topology;
-  const Lattice& lattice = topology.lattice;
-  VdbGrid grid;
-  grid.name = column.grid;
-  grid.width = column.width;
-  grid.origin = cast<double>(lattice.origin);
-  grid.spacing = lattice.spacing;
-  grid.vector = column.width == 3 ? VdbVector::invariant : VdbVector::none;
-  grid.half = half;
-  grid.meta = meta;
-  grid.meta["role"] = column.role;
-  for (int c = 0; c < column.width; ++c) grid.background[c] = channels.row(0)[column.first + c];
-  grid.leaves.reserve(std::size_t(topology.brick_count()));
-  for (int b = 1; b <= topology.brick_count(); ++b) grid.leaves.push_back(kBrick * topology.bricks[b]);
-  grid.values.resize(grid.leaves.size() * kBrickRows * std::size_t(column.width));
-  float* out = grid.values.data();
-  for (std::size_t r = kBrickRows; r < topology.rows(); ++r, out += column.width)
-    std::memcpy(out, channels.row(r) + column.first, sizeof(float) * std::size_t(column.width));
-  return grid;
-}
 
 const VdbGrid* find(const VdbFile& file, const std::string& name) {
   for (const VdbGrid& grid : file.grids)
@@ -112,6 +90,28 @@ Channels read_channels(const std::string& path, const VdbFile& file, const Latti
 }
 
 }  // namespace
+
+VdbGrid to_grid(const Channels& channels, const ModelColumn& column, const VdbMeta& meta, bool half) {
+  const Topology& topology = *channels.topology;
+  const Lattice& lattice = topology.lattice;
+  VdbGrid grid;
+  grid.name = column.grid;
+  grid.width = column.width;
+  grid.origin = cast<double>(lattice.origin);
+  grid.spacing = lattice.spacing;
+  grid.vector = column.width == 3 ? VdbVector::invariant : VdbVector::none;
+  grid.half = half;
+  grid.meta = meta;
+  grid.meta["role"] = column.role;
+  for (int c = 0; c < column.width; ++c) grid.background[c] = channels.row(0)[column.first + c];
+  grid.leaves.reserve(std::size_t(topology.brick_count()));
+  for (int b = 1; b <= topology.brick_count(); ++b) grid.leaves.push_back(kBrick * topology.bricks[b]);
+  grid.values.resize(grid.leaves.size() * kBrickRows * std::size_t(column.width));
+  float* out = grid.values.data();
+  for (std::size_t r = kBrickRows; r < topology.rows(); ++r, out += column.width)
+    std::memcpy(out, channels.row(r) + column.first, sizeof(float) * std::size_t(column.width));
+  return grid;
+}
 
 FileDigest save_model(const std::string& path, const VoxelModel& model, const ModelNotes& notes, bool half) {
   if (model.motion.levels.size() > 1)

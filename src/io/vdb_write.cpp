@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "core/hash.hpp"
+#include "io/openvdb_grid.hpp"
 #include "io/vdb_scan.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -66,6 +67,20 @@ openvdb::GridBase::Ptr make_grid(const VdbGrid& in, const typename Grid::ValueTy
   return grid;
 }
 
+/// A hash as the text of a (version 4, variant 1) UUID.
+std::string uuid_text(std::uint64_t a, std::uint64_t b) {
+  constexpr char kHex[] = "0123456789abcdef";
+  std::string digits;
+  for (const std::uint64_t half : {a, b})
+    for (int i = 60; i >= 0; i -= 4) digits += kHex[half >> i & 15];
+  digits[12] = '4';
+  digits[16] = kHex[8 | (b >> 60 & 3)];
+  return digits.substr(0, 8) + "-" + digits.substr(8, 4) + "-" + digits.substr(12, 4) + "-" + digits.substr(16, 4) +
+         "-" + digits.substr(20);
+}
+
+}  // namespace
+
 openvdb::GridBase::Ptr to_openvdb(const VdbGrid& in) {
   openvdb::GridBase::Ptr grid;
   if (in.width == 1)
@@ -84,20 +99,6 @@ openvdb::GridBase::Ptr to_openvdb(const VdbGrid& in) {
   grid->setSaveFloatAsHalf(in.half);
   return grid;
 }
-
-/// A hash as the text of a (version 4, variant 1) UUID.
-std::string uuid_text(std::uint64_t a, std::uint64_t b) {
-  constexpr char kHex[] = "0123456789abcdef";
-  std::string digits;
-  for (const std::uint64_t half : {a, b})
-    for (int i = 60; i >= 0; i -= 4) digits += kHex[half >> i & 15];
-  digits[12] = '4';
-  digits[16] = kHex[8 | (b >> 60 & 3)];
-  return digits.substr(0, 8) + "-" + digits.substr(8, 4) + "-" + digits.substr(12, 4) + "-" + digits.substr(16, 4) +
-         "-" + digits.substr(20);
-}
-
-}  // namespace
 
 FileDigest write_vdb(const std::string& path, const VdbFile& file) {
   openvdb::initialize();

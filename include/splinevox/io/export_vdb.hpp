@@ -22,15 +22,20 @@ struct ExportOptions {
   std::string colorspace = "display";  ///< "display": values as in the pictures; "linear": decoded from sRGB per voxel
   double shutter = 0.5;                ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
   double min_alpha = 1e-3;             ///< voxels below this opacity over one voxel are dropped, (0, 1)
+  bool controls = false;               ///< motion.vdb beside the sequence
+  bool mesh = false;                   ///< a coloured surface beside every frame
+  double mesh_alpha = 0.25;            ///< it runs where a voxel has this opacity, (min_alpha, 1)
   bool resume = true;                  ///< keep frames that an earlier export with the same model and settings finished
 };
 
 /// One written (or kept) frame.
 struct ExportedFrame {
   int frame = 0;
-  double time = 0;    ///< model time
-  ManifestFile file;  ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
-  bool kept = false;  ///< it was there already
+  double time = 0;                   ///< model time
+  ManifestFile file;                 ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
+  std::vector<ManifestFile> beside;  ///< what else belongs to the frame: its mesh
+  bool kept = false;                 ///< it was there already
+  double seconds = 0, seconds_writing = 0;  ///< wall time of the frame, and of that for writing the file
 };
 
 /// Called after every frame with how many are done. Return false to stop; what is written stays and is kept by a later
@@ -48,7 +53,8 @@ std::vector<std::string> export_profiles();
 /// Throws Error (Fault::input) naming the option, its range and what was given.
 void validate(const ExportOptions& options);
 
-/// Writes `folder`/frame_0001.vdb and so on, then load_in_blender.py (profile blender) and, last, manifest.json.
+/// Writes `folder`/frame_0001.vdb and so on, then load_in_blender.py (profile blender) or sequence.usda (usd) and,
+/// last, manifest.json.
 ///
 /// Each frame holds, on one lattice and with one transform,
 ///   density   sigma(x + Delta(x, t)): extinction per scene unit;
@@ -58,8 +64,11 @@ void validate(const ExportOptions& options);
 ///   velocity  Vec3s, scene units per second, v = -(I + grad Delta)^-1 dDelta/dt (math/velocity.hpp), continued beyond
 ///   the
 ///             density by max|v| * shutter / (2 fps) plus a voxel, because a renderer asks for it where the ray is;
-///             absent if the model does not move;
-/// with background 0, under the profile's names. Frame f shows model time (f - first) / (fps * seconds), at most 1.
+///             absent if the model does not move, and for unreal;
+/// with background 0, under the profile's names; with `mesh`, beside it mesh_0001.ply and so on: the surface where
+/// density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour there.
+///  Frame f shows model time (f - first) / (fps * seconds), at most 1.
+/// With `controls`, motion.vdb holds the model's control points and rigidity as grids, in no profile's names.
 /// The same model and options give the same bytes for any number of threads. Every file is written atomically.
 /// Throws Error: Fault::input for bad options, Fault::output if a file cannot be written.
 ExportResult export_vdb(const VoxelModel& model, const std::string& folder, const ExportOptions& options,

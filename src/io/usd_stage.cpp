@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/usd_stage.hpp"
+
+#include "io/exact_text.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr const char* kRoot = "splinevox";
+
+std::string point(Vec3 v) {
+  std::string text;
+  for (int a = 0; a < 3; ++a) text += (a ? ", " : "(") + exact_text<float>({v[a]});
+  return text + ")";
+}
+
+std::string field_prim(const UsdSequence& s, const UsdField& field) {
+  std::string text = "\n    def OpenVDBAsset \"" + field.name + "\"\n    {\n";
+  text += "        token fieldName = \"" + field.name + "\"\n";
+  text += "        token fieldDataType = \"" + field.data_type + "\"\n";
+  text += "        token fieldClass = \"fogVolume\"\n";
+  text += "        token vectorDataRoleHint = \"" + field.role + "\"\n";
+  text += "        asset filePath.timeSamples = {\n";
+  for (std::size_t i = 0; i < s.files.size(); ++i)
+    text += "            " + std::to_string(s.first + int(i)) + ": @./" + s.files[i] + "@,\n";
+  return text + "        }\n    }\n";
+}
+
+}  // namespace
+
+std::string usd_stage(const UsdSequence& s) {
+  const std::string fps = exact_text<double>({s.fps}), last = std::to_string(s.first + int(s.files.size()) - 1);
+  std::string text = "#usda 1.0\n(\n    defaultPrim = \"" + std::string(kRoot) + "\"\n";
+  text +=
+      "    doc = \"Density is extinction per scene unit, colour is emitted per density, velocity is in scene units ";
+  text += "per second.\"\n";
+  text += "    endTimeCode = " + last + "\n    framesPerSecond = " + fps + "\n    metersPerUnit = 1\n";
+  text += "    startTimeCode = " + std::to_string(s.first) + "\n    timeCodesPerSecond = " + fps + "\n";
+  text += "    upAxis = \"Z\"\n)\n\n";
+  text += "def Volume \"" + std::string(kRoot) + "\"\n{\n";
+  text += "    float3[] extent = [" + point(s.lo) + ", " + point(s.hi) + "]\n";
+  for (const UsdField& field : s.fields)
+    text += "    rel field:" + field.name + " = </" + kRoot + "/" + field.name + ">\n";
+  for (const UsdField& field : s.fields) text += field_prim(s, field);
+  return text + "}\n";
+}
+
+}  // namespace splinevox
