@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "splinevox/data/image_read.hpp"
 #include "splinevox/data/scene.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
 #include "splinevox/train/trainer.hpp"
 
 namespace splinevox {
@@ -22,6 +25,14 @@ inline Trained train_to_end(const Config& config, const Dataset& data) {
     samples += report.samples, rays += report.rays;
   }
   return {trainer.model(), trainer.seconds(), double(samples) / double(rays), trainer.phases()};
+}
+
+/// Mean PSNR of the model's pictures of a split, dB.
+inline double mean_psnr(const VoxelModel& model, const Split& split) {
+  Renderer renderer(model);
+  double db = 0;
+  for (const Frame& f : split.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background)));
+  return db / double(split.frames.size());
 }
 
 }  // namespace splinevox

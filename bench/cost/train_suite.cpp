@@ -6,8 +6,6 @@
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/math/metrics.hpp"
-#include "splinevox/render/render_image.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
 #include "trained.hpp"
@@ -61,11 +59,7 @@ Outcome train(const Dataset& data, const SuiteOptions& o, const Setting& s, int 
   for (const std::string& change : s.changes) set_config(config, change, "cost");
   config.run.max_time = 0, config.run.max_steps = std::max(1, int(o.steps * s.steps)), config.run.seed = std::uint64_t(seed);
   const Trained run = train_to_end(config, data);
-  double db = 0;
-  const Split& test = *data.find("test");
-  Renderer renderer(run.model);
-  for (const Frame& f : test.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, run.model.background)));
-  return {std::pow(10, -db / double(test.frames.size()) / 20), run.seconds, run.samples_per_ray};
+  return {std::pow(10, -mean_psnr(run.model, *data.find("test")) / 20), run.seconds, run.samples_per_ray};
 }
 
 double decibels(double rms) { return -20 * std::log10(rms); }

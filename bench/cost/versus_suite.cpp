@@ -7,9 +7,6 @@
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/process.hpp"
-#include "splinevox/data/image_read.hpp"
-#include "splinevox/math/metrics.hpp"
-#include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"
 #include "suites.hpp"
 #include "trained.hpp"
@@ -40,11 +37,7 @@ Record voxels(const std::string& path, const Dataset& tests, const std::string& 
   apply(choice.chosen, config), config.motion.points = choice.points;
   const Trained run = train_to_end(config, data);
   const double seconds = processor_seconds() - start;
-  double db = 0;
-  const Split& test = *tests.find("test");
-  Renderer renderer(run.model);
-  for (const Frame& f : test.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, run.model.background)));
-  Record r = point(scene, "voxels", seconds, db / double(test.frames.size()));
+  Record r = point(scene, "voxels", seconds, mean_psnr(run.model, *tests.find("test")));
   r.value = fmt::format("{}, {} steps", config.preset, steps), r.samples = run.samples_per_ray, r.memory = peak_memory(), r.is_default = steps >= 5000;
   return r;
 }

@@ -13,6 +13,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/image_write.hpp"
+#include "train/by_time.hpp"
 
 namespace fs = std::filesystem;
 
@@ -28,13 +29,12 @@ struct ViewVerb {
 /// Frames of a split evenly spaced in time, no wider or higher than asked.
 std::vector<ViewShot> shots_of(const Run& run, const ViewVerb& o) {
   const Dataset data = open_split(run, o.data, o.split);
-  std::vector<const Frame*> frames;
-  for (const Frame& f : data.find(o.split)->frames) frames.push_back(&f);
-  std::stable_sort(frames.begin(), frames.end(), [](const Frame* a, const Frame* b) { return a->time < b->time; });
-  const std::size_t n = frames.size(), count = std::min(n, std::size_t(o.views));
+  const Split& split = *data.find(o.split);
+  const std::vector<int> order = frames_by_time(split);
+  const std::size_t n = order.size(), count = std::min(n, std::size_t(o.views));
   std::vector<ViewShot> shots;
   for (std::size_t k = 0; k < count; ++k) {
-    const Frame& f = *frames[count > 1 ? k * (n - 1) / (count - 1) : n / 2];
+    const Frame& f = split.frames[order[count > 1 ? k * (n - 1) / (count - 1) : n / 2]];
     const int longest = std::max(f.image.width, f.image.height), factor = (longest + o.view_size - 1) / o.view_size;
     shots.push_back({f.name, area_downscale(f.camera, factor), std::clamp(f.time, 0.0, 1.0), encode_png(composite(area_downscale(f.image, factor), run.background()))});
   }

@@ -48,10 +48,6 @@ void Progress::note(const std::string& text) {
 Json Progress::step(const StepReport& r, double held_psnr) {
   if (since_ < 0) since_ = r.seconds;  // the time before the first step is not its own
   last_ = r;
-  if (r.discarded) {
-    note(fmt::format("step {}: the gradient was not finite; it was discarded, the model is as before", r.step));
-    return {{"step", r.step}, {"seconds", r.seconds}, {"discarded", true}};
-  }
   ++steps_;
   rays_ += r.rays;
   samples_ += r.samples;

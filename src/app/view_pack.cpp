@@ -6,6 +6,7 @@
 
 #include "app/view_codec.hpp"
 #include "app/view_reduce.hpp"
+#include "io/model_meta.hpp"
 #include "splinevox/field/row_mask.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/math/activation.hpp"
@@ -150,8 +151,7 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
   for (int b = 1; b <= t.brick_count(); ++b) bricks.push_back(t.bricks[b] + Int3{1, 1, 1});
   Json out = table_of(w, t, bricks);
   out["size"] = triple(t.lattice.size);
-  constexpr const char* kBases[] = {"bezier", "bspline", "poly_bezier", "hermite"};
-  out["basis"] = kBases[std::size_t(motion.basis)];
+  out["basis"] = kBasisNames[std::size_t(motion.basis)];
   out["time_curve"] = Json::array();
   for (const TimeCurve::Knot& k : motion.time_curve.knots) out["time_curve"].push_back({k.time, k.value});
   out["points"] = motion.points, out["stored"] = motion.stored_points();

@@ -8,6 +8,7 @@
 #include <tuple>
 #include <vector>
 
+#include "splinevox/math/logit.hpp"
 #include "splinevox/math/sh.hpp"
 #include "splinevox/math/view_factor.hpp"
 
@@ -68,7 +69,7 @@ RadianceField without_view(const RadianceField& field) {
     }
     for (int c = 1; c < 4; ++c) {
       const float colour = std::clamp(mean * sigmoid(row[c]).value, 1e-4f, 1 - 1e-4f);
-      row[c] = std::log(colour / (1 - colour));
+      row[c] = logit(colour);
     }
     std::fill(row + 4, row + out.raw.width, 0.0f);
   }

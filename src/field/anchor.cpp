@@ -70,8 +70,7 @@ MotionDifference anchor_first(VoxelModel& model) {
   const FrameSampler first(before, FrameSampler::AtParameter{s0});
   model.radiance.raw = shown_volume(before, first);
 
-  std::vector<double> at;
-  for (int i = 0; i < kSamplesPerPoint * m.points; ++i) at.push_back((i + 0.5) / (kSamplesPerPoint * m.points));
+  const std::vector<double> at = middles(kSamplesPerPoint * m.points);
   const int n = int(at.size());
   std::vector<std::unique_ptr<FrameSampler>> samplers;
   for (const double s : at) samplers.push_back(std::make_unique<FrameSampler>(before, FrameSampler::AtParameter{s}));
@@ -110,22 +109,17 @@ MotionDifference anchor_first(VoxelModel& model) {
     }
   });
 
-  double worst = 0, squares = 0, total = 0;
-  for (int i = 0; i < kTimes; ++i) {
-    const double s = (i + 0.5) / kTimes;
+  DistanceSum all;
+  for (const double s : middles(kTimes)) {
     const FrameSampler now(model, FrameSampler::AtParameter{s});
-    struct Sums {
-      double max = 0, squares = 0, weight = 0;
-    };
-    std::vector<Sums> slabs(std::size_t(shown_slabs(before, kStride)));
+    std::vector<DistanceSum> slabs(std::size_t(shown_slabs(before, kStride)));
     visit_shown(before, s, kStride, [&](int slab, const Shown& shown) {
       const double d = length(first.canonical(now.canonical(shown.x)) - (shown.x + shown.warp.displacement)) / voxel;
-      Sums& sums = slabs[std::size_t(slab)];
-      sums.max = std::max(sums.max, d), sums.squares += shown.weight * d * d, sums.weight += shown.weight;
+      slabs[std::size_t(slab)].add(d, shown.weight);
     });
-    for (const Sums& sums : slabs) worst = std::max(worst, sums.max), squares += sums.squares, total += sums.weight;
+    for (const DistanceSum& sum : slabs) all.add(sum);
   }
-  return {worst, total > 0 ? std::sqrt(squares / total) : 0};
+  return all.result();
 }
 
 }  // namespace splinevox

@@ -5,6 +5,7 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/edit_cluster.hpp"
+#include "splinevox/math/logit.hpp"
 
 namespace splinevox {
 namespace {
@@ -40,7 +41,7 @@ void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const Cho
   float raw[3];
   for (int a = 0; a < 3; ++a) {
     const float c = std::clamp(color[a] / factor, 0.01f, 0.99f);
-    raw[a] = std::log(c / (1 - c));
+    raw[a] = logit(c);
   }
   for_each_row(model, clusters, chosen, false, [&](float* row) {
     for (int a = 0; a < 3; ++a) row[1 + a] = raw[a];

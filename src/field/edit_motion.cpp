@@ -15,13 +15,16 @@ constexpr int kDifferenceTimes = 24;   ///< parameters at which motions are comp
 constexpr int kDifferenceStride = 2;   ///< vertices
 constexpr float kFaint = 1e-2f;        ///< opacity over a voxel below which a place shows nothing
 
+int vertices(const VoxelModel& model, int axis, int stride) { return (model.radiance.raw.topology->lattice.size[axis] + stride - 1) / stride; }
+
+}  // namespace
+
 std::vector<double> middles(int count) {
   std::vector<double> s;
   for (int i = 0; i < count; ++i) s.push_back((i + 0.5) / count);
   return s;
 }
 
-/// Weights of every point at every sample: [samples x points].
 Matrix design(BasisKind basis, int points, const std::vector<double>& samples) {
   Matrix a(int(samples.size()), points);
   for (int i = 0; i < a.rows; ++i) {
@@ -30,10 +33,6 @@ Matrix design(BasisKind basis, int points, const std::vector<double>& samples) {
   }
   return a;
 }
-
-int vertices(const VoxelModel& model, int axis, int stride) { return (model.radiance.raw.topology->lattice.size[axis] + stride - 1) / stride; }
-
-}  // namespace
 
 void retime(MotionField& motion, const TimeCurve& change) { motion.time_curve = compose(motion.time_curve, change); }
 
@@ -125,22 +124,18 @@ void visit_shown(const VoxelModel& model, double parameter, int stride, const st
 }
 
 MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after) {
-  struct Sums {
-    double max = 0, squares = 0, weight = 0;
-  };
   const double voxel = before.radiance.raw.topology->lattice.spacing;
-  Sums all;
+  DistanceSum all;
   for (const double s : middles(kDifferenceTimes)) {
     const FrameSampler other(after, FrameSampler::AtParameter{s});
-    std::vector<Sums> slabs(std::size_t(shown_slabs(before, kDifferenceStride)));
+    std::vector<DistanceSum> slabs(std::size_t(shown_slabs(before, kDifferenceStride)));
     visit_shown(before, s, kDifferenceStride, [&](int slab, const Shown& shown) {
       const double d = length(cast<double>(other.warp(shown.x).displacement) - cast<double>(shown.warp.displacement)) / voxel;
-      Sums& sums = slabs[std::size_t(slab)];
-      sums.max = std::max(sums.max, d), sums.squares += shown.weight * d * d, sums.weight += shown.weight;
+      slabs[std::size_t(slab)].add(d, shown.weight);
     });
-    for (const Sums& sums : slabs) all.max = std::max(all.max, sums.max), all.squares += sums.squares, all.weight += sums.weight;
+    for (const DistanceSum& sum : slabs) all.add(sum);
   }
-  return {all.max, all.weight > 0 ? std::sqrt(all.squares / all.weight) : 0};
+  return all.result();
 }
 
 }  // namespace splinevox

@@ -174,7 +174,8 @@ void carry_motion(MotionField& next, const MotionField& motion, const std::vecto
 void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<Place>& places, const RigidMotion& g, PartEdit& out) {
   const double voxel = next.radiance.raw.topology->lattice.spacing;
   const auto opacity = [&](const FrameSampler& s, Vec3 x) { return -std::expm1(-s.radiance(s.canonical(x)).density * float(voxel)); };
-  double squares = 0, total = 0, ghosts = 0;
+  DistanceSum error;
+  double ghosts = 0;
   for (std::size_t first = 0; first < places.size();) {
     const FrameSampler sampler(next, FrameSampler::AtParameter{places[first].parameter}), old(model, FrameSampler::AtParameter{places[first].parameter});
     std::size_t i = first;
@@ -182,14 +183,14 @@ void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<
       if (!places[i].member) continue;
       const Vec3d found = cast<double>(sampler.canonical(cast<float>(g(cast<double>(places[i].x)))));
       const double d = length(found - g(cast<double>(places[i].canonical))) / voxel;
-      out.error_max = std::max(out.error_max, d), squares += places[i].weight * d * d, total += places[i].weight;
+      error.add(d, places[i].weight);
       const float now = opacity(sampler, places[i].x);
       if (now >= kDense && opacity(old, cast<float>(g.inverse(cast<double>(places[i].x)))) < kDense) ghosts += now;
     }
     first = i;
   }
-  out.error_rms = total > 0 ? std::sqrt(squares / total) : 0;
-  out.ghosts = total > 0 ? ghosts / total : 0;
+  out.error_max = error.result().max, out.error_rms = error.result().rms;
+  out.ghosts = error.weight > 0 ? ghosts / error.weight : 0;
 }
 
 }  // namespace
@@ -260,21 +261,17 @@ PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const 
   if (out.disturbed > limit) return out;
 
   const MotionField& m = model.motion;
-  const int samples = kFitSamples * m.points;
-  std::vector<double> at;
-  for (int i = 0; i < samples; ++i) at.push_back((i + 0.5) / samples);
-  Matrix shown(samples, m.points);
-  for (int i = 0; i < samples; ++i) {
-    const BasisWeights<double> w = basis_weights(m.basis, m.points, std::min(1.0, factor * at[std::size_t(i)]));
-    for (int k = 0; k < m.points; ++k) shown(i, k) = w[std::size_t(k)];
-  }
+  const std::vector<double> at = middles(kFitSamples * m.points);
+  std::vector<double> slowed = at;
+  for (double& v : slowed) v = std::min(1.0, factor * v);
+  const Matrix shown = design(m.basis, m.points, slowed);
   VoxelModel next = model;
   next.motion = with_points(m, m.basis, m.points, m.first_point, product(fit_matrix(m.basis, m.points, m.first_point, at), shown));
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (!rows[r] || kept[r]) std::copy_n(level.row(r), level.width, next.motion.levels[0].row(r));
   // Against the old motion at the slower time, where the part is then.
   const double voxel = model.radiance.raw.topology->lattice.spacing;
-  double squares = 0, total = 0;
+  DistanceSum error;
   for (std::size_t first = 0; first < places.size();) {
     const double s = places[first].parameter;
     std::size_t i = first;
@@ -283,11 +280,11 @@ PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const 
     for (; i < places.size() && places[i].parameter == s; ++i) {
       if (!within || !places[i].member || touches(view, kept, places[i].x)) continue;
       const double d = length(sampler.canonical(places[i].x) - places[i].canonical) / voxel;
-      out.error_max = std::max(out.error_max, d), squares += places[i].weight * d * d, total += places[i].weight;
+      error.add(d, places[i].weight);
     }
     first = i;
   }
-  out.error_rms = total > 0 ? std::sqrt(squares / total) : 0;
+  out.error_max = error.result().max, out.error_rms = error.result().rms;
   model = std::move(next);
   return out;
 }

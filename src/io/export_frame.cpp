@@ -6,14 +6,13 @@
 
 #include "io/leaf_values.hpp"
 #include "splinevox/field/sample.hpp"
+#include "splinevox/math/srgb.hpp"
 #include "splinevox/math/velocity.hpp"
 
 namespace splinevox {
 namespace {
 
 constexpr int kMaxPadding = 64;  ///< voxels; a velocity that asks for more is an outlier, and memory has an end
-
-float srgb_to_linear(float v) { return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f); }
 
 VdbGrid to_grid(LeafValues& values, int width, const char* name) {
   VdbGrid grid;

@@ -12,13 +12,12 @@
 
 #include "io/openvdb_grid.hpp"
 #include "splinevox/core/parallel.hpp"
+#include "splinevox/math/srgb.hpp"
 
 namespace splinevox {
 namespace {
 
 constexpr int kVerticesPerTask = 4096;
-
-float linear_to_srgb(float v) { return v <= 0.0031308f ? 12.92f * v : 1.055f * std::pow(v, 1 / 2.4f) - 0.055f; }
 
 std::uint8_t byte_of(float v) { return std::uint8_t(std::lround(255 * std::clamp(v, 0.0f, 1.0f))); }
 

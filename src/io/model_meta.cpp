@@ -70,7 +70,6 @@ std::size_t choice(const NamedMeta& in, const std::string& key, const char* cons
   bad(in, key, "one of: " + all, "'" + text + "'");
 }
 
-constexpr const char* kBases[] = {"bezier", "bspline", "poly_bezier", "hermite"};
 constexpr const char* kFirstPoints[] = {"zero", "free"};
 constexpr const char* kActivations[] = {"softplus"};
 constexpr const char* kSwitch[] = {"off", "on"};
@@ -149,7 +148,7 @@ VdbMeta radiance_meta(const RadianceField& radiance) {
 VdbMeta motion_meta(const MotionField& motion) {
   VdbMeta meta;
   put_shape(meta, motion.levels[0]);
-  meta["basis"] = std::string(kBases[std::size_t(motion.basis)]);
+  meta["basis"] = std::string(kBasisNames[std::size_t(motion.basis)]);
   meta["points"] = std::int64_t(motion.points);
   meta["first_point"] = std::string(kFirstPoints[std::size_t(motion.first_point)]);
   if (!motion.displaces) meta["displacement_switch"] = std::string(kSwitch[0]);
@@ -201,7 +200,7 @@ FieldShape parse_radiance_meta(const NamedMeta& in, RadianceField& radiance) {
 }
 
 FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
-  motion.basis = BasisKind(choice(in, "basis", kBases));
+  motion.basis = BasisKind(choice(in, "basis", kBasisNames));
   motion.points = integer(in, "points", kMinPoints, motion.basis == BasisKind::bezier ? kMaxBezierPoints : kMaxPoints);
   if (motion.basis == BasisKind::polybezier && motion.points % 3 != 1) bad(in, "points", "one more than a multiple of 3", std::to_string(motion.points));
   if (motion.basis == BasisKind::hermite && (motion.points % 2 != 0 || motion.points < 4)) bad(in, "points", "an even number from 4", std::to_string(motion.points));

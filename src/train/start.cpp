@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "splinevox/core/error.hpp"
+#include "splinevox/math/logit.hpp"
 #include "splinevox/math/view_factor.hpp"
 
 namespace splinevox {
@@ -78,7 +79,7 @@ Vec3 starting_color(const RadianceConfig& config, const Split& train) {
   Vec3 raw;
   for (int c = 0; c < 3; ++c) {
     const float share = std::clamp(mean[c] / view, kDarkest, 0.5f);
-    raw[c] = std::log(share / (1 - share));
+    raw[c] = logit(share);
   }
   return raw;
 }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+#include <vector>
 
 #include "splinevox/field/sample.hpp"
 #include "splinevox/math/least_squares.hpp"
@@ -30,6 +33,12 @@ MotionField elevated(const MotionField& motion, int by);
 /// begins in zero keeps doing so unless the new basis is bspline. @pre points suit the basis
 MotionField converted(const MotionField& motion, BasisKind basis, int points);
 
+/// The middles of `count` equal parts of [0, 1]: parameters at which curves are compared or fitted.
+std::vector<double> middles(int count);
+
+/// Weights of every point of a basis at every sample: [samples x points].
+Matrix design(BasisKind basis, int points, const std::vector<double>& samples);
+
 /// Control points that give curves of this basis through (nearest to) samples: [points x samples.size()], first row and column
 /// zero if the first point is pinned. @param samples  parameters in [0, 1], more than points
 Matrix fit_matrix(BasisKind basis, int points, FirstPoint first, const std::vector<double>& samples);
@@ -49,6 +58,13 @@ int shown_slabs(const VoxelModel& model, int stride);
 /// Distance in voxels of the radiance lattice, over what is shown at evenly spread parameters, weighted by opacity.
 struct MotionDifference {
   double max = 0, rms = 0;
+};
+/// Adds distances up to one.
+struct DistanceSum {
+  double max = 0, squares = 0, weight = 0;
+  void add(double distance, double w) { max = std::max(max, distance), squares += w * distance * distance, weight += w; }
+  void add(const DistanceSum& o) { max = std::max(max, o.max), squares += o.squares, weight += o.weight; }
+  MotionDifference result() const { return {max, weight > 0 ? std::sqrt(squares / weight) : 0}; }
 };
 /// Of the displacements of two models of one scene: `after` differs in its control points alone.
 MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after);
