@@ -23,7 +23,7 @@ const char* error_name(const std::string& suite) {
   return suite == "spline" ? "largest error, units of float rounding" : suite == "render" ? "RMS colour error against the double reference" : "RMS colour error of the test views";
 }
 const char* time_name(const std::string& suite) {
-  return suite == "spline" ? "time per 3-vector" : suite == "render" ? "time per frame" : suite == "versus" ? "processor seconds, summed over cores" : "seconds of training";
+  return suite == "spline" ? "time per 3-vector" : suite == "render" ? "time per frame" : "processor seconds of training, summed over cores";
 }
 
 const Record* aa_row(const std::vector<Record>& records) {

@@ -31,7 +31,8 @@ void render_suite(const SuiteOptions& o, const Told& told);
 /// Order of convergence of the renderer in double precision between steps of 1/4 and 1/16: 2 for the midpoint rule.
 double render_order(const SuiteOptions& o);
 
-/// Training with one number of the preset changed at a time: root mean square colour error of the test views, seconds of training.
+/// Training with one number of the preset changed at a time: root mean square colour error of the test views, processor seconds of
+/// training. The other presets run with as many steps.
 /// Every seed is a run; all settings of one seed run before the next seed does.
 void train_suite(const SuiteOptions& o, const Told& told);
 

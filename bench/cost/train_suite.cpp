@@ -19,6 +19,7 @@ struct Setting {
   std::vector<std::string> changes;  ///< group.key=value
   double steps = 1;                  ///< times the suite's
   bool dominated = false;
+  const char* preset = "fast";
 };
 
 std::vector<Setting> settings(bool micro) {
@@ -28,6 +29,8 @@ std::vector<Setting> settings(bool micro) {
   // It has to come out behind: the check that the diagram can tell.
   out.push_back({"deliberately worse", "short steps, heavy total variation", 0, {"sampling.step=0.25", "loss.tv_density=0.01", "loss.tv_final=1"}, 1, true});
   if (micro) return out;
+  out.push_back({"preset", "draft", -1, {}, 1, false, "draft"});
+  out.push_back({"preset", "standard", 1, {}, 1, false, "standard"});
   out.push_back({"step of the march", "a quarter voxel", 2, {"sampling.step=0.25"}});
   out.push_back({"steps", "double", 1, {}, 2});
   out.push_back({"step of the march", "1.5 voxels", -1, {"sampling.step=1.5"}});
@@ -54,7 +57,7 @@ struct Outcome {
 };
 
 Outcome train(const Dataset& data, const SuiteOptions& o, const Setting& s, int seed) {
-  Config config = preset("fast");
+  Config config = preset(s.preset);
   if (o.micro) config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
   for (const std::string& change : s.changes) set_config(config, change, "cost");
   config.run.max_time = 0, config.run.max_steps = std::max(1, int(o.steps * s.steps)), config.run.seed = std::uint64_t(seed);
