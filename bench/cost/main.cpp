@@ -108,7 +108,7 @@ int run(Options o) {
       suite == "spline"   ? spline_suite(o.suite, told)
       : suite == "render" ? render_suite(o.suite, told)
       : suite == "versus" ? versus_suite(o.suite, o.mlp, told)
-                          : train_suite(o.suite, told);
+                          : train_suite(o.suite, (folder / "train_runs.jsonl").string(), told);
   }
   const std::vector<Record> records = read_lines(lines);
   present(folder, records);

@@ -34,7 +34,8 @@ double render_order(const SuiteOptions& o);
 /// Training with one number of the preset changed at a time: root mean square colour error of the test views, processor seconds of
 /// training. The other presets run with as many steps.
 /// Every seed is a run; all settings of one seed run before the next seed does.
-void train_suite(const SuiteOptions& o, const Told& told);
+/// @param runs  file with a line for every finished run; those it has are not made again.
+void train_suite(const SuiteOptions& o, const std::string& runs, const Told& told);
 
 /// Voxels beside perceptrons on the same scenes: root mean square colour error of the test views against processor seconds, summed over cores.
 /// The voxels run once for each of versus_steps, each a run of its own with its schedule laid out over its steps; reading the pictures,

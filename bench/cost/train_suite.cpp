@@ -3,6 +3,8 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <map>
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
@@ -56,27 +58,55 @@ struct Outcome {
   double rms, seconds, samples;
 };
 
-Outcome train(const Dataset& data, const SuiteOptions& o, const Setting& s, int seed) {
+Config config_of(const SuiteOptions& o, const Setting& s, int seed) {
   Config config = preset(s.preset);
   if (o.micro) config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
   for (const std::string& change : s.changes) set_config(config, change, "cost");
   config.run.max_time = 0, config.run.max_steps = std::max(1, int(o.steps * s.steps)), config.run.seed = std::uint64_t(seed);
+  return config;
+}
+
+Outcome train(const Dataset& data, const Config& config) {
   const Trained run = train_to_end(config, data);
   return {std::pow(10, -mean_psnr(run.model, *data.find("test")) / 20), run.seconds, run.samples_per_ray};
 }
+
+/// Finished runs, a line each, by what they were trained on and with: a suite of hours that was stopped goes on where it was.
+class Finished {
+ public:
+  explicit Finished(const std::string& path) : path_(path) {
+    std::ifstream in(path);
+    for (std::string line; std::getline(in, line);)
+      if (const Json j = Json::parse(line, nullptr, false); j.is_object()) known_[j.at("key")] = {j.at("rms"), j.at("seconds"), j.at("samples")};
+  }
+  Outcome run(const Dataset& data, const std::string& scene, const Config& config) {
+    const std::string key = scene + "\n" + write_config(config);
+    if (const auto it = known_.find(key); it != known_.end()) return it->second;
+    const Outcome x = train(data, config);
+    std::ofstream out(path_, std::ios::app);
+    if (!(out << Json{{"key", key}, {"rms", x.rms}, {"seconds", x.seconds}, {"samples", x.samples}}.dump() << "\n" << std::flush))
+      fail_output({path_, "this file could not be written", "", "a full disk?", ""});
+    return known_[key] = x;
+  }
+
+ private:
+  std::string path_;
+  std::map<std::string, Outcome> known_;
+};
 
 double decibels(double rms) { return -20 * std::log10(rms); }
 
 }  // namespace
 
-void train_suite(const SuiteOptions& o, const Told& told) {
+void train_suite(const SuiteOptions& o, const std::string& runs, const Told& told) {
+  Finished finished(runs);
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     const Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200}) : load_dataset(scene, {.splits = {"train", "test"}});
     std::vector<Setting> list = settings(o.micro);
     list.push_back({"A/A", "the default with other seeds", 0, {}});
     std::vector<std::vector<Outcome>> outcomes(list.size());
     for (int seed = 1; seed <= o.seeds; ++seed)
-      for (std::size_t i = 0; i < list.size(); ++i) outcomes[i].push_back(train(data, o, list[i], list[i].knob == "A/A" ? 1000 + seed : seed));
+      for (std::size_t i = 0; i < list.size(); ++i) outcomes[i].push_back(finished.run(data, scene, config_of(o, list[i], list[i].knob == "A/A" ? 1000 + seed : seed)));
     for (std::size_t i = 0; i < list.size(); ++i) {
       std::vector<double> error, seconds;
       Record r;
