@@ -74,7 +74,7 @@ def check_grids(volume, wanted):
 
 
 def check_sequence():
-    theirs = load("export", "blender.exr", SHOWN, 64)
+    theirs = load("export", "blender.exr", SHOWN, 32)
     scene = bpy.context.scene
     volume = bpy.data.objects["splinevox"]
     data = volume.data
@@ -139,7 +139,7 @@ def check_blur():
     render = bpy.context.scene.render
     render.use_motion_blur, render.motion_blur_shutter = True, 0.5
     render.filepath = path("blurred.exr")
-    bpy.context.scene.cycles.motion_blur_position, bpy.context.scene.cycles.samples = "CENTER", 32
+    bpy.context.scene.cycles.motion_blur_position, bpy.context.scene.cycles.samples = "CENTER", 16
     bpy.ops.render.render(write_still=True)
     blurred = pixels("blurred.exr")
 
