@@ -41,8 +41,9 @@ void parse_frames(const std::string& text, ExportOptions& options) {
 std::optional<int> parse_clusters(const std::string& text) {
   if (text.empty()) return {};
   if (text == "auto") return 0;
-  const std::vector<double> v = numbers(text, ',', "--clusters", "auto or a number from 2 to 16");
-  if (v.size() != 1 || v[0] != std::floor(v[0]) || v[0] < 2 || v[0] > 16) fail({"--clusters", "this is not a number of parts", "auto or a number from 2 to 16", text, "--clusters auto"});
+  const char* expected = "auto or a number from 2 to 16";
+  const std::vector<double> v = numbers(text, ',', "--clusters", expected);
+  if (v.size() != 1 || v[0] != std::floor(v[0]) || v[0] < 2 || v[0] > 16) fail({"--clusters", "this is not a number of parts", expected, text, "--clusters auto"});
   return int(v[0]);
 }
 
@@ -106,7 +107,8 @@ int export_run(ExportVerb& o) {
   if (speed > 0) fmt::print(", fastest {:.3g} scene units a second", speed);
   fmt::print("\n");
   for (std::size_t c = 0; c < result.clusters.size(); ++c)
-    fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share, c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));
+    fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share,
+               c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));
   if (const auto fresh = double(result.frames.size()) - kept; fresh > 0) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), used = processor_seconds() - cpu;
     fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n", fresh / seconds, used / fresh, 100 * writing / used);

@@ -116,8 +116,8 @@ struct EditOperations {
     VoxelModel next = model(s);
     const MotionDifference d = anchor_first(next);
     if (d.rms > kMostAnchorError)
-      wrong_edit("anchor-first", "the motion voxels are too coarse for the way back from the first moment: the scene would not look as before", fmt::format("an error of at most {:g} voxels in the mean square", kMostAnchorError),
-                 fmt::format("{:.3g} voxels, {:.3g} at worst", d.rms, d.max), "");
+      wrong_edit("anchor-first", "the motion voxels are too coarse for the way back from the first moment: the scene would not look as before",
+                 fmt::format("an error of at most {:g} voxels in the mean square", kMostAnchorError), fmt::format("{:.3g} voxels, {:.3g} at worst", d.rms, d.max));
     model(s) = std::move(next);
     return difference_json(d);
   }

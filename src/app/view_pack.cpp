@@ -214,7 +214,8 @@ Json bits_of(Writer& w, const BitGrid& grid) {
 Json pack_clusters(Writer& w, const VoxelModel& model, const MotionClusters& clusters) {
   std::vector<std::uint16_t> labels;
   for (const std::int16_t label : clusters.label) labels.push_back(std::uint16_t(label + 1));
-  Json out{{"origin", triple(clusters.cells.origin)}, {"spacing", clusters.cells.spacing}, {"size", triple(clusters.cells.size)}, {"labels", w.plane(labels, 8)}, {"colours", Json::array()}};
+  const Lattice& cells = clusters.cells;
+  Json out{{"origin", triple(cells.origin)}, {"spacing", cells.spacing}, {"size", triple(cells.size)}, {"labels", w.plane(labels, 8)}, {"colours", Json::array()}};
   for (std::size_t c = 0; c < clusters.clusters.size(); ++c) out["colours"].push_back(triple(part_colour(model, c)));
   return out;
 }

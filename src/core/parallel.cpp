@@ -30,8 +30,10 @@ void in_order(int n, int at_once, const std::function<void(int i)>& work, const 
   const auto end = [&](int i) {
     if (!finish(i)) stopped = true;
   };
-  tbb::parallel_pipeline(std::size_t(at_once), tbb::make_filter<void, int>(tbb::filter_mode::serial_in_order, begin) & tbb::make_filter<int, int>(tbb::filter_mode::parallel, middle) &
-                                                   tbb::make_filter<int, void>(tbb::filter_mode::serial_in_order, end));
+  using tbb::filter_mode;
+  const auto all = tbb::make_filter<void, int>(filter_mode::serial_in_order, begin) & tbb::make_filter<int, int>(filter_mode::parallel, middle) &
+                   tbb::make_filter<int, void>(filter_mode::serial_in_order, end);
+  tbb::parallel_pipeline(std::size_t(at_once), all);
 }
 
 int thread_count() { return tbb::this_task_arena::max_concurrency(); }

@@ -158,7 +158,10 @@ class Scene {
     pass.texture("atlas", this.atlas);
     this.harmonics.forEach((h, i) => pass.texture(`harmonics[${i}]`, h));
     if (this.harmonics.length) pass.vec2("harmonicRange", this.harmonicRange);
-    if (this.parts) pass.texture("parts", this.parts), pass.vec3("partOrigin", this.header.clusters.origin), pass.float("partInverseSpacing", 1 / this.header.clusters.spacing);
+    if (this.parts) {
+      const {origin, spacing} = this.header.clusters;
+      pass.texture("parts", this.parts), pass.vec3("partOrigin", origin), pass.float("partInverseSpacing", 1 / spacing);
+    }
     pass.texture("cells", this.cells.texture, this.gl.TEXTURE_2D);
     pass.texture("blocks", this.blocks.texture, this.gl.TEXTURE_2D);
     this.bindWarp(pass);
