@@ -243,7 +243,8 @@ void validate(const ExportOptions& o) {
   check(!o.mesh || o.mesh_format == "ply" || o.mesh_format == "obj", "--mesh-format", "ply or obj", "'" + o.mesh_format + "'");
   check(!o.sh || o.bake_view == "mean" || o.bake_view == "none", "--bake-view", "no direction beside --sh, which leaves the view to the renderer", "'" + o.bake_view + "'");
   check(!o.sh || o.colorspace == "display", "--colorspace", "display beside --sh: the harmonics scale display values", "'" + o.colorspace + "'");
-  check(!o.sh || o.profile != "unreal", "--sh", "another profile: a Sparse Volume Texture has eight channels at most", "unreal");
+  if (o.sh && o.profile == "unreal")
+    fail({.where = "--sh", .what = "a Sparse Volume Texture has no room for harmonics", .expected = "another profile", .got = "unreal", .hint = "leave --sh away"});
   const int clusters = o.clusters.value_or(0);
   check(clusters == 0 || (clusters >= 2 && clusters <= 16), "--clusters", "auto or a number from 2 to 16", std::to_string(clusters));
   check(o.frames_at_once >= 0 && o.frames_at_once <= 1024, "--frames-at-once", "a number from 1 to 1024, or 0 for what suits the machine", std::to_string(o.frames_at_once));
