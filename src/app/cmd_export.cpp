@@ -3,21 +3,24 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "app/command.hpp"
 #include "app/evaluate.hpp"
 #include "app/signals.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/process.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox::app {
 namespace {
 
 struct ExportVerb {
-  std::string run, out, frames = "1-120";
+  std::string run, out, frames = "1-120", clusters;
   ExportOptions options;
   bool full = false, afresh = false, quiet = false, json = false;
   int threads = 0;
@@ -34,8 +37,25 @@ void parse_frames(const std::string& text, ExportOptions& options) {
   options.last = int(v.back());
 }
 
+/// "auto" or how many.
+std::optional<int> parse_clusters(const std::string& text) {
+  if (text.empty()) return {};
+  if (text == "auto") return 0;
+  const char* expected = "auto or a number from 2 to 16";
+  const std::vector<double> v = numbers(text, ',', "--clusters", expected);
+  if (v.size() != 1 || v[0] != std::floor(v[0]) || v[0] < 2 || v[0] > 16) fail({"--clusters", "this is not a number of parts", expected, text, "--clusters auto"});
+  return int(v[0]);
+}
+
+Json file_json(const ManifestFile& file) {
+  Json out{{"file", file.name}, {"bytes", file.digest.size}};
+  for (const auto& [key, value] : file.figures) out[key] = value;
+  return out;
+}
+
 int export_run(ExportVerb& o) {
   parse_frames(o.frames, o.options);
+  o.options.clusters = parse_clusters(o.clusters);
   o.options.half = !o.full;
   o.options.resume = !o.afresh;
   validate(o.options);
@@ -44,23 +64,33 @@ int export_run(ExportVerb& o) {
   const FolderLock lock(o.out, "exporting into");
   catch_stop_signals();
   const bool bar = !o.quiet && !o.json && ::isatty(STDERR_FILENO);
-  double bytes = 0, speed = 0, seconds = 0, writing = 0;
+  double bytes = 0, speed = 0, writing = 0;
   int kept = 0;
+  const auto start = std::chrono::steady_clock::now();
+  const double cpu = processor_seconds();
   const ExportResult result = export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& f, int done, int total) {
     bytes += double(f.file.digest.size);
     for (const ManifestFile& file : f.beside) bytes += double(file.digest.size);
     kept += f.kept ? 1 : 0;
-    seconds += f.seconds;
-    writing += f.seconds_writing;
-    if (const auto s = f.file.figures.find("max_speed"); s != f.file.figures.end()) speed = std::max(speed, s->second);
+    writing += f.cpu_writing;
+    const auto look = [&](const ManifestFile& file) {
+      if (const auto s = file.figures.find("max_speed"); s != file.figures.end()) speed = std::max(speed, s->second);
+    };
+    look(f.file);
+    std::for_each(f.beside.begin(), f.beside.end(), look);
     if (o.json) {
       Json line{
           {"frame", f.frame}, {"time", f.time}, {"file", f.file.name}, {"bytes", f.file.digest.size}, {"kept", f.kept}};
       line["seconds"] = f.seconds;
-      line["seconds_writing"] = f.seconds_writing;
-      for (const auto& [key, value] : f.file.figures) line[key] = value;
-      for (const ManifestFile& file : f.beside)
-        for (const auto& [key, value] : file.figures) line[key] = value;
+      line["seconds_writing"] = f.seconds_writing, line["cpu_writing"] = f.cpu_writing;
+      if (o.options.clusters) {
+        line["files"] = Json::array({file_json(f.file)});
+        for (const ManifestFile& file : f.beside) line["files"].push_back(file_json(file));
+      } else {
+        for (const auto& [key, value] : f.file.figures) line[key] = value;
+        for (const ManifestFile& file : f.beside)
+          for (const auto& [key, value] : file.figures) line[key] = value;
+      }
       fmt::print("{}\n", line.dump());
       std::fflush(stdout);
     }
@@ -76,9 +106,13 @@ int export_run(ExportVerb& o) {
   if (kept > 0) fmt::print(", {} of them were there already", kept);
   if (speed > 0) fmt::print(", fastest {:.3g} scene units a second", speed);
   fmt::print("\n");
-  if (seconds > 0)
-    fmt::print("{:.2f} s a frame, {:.0f}% of it writing\n", seconds / double(result.frames.size() - std::size_t(kept)),
-               100 * writing / seconds);
+  for (std::size_t c = 0; c < result.clusters.size(); ++c)
+    fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share,
+               c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));
+  if (const auto fresh = double(result.frames.size()) - kept; fresh > 0) {
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), used = processor_seconds() - cpu;
+    fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n", fresh / seconds, used / fresh, 100 * writing / used);
+  }
   if (o.options.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", o.out);
   return 0;
 }
@@ -99,15 +133,19 @@ Action export_command(CLI::App& verb) {
   verb.add_option("--voxel-size", e.voxel_size, "scene units, 0 = the model's own")->capture_default_str();
   verb.add_option("--bake-view", e.bake_view, "colour of a voxel: mean (over all directions), none or dir=x,y,z")
       ->capture_default_str();
+  verb.add_flag("--sh", e.sh, "also sh0, sh1, ...: harmonics, with which load_in_blender.py shows the colours change with the view; color is then positional");
+  verb.add_option("--clusters", o->clusters, "K or auto: files of their own for each part that moves alike; together they are the whole");
   verb.add_option("--colorspace", e.colorspace, "display (values as in the pictures) or linear")->capture_default_str();
   verb.add_option("--shutter", e.shutter, "share of a frame it is open: how far velocity is continued")
       ->capture_default_str();
   verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")->capture_default_str();
   verb.add_flag("--mesh", e.mesh, "also mesh_0001.ply and so on: the surface of every frame, with its colours");
+  verb.add_option("--mesh-format", e.mesh_format, "ply (binary) or obj (text, colours behind each vertex)")->capture_default_str();
   verb.add_flag("--controls", e.controls, "also motion.vdb: control points and rigidity as grids, to build a rig on");
   verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")->capture_default_str();
   verb.add_flag("--full", o->full, "32-bit floats instead of 16");
   verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");
+  verb.add_option("--frames-at-once", e.frames_at_once, "frames in the making at a time, 0 = what threads and free memory allow")->capture_default_str();
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
   add_threads(verb, o->threads);

@@ -55,14 +55,6 @@ void write_layers(const std::string& path, Rendered& r, const Image& parts, cons
   write_exr(path, layers);
 }
 
-/// The model with its parts, by how they move, in colours.
-VoxelModel painted(const VoxelModel& model) {
-  VoxelModel out = model;
-  const MotionClusters clusters = find_clusters(model, 0);
-  paint_parts(out, clusters, ChosenClusters(clusters.clusters.size(), true));
-  return out;
-}
-
 int render(const RenderVerb& o) {
   const std::vector<std::string> layers = chosen_layers(o.layers);
   if (o.format != "png" && o.format != "exr" && o.format != "mp4")
@@ -73,7 +65,7 @@ int render(const RenderVerb& o) {
   probe_output_folder(o.out);
   Renderer renderer(run.model);
   const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
-  const VoxelModel colours = parts ? painted(run.model) : VoxelModel();
+  const VoxelModel colours = parts ? painted(run.model, find_clusters(run.model, 0)) : VoxelModel();
   std::optional<Renderer> part_renderer;
   if (parts) part_renderer.emplace(colours);
   std::map<std::string, Film> films;

@@ -70,10 +70,11 @@ int view(const ViewVerb& o) {
     } catch (const Error& e) {
       fmt::print(stderr, "the page is without true pictures: {}\n", e.what());
     }
+  const std::optional<MotionClusters> clusters = run.model.motion.moves() ? std::optional(find_clusters(run.model, 0)) : std::nullopt;
   std::size_t smallest = 0;
   for (const ViewQuality& quality : view_qualities()) {
     page.note = described(quality, run.model);
-    const std::string html = view_page(page, pack_scene(run.model, quality));
+    const std::string html = view_page(page, pack_scene(run.model, quality, clusters ? &*clusters : nullptr));
     smallest = html.size();
     if (double(smallest) > o.max_mb * 1e6) continue;
     write_file(o.out, {html});

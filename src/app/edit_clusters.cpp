@@ -28,6 +28,14 @@ void paint_parts(VoxelModel& model, const MotionClusters& clusters, const Chosen
   }
 }
 
+VoxelModel painted(const VoxelModel& model, const MotionClusters& clusters) {
+  VoxelModel out = model;
+  paint_parts(out, clusters, ChosenClusters(clusters.clusters.size(), true));
+  return out;
+}
+
+Vec3 part_colour(const VoxelModel& model, std::size_t cluster) { return paintable(model, kPalette[cluster % std::size(kPalette)]); }
+
 struct ClusterOperations {
   static const MotionClusters& known(EditSession& s, const char* name) {
     if (!s.clusters_) wrong_edit(name, "there are no clusters yet", "--clusters before it, and again after an operation that moves matter", "none", "--clusters auto");

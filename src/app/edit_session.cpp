@@ -32,6 +32,7 @@ int edit_whole(const char* operation, const std::string& text, int lo, int hi) {
 namespace {
 
 constexpr int kMaxLoops = 1000;
+constexpr double kMostAnchorError = 1;  ///< voxels in the mean square beyond which --anchor-first is refused
 
 const std::vector<std::string> kBasisNames = {"bezier", "bspline", "poly-bezier", "hermite"};
 
@@ -112,7 +113,13 @@ struct EditOperations {
     if (!changing(model(s), "anchor-first").displaces) wrong_edit("anchor-first", "nothing moves in this run, only its light changes", "a run with motion", "");
     s.clusters_.reset();  // they lie in the canonical volume, which becomes another one
     s.chosen_.clear();
-    return difference_json(anchor_first(model(s)));
+    VoxelModel next = model(s);
+    const MotionDifference d = anchor_first(next);
+    if (d.rms > kMostAnchorError)
+      wrong_edit("anchor-first", "the motion voxels are too coarse for the way back from the first moment: the scene would not look as before",
+                 fmt::format("an error of at most {:g} voxels in the mean square", kMostAnchorError), fmt::format("{:.3g} voxels, {:.3g} at worst", d.rms, d.max));
+    model(s) = std::move(next);
+    return difference_json(d);
   }
 
   static Json elevate(EditSession& s, const std::string& v) {

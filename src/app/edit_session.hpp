@@ -48,6 +48,10 @@ std::vector<EditOperation> cluster_operations();
 
 /// Every chosen cluster in a colour of its own; what stands still is grey.
 void paint_parts(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen);
+/// A copy of the model with all of them painted: the layer "cluster".
+VoxelModel painted(const VoxelModel& model, const MotionClusters& clusters);
+/// The colour that painted matter of a cluster has, from every side, where no light changes it.
+Vec3 part_colour(const VoxelModel& model, std::size_t cluster);
 
 /// One number of an operation's value. Throws Error (input) unless it lies in [lo, hi].
 double edit_number(const char* operation, const std::string& text, double lo, double hi, const std::string& expected);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/edit_session.hpp"
 #include "app/view_codec.hpp"
 #include "app/view_reduce.hpp"
 #include "io/model_meta.hpp"
@@ -210,6 +211,15 @@ Json bits_of(Writer& w, const BitGrid& grid) {
   return w.plane(bytes, 8);
 }
 
+Json pack_clusters(Writer& w, const VoxelModel& model, const MotionClusters& clusters) {
+  std::vector<std::uint16_t> labels;
+  for (const std::int16_t label : clusters.label) labels.push_back(std::uint16_t(label + 1));
+  const Lattice& cells = clusters.cells;
+  Json out{{"origin", triple(cells.origin)}, {"spacing", cells.spacing}, {"size", triple(cells.size)}, {"labels", w.plane(labels, 8)}, {"colours", Json::array()}};
+  for (std::size_t c = 0; c < clusters.clusters.size(); ++c) out["colours"].push_back(triple(part_colour(model, c)));
+  return out;
+}
+
 }  // namespace
 
 const std::vector<ViewQuality>& view_qualities() {
@@ -217,7 +227,7 @@ const std::vector<ViewQuality>& view_qualities() {
   return all;
 }
 
-PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality) {
+PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, const MotionClusters* clusters) {
   RadianceField field = quality.sh_bits ? model.radiance : without_view(model.radiance);
   for (int i = 0; i < quality.halvings; ++i) field = halved(field);
   const MotionField motion = collapse(model.motion);
@@ -229,6 +239,7 @@ PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality) {
                   {"time", {{"origin", model.time_map.origin}, {"scale", model.time_map.scale}}}};
   w.out.header["radiance"] = pack_radiance(w, field, model.step, quality);
   w.out.header["occupancy"] = {{"origin", triple(canonical.origin)}, {"cell", canonical.cell}, {"size", triple(canonical.size)}, {"canonical", bits_of(w, canonical)}};
+  if (clusters) w.out.header["clusters"] = pack_clusters(w, model, *clusters);
   if (motion.levels.empty()) return std::move(w.out);
   const BitGrid ever = ever_occupied(model, motion);
   w.out.header["occupancy"]["ever"] = bits_of(w, ever);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/support.hpp"
-#include "splinevox/field/model.hpp"
+#include "splinevox/field/cluster.hpp"
 
 namespace splinevox::app {
 
@@ -28,6 +28,7 @@ struct PackedScene {
 
 /// Quantises what a ray can see: rows further than a vertex from anything of alpha 0.0002 per step are left out, whole bricks of them have
 /// no place in the page. Raw values, because activation comes after interpolation.
-PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality);
+/// @param clusters  parts of the model for the layer of that name; null: there is none
+PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, const MotionClusters* clusters = nullptr);
 
 }  // namespace splinevox::app

@@ -2,13 +2,38 @@
 #include "splinevox/core/parallel.hpp"
 
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
+
+#include <atomic>
+
+#include "splinevox/core/in_order.hpp"
 
 namespace splinevox {
 
 void parallel_for(int n, void (*body)(void* context, int i), void* context) {
   if (n == 1) return body(context, 0);
   tbb::parallel_for(0, n, [=](int i) { body(context, i); });
+}
+
+void in_order(int n, int at_once, const std::function<void(int i)>& work, const std::function<bool(int i)>& finish) {
+  int next = 0;
+  std::atomic<bool> stopped = false;
+  const auto begin = [&](tbb::flow_control& control) {
+    if (next == n || stopped) control.stop();
+    return next < n ? next++ : n;
+  };
+  const auto middle = [&](int i) {
+    tbb::this_task_arena::isolate([&] { work(i); });
+    return i;
+  };
+  const auto end = [&](int i) {
+    if (!finish(i)) stopped = true;
+  };
+  using tbb::filter_mode;
+  const auto all = tbb::make_filter<void, int>(filter_mode::serial_in_order, begin) & tbb::make_filter<int, int>(filter_mode::parallel, middle) &
+                   tbb::make_filter<int, void>(filter_mode::serial_in_order, end);
+  tbb::parallel_pipeline(std::size_t(at_once), all);
 }
 
 int thread_count() { return tbb::this_task_arena::max_concurrency(); }

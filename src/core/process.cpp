@@ -4,13 +4,30 @@
 #include <sys/resource.h>
 
 #include <ctime>
+#include <fstream>
+#include <limits>
+#include <string>
 
 namespace splinevox {
 
-double processor_seconds() {
+namespace {
+
+double seconds_of(clockid_t clock) {
   timespec used{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+  ::clock_gettime(clock, &used);
   return double(used.tv_sec) + 1e-9 * double(used.tv_nsec);
+}
+
+}  // namespace
+
+double processor_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
+
+double free_memory() {
+  std::ifstream file("/proc/meminfo");
+  for (std::string key; file >> key; file.ignore(std::numeric_limits<std::streamsize>::max(), '\n'))
+    if (double kilobytes = 0; key == "MemAvailable:" && file >> kilobytes) return 1024 * kilobytes;
+  return 0;
 }
 
 double peak_memory() {

@@ -23,6 +23,9 @@ void for_each_row(VoxelModel& model, const MotionClusters& clusters, const Chose
   });
 }
 
+/// The view factor 1 - sigmoid(0) / 2 of no harmonics is 3/4 everywhere.
+float flat_factor(const VoxelModel& model) { return model.radiance.sh_order >= 0 ? 0.75f : 1.0f; }
+
 }  // namespace
 
 void hide_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen) {
@@ -35,14 +38,16 @@ void keep_clusters(VoxelModel& model, const MotionClusters& clusters, const Chos
   for_each_row(model, clusters, chosen, true, [&](float* row) { row[0] = std::min(row[0], empty); });
 }
 
+Vec3 paintable(const VoxelModel& model, Vec3 color) {
+  const float factor = flat_factor(model);
+  for (int a = 0; a < 3; ++a) color[a] = factor * std::clamp(color[a] / factor, 0.01f, 0.99f);
+  return color;
+}
+
 void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen, Vec3 color) {
-  // The view factor 1 - sigmoid(0) / 2 of no harmonics is 3/4 everywhere.
-  const float factor = model.radiance.sh_order >= 0 ? 0.75f : 1.0f;
+  const Vec3 shown = paintable(model, color);
   float raw[3];
-  for (int a = 0; a < 3; ++a) {
-    const float c = std::clamp(color[a] / factor, 0.01f, 0.99f);
-    raw[a] = logit(c);
-  }
+  for (int a = 0; a < 3; ++a) raw[a] = logit(shown[a] / flat_factor(model));
   for_each_row(model, clusters, chosen, false, [&](float* row) {
     for (int a = 0; a < 3; ++a) row[1 + a] = raw[a];
     std::fill_n(row + 4, model.radiance.sh_count(), 0.0f);

@@ -16,25 +16,115 @@ import bpy
 from mathutils import Matrix
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-FILES = ["frame_%04d.vdb" % f for f in range(FIRST, LAST + 1)]
 
 
-def import_sequence():
-    """The frames as one Volume object at the world's origin, in scene units."""
+def import_sequence(prefix):
+    """The frames that begin with it as one Volume object at the world's origin, in scene units."""
+    files = ["%sframe_%04d.vdb" % (prefix, f) for f in range(FIRST, LAST + 1)]
     bpy.ops.object.volume_import(
-        filepath=os.path.join(HERE, FILES[0]), directory=HERE + os.sep, files=[{"name": f} for f in FILES],
+        filepath=os.path.join(HERE, files[0]), directory=HERE + os.sep, files=[{"name": f} for f in files],
         use_sequence_detection=True, align="WORLD", location=(0, 0, 0))
     volume = bpy.context.object
-    volume.name = "splinevox"
-    if len(FILES) > 1:
+    volume.name = " ".join(["splinevox"] + prefix.split("_")).strip()
+    if len(files) > 1:
         volume.data.frame_start = FIRST  # scene frame n shows frame_000n.vdb
-        volume.data.frame_duration = len(FILES)
+        volume.data.frame_duration = len(files)
     bpy.context.scene.frame_set(FIRST)
     if VELOCITY:
         if volume.data.grids.load() and volume.data.velocity_grid != "velocity":  # Blender looks for the name itself
             volume.data.velocity_grid = "velocity"
         volume.data.velocity_unit = "SECOND"  # 'FRAME', the default, blurs too much
     return volume
+
+
+class Nodes:
+    """Numbers and vectors as sockets of a node tree: what is written here as a formula runs in the shader."""
+
+    def __init__(self, tree):
+        self.tree = tree
+
+    def node(self, kind, x, y, **settings):
+        n = self.tree.nodes.new(kind)
+        n.location = (x, y)
+        for key, value in settings.items():
+            setattr(n, key, value)
+        return n
+
+    def put(self, value, socket):
+        if isinstance(value, bpy.types.NodeSocket):
+            self.tree.links.new(value, socket)
+        else:
+            socket.default_value = value
+
+    def math(self, operation, a, b=0.0):
+        n = self.node("ShaderNodeMath", -1500, -400, operation=operation)
+        self.put(a, n.inputs[0])
+        self.put(b, n.inputs[1])
+        return n.outputs[0]
+
+    def vector(self, operation, a, b):
+        n = self.node("ShaderNodeVectorMath", -1200, -400, operation=operation)
+        self.put(a, n.inputs[0])
+        self.put(b, n.inputs["Scale" if operation == "SCALE" else 1])
+        return n.outputs["Value" if operation == "DOT_PRODUCT" else "Vector"]
+
+    def combined(self, xyz):
+        n = self.node("ShaderNodeCombineXYZ", -1350, -400)
+        for value, socket in zip(xyz, n.inputs):
+            self.put(value, socket)
+        return n.outputs[0]
+
+
+def harmonics(nodes):
+    """The real spherical harmonics of the direction of sight, bands 0 to SH_ORDER, in the object's own axes."""
+    sight = nodes.node("ShaderNodeNewGeometry", -2200, -400).outputs["Incoming"]  # towards the camera
+    turned = nodes.node("ShaderNodeVectorTransform", -2000, -400, vector_type="VECTOR", convert_from="WORLD", convert_to="OBJECT")
+    nodes.put(sight, turned.inputs[0])
+    unit = nodes.node("ShaderNodeVectorMath", -1850, -400, operation="NORMALIZE")
+    nodes.put(turned.outputs[0], unit.inputs[0])
+    split = nodes.node("ShaderNodeSeparateXYZ", -1700, -400)
+    nodes.put(nodes.vector("SCALE", unit.outputs[0], -1.0), split.inputs[0])
+    x, y, z = split.outputs
+
+    def times(*factors):
+        product = factors[0]
+        for f in factors[1:]:
+            product = nodes.math("MULTIPLY", f, product)
+        return product
+
+    def plus(a, b):
+        return nodes.math("ADD", a, b)
+
+    def minus(a, b):
+        return nodes.math("SUBTRACT", a, b)
+
+    found = [0.28209479177387814]
+    if SH_ORDER > 0:
+        found += [times(v, 0.4886025119029199) for v in (y, z, x)]
+    if SH_ORDER > 1:
+        b = 1.0925484305920792
+        xx, yy, zz = times(x, x), times(y, y), times(z, z)
+        found += [times(x, y, b), times(y, z, b), times(minus(times(zz, 3.0), 1.0), 0.31539156525252005), times(x, z, b),
+                  times(minus(xx, yy), 0.5462742152960396)]
+    if SH_ORDER > 2:
+        one, three = minus(times(zz, 5.0), 1.0), minus(times(zz, 5.0), 3.0)
+        found += [times(minus(times(xx, 3.0), yy), y, 0.5900435899266435), times(x, y, z, 2.890611442640554),
+                  times(one, y, 0.4570457994644658), times(three, z, 0.3731763325901154), times(one, x, 0.4570457994644658),
+                  times(minus(xx, yy), z, 1.445305721320277), times(minus(xx, times(yy, 3.0)), x, 0.5900435899266435)]
+    return found
+
+
+def seen_color(nodes, color):
+    """The positional colour as it is seen from the camera: color * (1 - sigmoid(q) / 2), q = sum of sh_j Y_j."""
+    y = harmonics(nodes)
+    y += [0.0] * (-len(y) % 3)
+    q = 0.0
+    for k in range(len(y) // 3):
+        sh = nodes.node("ShaderNodeAttribute", -1500, -700 - 150 * k, attribute_name="sh%d" % k).outputs["Vector"]
+        q = nodes.math("ADD", nodes.vector("DOT_PRODUCT", sh, nodes.combined(y[3 * k:3 * k + 3])), q)
+    odds = nodes.math("ADD", nodes.math("EXPONENT", nodes.math("MULTIPLY", q, -1.0)), 1.0)
+    factor = nodes.math("SUBTRACT", 1.0, nodes.math("DIVIDE", 0.5, odds))
+    return nodes.vector("SCALE", color, factor)
 
 
 def make_material():
@@ -45,14 +135,8 @@ def make_material():
     material.use_nodes = True
     tree = material.node_tree
     tree.nodes.clear()
-
-    def node(kind, x, y, **settings):
-        n = tree.nodes.new(kind)
-        n.location = (x, y)
-        for key, value in settings.items():
-            setattr(n, key, value)
-        return n
-
+    nodes = Nodes(tree)
+    node = nodes.node
     density = node("ShaderNodeAttribute", -600, 100, attribute_name="density")
     color = node("ShaderNodeAttribute", -600, -150, attribute_name="color")
     absorb = node("ShaderNodeVolumeAbsorption", -300, 100)
@@ -63,7 +147,7 @@ def make_material():
     link = tree.links.new
     link(density.outputs["Fac"], absorb.inputs["Density"])
     link(density.outputs["Fac"], emit.inputs["Strength"])
-    link(color.outputs["Color"], emit.inputs["Color"])
+    link(seen_color(nodes, color.outputs["Vector"]) if SH_ORDER >= 0 else color.outputs["Color"], emit.inputs["Color"])
     link(absorb.outputs[0], add.inputs[0])
     link(emit.outputs[0], add.inputs[1])
     link(add.outputs[0], out.inputs["Volume"])
@@ -125,8 +209,9 @@ def main():
     args = parser.parse_args(argv)
     if not bpy.data.filepath:  # nothing of the user's is open: start without the default cube
         bpy.ops.wm.read_factory_settings(use_empty=True)
-    volume = import_sequence()
-    volume.data.materials.append(make_material())
+    material = make_material()
+    for prefix in PREFIXES:
+        import_sequence(prefix).data.materials.append(material)
     scene = bpy.context.scene
     set_up_scene(scene)
     scene.frame_set(args.frame)
@@ -155,6 +240,10 @@ std::string blender_script(const BlenderSequence& s) {
   text += "FPS = " + exact_text<double>({s.fps}) + "\n";
   text += std::string("VELOCITY = ") + python(s.velocity) + "  # the frames hold a velocity grid\n";
   text += std::string("LINEAR = ") + python(s.linear) + "  # colours are scene-linear, not display values\n";
+  text += "PREFIXES = (";
+  for (const std::string& prefix : s.prefixes) text += "\"" + prefix + "\", ";
+  text += ")  # of the frames' names; an object for each\n";
+  text += "SH_ORDER = " + std::to_string(s.sh_order) + "  # harmonics in the grids sh0, sh1, ...; -1: the colour looks the same from everywhere\n";
   text += "BACKGROUND = (" + exact_text<float>({s.background.x}) + ", " + exact_text<float>({s.background.y}) + ", " +
           exact_text<float>({s.background.z}) + ")  # display colour the model was made before; composite over it\n";
   return text + kScript;

@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "io/leaf_values.hpp"
-#include "splinevox/field/sample.hpp"
 #include "splinevox/math/srgb.hpp"
 #include "splinevox/math/velocity.hpp"
 
@@ -14,7 +12,7 @@ namespace {
 
 constexpr int kMaxPadding = 64;  ///< voxels; a velocity that asks for more is an outlier, and memory has an end
 
-VdbGrid to_grid(LeafValues& values, int width, const char* name) {
+VdbGrid to_grid(LeafValues& values, int width, const std::string& name) {
   VdbGrid grid;
   grid.name = name;
   grid.width = width;
@@ -53,12 +51,42 @@ LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice, con
   return out;
 }
 
+/// The density split by the cluster of the matter that a voxel shows; what belongs to none goes with what stands still.
+std::vector<LeafValues> split(LeafValues& density, const FrameSampler& sampler, const Lattice& lattice, const MotionClusters& clusters) {
+  const LeafSet& dense = density.set();
+  const std::size_t count = clusters.clusters.size();
+  std::vector<std::vector<LeafMask>> masks(count, std::vector<LeafMask>(dense.size(), LeafMask{}));
+  for_each_voxel(dense.leaves(), [&](std::size_t l) -> const LeafMask& { return dense.masks()[l]; }, [&](std::size_t l, int i, Int3 v) {
+    const int label = std::max(0, clusters.at(sampler.canonical(lattice.position(v))));
+    masks[std::size_t(label)][l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
+  });
+  Int3 dims{};
+  for (int a = 0; a < 3; ++a) dims[a] = (lattice.size[a] + kBrick - 1) / kBrick;
+  std::vector<LeafValues> parts;
+  for (std::size_t c = 0; c < count; ++c) {
+    LeafSet set({}, dims);
+    for (std::size_t l = 0; l < dense.size(); ++l)
+      if (masks[c][l] != LeafMask{}) set.add(dense.leaves()[l], masks[c][l]);
+    LeafValues part(std::move(set), 1);
+    for_each_voxel(part.set().leaves(), [&](std::size_t l) -> const LeafMask& { return part.set().masks()[l]; },
+                   [&](std::size_t l, int i, Int3 v) { *part.at(l, i) = *density.find(v); });
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+struct BakedColor {
+  LeafValues color;
+  std::vector<LeafValues> sh;  ///< three coefficients each
+};
+
 /// Colour on the density's voxels and one further: a renderer interpolates colour as well, towards 0 where there is
-/// none.
-LeafValues bake_color(const FrameSampler& sampler, const Lattice& lattice, const LeafSet& dense, const ViewBake& view,
-                      bool linear) {
+/// none. @param sh_count  coefficients that are wanted beside it
+BakedColor bake_color(const FrameSampler& sampler, const Lattice& lattice, const LeafSet& dense, const ViewBake& view,
+                      bool linear, int sh_count) {
   LeafValues out(dense.grown(1), 3);
   const LeafSet& set = out.set();
+  std::vector<LeafValues> sh(std::size_t(sh_count + 2) / 3, LeafValues(set, 3));
   const auto masks = [&](std::size_t l) -> const LeafMask& { return set.masks()[l]; };
   std::vector<LeafMask> missing(set.size(), LeafMask{});
   for_each_voxel(set.leaves(), masks, [&](std::size_t l, int i, Int3 v) {
@@ -71,14 +99,19 @@ LeafValues bake_color(const FrameSampler& sampler, const Lattice& lattice, const
     }
     const Vec3 color = (warp.light * view.factor(radiance.sh)) * radiance.color;
     for (int a = 0; a < 3; ++a) out.at(l, i)[a] = linear ? srgb_to_linear(color[a]) : color[a];
+    for (int j = 0; j < sh_count; ++j) sh[std::size_t(j / 3)].at(l, i)[j % 3] = radiance.sh[j];
   });
   for_each_voxel(
       set.leaves(), [&](std::size_t l) -> const LeafMask& { return missing[l]; },
       [&](std::size_t l, int i, Int3 v) {
-        const Vec3 color = neighbour_mean(out, dense, v);
-        for (int a = 0; a < 3; ++a) out.at(l, i)[a] = color[a];
+        const auto fill = [&](LeafValues& values) {
+          const Vec3 mean = neighbour_mean(values, dense, v);
+          for (int a = 0; a < 3; ++a) values.at(l, i)[a] = mean[a];
+        };
+        fill(out);
+        for (LeafValues& values : sh) fill(values);
       });
-  return out;
+  return {std::move(out), std::move(sh)};
 }
 
 struct BakedVelocity {
@@ -146,28 +179,41 @@ Lattice export_lattice(const VoxelModel& model, double voxel_size) {
   return lattice;
 }
 
-FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options)
+FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options, const MotionClusters* clusters)
     : model_(model),
       options_(options),
+      clusters_(clusters),
       profile_(find_profile(options.profile)),
       lattice_(export_lattice(model, options.voxel_size)),
       min_density_(density_of(options.min_alpha, lattice_)),
       reach_(model, min_density_),
-      view_(options.bake_view, model.radiance.sh_order) {}
+      view_(options.sh ? "none" : options.bake_view, model.radiance.sh_order) {}
 
-BakedFrame FrameBaker::bake(double time, double per_second) const {
+std::vector<BakedPart> FrameBaker::bake(double time, double per_second) const {
   const FrameSampler sampler(model_, time);
   LeafValues density = bake_density(sampler, lattice_, reach_.candidates(lattice_, time), min_density_);
-  const LeafSet dense = density.set();
-  LeafValues color = bake_color(sampler, lattice_, dense, view_, options_.colorspace == "linear");
+  std::vector<BakedPart> parts;
+  if (!clusters_) parts.push_back(bake_part(sampler, std::move(density), per_second));
+  else
+    for (LeafValues& part : split(density, sampler, lattice_, *clusters_)) parts.push_back(bake_part(sampler, std::move(part), per_second));
+  return parts;
+}
 
-  BakedFrame out;
+BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density, double per_second) const {
+  const LeafSet dense = density.set();
+  BakedColor baked = bake_color(sampler, lattice_, dense, view_, options_.colorspace == "linear", options_.sh ? model_.radiance.sh_count() : 0);
+
+  BakedPart out;
   out.figures["density_voxels"] = double(dense.count());
-  out.figures["color_voxels"] = double(color.set().count());
+  out.figures["color_voxels"] = double(baked.color.set().count());
   auto& grids = out.file.grids;
   grids.push_back(to_grid(density, 1, profile_.density));
-  grids.push_back(to_grid(color, 3, profile_.color));
+  grids.push_back(to_grid(baked.color, 3, profile_.color));
   grids.back().vector = VdbVector::invariant;
+  for (std::size_t k = 0; k < baked.sh.size(); ++k) {
+    grids.push_back(to_grid(baked.sh[k], 3, "sh" + std::to_string(k)));
+    grids.back().vector = VdbVector::invariant;
+  }
   if (profile_.velocity && model_.motion.moves()) {
     BakedVelocity velocity = bake_velocity(sampler, lattice_, dense, per_second, options_.shutter / options_.fps / 2);
     out.figures["velocity_voxels"] = double(velocity.values.set().count());

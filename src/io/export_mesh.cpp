@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "io/exact_text.hpp"
 #include "io/openvdb_grid.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/math/srgb.hpp"
@@ -78,6 +79,23 @@ std::string ply_bytes(const ColorMesh& mesh) {
     append(bytes, triangle);
   }
   return bytes;
+}
+
+std::string obj_text(const ColorMesh& mesh) {
+  std::string text = "# splinevox\n";
+  text.reserve(60 * mesh.points.size() + 24 * mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    text += "v";
+    for (int a = 0; a < 3; ++a) text += ' ' + exact_text<float>({mesh.points[i][a]});
+    for (const std::uint8_t c : mesh.colors[i]) text += ' ' + exact_text<float>({float(c) / 255});
+    text += '\n';
+  }
+  for (const auto& triangle : mesh.triangles) {
+    text += "f";
+    for (const std::uint32_t v : triangle) text += ' ' + std::to_string(v + 1);
+    text += '\n';
+  }
+  return text;
 }
 
 }  // namespace splinevox

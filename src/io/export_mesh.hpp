@@ -25,4 +25,8 @@ ColorMesh make_mesh(const VdbGrid& density, const VdbGrid& color, double isovalu
 /// The mesh as a binary little-endian PLY: float x y z, uchar red green blue, lists of three vertices.
 std::string ply_bytes(const ColorMesh& mesh);
 
+/// The mesh as Wavefront OBJ text: `v x y z r g b`, colours in [0, 1] (an extension that Blender 3.4, MeshLab and others read),
+/// and `f a b c`.
+std::string obj_text(const ColorMesh& mesh);
+
 }  // namespace splinevox

@@ -2,19 +2,24 @@
 #include "splinevox/io/export_vdb.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <mutex>
+#include <optional>
 
 #include "core/hash.hpp"
 #include "io/exact_text.hpp"
 #include "io/export_controls.hpp"
 #include "io/export_frame.hpp"
 #include "io/export_mesh.hpp"
+#include "io/export_sidecar.hpp"
 #include "io/nvdb_write.hpp"
-#include "io/usd_stage.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/blender_script.hpp"
+#include "splinevox/core/in_order.hpp"
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/core/process.hpp"
 
 namespace splinevox {
 namespace {
@@ -22,9 +27,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kExportVersion = 1;  ///< raise it when the same model and options give other bytes
-constexpr const char* kScriptName = "load_in_blender.py";
-constexpr const char* kStageName = "sequence.usda";
 constexpr const char* kControlsName = "motion.vdb";
+constexpr double kCopies = 5;         ///< of a frame's values, at most at once: while it is baked; its grids, OpenVDB's trees, the file
+constexpr double kMemoryShare = 0.5;  ///< of the free memory that frames in the making may take
 
 using Clock = std::chrono::steady_clock;
 
@@ -53,7 +58,7 @@ std::string model_hash(const VoxelModel& m) {
 
 /// Everything that decides the bytes of a frame, and what a reader wants to know about the sequence.
 std::map<std::string, std::string> describe(const VoxelModel& model, const ExportOptions& o, double seconds,
-                                            double spacing) {
+                                            double spacing, int clusters) {
   const auto text = [](double v) { return exact_text<double>({v}); };
   std::map<std::string, std::string> info{{"export_version", std::to_string(kExportVersion)},
                                           {"model", model_hash(model)},
@@ -68,19 +73,10 @@ std::map<std::string, std::string> describe(const VoxelModel& model, const Expor
                                           {"shutter", text(o.shutter)},
                                           {"min_alpha", text(o.min_alpha)}};
   if (o.mesh) info["mesh_alpha"] = text(o.mesh_alpha);
+  if (o.sh) info["sh_order"] = std::to_string(model.radiance.sh_order), info["bake_view"] = "none";
+  if (clusters > 0) info["clusters"] = std::to_string(clusters);
   return info;
 }
-
-std::string numbered(const char* stem, int frame, const char* suffix) {
-  std::string digits = std::to_string(frame);
-  if (digits.size() < 4) digits.insert(0, 4 - digits.size(), '0');
-  return stem + digits + suffix;
-}
-
-std::string frame_name(int frame, const ExportProfile& profile) {
-  return numbered("frame_", frame, profile.nanovdb ? ".nvdb" : ".vdb");
-}
-std::string mesh_name(int frame) { return numbered("mesh_", frame, ".ply"); }
 
 /// Frames that an export with the same description listed, whether it ended or was interrupted.
 std::vector<ManifestFile> finished_frames(const std::string& folder, const std::map<std::string, std::string>& info) {
@@ -118,29 +114,104 @@ void make_folder(const std::string& folder) {
                  .hint = "choose another --out"});
 }
 
-/// Writes what the profile wants beside the frames; nothing if that is nothing.
-void write_sidecar(const std::string& folder, const VoxelModel& model, const ExportOptions& o, const Lattice& lattice,
-                   Manifest& manifest) {
-  const ExportProfile& profile = find_profile(o.profile);
-  std::string name, text;
-  if (profile.sidecar == ExportSidecar::none) return;
-  if (profile.sidecar == ExportSidecar::blender_script) {
-    name = kScriptName;
-    text = blender_script({o.first, o.last, o.fps, o.colorspace == "linear", model.motion.moves(), model.background});
-  } else {
-    name = kStageName;
-    UsdSequence sequence{.first = o.first, .fps = o.fps, .files = {}, .fields = {}, .lo = {}, .hi = {}};
-    for (int f = o.first; f <= o.last; ++f) sequence.files.push_back(frame_name(f, profile));
-    sequence.fields = {{profile.density, "float", "None"}, {profile.color, "float3", "Color"}};
-    if (model.motion.moves()) sequence.fields.push_back({profile.velocity, "float3", "Vector"});
-    for (int a = 0; a < 3; ++a) {  // colour reaches a voxel beyond the lattice
-      sequence.lo[a] = lattice.origin[a] - lattice.spacing;
-      sequence.hi[a] = lattice.origin[a] + lattice.spacing * float(lattice.size[a]);
-    }
-    text = usd_stage(sequence);
-  }
-  manifest.files.push_back({name, write_file((fs::path(folder) / name).string(), {text}), {}});
+/// How many frames may be in the making, if one takes `bytes`: more than threads would be of no use.
+int frames_that_fit(double bytes) {
+  const double room = kMemoryShare * free_memory();
+  return int(std::clamp(room / std::max(bytes, 1.0), 1.0, double(thread_count())));
 }
+
+/// What one export is about, and how each of its frames comes about.
+class Sequence {
+ public:
+  Sequence(const VoxelModel& model, const std::string& folder, const ExportOptions& options)
+      : options_(options),
+        profile_(find_profile(options.profile)),
+        folder_(folder),
+        lattice_(export_lattice(model, options.voxel_size)),
+        parts_(options.clusters ? std::optional(find_clusters(model, *options.clusters)) : std::nullopt),
+        baker_(model, options, parts_ ? &*parts_ : nullptr),
+        seconds_(options.seconds > 0 ? options.seconds : total() > 1 ? (total() - 1) / options.fps : 1),
+        info_(describe(model, options, seconds_, lattice_.spacing, clusters())),
+        finished_(options.resume ? finished_frames(folder, info_) : std::vector<ManifestFile>{}) {}
+
+  int total() const { return options_.last - options_.first + 1; }
+  int clusters() const { return parts_ ? int(parts_->clusters.size()) : 0; }
+  const std::optional<MotionClusters>& parts() const { return parts_; }
+  const std::map<std::string, std::string>& info() const { return info_; }
+  const Lattice& lattice() const { return lattice_; }
+  double frame_bytes() const { return frame_bytes_; }  ///< memory that the last written frame took
+
+  ExportedFrame frame(int i) {
+    ExportedFrame out;
+    out.frame = options_.first + i;
+    const double shown = i / options_.fps, at = shown / seconds_;
+    out.time = std::min(1.0, at);
+    if (keep(out)) return out;
+    std::call_once(changed_, [&] { remove_quietly(fs::path(folder_) / kManifestName); });  // the old list is no longer true
+    const Clock::time_point start = Clock::now();
+    std::vector<BakedPart> parts = baker_.bake(out.time, at <= 1 + 1e-9 ? 1 / seconds_ : 0);
+    const Clock::time_point writing = Clock::now();
+    const double cpu = thread_seconds();
+    const std::vector<std::string> prefixes = part_prefixes(clusters());
+    std::vector<ManifestFile> files;
+    double bytes = 0;
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+      BakedPart& part = parts[c];
+      for (const VdbGrid& grid : part.file.grids) bytes += kCopies * double(sizeof(float) * grid.values.size());
+      part.file.meta = {{"creator", std::string("splinevox")}, {"fps", options_.fps}, {"frame", std::int64_t(out.frame)},
+                        {"time", out.time},                    {"seconds", shown},    {"model", info_.at("model")}};
+      const std::map<std::string, double> which =
+          parts_ ? std::map<std::string, double>{{"cluster", double(c)}} : std::map<std::string, double>{};
+      part.figures.insert(which.begin(), which.end());
+      part.figures["frame"] = out.frame, part.figures["time"] = out.time;
+      const std::string name = prefixes[c] + frame_name(out.frame, profile_);
+      files.push_back({name, (profile_.nanovdb ? write_nvdb : write_vdb)(path(name), part.file), std::move(part.figures)});
+      if (!options_.mesh) continue;
+      const std::string mesh = prefixes[c] + mesh_name(out.frame, options_.mesh_format);
+      files.push_back({mesh, write_file(path(mesh), {options_.mesh_format == "obj" ? obj_text(part.mesh) : ply_bytes(part.mesh)}), which});
+      auto& figures = files.back().figures;
+      figures["frame"] = out.frame, figures["time"] = out.time;
+      figures["vertices"] = double(part.mesh.points.size()), figures["triangles"] = double(part.mesh.triangles.size());
+    }
+    out.file = std::move(files[0]);
+    out.beside.assign(std::make_move_iterator(files.begin() + 1), std::make_move_iterator(files.end()));
+    out.cpu_writing = thread_seconds() - cpu;
+    out.seconds_writing = seconds_since(writing);
+    out.seconds = seconds_since(start);
+    frame_bytes_ = bytes;
+    return out;
+  }
+
+ private:
+  std::string path(const std::string& name) const { return (fs::path(folder_) / name).string(); }
+
+  /// Takes over the frame's files if an earlier export left all of them as they should be.
+  bool keep(ExportedFrame& out) const {
+    std::vector<ManifestFile> files;
+    for (const std::string& prefix : part_prefixes(clusters()))
+      for (const std::string& name : {frame_name(out.frame, profile_), mesh_name(out.frame, options_.mesh_format)}) {
+        if (!options_.mesh && name != frame_name(out.frame, profile_)) continue;
+        const auto found = std::find_if(finished_.begin(), finished_.end(), [&](const ManifestFile& f) { return f.name == prefix + name; });
+        if (found == finished_.end() || !intact(folder_, *found)) return false;
+        files.push_back(*found);
+      }
+    out.file = files[0];
+    out.beside.assign(files.begin() + 1, files.end());
+    return out.kept = true;
+  }
+
+  const ExportOptions& options_;
+  const ExportProfile& profile_;
+  std::string folder_;
+  Lattice lattice_;
+  std::optional<MotionClusters> parts_;
+  FrameBaker baker_;
+  double seconds_;  ///< how long model time 0..1 lasts
+  std::map<std::string, std::string> info_;
+  std::vector<ManifestFile> finished_;
+  std::once_flag changed_;
+  std::atomic<double> frame_bytes_ = 0;
+};
 
 }  // namespace
 
@@ -169,6 +240,14 @@ void validate(const ExportOptions& o) {
   check(o.colorspace == "display" || o.colorspace == "linear", "--colorspace", "display or linear",
         "'" + o.colorspace + "'");
   ViewBake(o.bake_view, 0);
+  check(!o.mesh || o.mesh_format == "ply" || o.mesh_format == "obj", "--mesh-format", "ply or obj", "'" + o.mesh_format + "'");
+  check(!o.sh || o.bake_view == "mean" || o.bake_view == "none", "--bake-view", "no direction beside --sh, which leaves the view to the renderer", "'" + o.bake_view + "'");
+  check(!o.sh || o.colorspace == "display", "--colorspace", "display beside --sh: the harmonics scale display values", "'" + o.colorspace + "'");
+  if (o.sh && o.profile == "unreal")
+    fail({.where = "--sh", .what = "a Sparse Volume Texture has no room for harmonics", .expected = "another profile", .got = "unreal", .hint = "leave --sh away"});
+  const int clusters = o.clusters.value_or(0);
+  check(clusters == 0 || (clusters >= 2 && clusters <= 16), "--clusters", "auto or a number from 2 to 16", std::to_string(clusters));
+  check(o.frames_at_once >= 0 && o.frames_at_once <= 1024, "--frames-at-once", "a number from 1 to 1024, or 0 for what suits the machine", std::to_string(o.frames_at_once));
 }
 
 ExportResult export_vdb(const VoxelModel& model, const std::string& folder, const ExportOptions& options,
@@ -184,72 +263,33 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
          .got = exact_text<double>({voxels}),
          .hint = "the model's own voxel size is " + exact_text<float>({model.radiance.raw.topology->lattice.spacing})});
   if (options.controls) check_controls(model);  // before hours of frames
+  if (options.sh && model.radiance.sh_order < 0)
+    fail({.where = "--sh", .what = "this model has no view dependence to write", .expected = "a model with harmonics", .got = "one without", .hint = "export without --sh"});
   make_folder(folder);
 
-  const int total = options.last - options.first + 1;
-  double seconds = options.seconds > 0 ? options.seconds : (total - 1) / options.fps;
-  if (total == 1 && options.seconds <= 0) seconds = 1;
-  const auto info = describe(model, options, seconds, lattice.spacing);
-  const std::vector<ManifestFile> finished =
-      options.resume ? finished_frames(folder, info) : std::vector<ManifestFile>{};
-  const auto previous = [&](const std::string& name) {
-    const auto at =
-        std::find_if(finished.begin(), finished.end(), [&](const ManifestFile& f) { return f.name == name; });
-    return at != finished.end() && intact(folder, *at) ? &*at : nullptr;
-  };
-  const auto path = [&](const std::string& name) { return (fs::path(folder) / name).string(); };
-
-  const ExportProfile& profile = find_profile(options.profile);
-  const auto write_frame = profile.nanovdb ? write_nvdb : write_vdb;
-  const FrameBaker baker(model, options);
-  Manifest manifest{"export", info, {}};
+  Sequence sequence(model, folder, options);
+  const int total = sequence.total();
+  Manifest manifest{"export", sequence.info(), {}};
   ExportResult result;
-  bool changed = false;
-  for (int i = 0; i < total; ++i) {
-    ExportedFrame frame;
-    frame.frame = options.first + i;
-    const double at = i / options.fps / seconds;
-    frame.time = std::min(1.0, at);
-    const std::string name = frame_name(frame.frame, profile);
-    const ManifestFile* old = previous(name);
-    const ManifestFile* old_mesh = options.mesh ? previous(mesh_name(frame.frame)) : nullptr;
-    if (old && (old_mesh || !options.mesh)) {
-      frame.file = *old;
-      if (old_mesh) frame.beside = {*old_mesh};
-      frame.kept = true;
-    } else {
-      // From here on the old list is no longer true.
-      if (!changed) remove_quietly(fs::path(folder) / kManifestName);
-      changed = true;
-      const Clock::time_point start = Clock::now();
-      BakedFrame baked = baker.bake(frame.time, at <= 1 + 1e-9 ? 1 / seconds : 0);
-      baked.file.meta = {{"creator", std::string("splinevox")}, {"fps", options.fps},
-                         {"frame", std::int64_t(frame.frame)},  {"time", frame.time},
-                         {"seconds", i / options.fps},          {"model", info.at("model")}};
-      baked.figures["frame"] = frame.frame;
-      baked.figures["time"] = frame.time;
-      const Clock::time_point writing = Clock::now();
-      frame.file = {name, write_frame(path(name), baked.file), std::move(baked.figures)};
-      if (options.mesh) {
-        const std::string mesh = mesh_name(frame.frame);
-        frame.beside = {{mesh,
-                         write_file(path(mesh), {ply_bytes(baked.mesh)}),
-                         {{"frame", frame.frame},
-                          {"time", frame.time},
-                          {"vertices", double(baked.mesh.points.size())},
-                          {"triangles", double(baked.mesh.triangles.size())}}}};
-      }
-      frame.seconds_writing = seconds_since(writing);
-      frame.seconds = seconds_since(start);
-    }
+  if (sequence.parts()) result.clusters = sequence.parts()->clusters;
+  std::vector<ExportedFrame> frames(std::size_t(total), ExportedFrame{});
+  const auto work = [&](int i) { frames[std::size_t(i)] = sequence.frame(i); };
+  const auto finish = [&](int i) {
+    const ExportedFrame& frame = frames[std::size_t(i)];
     manifest.files.push_back(frame.file);
     manifest.files.insert(manifest.files.end(), frame.beside.begin(), frame.beside.end());
     if (!frame.kept) write_manifest(folder, manifest, kPartialManifestName);
     result.frames.push_back(frame);
-    if (progress && !progress(frame, i + 1, total) && i + 1 < total) return result;
-  }
-  if (options.controls) manifest.files.push_back({kControlsName, write_controls(path(kControlsName), model), {}});
-  write_sidecar(folder, model, options, lattice, manifest);
+    return !progress || progress(frame, i + 1, total);
+  };
+  int done = 0, at_once = options.frames_at_once;
+  bool going = true;
+  for (; at_once == 0 && going && done < total && sequence.frame_bytes() == 0; ++done) work(done), going = finish(done);
+  if (at_once == 0) at_once = frames_that_fit(sequence.frame_bytes());
+  if (going) in_order(total - done, at_once, [&](int i) { work(done + i); }, [&](int i) { return finish(done + i); });
+  if (int(result.frames.size()) < total) return result;
+  if (options.controls) manifest.files.push_back({kControlsName, write_controls((fs::path(folder) / kControlsName).string(), model), {}});
+  for (ManifestFile& file : write_sidecar(folder, model, options, sequence.lattice(), sequence.clusters())) manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);
   remove_quietly(fs::path(folder) / kPartialManifestName);
   result.finished = true;

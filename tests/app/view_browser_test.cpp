@@ -6,6 +6,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "app/edit_session.hpp"
 #include "app/evaluate.hpp"
 #include "program.hpp"
 #include "splinevox/data/image_read.hpp"
@@ -177,15 +178,19 @@ TEST_SUITE("app/view") {
       CHECK(page.result["address"].get<std::string>().substr(0, 7) == "#t=0.05");
 
       const app::Run run = app::open_run(page.path(page.run));
-      const std::size_t layers = !run.model.motion.moves() ? 2 : run.model.motion.rigidity ? 4 : 3;
+      const std::size_t layers = !run.model.motion.moves() ? 2 : run.model.motion.rigidity ? 5 : 4;
       CHECK(page.result["pictures"].size() == 3 * layers);
       Renderer renderer(run.model);
+      const VoxelModel parts = run.model.motion.moves() ? app::painted(run.model, find_clusters(run.model, 0)) : run.model;
+      Renderer part_renderer(parts);
       double least = kPsnrCap;
       for (const Json& p : page.result["pictures"]) {
         const int view = p["view"];
         const Camera camera = page.camera(view);
         const Rendered r = renderer.render(camera, page.header["views"][view]["time"]);
-        const Image ours = app::layer_picture(run, r, p["layer"], camera), theirs = page.picture(p["png"]);
+        const bool cluster = p["layer"] == "cluster";
+        const Image ours = cluster ? clamped(part_renderer.render(camera, page.header["views"][view]["time"]).rgb) : app::layer_picture(run, r, p["layer"], camera);
+        const Image theirs = page.picture(p["png"]);
         REQUIRE(theirs.width == ours.width);
         const double db = psnr(ours, theirs);
         CAPTURE(view);

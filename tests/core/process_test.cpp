@@ -16,5 +16,7 @@ TEST_SUITE("core/process") {
     CHECK(peak_memory() >= before + (64u << 20));
     while (processor_seconds() <= start) block[0] ^= 1;
     CHECK(processor_seconds() > start);
+    CHECK(thread_seconds() <= processor_seconds());
+    CHECK(free_memory() > 1e6);
   }
 }

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: Apache-2.0
 # Run by blender_accept.sh inside Blender: blender -b ... -P blender_accept.py -- FOLDER
 # FOLDER is what the blender_accept program wrote. Ends Blender with an error if anything is not as it should be.
 import array
@@ -8,6 +9,7 @@ import runpy
 import sys
 
 import bpy
+from mathutils import Matrix
 
 FOLDER = sys.argv[sys.argv.index("--") + 1]
 FRAMES, SHOWN = 5, 3
@@ -19,22 +21,60 @@ def check(ok, what):
         sys.exit(3)
 
 
-def check_grids(volume):
+def path(name):
+    return os.path.join(FOLDER, name)
+
+
+def load(sequence, picture, frame, samples=8):
+    """Runs load_in_blender.py as a user does. @return the picture that it rendered"""
+    sys.argv = ["blender", "--", "--camera", path("camera.json"), "--render", path(picture), "--frame", str(frame), "--samples", str(samples)]
+    runpy.run_path(path(os.path.join(sequence, "load_in_blender.py")), run_name="__main__")
+    return pixels(picture)
+
+
+def pixels(picture):
+    """RGBA, premultiplied, rows from the top."""
+    image = bpy.data.images.load(path(picture), check_existing=False)
+    w, h = image.size
+    data = list(image.pixels)
+    return w, h, [data[i:i + 4] for y in range(h) for i in range(4 * (h - 1 - y) * w, 4 * (h - y) * w, 4)]
+
+
+def ours(name):
+    data = array.array("f")
+    with open(path(name), "rb") as f:
+        data.frombytes(f.read())
+    return [data[i:i + 4] for i in range(0, len(data), 4)]
+
+
+def clamp(v):
+    return min(max(v, 0.0), 1.0)
+
+
+def decibels(theirs, mine):
+    """Over white, where our pictures are already."""
+    squares = sum((clamp(a[c] + 1 - a[3]) - clamp(b[c])) ** 2 for a, b in zip(theirs[2], mine) for c in range(3))
+    return -10 * math.log10(squares / (3 * len(mine)))
+
+
+def spread(width, rgba, direction=(1.0, 0.0)):
+    """Mean of alpha's place, x and y, and its variance along a direction, pixels."""
+    mass = sum(p[3] for p in rgba)
+    mean = [sum(p[3] * c for p, c in zip(rgba, [i % width if a == 0 else i // width for i in range(len(rgba))])) / mass for a in (0, 1)]
+    along = [(i % width - mean[0]) * direction[0] + (i // width - mean[1]) * direction[1] for i in range(len(rgba))]
+    return mean, sum(p[3] * s * s for p, s in zip(rgba, along)) / mass
+
+
+def check_grids(volume, wanted):
     evaluated = volume.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
     check(evaluated.grids.load(), "grids load: " + evaluated.grids.error_message)
     found = {g.name: (g.data_type, g.channels) for g in evaluated.grids}
-    wanted = {"density": ("FLOAT", 1), "color": ("VECTOR_FLOAT", 3), "velocity": ("VECTOR_FLOAT", 3)}
-    check(found == wanted, "three grids of the right types: %s" % found)
+    check(found == wanted, "grids of the right types: %s" % found)
     return evaluated.grids.frame_filepath
 
 
-def main():
-    exr = os.path.join(FOLDER, "blender.exr")
-    script = os.path.join(FOLDER, "export", "load_in_blender.py")
-    sys.argv = ["blender", "--", "--camera", os.path.join(FOLDER, "camera.json"), "--render", exr, "--frame", str(SHOWN),
-                "--samples", "64"]
-    runpy.run_path(script, run_name="__main__")
-
+def check_sequence():
+    theirs = load("export", "blender.exr", SHOWN, 32)
     scene = bpy.context.scene
     volume = bpy.data.objects["splinevox"]
     data = volume.data
@@ -46,42 +86,75 @@ def main():
     check(scene.view_settings.view_transform == "Raw", "display colours are shown as they are")
     for frame in range(1, FRAMES + 1):
         scene.frame_set(frame)
-        path = check_grids(volume)
-        check(os.path.basename(path) == "frame_%04d.vdb" % frame, "scene frame %d shows %s" % (frame, os.path.basename(path)))
+        shown = check_grids(volume, {"density": ("FLOAT", 1), "color": ("VECTOR_FLOAT", 3), "velocity": ("VECTOR_FLOAT", 3)})
+        check(os.path.basename(shown) == "frame_%04d.vdb" % frame, "scene frame %d shows %s" % (frame, os.path.basename(shown)))
 
-    with open(os.path.join(FOLDER, "camera.json")) as f:
+    with open(path("camera.json")) as f:
         camera = json.load(f)
     w, h = camera["w"], camera["h"]
-    ours = array.array("f")
-    with open(os.path.join(FOLDER, "ours.f32"), "rb") as f:
-        ours.frombytes(f.read())
-    image = bpy.data.images.load(exr)
-    check(tuple(image.size) == (w, h), "the picture has the camera's size")
-    theirs = list(image.pixels)  # premultiplied RGBA; rows begin at the bottom
-
-    def clamp(v):
-        return min(max(v, 0.0), 1.0)
-
-    squares = alpha_error = alpha_max = 0.0
-    moments = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]  # of alpha, theirs and ours: mass, along x, along y
-    for y in range(h):
-        for x in range(w):
-            i, j = 4 * ((h - 1 - y) * w + x), 4 * (y * w + x)
-            a, b = theirs[i:i + 4], ours[j:j + 4]
-            squares += sum((clamp(a[c] + 1 - a[3]) - clamp(b[c])) ** 2 for c in range(3))
-            alpha_error += abs(a[3] - b[3])
-            alpha_max = max(alpha_max, b[3])
-            for moment, alpha in zip(moments, (a[3], b[3])):
-                moment[0] += alpha
-                moment[1] += alpha * x
-                moment[2] += alpha * y
-    psnr = -10 * math.log10(squares / (3 * w * h))
-    alpha_error /= w * h
-    shift = [moments[0][i] / moments[0][0] - moments[1][i] / moments[1][0] for i in (1, 2)]
-    check(alpha_max > 0.99, "our picture shows the blob")
+    check(theirs[:2] == (w, h), "the picture has the camera's size")
+    mine = ours("ours.f32")
+    (there, _), (here, _) = spread(w, theirs[2]), spread(w, mine)
+    shift = [there[i] - here[i] for i in (0, 1)]
+    check(max(p[3] for p in mine) > 0.99, "our picture shows the blob")
     check(max(map(abs, shift)) < 0.1, "alpha is centred where ours is: off by (%.3f, %.3f) pixels" % tuple(shift))
+    alpha_error = sum(abs(a[3] - b[3]) for a, b in zip(theirs[2], mine)) / len(mine)
     check(alpha_error < 0.01, "mean alpha error %.5f" % alpha_error)
+    psnr = decibels(theirs, mine)
     check(psnr >= 30, "Cycles equals our renderer: PSNR %.2f dB, at least 30" % psnr)
 
 
-main()
+def check_clusters():
+    theirs = load("clusters", "clusters.exr", SHOWN)
+    names = sorted(o.name for o in bpy.data.objects if o.type == "VOLUME")
+    check(names == ["splinevox cluster 0", "splinevox cluster 1"], "every cluster is an object: %s" % names)
+    psnr = decibels(theirs, ours("ours.f32"))
+    check(psnr >= 30, "the clusters together are the whole: PSNR %.2f dB, at least 30" % psnr)
+
+
+def check_view():
+    mine = ours("view.f32")
+    mean = decibels(load("mean", "mean.exr", 1), mine)
+    with_sh = decibels(load("sh", "sh.exr", 1), mine)
+    vectors = ("color", "sh0", "sh1", "sh2", "sh3", "sh4", "sh5")
+    check_grids(bpy.data.objects["splinevox"], dict({"density": ("FLOAT", 1)}, **{n: ("VECTOR_FLOAT", 3) for n in vectors}))
+    check(with_sh >= 30, "the colours of the view, harmonics to order 3: PSNR %.2f dB, at least 30" % with_sh)
+    check(with_sh > mean + 3, "their mean over all directions alone: %.2f dB" % mean)
+    # The harmonics belong to the object's axes: turned together with the camera it looks the same.
+    turn = Matrix.Translation((0.3, -0.2, 0.1)) @ Matrix.Rotation(2.0, 4, (1, 2, -1))
+    for name in ("splinevox", "splinevox camera"):
+        bpy.data.objects[name].matrix_world = turn @ bpy.data.objects[name].matrix_world
+    bpy.context.scene.render.filepath = path("turned.exr")
+    bpy.ops.render.render(write_still=True)
+    turned = decibels(pixels("turned.exr"), mine)
+    check(turned >= 30, "turned together with the camera: %.2f dB" % turned)
+
+
+def check_blur():
+    with open(path("blur.json")) as f:
+        streak = json.load(f)
+    expected = math.hypot(*streak)
+    direction = [v / expected for v in streak]
+    sharp = load("blur", "sharp.exr", 2)
+    render = bpy.context.scene.render
+    render.use_motion_blur, render.motion_blur_shutter = True, 0.5
+    render.filepath = path("blurred.exr")
+    bpy.context.scene.cycles.motion_blur_position, bpy.context.scene.cycles.samples = "CENTER", 16
+    bpy.ops.render.render(write_still=True)
+    blurred = pixels("blurred.exr")
+
+    def width(still, moving):  # of the box that alpha was smeared with
+        return math.sqrt(12 * max(0.0, spread(sharp[0], moving, direction)[1] - spread(sharp[0], still, direction)[1]))
+
+    theirs, mine = width(sharp[2], blurred[2]), width(ours("sharp.f32"), ours("blurred.f32"))
+    check(expected > 8, "the known velocity draws a streak of %.2f pixels" % expected)
+    check(abs(mine - expected) < 0.1 * expected, "the mean of our pictures while the shutter is open is smeared by %.2f" % mine)
+    check(abs(theirs - expected) < 0.15 * expected, "Cycles smears by %.2f pixels" % theirs)
+    psnr, still = decibels(blurred, ours("blurred.f32")), decibels(sharp, ours("blurred.f32"))
+    check(psnr >= 30 and psnr > still, "motion blur: PSNR %.2f dB, at least 30; without it %.2f" % (psnr, still))
+
+
+check_sequence()
+check_clusters()
+check_view()
+check_blur()

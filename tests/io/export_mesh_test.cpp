@@ -58,6 +58,31 @@ ColorMesh parse_ply(const std::string& bytes) {
   return mesh;
 }
 
+ColorMesh parse_obj(const std::string& text) {
+  ColorMesh mesh;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string kind;
+    words >> kind;
+    if (kind == "v") {
+      Vec3 p;
+      float c[3];
+      words >> p.x >> p.y >> p.z >> c[0] >> c[1] >> c[2];
+      REQUIRE(bool(words));
+      mesh.points.push_back(p);
+      mesh.colors.push_back({std::uint8_t(std::lround(255 * c[0])), std::uint8_t(std::lround(255 * c[1])), std::uint8_t(std::lround(255 * c[2]))});
+    } else if (kind == "f") {
+      std::array<std::uint32_t, 3> t;
+      words >> t[0] >> t[1] >> t[2];
+      REQUIRE(bool(words));
+      for (std::uint32_t& v : t) REQUIRE(v-- >= 1);
+      mesh.triangles.push_back(t);
+    } else CHECK(kind == "#");
+  }
+  return mesh;
+}
+
 /// A ball about `centre` whose density falls along the radius, coloured by position, on a lattice that is off zero.
 struct Ball {
   Vec3d centre{0.3, -0.2, 0.1};
@@ -170,6 +195,16 @@ TEST_SUITE("io/export_mesh") {
       const float spacing = model.radiance.raw.topology->lattice.spacing;
       for (int a = 0; a < 3; ++a) CHECK(std::abs((lo[a] + hi[a]) / 2 - moved[a]) < 0.3 * spacing);
     }
+    options.mesh_format = "obj";
+    export_vdb(model, scratch.path("obj"), options);
+    const ColorMesh text = parse_obj(slurp(scratch.path("obj/mesh_0002.obj"))), binary = parse_ply(slurp(folder + "/mesh_0002.ply"));
+    CHECK(text.points == binary.points);
+    CHECK(text.colors == binary.colors);
+    CHECK(text.triangles == binary.triangles);
+    CHECK(verify(scratch.path("obj")).size() == 5);
+    options.mesh_format = "stl";
+    CHECK_THROWS_WITH_AS(validate(options), doctest::Contains("--mesh-format"), Error);
+    options.mesh_format = "ply";
     spit(folder + "/mesh_0002.ply", "damaged");
     const ExportResult again = export_vdb(model, folder, options);
     CHECK(again.frames[0].kept);

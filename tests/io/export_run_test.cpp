@@ -115,10 +115,39 @@ TEST_SUITE("io/export_run") {
     CHECK(digests[0] == digests[2]);
   }
 
+  TEST_CASE("the same bytes for any number of frames at once; stopped, those in the making are ended and kept") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24, {.twist = 0.7f});
+    ExportOptions options = options_for(8);
+    const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);
+    tbb::task_arena(4).execute([&] {
+      for (const int at_once : {1, 4, 0}) {
+        options.frames_at_once = at_once;
+        CHECK(export_vdb(model, scratch.path(std::to_string(at_once)), options).finished);
+        CHECK(slurp(scratch.path(std::to_string(at_once) + "/manifest.json")) == slurp(scratch.path("1/manifest.json")));
+        for (const FileCheck& check : verify(scratch.path(std::to_string(at_once)))) CHECK(check.ok);
+      }
+      options.frames_at_once = 3;
+      int calls = 0;
+      const ExportResult part = export_vdb(model, scratch.path("part"), options, [&](const ExportedFrame& frame, int done, int) {
+        CHECK(done == ++calls);
+        CHECK(frame.frame == done);
+        return done < 2;
+      });
+      CHECK_FALSE(part.finished);
+      CHECK(part.frames.size() >= 2);
+      CHECK(part.frames.size() <= 5);
+      const ExportResult rest = export_vdb(model, scratch.path("part"), options);
+      for (std::size_t i = 0; i < 8; ++i) CHECK(rest.frames[i].kept == (i < part.frames.size()));
+      CHECK(slurp(scratch.path("part/manifest.json")) == slurp(scratch.path("1/manifest.json")));
+    });
+  }
+
   TEST_CASE("an interrupted export goes on where it stopped and ends in the same bytes") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
-    const ExportOptions options = options_for(5);
+    ExportOptions options = options_for(5);
+    options.frames_at_once = 1;
     const ExportResult whole = export_vdb(model, scratch.path("whole"), options);
     const std::string folder = scratch.path("parts");
     int calls = 0;
@@ -157,7 +186,8 @@ TEST_SUITE("io/export_run") {
   TEST_CASE("a disk that fills up stops the export; finished frames stay and are used later") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.shift = {-0.9f, 0.1f, 0.1f}});
-    const ExportOptions options = options_for(3);
+    ExportOptions options = options_for(3);
+    options.frames_at_once = 1;
     int done = 0;
     try {
       std::unique_ptr<FileSizeLimit> limit;

@@ -15,6 +15,9 @@ void keep_clusters(VoxelModel& model, const MotionClusters& clusters, const Chos
 /// Gives the matter of the chosen clusters one colour from every side. @param color  display values in [0, 1]
 void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen, Vec3 color);
 
+/// What of such a colour a model can show: a view factor that is the same from every side leaves not all of it.
+Vec3 paintable(const VoxelModel& model, Vec3 color);
+
 /// x -> turn (x - pivot) + pivot + offset
 struct RigidMotion {
   Vec3d turn[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  ///< rows of a rotation

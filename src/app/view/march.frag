@@ -6,6 +6,11 @@ uniform sampler3D atlas;            // raw density, raw colour; bricks of 9^3 wi
 uniform sampler3D harmonics[SH_TEXTURES];
 uniform vec2 harmonicRange;         // lo, hi - lo
 #endif
+#if PARTS
+uniform sampler3D parts;            // colour of the part of a canonical cell, transparent: it is of none
+uniform vec3 partOrigin;
+uniform float partInverseSpacing;
+#endif
 uniform sampler2D cells, blocks;    // occupancy of observed space at this time
 uniform vec3 gridOrigin;
 uniform float inverseCell;
@@ -17,7 +22,7 @@ uniform float stepLength, stopAt;
 uniform vec3 eye, axisX, axisY, axisZ;
 uniform vec4 lens;                  // 1 / fx, 1 / fy, cx, cy: pixels of the target
 uniform float targetHeight;
-uniform int shown;                  // 0 rgb, 1 depth, 2 flow, 3 rigidity
+uniform int shown;                  // 0 rgb, 1 depth, 2 flow, 3 rigidity, 4 cluster
 uniform vec3 background;
 uniform vec2 depthRange;
 uniform float fullFlow;
@@ -129,6 +134,12 @@ void main() {
 #if SH_TEXTURES > 0
     seen *= viewFactor(at, y);
 #endif
+#if PARTS
+    if (shown == 4) {
+      vec4 part = texture(parts, ((x + delta - partOrigin) * partInverseSpacing + 0.5) / vec3(textureSize(parts, 0)));
+      if (part.a > 0.5) seen = gain * part.rgb;
+    }
+#endif
     rgb += w * seen;
     weights += w, depth += w * distance;
     flow += w * delta, moves += w * r;
@@ -136,7 +147,7 @@ void main() {
     if (through < stopAt) break;
   }
   float alpha = 1.0 - through;
-  if (shown == 0) {
+  if (shown == 0 || shown == 4) {
     colour.rgb = rgb + through * background;
     return;
   }

@@ -1,7 +1,7 @@
 // Pictures of the scene: quick ones while something changes, at as many pixels as the graphics card keeps up with, and the full one, in
 // bands, when nothing does.
 
-const kLayers = ["rgb", "depth", "flow", "rigidity"];
+const kLayers = ["rgb", "depth", "flow", "rigidity", "cluster"];
 const kStop = 1e-3;         // as RenderOptions::stop
 const kGoodFrame = 1 / 30;  // seconds a quick picture should take
 const kBand = 0.03;         // seconds a band of the full picture should take

@@ -13,10 +13,11 @@ class Scene {
     this.shOrder = header.radiance.sh_order;
     this.shTextures = this.shOrder < 0 ? 0 : Math.ceil((this.shOrder + 1) ** 2 / 4);
     this.defines = `#define MOVES ${+this.moves}\n#define LIGHT ${+(this.changes && motion.light)}\n#define RIGIDITY ${+(this.changes && motion.rigidity)}\n` +
-      `#define SH_TEXTURES ${this.shTextures}\n#define SH_ORDER ${this.shOrder}\n` + kTilesSource + kWarpSource;
+      `#define SH_TEXTURES ${this.shTextures}\n#define SH_ORDER ${this.shOrder}\n#define PARTS ${+!!header.clusters}\n` + kTilesSource + kWarpSource;
     this.uploadRadiance(header.radiance, bytes);
     this.uploadOccupancy(header.occupancy, bytes);
     if (this.changes) this.uploadMotion(motion, bytes);
+    if (header.clusters) this.uploadParts(header.clusters, bytes);
     this.time = NaN;
   }
 
@@ -66,6 +67,17 @@ class Scene {
     this.cells.resize(...tiledShape(grid.size)), this.blocks.resize(...tiledShape(this.blockSize));
     this.occupancyPass = new Program(gl, this.defines + document.getElementById("occupancy.frag").textContent);
     this.blocksPass = new Program(gl, kTilesSource + document.getElementById("blocks.frag").textContent);
+  }
+
+  /// The colour of the part that each canonical cell belongs to; transparent where it belongs to none.
+  uploadParts(clusters, bytes) {
+    const gl = this.gl, [sx, sy, sz] = clusters.size, labels = readPlane(bytes, clusters.labels), colours = new Uint8Array(4 * sx * sy * sz);
+    for (let x = 0, i = 0; x < sx; ++x)
+      for (let y = 0; y < sy; ++y)
+        for (let z = 0; z < sz; ++z, ++i)
+          if (labels[i]) colours.set([...clusters.colours[labels[i] - 1].map(c => Math.round(255 * c)), 255], 4 * ((z * sy + y) * sx + x));
+    this.parts = texture3d(gl, gl.RGBA8, clusters.size, gl.NEAREST);
+    gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, sx, sy, sz, gl.RGBA, gl.UNSIGNED_BYTE, colours);
   }
 
   /// Control points as one long list of texels: number k of row r at k * rows + r.
@@ -146,6 +158,10 @@ class Scene {
     pass.texture("atlas", this.atlas);
     this.harmonics.forEach((h, i) => pass.texture(`harmonics[${i}]`, h));
     if (this.harmonics.length) pass.vec2("harmonicRange", this.harmonicRange);
+    if (this.parts) {
+      const {origin, spacing} = this.header.clusters;
+      pass.texture("parts", this.parts), pass.vec3("partOrigin", origin), pass.float("partInverseSpacing", 1 / spacing);
+    }
     pass.texture("cells", this.cells.texture, this.gl.TEXTURE_2D);
     pass.texture("blocks", this.blocks.texture, this.gl.TEXTURE_2D);
     this.bindWarp(pass);

@@ -10,7 +10,7 @@ class State {
   constructor(header) {
     this.header = header;
     this.layers = kLayers.filter(l => l === "rgb" || l === "depth" || (l === "flow" && header.motion && header.motion.displaces) ||
-      (l === "rigidity" && header.motion && header.motion.rigidity));
+      (l === "rigidity" && header.motion && header.motion.rigidity) || (l === "cluster" && header.clusters));
     this.time = 0, this.layer = "rgb", this.view = header.views.length ? 0 : -1, this.compare = false, this.playing = false, this.speed = 1;
     this.background = header.background, this.ui = true;
     if (this.view === 0) this.time = header.views[0].time;
