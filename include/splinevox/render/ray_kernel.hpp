@@ -40,6 +40,9 @@ class RayKernel {
   using Eight = typename Simd<Real>::Eight;
   using Vec = Vec3T<Real>;
   using Field = FieldView<Real, Stored>;
+  /// Positions of samples are double for floats. A coordinate of some hundred vertices leaves a float few digits for the fraction, and what
+  /// rounding moves there, density and displacement multiply by their slopes: it was nine tenths of the error of a gradient.
+  using Position = std::conditional_t<std::is_same_v<Real, float>, double, Real>;
 
   /// Marches until the box ends or transmittance falls below `stop`; the sample that crosses is the last one counted.
   RayResult<Real> forward(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, Real stop) {
@@ -136,13 +139,13 @@ class RayKernel {
     alignas(64) std::int32_t vertex[3][kChunk];
     Vec at(int j) const { return {fraction[0][j], fraction[1][j], fraction[2][j]}; }
   };
-  static void locate(const BrickView<Real>& view, const Real (&x)[3][kChunk], Located& out) {
+  static void locate(const BrickView<Real>& view, const Position (&x)[3][kChunk], Located& out) {
     for (int a = 0; a < 3; ++a)
       for (int j = 0; j < kChunk; ++j) {
-        const Real u = view.coordinate(x[a][j], a);
+        const Position u = view.coordinate(x[a][j], a);
         const std::int32_t base_vertex = std::int32_t(u);
         out.vertex[a][j] = base_vertex;
-        out.fraction[a][j] = u - Real(base_vertex);
+        out.fraction[a][j] = Real(u - Position(base_vertex));
       }
   }
   static Cell cell_of(const BrickView<Real>& view, const Located& at, int j) {
@@ -153,10 +156,13 @@ class RayKernel {
   bool shade_chunk(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, int n, Real stop) {
     reserve(count + 2 * kChunk);
     visited += n;
-    alignas(64) Real x[3][kChunk], i_real[kChunk];
+    alignas(64) Real i_real[kChunk];
+    alignas(64) Position x[3][kChunk];
     for (int j = 0; j < kChunk; ++j) i_real[j] = Real(index_[std::min(j, n - 1)]);
-    for (int a = 0; a < 3; ++a)
-      for (int j = 0; j < kChunk; ++j) x[a][j] = ray.origin[a] + i_real[j] * (field.step * ray.direction[a]);
+    for (int a = 0; a < 3; ++a) {
+      const Position from = ray.origin[a], by = Position(field.step) * Position(ray.direction[a]);
+      for (int j = 0; j < kChunk; ++j) x[a][j] = from + Position(i_real[j]) * by;
+    }
 
     [[maybe_unused]] alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk], chunk_light[kChunk] = {}, chunk_gain[kChunk], chunk_gain_slope[kChunk];
     [[maybe_unused]] Located motion_at;
@@ -181,7 +187,7 @@ class RayKernel {
         }
       }
       for (int j = 0; j < n; ++j)
-        for (int a = 0; a < 3; ++a) x[a][j] += chunk_r[j] * motion[j][a];
+        for (int a = 0; a < 3; ++a) x[a][j] += Position(chunk_r[j]) * Position(motion[j][a]);
     }
 
     Located at;
