@@ -45,12 +45,11 @@ struct BrickView {
   }
 
   /// Position -> coordinate along one axis, in vertices of the ring; anything outside the lattice, NaN included, is
-  /// clamped into the ring, where every brick is absent. @tparam P  what it is computed in: Real or finer.
-  template <class P>
-  SPLINEVOX_INLINE P coordinate(P x, int axis) const {
-    P u = (x - P(origin[axis])) * P(inv_spacing);
-    u = u > P(0) ? u : P(0);
-    return u < P(limit[axis]) ? u : P(limit[axis]);
+  /// clamped into the ring, where every brick is absent.
+  SPLINEVOX_INLINE Real coordinate(Real x, int axis) const { return clamped((x - origin[axis]) * inv_spacing, axis); }
+  SPLINEVOX_INLINE Real clamped(Real u, int axis) const {
+    u = u > Real(0) ? u : Real(0);
+    return u < limit[axis] ? u : limit[axis];
   }
   /// Base vertex (ring coordinates) -> cell.
   SPLINEVOX_INLINE Cell cell(int x, int y, int z) const {
