@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/pictures.hpp"
 
-#include <tbb/parallel_for.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -11,6 +10,7 @@
 #include "data/fingerprint.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_read.hpp"
 
 namespace splinevox::data {
@@ -22,7 +22,8 @@ template <class Work>
 void for_each_frame(std::size_t n, const Work& work) {
   std::vector<std::exception_ptr> errors(n);
   std::atomic<std::size_t> first{n};
-  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+  parallel_for(int(n), [&](int index) {
+    const std::size_t i(index);
     if (i > first.load()) return;
     try {
       work(i);

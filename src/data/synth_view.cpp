@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/synth_view.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <span>
 
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/parallel.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -126,7 +125,7 @@ std::vector<SynthShot> plan_shots(const SynthOptions& options) {
 
 Image draw(const SynthMoment& moment, const Camera& camera, bool opaque) {
   Image image(camera.width, camera.height, 4);
-  tbb::parallel_for(0, camera.height, [&](int y) {
+  parallel_for(camera.height, [&](int y) {
     for (int x = 0; x < camera.width; ++x) {
       float* const rgba = image.pixel(x, y);
       draw_pixel(moment, camera, x, y, rgba);
@@ -143,7 +142,7 @@ std::vector<ExrLayer> draw_truth(const SynthMoment& moment, const Camera& camera
   std::vector<ExrLayer> layers{{"position", Image(w, h, 3), {"X", "Y", "Z"}},
                                {"rest", Image(w, h, 3), {"R", "G", "B"}},
                                {"depth", Image(w, h, 1), {}}};
-  tbb::parallel_for(0, h, [&](int y) {
+  parallel_for(h, [&](int y) {
     for (int x = 0; x < w; ++x) {
       const auto hit = moment.trace(camera_ray(camera, x + 0.5, y + 0.5));
       if (!hit) continue;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <tbb/parallel_for.h>
-
 #include <cmath>
 #include <filesystem>
 #include <mutex>
@@ -10,6 +8,7 @@
 #include "data/synth_view.hpp"
 #include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_write.hpp"
 
 namespace splinevox {
@@ -23,8 +22,8 @@ template <class Make>
 void for_each_shot(std::size_t count, const SynthProgress& progress, const Make& make) {
   std::mutex mutex;
   int done = 0;
-  tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) {
-    make(i);
+  parallel_for(int(count), [&](int i) {
+    make(std::size_t(i));
     if (!progress) return;
     const std::lock_guard lock(mutex);
     progress(++done, int(count));

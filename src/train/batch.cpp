@@ -65,8 +65,8 @@ int card(std::uint64_t seed, std::int64_t i, int n, std::vector<int>& deck, std:
 
 }  // namespace
 
-BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed)
-    : train_(train), box_(box), config_(config), background_(background), seed_(seed), by_time_(frames_by_time(train)), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
+BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed, float brightest)
+    : train_(train), box_(box), config_(config), background_(background), brightest_(brightest), seed_(seed), by_time_(frames_by_time(train)), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
   parallel_for(int(train.frames.size()), [&](int f) {
     clearance_[f] = clearance(train.frames[f].image);
     busy_[f] = busy_blocks(clearance_[f]);
@@ -142,7 +142,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, Batch& 
         const int y = std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1);
         Vec3 background = background_;
         if (config_.background == BackgroundKind::random)
-          background = {ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1), ray_rng.uniform(4 * r + 2)};
+          background = brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1), ray_rng.uniform(4 * r + 2)};
         out.rays[r] = clip_ray(camera_ray(frame.camera, x + 0.5, y + 0.5), box_, step, ray_rng.uniform(4 * r + 3), background);
         const std::uint16_t* rgba = frame.image.pixel(x, y);
         const float alpha = rgba[3] * (1 / 65535.0f);

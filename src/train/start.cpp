@@ -22,8 +22,15 @@ bool any_alpha(const Split& train) {
   return false;
 }
 
-/// Mean colour of what the pictures show, weighted by alpha, from every 16th pixel.
-Vec3 mean_color(const Split& train) {
+/// Colours of what the pictures show, weighted by alpha, from every 16th pixel.
+struct Shown {
+  Vec3 mean{0.5f, 0.5f, 0.5f};
+  float brightest = 0;  ///< of any channel
+  bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
+};
+
+Shown shown(const Split& train) {
+  Shown out;
   Vec3d sum{};
   double weights = 0;
   for (const Frame& f : train.frames)
@@ -32,8 +39,10 @@ Vec3 mean_color(const Split& train) {
       const double alpha = p[3] / 65535.0;
       sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
       weights += alpha;
+      out.brightest = std::max(out.brightest, float(alpha / 65535.0 * std::max({p[0], p[1], p[2]})));
     }
-  return weights > 0 ? cast<float>(1 / weights * sum) : Vec3{0.5f, 0.5f, 0.5f};
+  if (weights > 0) out.mean = cast<float>(1 / weights * sum);
+  return out;
 }
 
 /// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a
@@ -71,14 +80,32 @@ SceneBounds starting_bounds(const Config& config, const Split& train) {
   return bounds;
 }
 
+float brightness(const Config& config, const Split& train) {
+  constexpr float kLeast = 1e-3f;  // a black scene has no brightness of its own
+  const Shown s = shown(train);
+  if (!s.dark()) return 1;
+  const std::vector<float>& b = config.run.background;
+  const float behind = config.sampling.background == BackgroundKind::fixed ? *std::max_element(b.begin(), b.end()) : 0;
+  return std::max({s.brightest, behind, kLeast});
+}
+
+Config in_units_of(float brightness, Config config) {
+  const float square = brightness * brightness;
+  LossConfig& l = config.loss;
+  for (float* weight : {&l.tv_density, &l.tv_color, &l.tv_sh, &l.tv_control, &l.tv_rigidity, &l.tv_light, &l.offset, &l.divergence, &l.curve_length})
+    *weight *= square;
+  config.optimiser.epsilon *= square;
+  return config;
+}
+
 Vec3 starting_color(const RadianceConfig& config, const Split& train) {
-  constexpr float kDark = 0.03f, kDarkest = 1e-5f;
-  const Vec3 mean = mean_color(train);
-  if ((mean.x + mean.y + mean.z) / 3 >= kDark) return {};
+  constexpr float kDarkest = 1e-5f;
+  const Shown s = shown(train);
+  if (!s.dark()) return {};
   const float view = config.sh_order >= 0 ? view_factor(0.28209479f * config.initial_sh).value : 1;
   Vec3 raw;
   for (int c = 0; c < 3; ++c) {
-    const float share = std::clamp(mean[c] / view, kDarkest, 0.5f);
+    const float share = std::clamp(s.mean[c] / view, kDarkest, 0.5f);
     raw[c] = logit(share);
   }
   return raw;

@@ -64,8 +64,8 @@ void check_fits(bool good) {
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
-    : config(c), train(t), bounds(starting_bounds(c, t)),
-      sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed) {
+    : unit(brightness(c, t)), config(in_units_of(unit, c)), train(t), bounds(starting_bounds(c, t)),
+      sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed, unit) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
   model.background = background_of(c);

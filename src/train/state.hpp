@@ -18,7 +18,8 @@ namespace splinevox {
 struct Trainer::State {
   State(const Config& config, const Split& train, const TimeMap& time_map);
 
-  const Config config;
+  const float unit;                  ///< of brightness; 1 unless the scene is dark
+  const Config config;               ///< in that unit
   const Split& train;
   SceneBounds bounds;
   float edge = 1;                    ///< longest edge of the box, scene units: the unit of lr_control

@@ -160,8 +160,8 @@ TEST_SUITE("hard/geometry") {
         }
       }
     }
-    measured("H14 position of 4000 samples, camera up to 1e3 away, of 1", near_error.value, 12);
-    measured("H14 camera up to 1e9 away, beyond the double's own rounding", far_error.value, 12);
+    measured("H14 position of 4000 samples, camera up to 1e3 away, of 1", near_error.value, 1);
+    measured("H14 camera up to 1e9 away, beyond the double's own rounding", far_error.value, 1);
 
     // The same picture in units from 1e-6 to 1e6, bit for bit where the unit is a power of two.
     const VoxelModel model = blob_model(32, {});

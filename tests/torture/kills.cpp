@@ -92,7 +92,13 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
   std::uint64_t drafts = 0, ends = 0;
   while (since(begin) < seconds) {
     fs::remove_all(out);
-    bool good = true;
+    const std::string kept = o.out + "/lost_" + job.name + "_" + std::to_string(line.lost + 1);
+    std::string fault;  // the first thing that was not as it should be
+    const auto must = [&](bool good, const std::string& what) {
+      if (good || !fault.empty()) return;
+      fault = what;
+      fs::copy_file(log, kept + ".log", fs::copy_options::overwrite_existing);
+    };
     const int kills = 1 + int(random() % kMostKills);
     for (int k = 0; k < kills; ++k) {
       fs::create_directories(out);
@@ -107,22 +113,22 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
         code = process.wait();
       }
       if (code == -1) ++line.tried;
-      good = good && (code == -1 || code == 0);
+      must(code == -1 || code == 0, "start " + std::to_string(k) + " ended with " + std::to_string(code));
       drafts += std::uint64_t(drafts_in(out));
     }
     const Clock::time_point last = Clock::now();
-    good = good && Process(words(out), log).wait() == 0;
+    must(Process(words(out), log).wait() == 0, "the last start failed");
     length = 0.7 * length + 0.3 * std::max(since(last), 0.05);  // other programs come and go
-    good = good && whole(o, out, log) && drafts_in(out) == 0;
+    must(whole(o, out, log), "verify is not content");
+    must(drafts_in(out) == 0, "a draft is left");
     for (const std::string& file : job.files)
-      good = good && !bytes_of(reference + "/" + file).empty() &&
-             bytes_of(out + "/" + file) == bytes_of(reference + "/" + file);
+      must(!bytes_of(reference + "/" + file).empty() && bytes_of(out + "/" + file) == bytes_of(reference + "/" + file),
+           file + " differs");
     ++ends;
-    if (good) continue;
+    if (fault.empty()) continue;
     ++line.lost;
-    fs::rename(out, o.out + "/lost_" + job.name + "_" + std::to_string(line.lost));
-    fs::copy_file(log, o.out + "/lost_" + job.name + "_" + std::to_string(line.lost) + ".log",
-                  fs::copy_options::overwrite_existing);
+    fs::copy(out, kept, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    write_file(kept + ".txt", {fault + "\n"});
   }
   line.seconds = since(begin);
   line.note = std::to_string(ends) + " runs ended as one that was left alone, bit for bit, but for those lost; " +

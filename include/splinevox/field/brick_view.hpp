@@ -46,8 +46,9 @@ struct BrickView {
 
   /// Position -> coordinate along one axis, in vertices of the ring; anything outside the lattice, NaN included, is
   /// clamped into the ring, where every brick is absent.
-  SPLINEVOX_INLINE Real coordinate(Real x, int axis) const {
-    Real u = (x - origin[axis]) * inv_spacing;
+  SPLINEVOX_INLINE Real coordinate(Real x, int axis) const { return clamped((x - origin[axis]) * inv_spacing, axis); }
+  /// A coordinate, clamped in this way.
+  SPLINEVOX_INLINE Real clamped(Real u, int axis) const {
     u = u > Real(0) ? u : Real(0);
     return u < limit[axis] ? u : limit[axis];
   }

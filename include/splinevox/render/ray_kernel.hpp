@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 #include <vector>
 
@@ -47,13 +48,15 @@ class RayKernel {
     transmittance_ = 1;
     rgb_ = {};
     sh_basis_padded(ray.direction);
+    radiance_course_ = Course(field.radiance, ray, field.step);
+    if constexpr (Moving) motion_course_ = Course(field.motion, ray, field.step);
     int pending = 0;
     for (int i0 = 0; i0 < ray.count; i0 += kChunk) {
       pending = find_occupied(ray, field, frame.occupancy, i0, pending);
       const bool last = i0 + kChunk >= ray.count;
       while (pending >= kChunk || (last && pending > 0)) {
         const int n = std::min(pending, kChunk);
-        if (shade_chunk(ray, field, frame, n, stop)) return finish(ray);
+        if (shade_chunk(field, frame, n, stop)) return finish(ray);
         pending -= n;
         std::copy(index_ + n, index_ + n + pending, index_);
       }
@@ -130,40 +133,64 @@ class RayKernel {
 
   RayResult<Real> finish(const RayInput<Real>& ray) const { return {rgb_ + transmittance_ * ray.background, transmittance_}; }
 
+  /// The coordinates of a ray's samples in a lattice, u_i = (coarse + i coarse_step) + (fine + i fine_step). A coordinate of some hundred vertices
+  /// leaves a float few digits for its fraction, and what rounding moves there is multiplied by the slopes of density and displacement: it was nine
+  /// tenths of the error of a gradient (numerics, "Float against double"). The coarse part is a multiple of 2^-14, of which a float holds
+  /// every sum up to 1024 exactly; the fine part is small.
+  struct Course {
+    Vec coarse, fine, coarse_step, fine_step;
+    Course() = default;
+    Course(const BrickView<Real>& view, const RayInput<Real>& ray, Real step) {
+      for (int a = 0; a < 3; ++a)
+        if constexpr (std::is_same_v<Real, float>) {
+          const double inv = view.inv_spacing;
+          split((double(ray.origin[a]) - view.origin[a]) * inv, coarse[a], fine[a]);
+          split(double(step) * ray.direction[a] * inv, coarse_step[a], fine_step[a]);
+        } else {
+          coarse[a] = (ray.origin[a] - view.origin[a]) * view.inv_spacing, coarse_step[a] = step * ray.direction[a] * view.inv_spacing;
+        }
+    }
+    static void split(double u, float& coarse, float& fine) {
+      coarse = float(std::rint(u * 0x1p14) * 0x1p-14);
+      fine = float(u - double(coarse));
+    }
+  };
+
   /// Fractions and cells of kChunk positions in a lattice.
   struct Located {
     alignas(64) Real fraction[3][kChunk];
     alignas(64) std::int32_t vertex[3][kChunk];
     Vec at(int j) const { return {fraction[0][j], fraction[1][j], fraction[2][j]}; }
   };
-  static void locate(const BrickView<Real>& view, const Real (&x)[3][kChunk], Located& out) {
-    for (int a = 0; a < 3; ++a)
+  /// @param moved  vertices from the ray. Of what lies outside the lattice only the cell has a meaning: there is nothing in it.
+  static void locate(const BrickView<Real>& view, const Course& course, const Real (&i)[kChunk], const Real (&moved)[3][kChunk], Located& out) {
+    for (int a = 0; a < 3; ++a) {
+      const Real coarse_from = course.coarse[a], coarse_by = course.coarse_step[a], fine_from = course.fine[a], fine_by = course.fine_step[a];
       for (int j = 0; j < kChunk; ++j) {
-        const Real u = view.coordinate(x[a][j], a);
-        const std::int32_t base_vertex = std::int32_t(u);
+        const Real coarse = coarse_from + i[j] * coarse_by, fine = fine_from + i[j] * fine_by + moved[a][j];
+        const std::int32_t base_vertex = std::int32_t(view.clamped(coarse + fine, a));
         out.vertex[a][j] = base_vertex;
-        out.fraction[a][j] = u - Real(base_vertex);
+        out.fraction[a][j] = (coarse - Real(base_vertex)) + fine;
       }
+    }
   }
   static Cell cell_of(const BrickView<Real>& view, const Located& at, int j) {
     return view.cell(at.vertex[0][j], at.vertex[1][j], at.vertex[2][j]);
   }
 
   /// Warps, gathers, activates and composites the first n pending samples. Returns true when the ray is opaque.
-  bool shade_chunk(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, int n, Real stop) {
+  bool shade_chunk(const Field& field, const FrameView<Real>& frame, int n, Real stop) {
     reserve(count + 2 * kChunk);
     visited += n;
-    alignas(64) Real x[3][kChunk], i_real[kChunk];
+    alignas(64) Real moved[3][kChunk] = {}, i_real[kChunk];
     for (int j = 0; j < kChunk; ++j) i_real[j] = Real(index_[std::min(j, n - 1)]);
-    for (int a = 0; a < 3; ++a)
-      for (int j = 0; j < kChunk; ++j) x[a][j] = ray.origin[a] + i_real[j] * (field.step * ray.direction[a]);
 
     [[maybe_unused]] alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk], chunk_light[kChunk] = {}, chunk_gain[kChunk], chunk_gain_slope[kChunk];
     [[maybe_unused]] Located motion_at;
     [[maybe_unused]] Cell motion_cell[kChunk];
     [[maybe_unused]] Four motion[kChunk];
     if constexpr (Moving) {
-      locate(field.motion, x, motion_at);
+      locate(field.motion, motion_course_, i_real, moved, motion_at);
       gather_motion(field, frame, motion_at, n, motion_cell, motion, chunk_light);
       for (int j = 0; j < kChunk; ++j) {
         const Activated<Real> s = light_gain(chunk_light[j]);
@@ -181,11 +208,11 @@ class RayKernel {
         }
       }
       for (int j = 0; j < n; ++j)
-        for (int a = 0; a < 3; ++a) x[a][j] += chunk_r[j] * motion[j][a];
+        for (int a = 0; a < 3; ++a) moved[a][j] = chunk_r[j] * motion[j][a] * field.radiance.inv_spacing;
     }
 
     Located at;
-    locate(field.radiance, x, at);
+    locate(field.radiance, radiance_course_, i_real, moved, at);
     // Keep only samples with a stored corner; start fetching their rows.
     CellRows rows[kChunk];
     int kept = 0;
@@ -285,6 +312,7 @@ class RayKernel {
   }
 
   int index_[3 * kChunk];
+  Course radiance_course_, motion_course_;
   Real transmittance_ = 1;
   Vec rgb_{};
 };

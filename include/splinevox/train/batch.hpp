@@ -36,7 +36,9 @@ struct Batch {
 /// views of about that time see it beside the body. Needs pictures with alpha; frames without any are never carved with.
 class BatchSampler {
  public:
-  BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed);
+  /// @param background  of every ray if the configuration asks for a fixed one. @param brightest  random background otherwise.
+  BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed,
+               float brightest = 1);
   void set_box(const Box& box) { box_ = box; }
   /// @param progress  of the run, 0..1: how many rays are drawn and from which frames. @param step  march step, scene units.
   void draw(std::int64_t index, double progress, float step, Batch& out) const;
@@ -58,6 +60,7 @@ class BatchSampler {
   Box box_;
   SamplingConfig config_;
   Vec3 background_;
+  float brightest_;  ///< random background
   std::uint64_t seed_;
   std::vector<int> by_time_, rank_;                 ///< frames in order of time, and each frame's place in that order
   std::vector<std::vector<std::uint8_t>> clearance_;  ///< per frame and 2 x 2 block: blocks to the nearest with any alpha, at most 255
