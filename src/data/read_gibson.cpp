@@ -29,7 +29,9 @@ RawSplit read_split(const fs::path& folder, const std::string& name) {
   const json file = read_json(path, where);
   RawSplit split = read_frames(file, where);
   split.name = name;
-  for (RawFrame& frame : split.frames) {
+  for (std::size_t i = 0; i < split.frames.size(); ++i) {
+    RawFrame& frame = split.frames[i];
+    frame.label = "frame " + std::to_string(i);
     for (auto& angle : {&frame.lens.camera_angle_x, &frame.lens.camera_angle_y})
       if (*angle) *angle = radians(**angle, where);
     const RigidPose seen = frame.pose;  // of the world, from the camera
