@@ -50,10 +50,9 @@ Json lens_json(const Camera& c) {
   return j;
 }
 
-Json matrix_json(const Camera& c) {
+Json matrix_json(const std::array<double, 16>& m) {
   Json matrix = Json::array();
-  for (int row = 0; row < 3; ++row) matrix.push_back({c.axes[0][row], c.axes[1][row], c.axes[2][row], c.position[row]});
-  matrix.push_back({0.0, 0.0, 0.0, 1.0});
+  for (std::size_t row = 0; row < 4; ++row) matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3]});
   return matrix;
 }
 
@@ -119,7 +118,7 @@ void convert_dataset(const std::string& path, const std::string& target, const C
       const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.width, plan.height, raw.where(i));
       Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
       frame.update(lens_json(camera));
-      frame["transform_matrix"] = matrix_json(camera);
+      frame["transform_matrix"] = matrix_json(raw.frames[i].matrix);
       frames.push_back(std::move(frame));
     }
     Json file{{"source", open.format}};

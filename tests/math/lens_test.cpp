@@ -39,7 +39,7 @@ TEST_SUITE("math/lens") {
         const LensPoint p{coordinate(random), coordinate(random)};
         const LensPoint d = distort(lens, p);
         const LensRay ray = undistort(lens, d);
-        worst = std::max({worst, std::abs(ray.x / ray.z - p.x), std::abs(ray.y / ray.z - p.y)});
+        worst = std::max(worst, std::hypot(ray.x / ray.z - p.x, ray.y / ray.z - p.y));
       }
       CAPTURE(int(lens.kind));
       CAPTURE(lens.k[0]);

@@ -12,15 +12,20 @@ struct Ray {
 };
 
 /// The ray through image position (u, v) in pixels, v downwards; pixel (i, j) has its centre at
-/// (i + 0.5, j + 0.5). In double: the origin may lie far from the box (numerics H14).
+/// (i + 0.5, j + 0.5). In double: the origin may lie far from the box (numerics H14). Where products are fused is written out: left to the
+/// compiler it depends on the code around, and the same pixel would have another last bit in every caller.
 inline Ray camera_ray(const Camera& camera, double u, double v) {
-  if (camera.lens.kind != Distortion::Kind::none) {
-    const LensRay ray = undistort(camera.lens, {(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy});
-    return {camera.position, normalize(ray.x * camera.axes[0] - ray.y * camera.axes[1] - ray.z * camera.axes[2])};
+  const auto& [right, up, back] = camera.axes;
+  double x = (u - camera.cx) / camera.fx, y = -(v - camera.cy) / camera.fy;
+  Vec3d d;
+  if (camera.lens.kind == Distortion::Kind::none) {
+    d = {std::fma(y, up.x, x * right.x) - back.x, std::fma(x, right.y, y * up.y) - back.y, std::fma(x, right.z, y * up.z) - back.z};
+  } else {
+    const LensRay ray = undistort(camera.lens, {x, -y});
+    d = ray.x * right - ray.y * up - ray.z * back;
   }
-  const double x = (u - camera.cx) / camera.fx, y = -(v - camera.cy) / camera.fy;
-  const Vec3d d = x * camera.axes[0] + y * camera.axes[1] - camera.axes[2];
-  return {camera.position, normalize(d)};
+  const double scale = 1 / std::sqrt(std::fma(d.z, d.z, std::fma(d.x, d.x, d.y * d.y)));
+  return {camera.position, {d.x * scale, d.y * scale, d.z * scale}};
 }
 
 /// Image position of a world point, and its depth along the viewing axis (<= 0: behind the camera).
