@@ -18,6 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace data;
+
 /// The run's map if it gave one, else the train split's.
 TimeMap map_of(const OpenScene& open, const LoadOptions& options, std::vector<std::string>& notes) {
   if (options.time_map) return *options.time_map;
@@ -72,8 +73,9 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts
     const Lens& lens = frame.lens;
     for (const auto& value : {lens.camera_angle_x, lens.camera_angle_y, lens.fl_x, lens.fl_y, lens.cx, lens.cy})
       hash.add(value);
-    for (const auto& value : {lens.k1, lens.k2, lens.k3, lens.k4, lens.p1, lens.p2})  // a lens without them keeps its old hash
-      if (value && *value != 0) hash.add(value);
+    std::uint64_t place = 0;
+    for (const auto& value : {lens.k1, lens.k2, lens.k3, lens.k4, lens.p1, lens.p2})  // a lens without them has the hash it always had
+      if (++place; value && *value != 0) hash.add(place), hash.add(value);
     if (lens.fisheye.value_or(false)) hash.add(std::uint64_t(1));
     hash.add(frame.time);
     hash.add(facts[i].hash);
