@@ -7,11 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <optional>
 
 #include "app/support.hpp"
 #include "data/camera_check.hpp"
 #include "data/json_file.hpp"
+#include "data/transforms.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/nearest.hpp"
 
@@ -71,20 +71,6 @@ std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
   return {shots[std::size_t(index[0])]};
 }
 
-/// The fields of a lens that a JSON object has.
-data::Lens lens_of(const FileJson& j, const std::string& where) {
-  data::Lens lens;
-  const auto read = [&](const char* key, std::optional<double>& into) {
-    if (!j.contains(key)) return;
-    if (!j[key].is_number()) fail({where, fmt::format("'{}' is not a number", key), "a number", j[key].dump(), ""});
-    into = j[key].get<double>();
-  };
-  read("camera_angle_x", lens.camera_angle_x), read("camera_angle_y", lens.camera_angle_y);
-  read("fl_x", lens.fl_x), read("fl_y", lens.fl_y), read("cx", lens.cx), read("cy", lens.cy);
-  read("w", lens.w), read("h", lens.h);
-  return lens;
-}
-
 Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraRequest& request, const TimeMap& map,
              const std::string& where) {
   const FileJson rows = frame.contains("transform_matrix") ? frame["transform_matrix"] : FileJson();
@@ -96,7 +82,7 @@ Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraReq
       good = rows[r][c].is_number(), matrix[4 * r + c] = good ? rows[r][c].get<double>() : 0;
   }
   if (!good) fail({where, "'transform_matrix' is not a matrix", "4 rows of 4 numbers, camera to world", "", ""});
-  const data::Lens lens = data::merge(file_lens, lens_of(frame, where));
+  const data::Lens lens = data::merge(file_lens, data::read_lens(frame, where));
   const double wide = lens.w.value_or(request.size > 0 ? request.size : 400), high = lens.h.value_or(wide);
   if (!(wide >= 1 && high >= 1 && wide <= 16384 && high <= 16384))
     fail({where, "'w' and 'h' are not a picture's size", "1 to 16384 pixels", fmt::format("{} x {}", wide, high), ""});
@@ -116,7 +102,7 @@ std::vector<Shot> from_file(const Run& run, const CameraRequest& request) {
   if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array() || file["frames"].empty())
     fail({request.camera, "there are no frames in this file",
           "the layout of transforms_train.json: camera_angle_x or fl_x, frames with transform_matrix", "", ""});
-  const data::Lens lens = lens_of(file, request.camera);
+  const data::Lens lens = data::read_lens(file, request.camera);
   std::vector<Shot> shots;
   bool timed = false;
   for (std::size_t i = 0; i < file["frames"].size(); ++i) {

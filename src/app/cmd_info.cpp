@@ -6,10 +6,10 @@
 #include <memory>
 
 #include "app/command.hpp"
+#include "app/dataset_info.hpp"
 #include "app/run_folder.hpp"
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/scene.hpp"
 #include "splinevox/io/inspect.hpp"
 
 namespace fs = std::filesystem;
@@ -132,37 +132,6 @@ void print_run(const Json& j) {
     fmt::print("{} split: PSNR {:.2f} dB, SSIM {:.4f}, MS-SSIM {:.4f}\n", metrics.value("split", ""),
                metrics["psnr"].get<double>(), metrics.value("ssim", 0.0), metrics.value("ms_ssim", 0.0));
   print_vdb(j["model"]);
-}
-
-Json dataset_json(const std::string& path) {
-  const Dataset data = load_dataset(path);
-  Json splits = Json::array();
-  for (const Split& s : data.splits) {
-    double lo = 1e300, hi = -1e300;
-    for (const Frame& f : s.frames) lo = std::min(lo, f.time), hi = std::max(hi, f.time);
-    const Image16& first = s.frames.front().image;
-    splits.push_back({{"name", s.name},
-                      {"frames", s.frames.size()},
-                      {"width", first.width},
-                      {"height", first.height},
-                      {"times", {lo, hi}}});
-  }
-  return {{"dataset", data.path},
-          {"alpha", data.has_alpha},
-          {"fingerprint", fmt::format("{:016x}", data.fingerprint)},
-          {"time_map", {{"origin", data.time_map.origin}, {"scale", data.time_map.scale}}},
-          {"splits", splits},
-          {"notes", data.notes}};
-}
-
-void print_dataset(const Json& j) {
-  fmt::print("{}: {}\n", j["dataset"].get<std::string>(),
-             j["alpha"].get<bool>() ? "pictures with alpha" : "opaque pictures");
-  for (const Json& s : j["splits"])
-    fmt::print("  {:<6} {:>5} frames of {}x{}, model times {:.4f} to {:.4f}\n", s["name"].get<std::string>(),
-               s["frames"].get<int>(), s["width"].get<int>(), s["height"].get<int>(), s["times"][0].get<double>(),
-               s["times"][1].get<double>());
-  for (const Json& note : j["notes"]) fmt::print("  note: {}\n", note.get<std::string>());
 }
 
 int info(const std::string& path, bool json) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -42,6 +43,14 @@ void greet(const Dataset& data, const Config& c, Progress& progress) {
   const std::string length = c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
   progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads", data.path, train.frames.size(),
                             first.width, first.height, c.preset, length, tbb::this_task_arena::max_concurrency()));
+}
+
+/// Pictures without alpha have no silhouettes to find the scene by; where the data says how far it reaches, that is the box.
+void settle_bounds(Config& config, const Dataset& data, Progress& progress) {
+  if (data.has_alpha || !data.box || !config.grid.box.empty()) return;
+  const Box& b = *data.box;
+  config.grid.box = {b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z};
+  progress.note(fmt::format("opaque pictures: the box is the data's own, {:.4g} x {:.4g} x {:.4g} (--set grid.box=... for another)", b.extent().x, b.extent().y, b.extent().z));
 }
 
 /// Tries out which effects the scene calls for and writes effects.json. What the user listed is measured, not changed.
@@ -88,12 +97,14 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
 
   LoadOptions load;
   load.downscale = config.run.downscale;
-  load.splits = {"train", "val"};
-  if (!fs::exists(fs::path(o.dataset) / "transforms_val.json")) load.splits.pop_back();
+  const std::vector<std::string> splits = dataset_splits(o.dataset);
+  load.splits = {"train"};
+  if (std::find(splits.begin(), splits.end(), "val") != splits.end()) load.splits.push_back("val");
   const Dataset data = load_dataset(o.dataset, load);
   if (checkpoint) check_same_run(folder, saved, config, record, data);
   greet(data, config, progress);
   if (!checkpoint) {
+    settle_bounds(config, data, progress);
     settle_effects(config, o.effects != "auto", data, folder, progress);
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(), data.fingerprint,
               data.time_map};

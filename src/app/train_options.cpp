@@ -51,7 +51,7 @@ void apply_effects(Config& c, const std::string& text) {
 }  // namespace
 
 void add_train_options(CLI::App& verb, TrainOptions& o) {
-  verb.add_option("DATASET", o.dataset, "folder of a D-NeRF or NeRF data set (transforms_*.json)");
+  verb.add_option("DATASET", o.dataset, "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
   verb.add_option("--out", o.out, "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview)");
   verb.add_option("--preset", o.preset, preset_help());
   verb.add_option("--config", o.config_file, "TOML file over the preset");

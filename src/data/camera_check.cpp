@@ -8,6 +8,7 @@
 
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/math/camera.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -69,6 +70,49 @@ void check_centre(double c, const char* field, int pixels, const std::string& wh
         number(c), ""});
 }
 
+/// A lens given for w x h pixels as that of a picture of another size.
+Lens scale_lens(Lens lens, int width, int height, const std::string& where) {
+  if (!lens.w || !lens.h || *lens.w <= 0 || *lens.h <= 0) return lens;
+  const double across = width / *lens.w, down = height / *lens.h;
+  if (std::abs(*lens.w * down - width) > 2 && std::abs(*lens.h * across - height) > 2)
+    fail({where, "the picture has another shape than its camera", number(*lens.w) + " x " + number(*lens.h) + " or the same scaled",
+          std::to_string(width) + " x " + std::to_string(height), "use the pictures that the cameras were made for"});
+  if (across == 1 && down == 1) return lens;
+  if (lens.fl_x) lens.fl_y = lens.fl_y.value_or(*lens.fl_x) * down;
+  for (auto& value : {&lens.fl_x, &lens.cx})
+    if (*value) **value *= across;
+  if (lens.cy) *lens.cy *= down;
+  lens.w = width, lens.h = height;
+  return lens;
+}
+
+/// The distortion, proved to be undone by rays along the border and the middle of the picture.
+void bend(Camera& camera, const Lens& lens, const std::string& where) {
+  Distortion& d = camera.lens;
+  const bool fisheye = lens.fisheye.value_or(false);
+  d.k = {lens.k1.value_or(0), lens.k2.value_or(0), lens.k3.value_or(0), lens.k4.value_or(0)};
+  d.p = {lens.p1.value_or(0), lens.p2.value_or(0)};
+  for (const double value : {d.k[0], d.k[1], d.k[2], d.k[3], d.p[0], d.p[1]})
+    if (!(std::abs(value) <= 1e6)) fail({where, "a coefficient of the distortion is out of range", "finite, at most 1e6", number(value), ""});
+  if (fisheye && (d.p[0] != 0 || d.p[1] != 0))
+    fail({where, "a fisheye lens has no tangential distortion", "p1 and p2 absent or 0", number(d.p[0]) + ", " + number(d.p[1]), ""});
+  if (!fisheye && d.k == std::array<double, 4>{} && d.p == std::array<double, 2>{}) return;
+  d.kind = fisheye ? Distortion::Kind::fisheye : Distortion::Kind::brown;
+  d.reach = lens_reach(d);
+  Camera still = camera;
+  still.position = {};  // where it stands would cost digits
+  constexpr int kSteps = 32;
+  for (int i = 0; i <= kSteps; ++i)
+    for (int j = 0; j <= kSteps; j += i % kSteps == 0 || i == kSteps / 2 ? 1 : kSteps) {
+      const double u = camera.width * double(i) / kSteps, v = camera.height * double(j) / kSteps;
+      const Projection p = project(still, camera_ray(still, u, v).direction);
+      if (p.depth > 0 && std::abs(p.u - u) < 1e-6 && std::abs(p.v - v) < 1e-6) continue;
+      fail({where, "the lens distortion cannot be undone in all of the picture", "one direction for every pixel",
+            "none at pixel (" + number(u) + ", " + number(v) + ")",
+            fisheye ? "crop the pictures to less than 180 degrees" : "check k1, k2, k3, p1 and p2, or undistort the pictures first (colmap image_undistorter)"});
+    }
+}
+
 }  // namespace
 
 RigidPose rigid_pose(const std::array<double, 16>& m, const std::string& where) {
@@ -92,19 +136,20 @@ Lens merge(const Lens& file, const Lens& frame) {
   if (frame.camera_angle_x || frame.fl_x) lens.camera_angle_x = lens.camera_angle_y = lens.fl_x = lens.fl_y = {};
   using Field = std::optional<double> Lens::*;
   for (const Field f : {&Lens::camera_angle_x, &Lens::camera_angle_y, &Lens::fl_x, &Lens::fl_y, &Lens::cx, &Lens::cy,
-                        &Lens::w, &Lens::h})
+                        &Lens::w, &Lens::h, &Lens::k1, &Lens::k2, &Lens::k3, &Lens::k4, &Lens::p1, &Lens::p2})
     if (frame.*f) lens.*f = frame.*f;
+  if (frame.fisheye) lens.fisheye = frame.fisheye;
   return lens;
 }
 
-Camera pinhole(const Lens& lens, const RigidPose& pose, int width, int height, const std::string& where) {
+Camera pinhole(const Lens& stated, const RigidPose& pose, int width, int height, const std::string& where) {
+  const Lens lens = stated.scaled ? scale_lens(stated, width, height, where) : stated;
   check_angle(lens.camera_angle_x, "camera_angle_x", where);
   check_angle(lens.camera_angle_y, "camera_angle_y", where);
   if (!lens.fl_x && !lens.camera_angle_x)
     fail({where, "there is no focal length", "'camera_angle_x' (radians) or 'fl_x' (pixels)", "neither", ""});
-  check_size(lens.w, "w", width, where);
-  check_size(lens.h, "h", height, where);
-  Camera camera{width, height, 0, 0, 0, 0, pose.axes, pose.position};
+  if (!lens.scaled) check_size(lens.w, "w", width, where), check_size(lens.h, "h", height, where);
+  Camera camera{width, height, 0, 0, 0, 0, pose.axes, pose.position, {}};
   camera.fx = lens.fl_x ? *lens.fl_x : focal(*lens.camera_angle_x, width);
   const bool by_angle = !lens.fl_x && lens.camera_angle_y;
   camera.fy = lens.fl_y ? *lens.fl_y : by_angle ? focal(*lens.camera_angle_y, height) : camera.fx;
@@ -114,6 +159,7 @@ Camera pinhole(const Lens& lens, const RigidPose& pose, int width, int height, c
   check_focal(camera.fy, "fl_y", height, where);
   check_centre(camera.cx, "cx", width, where);
   check_centre(camera.cy, "cy", height, where);
+  bend(camera, lens, where);
   return camera;
 }
 

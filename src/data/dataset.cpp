@@ -7,8 +7,8 @@
 #include "data/fingerprint.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures.hpp"
+#include "data/read_scene.hpp"
 #include "data/time_map.hpp"
-#include "data/transforms.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/scene.hpp"
@@ -18,55 +18,12 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace data;
-constexpr const char* kSplits[] = {"train", "val", "test"};
-constexpr const char* kLookedFor = "transforms_train.json, transforms_val.json or transforms_test.json (NeRF / D-NeRF)";
 
-bool has_split(const fs::path& folder, const std::string& split) {
-  std::error_code ignored;
-  return fs::exists(folder / transforms_name(split), ignored);
-}
-
-void check_folder(const fs::path& folder) {
-  const std::string where = printable(folder.string());
-  std::error_code error;
-  if (!fs::exists(folder, error))
-    fail({where.empty() ? "''" : where, "the data set does not exist", "a folder with " + std::string(kLookedFor),
-          error ? error.message() : "no such folder", ""});
-  if (!fs::is_directory(folder, error))
-    fail({where, "the data set is not a folder", "a folder with " + std::string(kLookedFor), "a file",
-          "give the folder that holds it"});
-  if (std::none_of(std::begin(kSplits), std::end(kSplits), [&](const char* split) { return has_split(folder, split); }))
-    fail({where, "no known kind of data set is in this folder", kLookedFor,
-          fs::exists(folder / "transforms.json", error) ? "only transforms.json" : "none of them",
-          fs::exists(folder / "transforms.json", error) ? "split it into a train, a val and a test file"
-                                                        : "give the folder that holds the JSON files"});
-}
-
-/// The splits to read, train first.
-std::vector<std::string> choose_splits(const fs::path& folder, const std::vector<std::string>& wanted) {
-  for (const std::string& split : wanted) {
-    if (std::find(std::begin(kSplits), std::end(kSplits), split) == std::end(kSplits))
-      fail({printable(folder.string()), "there is no such split", "train, val or test", in_quotes(split), ""});
-    if (!has_split(folder, split))
-      fail({printable((folder / transforms_name(split)).string()),
-            "the " + split + " split was asked for and is not there", transforms_name(split), "no such file", ""});
-  }
-  std::vector<std::string> chosen;
-  for (const char* split : kSplits) {
-    const bool want = wanted.empty() || std::find(wanted.begin(), wanted.end(), split) != wanted.end();
-    if (want && has_split(folder, split)) chosen.push_back(split);
-  }
-  return chosen;
-}
-
-/// The run's map if it gave one, else the train split's, reading its JSON if it is not among those read.
-TimeMap map_of(const fs::path& folder, const std::vector<RawSplit>& raw, const LoadOptions& options,
-               std::vector<std::string>& notes) {
+/// The run's map if it gave one, else the train split's.
+TimeMap map_of(const OpenScene& open, const LoadOptions& options, std::vector<std::string>& notes) {
   if (options.time_map) return *options.time_map;
-  if (raw[0].name == "train") return choose_time_map(&raw[0], raw, notes);
-  if (!has_split(folder, "train")) return choose_time_map(nullptr, raw, notes);
-  const RawSplit train = read_transforms(folder, "train");
-  return choose_time_map(&train, raw, notes);
+  const std::vector<RawSplit>& raw = open.scene.splits;
+  return choose_time_map(open.train ? &*open.train : raw[0].name == "train" ? &raw[0] : nullptr, raw, notes);
 }
 
 Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
@@ -76,8 +33,10 @@ Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
 /// Frames with everything but their pictures.
 Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map) {
   Split split{raw.name, {}};
-  for (std::size_t i = 0; i < raw.frames.size(); ++i)
-    split.frames.push_back({plan.paths[i].stem().string(), camera_of(raw, i, plan), model_time(raw, i, map), {}});
+  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
+    const std::string& name = raw.frames[i].name;
+    split.frames.push_back({name.empty() ? plan.paths[i].stem().string() : name, camera_of(raw, i, plan), model_time(raw, i, map), {}});
+  }
   return split;
 }
 
@@ -114,6 +73,10 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts
     const Lens& lens = frame.lens;
     for (const auto& value : {lens.camera_angle_x, lens.camera_angle_y, lens.fl_x, lens.fl_y, lens.cx, lens.cy})
       hash.add(value);
+    std::uint64_t place = 0;
+    for (const auto& value : {lens.k1, lens.k2, lens.k3, lens.k4, lens.p1, lens.p2})  // a lens without them has the hash it always had
+      if (++place; value && *value != 0) hash.add(place), hash.add(value);
+    if (lens.fisheye.value_or(false)) hash.add(std::uint64_t(1));
     hash.add(frame.time);
     hash.add(facts[i].hash);
   }
@@ -148,16 +111,17 @@ void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSpli
 
 Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   const fs::path folder(path);
-  check_folder(folder);
   if (options.downscale < 1)
     fail({"--downscale", "out of range", "a whole number, at least 1", std::to_string(options.downscale), ""});
-  std::vector<RawSplit> raw;
-  for (const std::string& split : choose_splits(folder, options.splits)) raw.push_back(read_transforms(folder, split));
-
+  OpenScene open = open_scene(folder, options);
+  std::vector<RawSplit>& raw = open.scene.splits;
   Dataset dataset;
   dataset.path = path;
+  dataset.format = open.format;
+  dataset.box = open.scene.box;
+  dataset.notes = open.scene.notes;
   dataset.downscale = options.downscale;
-  dataset.time_map = map_of(folder, raw, options, dataset.notes);
+  dataset.time_map = map_of(open, options, dataset.notes);
   std::vector<PicturePlan> plans;
   for (const RawSplit& split : raw) {
     plans.push_back(plan_pictures(folder, split, options.downscale));
@@ -165,7 +129,9 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
     note_times(split, dataset.time_map, dataset.notes);
     note_cameras(split, dataset.notes);
   }
+  if (!options.films) std::erase_if(plans, [](const PicturePlan& plan) { return plan.film(); });
   check_memory(plans);
+  if (plans.size() < raw.size()) return dataset;
   note_sizes(plans, raw, dataset.notes);
   for (std::size_t s = 0; s < raw.size(); ++s) {
     const auto facts = fill_pictures(dataset.splits[s], plans[s], dataset.notes);

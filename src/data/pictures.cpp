@@ -3,12 +3,16 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
+#include <map>
 #include <numeric>
 
+#include "data/film_read.hpp"
 #include "data/fingerprint.hpp"
 #include "data/message_text.hpp"
+#include "data/transforms.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_read.hpp"
@@ -70,11 +74,19 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
   const std::filesystem::path root = std::filesystem::canonical(folder);
   PicturePlan plan;
   plan.downscale = downscale;
+  std::map<std::filesystem::path, FilmFacts> films;
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
     plan.paths.push_back(locate_image(root, split.frames[i].file_path, split.where(i)));
     const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
     plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
-    const PngHeader header = read_png_header(plan.paths[i], plan.where[i]);
+    plan.film_frame.push_back(split.frames[i].film_frame);
+    PictureSize header;
+    if (plan.film()) {
+      if (!films.count(plan.paths[i])) films[plan.paths[i]] = film_facts(plan.paths[i], plan.where[i]);
+      header = {films[plan.paths[i]].width, films[plan.paths[i]].height};
+    } else {
+      header = read_picture_size(plan.paths[i], plan.where[i]);
+    }
     if (i == 0) {
       plan.width = header.width;
       plan.height = header.height;
@@ -100,10 +112,31 @@ void check_memory(const std::vector<PicturePlan>& plans) {
         number(bytes / kGiB) + " GiB", "--downscale " + std::to_string(2 * plans[0].downscale)});
 }
 
+namespace {
+
+/// Every film once, its wanted frames in their order.
+std::vector<Image16> decode_films(const PicturePlan& plan) {
+  std::map<std::filesystem::path, std::vector<std::size_t>> of_film;
+  for (std::size_t i = 0; i < plan.paths.size(); ++i) of_film[plan.paths[i]].push_back(i);
+  std::vector<Image16> images(plan.paths.size());
+  for (auto& [path, frames] : of_film) {
+    std::sort(frames.begin(), frames.end(), [&](std::size_t a, std::size_t b) { return plan.film_frame[a] < plan.film_frame[b]; });
+    std::vector<int> wanted;
+    for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
+    read_film(path, {plan.width, plan.height, wanted.back() + 1}, wanted, [&, &list = frames](std::size_t k, Image16&& image) {
+      images[list[k]] = plan.downscale > 1 ? area_downscale(image, plan.downscale) : std::move(image);
+    }, plan.where[frames[0]]);
+  }
+  return images;
+}
+
+}  // namespace
+
 std::vector<Image16> decode(const PicturePlan& plan) {
+  if (plan.film()) return decode_films(plan);
   std::vector<Image16> images(plan.paths.size());
   for_each_frame(images.size(), [&](std::size_t i) {
-    images[i] = read_png(plan.paths[i], plan.where[i]);
+    images[i] = read_picture(plan.paths[i], plan.where[i]);
     if (plan.downscale > 1) images[i] = area_downscale(images[i], plan.downscale);
   });
   return images;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "data/transforms.hpp"
+#include "data/raw_scene.hpp"
 #include "splinevox/core/image.hpp"
 
 namespace splinevox::data {
@@ -17,10 +17,12 @@ struct PicturePlan {
   std::vector<std::string> where;  ///< how errors name each
   int width = 0, height = 0;       ///< stored pixels, the same for all
   int downscale = 1;
+  std::vector<int> film_frame;     ///< as in RawFrame
+  bool film() const { return !film_frame.empty() && film_frame[0] >= 0; }
 };
 
 /// Finds a split's pictures and reads their headers. Throws Error (Fault::input) for the first frame whose
-/// picture is missing, not a PNG, of another size than frame 0's or not divisible by the downscale.
+/// picture is missing, not a PNG, JPEG or film, of another size than frame 0's or not divisible by the downscale.
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale);
 
 /// Throws Error (Fault::input) if the pictures of all plans together exceed the machine's memory.

@@ -9,11 +9,9 @@
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::data {
-namespace {
 
 using nlohmann::json;
 
-/// A short description of a JSON value for "got".
 std::string shown(const json& value) {
   if (value.is_number()) return number(value.get<double>());
   if (value.is_string()) return "the text " + in_quotes(value.get_ref<const std::string&>());
@@ -29,24 +27,26 @@ std::optional<double> number_field(const json& object, const char* field, const 
   return found->get<double>();
 }
 
-Lens read_lens(const json& object, const std::string& where) {
-  const auto get = [&](const char* field) { return number_field(object, field, where); };
-  return {
-      get("camera_angle_x"), get("camera_angle_y"), get("fl_x"), get("fl_y"), get("cx"), get("cy"), get("w"), get("h")};
+namespace {
+
+/// Whether 'camera_model' (nerfstudio) or 'is_fisheye' (instant-ngp) says fisheye; nothing if neither is there.
+std::optional<bool> read_fisheye(const json& object, const std::string& where) {
+  if (const auto flag = object.find("is_fisheye"); flag != object.end() && flag->is_boolean() && flag->get<bool>()) return true;
+  const auto model = object.find("camera_model");
+  if (model == object.end()) return {};
+  if (*model == "OPENCV_FISHEYE") return true;
+  for (const char* known : {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"})
+    if (*model == known) return false;
+  fail({where, "'camera_model' is not supported", "OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL or RADIAL", shown(*model),
+        "undistort the pictures first (colmap image_undistorter)"});
 }
 
-/// This program knows pinhole cameras only; to ignore a distortion would blur every picture silently.
-void check_pinhole(const json& object, const std::string& where) {
-  for (const char* field : {"k1", "k2", "k3", "k4", "p1", "p2"}) {
-    const auto k = number_field(object, field, where);
-    if (k && *k != 0)
-      fail({where, std::string("lens distortion '") + field + "' is not supported", "0 or absent", number(*k),
-            "undistort the pictures first (colmap image_undistorter)"});
-  }
-  const auto model = object.find("camera_model");
-  if (model != object.end() && *model != "OPENCV" && *model != "PINHOLE" && *model != "SIMPLE_PINHOLE")
-    fail({where, "'camera_model' is not supported", "OPENCV, PINHOLE or SIMPLE_PINHOLE", shown(*model),
-          "undistort the pictures first (colmap image_undistorter)"});
+}  // namespace
+
+Lens read_lens(const json& object, const std::string& where) {
+  const auto get = [&](const char* field) { return number_field(object, field, where); };
+  return {get("camera_angle_x"), get("camera_angle_y"), get("fl_x"), get("fl_y"), get("cx"), get("cy"), get("w"), get("h"),
+          get("k1"), get("k2"), get("k3"), get("k4"), get("p1"), get("p2"), read_fisheye(object, where)};
 }
 
 std::array<double, 16> read_matrix(const json& frame, const std::string& where) {
@@ -88,23 +88,25 @@ const json& frames_of(const json& file, const std::string& where) {
   return *frames;
 }
 
-/// Fills in the times: all frames have one, or none has and the index stands in for it.
-void read_times(const json& frames, RawSplit& split) {
+void read_times(const json& frames, const char* field, RawSplit& split) {
+  const std::string name = std::string("'") + field + "'";
   std::size_t timed = 0;
-  for (const json& frame : frames) timed += frame.contains("time") ? 1 : 0;
+  for (const json& frame : frames) timed += frame.contains(field) ? 1 : 0;
   split.timed = timed > 0;
   const double last = double(std::max<std::size_t>(frames.size() - 1, 1));
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const auto time = number_field(frames[i], "time", split.where(i));
+    const auto time = number_field(frames[i], field, split.where(i));
     if (split.timed && !time)
-      fail({split.where(i), "'time' is missing", "a finite number, as other frames have",
-            std::to_string(timed) + " of " + std::to_string(frames.size()) + " frames with 'time'",
+      fail({split.where(i), name + " is missing", "a finite number, as other frames have",
+            std::to_string(timed) + " of " + std::to_string(frames.size()) + " frames with " + name,
             "give every frame a time, or none"});
     if (time && !(std::abs(*time) <= 1e12))
-      fail({split.where(i), "'time' is not finite or too large", "at most 1e12", number(*time), ""});
+      fail({split.where(i), name + " is not finite or too large", "at most 1e12", number(*time), ""});
     split.frames[i].time = split.timed ? *time : double(i) / last;
   }
 }
+
+namespace {
 
 bool inside(const std::filesystem::path& root, const std::filesystem::path& path) {
   const std::filesystem::path relative = path.lexically_relative(root);
@@ -115,26 +117,49 @@ bool inside(const std::filesystem::path& root, const std::filesystem::path& path
 
 std::string transforms_name(const std::string& split) { return "transforms_" + split + ".json"; }
 
-RawSplit read_transforms(const std::filesystem::path& folder, const std::string& name) {
-  const std::filesystem::path path = folder / transforms_name(name);
-  RawSplit split{name, printable(path.string()), true, {}};
-  const json file = read_json(path, split.file);
+RawSplit read_frames(const json& file, const std::string& where) {
+  RawSplit split{"train", where, true, {}};
   const json& frames = frames_of(file, split.file);
-  check_pinhole(file, split.file);
   const Lens shared = read_lens(file, split.file);
   for (const json& frame : frames) {
-    const std::string where = split.where(split.frames.size());
-    if (!frame.is_object()) fail({where, "this is not a frame", "an object", shown(frame), ""});
-    check_pinhole(frame, where);
+    const std::string at = split.where(split.frames.size());
+    if (!frame.is_object()) fail({at, "this is not a frame", "an object", shown(frame), ""});
     RawFrame raw;
-    raw.file_path = read_file_path(frame, where);
-    raw.matrix = read_matrix(frame, where);
-    raw.pose = rigid_pose(raw.matrix, where);
-    raw.lens = merge(shared, read_lens(frame, where));
+    raw.file_path = read_file_path(frame, at);
+    raw.matrix = read_matrix(frame, at);
+    raw.pose = rigid_pose(raw.matrix, at);
+    raw.lens = merge(shared, read_lens(frame, at));
     split.frames.push_back(std::move(raw));
   }
-  read_times(frames, split);
   return split;
+}
+
+RawSplit read_transforms(const std::filesystem::path& folder, const std::string& name) {
+  const std::filesystem::path path = folder / transforms_name(name);
+  const std::string where = printable(path.string());
+  const json file = read_json(path, where);
+  RawSplit split = read_frames(file, where);
+  split.name = name;
+  read_times(frames_of(file, where), "time", split);
+  return split;
+}
+
+std::optional<Box> read_scene_box(const json& file, const std::string& where) {
+  const auto found = file.is_object() ? file.find("scene_box") : file.end();
+  if (found == file.end()) return {};
+  Box box;
+  bool good = found->is_array() && found->size() == 2;
+  for (int corner = 0; good && corner < 2; ++corner) {
+    const json& values = (*found)[std::size_t(corner)];
+    good = values.is_array() && values.size() == 3;
+    for (int axis = 0; good && axis < 3; ++axis) {
+      good = values[std::size_t(axis)].is_number();
+      if (good) (corner == 0 ? box.lo : box.hi)[axis] = values[std::size_t(axis)].get<float>();
+    }
+  }
+  for (int axis = 0; good && axis < 3; ++axis) good = box.lo[axis] < box.hi[axis] && std::abs(box.lo[axis]) < 1e12f && std::abs(box.hi[axis]) < 1e12f;
+  if (!good) fail({where, "'scene_box' is no box", "[[x, y, z], [x, y, z]], the lower corner first", shown(*found), ""});
+  return box;
 }
 
 std::filesystem::path locate_image(const std::filesystem::path& root, const std::string& file_path,
@@ -142,7 +167,7 @@ std::filesystem::path locate_image(const std::filesystem::path& root, const std:
   namespace fs = std::filesystem;
   if (file_path.find('\0') != std::string::npos)
     fail({where, "'file_path' holds a zero byte", "the picture's path within the folder", in_quotes(file_path), ""});
-  for (const std::string& candidate : {file_path, file_path + ".png"}) {
+  for (const std::string& candidate : {file_path, file_path + ".png", file_path + ".jpg", file_path + ".jpeg"}) {
     std::error_code error;
     const fs::path path = fs::weakly_canonical(root / candidate, error);
     if (error)
@@ -153,7 +178,7 @@ std::filesystem::path locate_image(const std::filesystem::path& root, const std:
             in_quotes(file_path), "copy the picture into the folder"});
     if (fs::is_regular_file(path, error)) return path;
   }
-  fail({where, "the image is missing", in_quotes(file_path) + ", also with .png added", "no such file",
+  fail({where, "the image is missing", in_quotes(file_path) + ", also with .png, .jpg or .jpeg added", "no such file",
         "check 'file_path' and that the pictures were copied"});
 }
 

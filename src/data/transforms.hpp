@@ -3,32 +3,13 @@
 
 #include <array>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
-#include "data/camera_check.hpp"
+#include "data/raw_scene.hpp"
 
 namespace splinevox::data {
-
-/// One frame of a transforms file: checked, its picture not yet looked for.
-struct RawFrame {
-  std::string file_path;            ///< as written
-  double time = 0;                  ///< the data's own time, or index / (n - 1) where the file has none
-  std::array<double, 16> matrix{};  ///< as written, row-major
-  RigidPose pose;
-  Lens lens;
-};
-
-/// One transforms_*.json.
-struct RawSplit {
-  std::string name;   ///< "train", "val" or "test"
-  std::string file;   ///< how messages name the JSON file
-  bool timed = true;  ///< false: no frame has a 'time', times are indices
-  std::vector<RawFrame> frames;
-
-  /// "lego/transforms_train.json, frame 12"
-  std::string where(std::size_t frame) const { return file + ", frame " + std::to_string(frame); }
-};
 
 /// The name of a split's file within the folder: "transforms_train.json".
 std::string transforms_name(const std::string& split);
@@ -37,7 +18,24 @@ std::string transforms_name(const std::string& split);
 /// @param folder  as the user gave it; messages begin with it.
 RawSplit read_transforms(const std::filesystem::path& folder, const std::string& split);
 
-/// The picture a frame names: file_path itself, or with .png added. Must lie in the folder, links resolved.
+/// The box that a transforms file may give as 'scene_box': [[lo x, y, z], [hi x, y, z]]. Throws Error (Fault::input).
+std::optional<Box> read_scene_box(const nlohmann::json& file, const std::string& where);
+
+/// What the transforms files of all programs have in common, for their readers. All throw Error (Fault::input).
+/// @{
+std::string shown(const nlohmann::json& value);  ///< a short description for "got"
+std::optional<double> number_field(const nlohmann::json& object, const char* field, const std::string& where);
+Lens read_lens(const nlohmann::json& object, const std::string& where);
+std::array<double, 16> read_matrix(const nlohmann::json& frame, const std::string& where);
+std::string read_file_path(const nlohmann::json& frame, const std::string& where);
+const nlohmann::json& frames_of(const nlohmann::json& file, const std::string& where);
+/// Fills in the times: all frames have one, or none has and the index stands in for it.
+void read_times(const nlohmann::json& frames, const char* field, RawSplit& split);
+/// All frames of a file but their times: matrices are camera to world, OpenGL axes.
+RawSplit read_frames(const nlohmann::json& file, const std::string& where);
+/// @}
+
+/// The picture a frame names: file_path itself, or with .png, .jpg or .jpeg added. Must lie in the folder, links resolved.
 /// @param root  the folder in canonical form. @return an absolute path. Throws Error (Fault::input).
 std::filesystem::path locate_image(const std::filesystem::path& root, const std::string& file_path,
                                    const std::string& where);

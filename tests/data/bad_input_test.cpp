@@ -71,7 +71,7 @@ TEST_SUITE("data/bad_input") {
                  {"no known kind of data set", "transforms_train.json, transforms_val.json or transforms_test.json",
                   "none of them"});
     write_text(folder.path() / "transforms.json", "{}");
-    expect_error([&] { load_dataset(folder.str()); }, {"only transforms.json", "split it into"});
+    expect_error([&] { load_dataset(folder.str()); }, {"transforms.json: 'frames' is missing"});
   }
 
   TEST_CASE("splits asked for that are not there") {
@@ -83,7 +83,7 @@ TEST_SUITE("data/bad_input") {
   TEST_CASE("an image that is missing") {
     const Spoiled set;
     fs::remove(set.picture(2));
-    set.expect({kThird + "the image is missing", "'./train/r_2', also with .png added", "no such file"});
+    set.expect({kThird + "the image is missing", "'./train/r_2', also with .png, .jpg or .jpeg added", "no such file"});
   }
 
   TEST_CASE("an image that is cut short") {
@@ -255,9 +255,9 @@ TEST_SUITE("data/bad_input") {
     refuse("\"camera_angle_x\": 39.6,", {"it looks like degrees"});
     refuse("\"camera_angle_x\": \"0.8\",", {"transforms_train.json: 'camera_angle_x' is not a number"});
     refuse("\"fl_x\": 4, \"w\": 800,", {"'w' is not the picture's size", "expected: 4"});
-    refuse("\"fl_x\": 4, \"k1\": 0.1,", {"lens distortion 'k1' is not supported", "undistort"});
-    refuse("\"fl_x\": 4, \"camera_model\": \"OPENCV_FISHEYE\",",
-           {"'camera_model' is not supported", "'OPENCV_FISHEYE'"});
+    refuse("\"fl_x\": 4, \"k1\": -9,", {"frame 0: the lens distortion cannot be undone", "undistort"});
+    refuse("\"fl_x\": 4, \"camera_model\": \"FULL_OPENCV\",", {"'camera_model' is not supported", "'FULL_OPENCV'"});
+    refuse("\"fl_x\": 4, \"p1\": 0.1, \"camera_model\": \"OPENCV_FISHEYE\",", {"a fisheye lens has no tangential distortion"});
   }
 
   TEST_CASE("a file_path that is missing or no path") {

@@ -75,6 +75,10 @@ const std::vector<Target>& targets() {
   static const std::vector<Target> all = {
       {"dataset_json", dataset_json, dataset_seeds},
       {"png", png, png_seeds, mend_png},
+      {"jpeg", jpeg, jpeg_seeds},
+      {"npy", npy, npy_seeds},
+      {"colmap_text", colmap_text, colmap_text_seeds},
+      {"colmap_binary", colmap_binary, colmap_binary_seeds},
       {"exr", exr, exr_seeds},
       {"model_vdb", model_vdb, model_seeds},
       {"checkpoint", checkpoint, checkpoint_seeds, mend_checkpoint},

@@ -42,6 +42,10 @@ void mend_checkpoint(std::string& file);
 
 int dataset_json(const std::uint8_t*, std::size_t);
 int png(const std::uint8_t*, std::size_t);
+int jpeg(const std::uint8_t*, std::size_t);
+int npy(const std::uint8_t*, std::size_t);
+int colmap_text(const std::uint8_t*, std::size_t);
+int colmap_binary(const std::uint8_t*, std::size_t);
 int exr(const std::uint8_t*, std::size_t);
 int model_vdb(const std::uint8_t*, std::size_t);
 int checkpoint(const std::uint8_t*, std::size_t);

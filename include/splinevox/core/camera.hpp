@@ -7,13 +7,24 @@
 
 namespace splinevox {
 
-/// Pinhole camera. Pixel (i, j) has its centre at (i + 0.5, j + 0.5), j counted from the top; axes are
+/// How a lens bends the pinhole picture; dimensionless, so the same at every picture size. math/lens.hpp has the formulas.
+struct Distortion {
+  enum class Kind { none, brown, fisheye };
+  Kind kind = Kind::none;
+  std::array<double, 4> k{};  ///< radial k1 to k4
+  std::array<double, 2> p{};  ///< tangential p1, p2; brown alone has them
+  double reach = 0;           ///< the formulas hold up to here and are continued in proportion: tangent of the angle to the axis, for fisheye the angle
+  friend bool operator==(const Distortion&, const Distortion&) = default;
+};
+
+/// Camera. Pixel (i, j) has its centre at (i + 0.5, j + 0.5), j counted from the top; axes are
 /// OpenGL's: x right, y up, looking along -z.
 struct Camera {
   int width = 0, height = 0;              ///< pixels
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
   std::array<Vec3d, 3> axes{};            ///< world directions of camera x, y, z: orthonormal, right-handed
   Vec3d position{};                       ///< world, scene units
+  Distortion lens{};
 };
 
 /// Affine map from the data's own time to the model's [0, 1]: t = (raw - origin) * scale.

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "app/command.hpp"
+#include "app/support.hpp"
+#include "splinevox/data/scene.hpp"
+
+namespace splinevox::app {
+
+Action convert_command(CLI::App& verb) {
+  struct Options {
+    std::string dataset, out;
+    bool quiet = false;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("DATASET", o->dataset, fmt::format("folder of a data set: {}", fmt::join(dataset_formats(), ", ")))->required();
+  verb.add_option("--out", o->out, "folder to write: transforms_{train,val,test}.json and pictures")->required();
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  return [o] {
+    const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
+    int pictures = 0;
+    convert_dataset(o->dataset, o->out, [&](int done, int total) {
+      pictures = total;
+      if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
+    });
+    if (!o->quiet) fmt::print("{}: {} pictures; splinevox info {}\n", o->out, pictures, o->out);
+    return 0;
+  };
+}
+
+}  // namespace splinevox::app

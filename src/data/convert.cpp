@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "data/film_read.hpp"
+#include "data/message_text.hpp"
+#include "data/pictures.hpp"
+#include "data/read_scene.hpp"
+#include "data/transforms.hpp"
+#include "splinevox/core/atomic_file.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_write.hpp"
+
+namespace splinevox {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace data;
+using Json = nlohmann::ordered_json;
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!error && fs::is_directory(folder)) return;
+  fail_output({printable(folder.string()), "the folder cannot be created", "a folder that can be written", error ? error.message() : "a file of that name", "choose another place with --out"});
+}
+
+/// A folder that is new or empty, and not within the data set.
+void check_target(const fs::path& from, const fs::path& folder) {
+  std::error_code ignored;
+  if (fs::exists(folder, ignored) && !(fs::is_directory(folder, ignored) && fs::is_empty(folder, ignored)))
+    fail({printable(folder.string()), "there is something of that name already", "an empty folder, or a name that is free", "", "another folder for --out"});
+  const fs::path inside = fs::weakly_canonical(folder, ignored).lexically_relative(fs::weakly_canonical(from, ignored));
+  if (!inside.empty() && *inside.begin() != "..")
+    fail({printable(folder.string()), "the output lies within the data set", "a folder beside it", "", "another folder for --out"});
+}
+
+/// The lens of a camera as fields of a transforms file.
+Json lens_json(const Camera& c) {
+  Json j{{"w", c.width}, {"h", c.height}, {"fl_x", c.fx}, {"fl_y", c.fy}, {"cx", c.cx}, {"cy", c.cy}};
+  if (c.lens.kind == Distortion::Kind::none) return j;
+  const bool fisheye = c.lens.kind == Distortion::Kind::fisheye;
+  j["camera_model"] = fisheye ? "OPENCV_FISHEYE" : "OPENCV";
+  for (std::size_t i = 0; i < 4; ++i) j["k" + std::to_string(i + 1)] = c.lens.k[i];
+  if (!fisheye) j["p1"] = c.lens.p[0], j["p2"] = c.lens.p[1];
+  return j;
+}
+
+Json matrix_json(const std::array<double, 16>& m) {
+  Json matrix = Json::array();
+  for (std::size_t row = 0; row < 4; ++row) matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3]});
+  return matrix;
+}
+
+/// A name that no frame of the split has yet, with nothing in it that a path could trip over.
+std::string free_name(const std::string& name, std::set<std::string>& taken) {
+  std::string plain;
+  for (const char c : name) plain += (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '_' ? c : '_';
+  if (plain.empty()) plain = "r";
+  std::string unique = plain;
+  for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}_{}", plain, i);
+  return unique;
+}
+
+std::vector<char> png_of(const Image16& picture) {
+  Image image(picture.width, picture.height, 3);
+  for (std::size_t p = 0; p < picture.pixels(); ++p)
+    for (std::size_t c = 0; c < 3; ++c) image.data[3 * p + c] = float(picture.rgba[4 * p + c]) / 65535;
+  return encode_png(image);
+}
+
+/// Where a split's pictures go, relative to the folder, with their endings.
+std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
+  std::set<std::string> taken;
+  std::vector<std::string> paths;
+  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
+    const std::string name = raw.frames[i].name.empty() ? plan.paths[i].stem().string() : raw.frames[i].name;
+    const std::string ending = plan.film() ? ".png" : plan.paths[i].extension().string();
+    paths.push_back("./" + raw.name + "/" + free_name(name, taken) + ending);
+  }
+  return paths;
+}
+
+void write_films(const PicturePlan& plan, const std::vector<std::string>& to, const fs::path& folder, const std::function<void()>& done) {
+  std::map<fs::path, std::map<int, std::size_t>> of_film;
+  for (std::size_t i = 0; i < plan.paths.size(); ++i) of_film[plan.paths[i]][plan.film_frame[i]] = i;
+  for (const auto& [path, frames] : of_film) {
+    std::vector<int> wanted;
+    std::vector<std::size_t> place;
+    for (const auto& [number, i] : frames) wanted.push_back(number), place.push_back(i);
+    read_film(path, {plan.width, plan.height, wanted.back() + 1}, wanted, [&](std::size_t k, Image16&& image) {
+      const std::vector<char> png = png_of(image);
+      write_file((folder / to[place[k]]).string(), {std::string_view(png.data(), png.size())});
+      done();
+    }, plan.where[place[0]]);
+  }
+}
+
+}  // namespace
+
+void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress) {
+  const fs::path folder(target);
+  check_target(path, folder);
+  OpenScene open = open_scene(path, {});
+  std::vector<PicturePlan> plans;
+  std::vector<Json> files;
+  int done = 0, total = 0;
+  for (const RawSplit& raw : open.scene.splits) {
+    plans.push_back(plan_pictures(path, raw, 1));
+    const PicturePlan& plan = plans.back();
+    const std::vector<std::string> to = targets(raw, plan);
+    Json frames = Json::array();
+    for (std::size_t i = 0; i < raw.frames.size(); ++i) {
+      const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.width, plan.height, raw.where(i));
+      Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
+      frame.update(lens_json(camera));
+      frame["transform_matrix"] = matrix_json(raw.frames[i].matrix);
+      frames.push_back(std::move(frame));
+    }
+    Json file{{"source", open.format}};
+    if (raw.name == "train" && open.scene.box) {
+      const Box& b = *open.scene.box;
+      file["scene_box"] = {{b.lo.x, b.lo.y, b.lo.z}, {b.hi.x, b.hi.y, b.hi.z}};
+    }
+    file["frames"] = std::move(frames);
+    files.push_back(std::move(file));
+    total += int(raw.frames.size());
+  }
+  const auto count = [&] {
+    if (progress) progress(++done, total);
+  };
+  make_folder(folder);
+  for (std::size_t s = 0; s < plans.size(); ++s) {
+    make_folder(folder / open.scene.splits[s].name);
+    const std::vector<std::string> to = targets(open.scene.splits[s], plans[s]);
+    if (plans[s].film()) {
+      write_films(plans[s], to, folder, count);
+      continue;
+    }
+    for (std::size_t i = 0; i < to.size(); ++i) {
+      write_file((folder / to[i]).string(), {read_file(plans[s].paths[i].string())});
+      count();
+    }
+  }
+  for (std::size_t s = 0; s < files.size(); ++s) write_file((folder / transforms_name(open.scene.splits[s].name)).string(), {files[s].dump(1) + "\n"});
+}
+
+}  // namespace splinevox

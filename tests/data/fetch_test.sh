@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# data_scripts/fetch.sh on files of this machine: fetch, continue, checksums. fetch_test.sh REPOSITORY
+set -euo pipefail
+for tool in curl unzip; do command -v "$tool" >/dev/null || { echo "skipped: there is no $tool"; exit 77; }; done
+fetch=$1/data_scripts/fetch.sh
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+mkdir -p "$work/served/scene"
+head -c 100000 /dev/urandom >"$work/served/scene/picture.bin"
+echo '{}' >"$work/served/scene/transforms.json"
+(cd "$work/served" && cmake -E tar cf scene.zip --format=zip scene)
+address=file://$work/served/scene.zip
+sum=$(sha256sum "$work/served/scene.zip" | cut -d' ' -f1)
+
+fail() { echo "FAILED: $*" >&2; exit 1; }
+
+out=$("$fetch" "$address" "$work/a" "$sum" 2>/dev/null)
+[[ $out == "$work/a/scene" ]] || fail "the folder of the set is not printed: $out"
+cmp "$work/a/scene/picture.bin" "$work/served/scene/picture.bin" || fail "another picture"
+mkdir "$work/b" && head -c 5000 "$work/served/scene.zip" >"$work/b/scene.zip"
+"$fetch" "$address" "$work/b" >/dev/null 2>&1 || fail "a cut download is not continued"
+cmp "$work/b/scene.zip" "$work/served/scene.zip" || fail "continued wrongly"
+[[ $(<"$work/b/scene.zip.sha256") == "$sum" ]] || fail "no checksum is noted"
+"$fetch" "$address" "$work/b" >/dev/null 2>&1 || fail "a second fetch fails"
+printf 'x' | dd of="$work/b/scene.zip" bs=1 seek=200 conv=notrunc status=none
+if "$fetch" "$address" "$work/b" >/dev/null 2>"$work/log"; then fail "damage is not noticed"; fi
+grep -q "expected $sum" "$work/log" || fail "the checksum is not named: $(<"$work/log")"
+if "$fetch" "$address" "$work/c" 0000 >/dev/null 2>"$work/log"; then fail "a wrong checksum is taken"; fi
+grep -q 'expected 0000' "$work/log" || fail "the wrong checksum is not named"
+if "$fetch" "file://$work/none.zip" "$work/d" >/dev/null 2>&1; then fail "a missing file is fetched"; fi
+if "$fetch" no_such_set "$work/d" >/dev/null 2>"$work/log"; then fail "an unknown name is taken"; fi
+grep -q "there is no set 'no_such_set'" "$work/log" || fail "the unknown name is not named"
+echo "fetch.sh: all well"
