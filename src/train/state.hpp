@@ -20,6 +20,7 @@ struct Trainer::State {
 
   const Config config;
   const Split& train;
+  Ranks* ranks = nullptr;            ///< who trains with us; null: nobody
   SceneBounds bounds;
   float edge = 1;                    ///< longest edge of the box, scene units: the unit of lr_control
   BatchSampler sampler;
