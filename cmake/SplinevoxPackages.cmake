@@ -15,23 +15,20 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME splinevox)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS ffmpeg)
-set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "${PROJECT_DESCRIPTION}
- Turns pictures of a moving scene, with cameras and times, into an OpenVDB
- volume that plays at any time. Needs a processor with x86-64-v3 (AVX2).")
+set(CPACK_DEBIAN_PROGRAM_DESCRIPTION "Turns pictures of a moving scene, with cameras and times, into an OpenVDB
+volume that plays at any time. Needs a processor with x86-64-v3 (AVX2).")
 
 set(abi ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libsplinevox${abi})
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
-set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "${PROJECT_DESCRIPTION} (library)
- The shared library that programs built with libsplinevox-dev need.")
+set(CPACK_DEBIAN_LIBRARY_DESCRIPTION "The shared library that programs built with libsplinevox-dev need.")
 set(CPACK_DEBIAN_PACKAGE_GENERATE_SHLIBS ON)
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libsplinevox-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libsplinevox${abi} (= ${PROJECT_VERSION})")
-set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "${PROJECT_DESCRIPTION} (headers)
- Headers, CMake package and pkg-config file.")
+set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "Headers, CMake package and pkg-config file.")
 
 set(packages "program:splinevox" "library:libsplinevox${abi}" "development:libsplinevox-dev")
 if(SPLINEVOX_PYTHON)
@@ -50,12 +47,12 @@ if(SPLINEVOX_PYTHON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-splinevox)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${next_python}~), python3-numpy")
-  set(CPACK_DEBIAN_PYTHON_DESCRIPTION "${PROJECT_DESCRIPTION} (Python)
- Train, render, measure and track from Python, with numpy arrays.")
+  set(CPACK_DEBIAN_PYTHON_DESCRIPTION "Train, render, measure and track from Python, with numpy arrays.")
 endif()
 
 # What a package holds must run elsewhere and hang together; a build for this machine alone must not become one by accident.
 file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/SplinevoxPackageCheck.cmake @ONLY CONTENT [[
+cmake_minimum_required(VERSION 3.25)
 if("@SPLINEVOX_NATIVE@" OR NOT "@SPLINEVOX_SHARED@" OR NOT "@SPLINEVOX_SANITIZE@" STREQUAL "")
   message(FATAL_ERROR "this build is not for packages: it has SPLINEVOX_NATIVE=@SPLINEVOX_NATIVE@ SPLINEVOX_SHARED=@SPLINEVOX_SHARED@ "
                       "SPLINEVOX_SANITIZE='@SPLINEVOX_SANITIZE@'; the preset `package` (./dev package) sets what they need")

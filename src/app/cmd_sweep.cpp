@@ -22,12 +22,6 @@ struct SweepVerb {
   bool list = false, table = false, quiet = false;
 };
 
-std::string lines(const std::vector<SweepTask>& tasks) {
-  std::string text;
-  for (const SweepTask& t : tasks) text += fmt::format("splinevox {} && splinevox eval {}\n", fmt::join(t.train, " "), t.run);
-  return text;
-}
-
 int sweep(const SweepVerb& o) {
   std::vector<SweepTask> tasks = read_sweep(o.description, o.out);
   probe_output_folder(o.out);
@@ -37,7 +31,7 @@ int sweep(const SweepVerb& o) {
       fail({"--task", "there is no such task", fmt::format("a number in [0, {}]", tasks.size() - 1), std::to_string(*o.task), ""});
     tasks = {tasks[std::size_t(*o.task)]};  // many of these run beside each other: each writes its own run only
   } else {
-    write_file(o.out + "/tasks.txt", {lines(tasks)});
+    write_file(o.out + "/tasks.txt", {sweep_commands(tasks)});
     write_file(o.out + "/array.sh", {slurm_script(o.description, o.out, tasks.size(), threads)});
   }
   if (o.list) {

@@ -50,7 +50,10 @@ std::string file_name(std::string text) {
 
 double number(const Json& j, const char* key) { return j.contains(key) && j[key].is_number() ? j[key].get<double>() : 0; }
 
+/// Quoted where a shell would take it for more than a word.
 std::string shell_word(const std::string& text) {
+  const auto plain = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("_-./=,:+@%").find(c) != std::string_view::npos; };
+  if (!text.empty() && std::all_of(text.begin(), text.end(), plain)) return text;
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return out + "'";
@@ -148,6 +151,16 @@ std::string sweep_table(const std::vector<SweepTask>& tasks) {
     double sum = 0;
     for (const double p : r.psnr) sum += p;
     text += fmt::format(" {:.2f}{} | {:.4f} | {:.0f} |\n", sum / n, r.psnr.size() > 1 ? fmt::format(" ± {:.2f}", (*high - *low) / 2) : "", r.ssim / n, r.seconds / n);
+  }
+  return text;
+}
+
+std::string sweep_commands(const std::vector<SweepTask>& tasks) {
+  std::string text;
+  for (const SweepTask& t : tasks) {
+    text += "splinevox";
+    for (const std::string& word : t.train) text += " " + shell_word(word);
+    text += " && splinevox eval " + shell_word(t.run) + "\n";
   }
   return text;
 }

@@ -32,6 +32,8 @@ SweepState state_of(const SweepTask& task);
 std::string sweep_csv(const std::vector<SweepTask>& tasks);
 /// One line per dataset, preset and setting: seeds done, PSNR (mean and half the distance of best and worst), SSIM, seconds.
 std::string sweep_table(const std::vector<SweepTask>& tasks);
+/// What a shell would be told to do each task, one a line.
+std::string sweep_commands(const std::vector<SweepTask>& tasks);
 /// Slurm's script for an array with one task each.
 std::string slurm_script(const std::string& description, const std::string& out, std::size_t tasks, int threads);
 

@@ -36,6 +36,10 @@ TEST_SUITE("app/sweep") {
                                                      "loss.tv_control=0.5", "--set", "loss.tv_density=0.01", "--max-steps", "20", "--effects", "all", "--set", "sampling.rays=256"});
     CHECK(sweep_csv(tasks).find("ball_draft_plain_s7," + folder.str() + "/ball,draft,plain,7,,,,,\n") != std::string::npos);
     CHECK(sweep_table(tasks).find("| draft | smooth | 0 of 2 |") != std::string::npos);
+    CHECK(sweep_commands(tasks).starts_with("splinevox train " + folder.str() + "/ball --out out/ball_draft_plain_s1 --preset draft --seed 1 --resume --max-steps 20 "));
+    SweepTask spaced = tasks[0];
+    spaced.run = "my run's";
+    CHECK(sweep_commands({spaced}).ends_with(" && splinevox eval 'my run'\\''s'\n"));
     const std::string script = slurm_script(folder.str() + "/sweep.toml", "out", 4, 2);
     CHECK(script.find("#SBATCH --array=0-3\n") != std::string::npos);
     CHECK(script.find("--task \"$SLURM_ARRAY_TASK_ID\"") != std::string::npos);
