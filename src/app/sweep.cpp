@@ -159,8 +159,8 @@ std::string sweep_commands(const std::vector<SweepTask>& tasks) {
   std::string text;
   for (const SweepTask& t : tasks) {
     text += "splinevox";
-    for (const std::string& word : t.train) text += " " + shell_word(word);
-    text += " && splinevox eval " + shell_word(t.run) + "\n";
+    for (const std::string& word : t.train) text += fmt::format(" {}", shell_word(word));
+    text += fmt::format(" && splinevox eval {}\n", shell_word(t.run));
   }
   return text;
 }

@@ -120,6 +120,7 @@ void TrainSession::step() {
     last_ = trainer_.step();
   } catch (const Error& error) {
     if (error.fault == Fault::numeric && writes()) save_replay();
+    if (error.fault == Fault::numeric && setup_.ranks) setup_.ranks->from_first(0);  // who leaves early ends the one that saves
     throw;
   }
   stepping_ += clock() - start;

@@ -29,7 +29,7 @@ echo "stopped by a signal to one rank, and gone on with"
 mpirun -n 2 "$program" "${common[@]}" --out half &
 launcher=$!
 for _ in $(seq 600); do
-  [[ -s half/metrics.jsonl ]] && break
+  [[ -e half/metrics.jsonl ]] && break
   sleep 0.05
 done
 kill -TERM "$(pgrep -P $launcher | tail -n 1)"

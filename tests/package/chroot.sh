@@ -5,6 +5,7 @@ set -euo pipefail
 root=$1
 shift
 [[ -x $root/bin/sh ]] || debootstrap --variant=minbase --include=ca-certificates "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$root"
+[[ -d /etc/apt/sources.list.d ]] && rm -f "$root/etc/apt/sources.list"
 cp /etc/apt/sources.list "$root/etc/apt/" 2>/dev/null || true
 cp -r /etc/apt/sources.list.d /etc/apt/apt.conf.d "$root/etc/apt/" 2>/dev/null || true
 cp /etc/resolv.conf "$root/etc/"
