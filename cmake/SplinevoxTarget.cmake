@@ -1,3 +1,9 @@
+if(SPLINEVOX_NATIVE)
+  set(splinevox_march -march=native)
+else()
+  set(splinevox_march -march=x86-64-v3)
+endif()
+
 # splinevox_target(name): what every target of the project shares.
 function(splinevox_target name)
   target_compile_features(${name} PUBLIC cxx_std_20)
@@ -8,11 +14,8 @@ function(splinevox_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wno-psabi)
   # Neither changes a value: they only let sqrt and selects become vector code.
   target_compile_options(${name} PRIVATE -fno-math-errno -fno-trapping-math)
-  if(SPLINEVOX_NATIVE)
-    target_compile_options(${name} PRIVATE -march=native)
-  else()
-    target_compile_options(${name} PRIVATE -march=x86-64-v3)
-  endif()
+  # Headers have vector code, so whoever includes them after an install must speak of the same registers.
+  target_compile_options(${name} PRIVATE ${splinevox_march} INTERFACE $<INSTALL_INTERFACE:${splinevox_march}>)
   if(SPLINEVOX_SANITIZE)
     target_compile_options(${name} PRIVATE -fsanitize=${SPLINEVOX_SANITIZE} -fno-omit-frame-pointer -g)
     target_link_options(${name} PUBLIC -fsanitize=${SPLINEVOX_SANITIZE})

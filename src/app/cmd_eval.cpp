@@ -125,7 +125,7 @@ Action eval_command(CLI::App& verb) {
   auto o = std::make_shared<EvalOptions>();
   verb.add_option("RUN", o->run, "the run to measure")->required();
   verb.add_option("--data", o->data, "the data set, if not the run's own or no longer where it was");
-  verb.add_option("--split", o->split, "test, val or train")->capture_default_str();
+  verb.add_option("--split", o->split, "whose pictures to compare with")->type_name("{test,val,train}")->capture_default_str();
   verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   verb.add_flag("--json", o->json, "the figures as JSON on stdout");

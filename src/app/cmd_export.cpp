@@ -124,7 +124,8 @@ Action export_command(CLI::App& verb) {
   ExportOptions& e = o->options;
   verb.add_option("RUN", o->run, "the run to export")->required();
   verb.add_option("--out", o->out, "folder of the sequence")->required();
-  verb.add_option("--profile", e.profile, fmt::format("whose conventions: {}", fmt::join(export_profiles(), ", ")))
+  verb.add_option("--profile", e.profile, "whose conventions")
+      ->type_name(fmt::format("{{{}}}", fmt::join(export_profiles(), ",")))
       ->capture_default_str();
   verb.add_option("--frames", o->frames, "FIRST-LAST")->capture_default_str();
   verb.add_option("--fps", e.fps, "frames a second")->capture_default_str();

@@ -106,6 +106,7 @@ Action render_command(CLI::App& verb) {
                   "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
   verb.add_option("--layers", o->layers, "list of rgb,alpha,depth,flow,rigidity,cluster (parts by how they move), or all")->capture_default_str();
   verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
+      ->type_name("{png,exr,mp4}")
       ->capture_default_str();
   verb.add_option("--data", o->cameras.data, "the data set of dataset:..., if it is no longer where the run found it");
   verb.add_option("--size", o->cameras.size, "width and height of orbit pictures [400]")->check(CLI::Range(8, 8192));

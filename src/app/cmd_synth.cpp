@@ -19,7 +19,7 @@ Action synth_command(CLI::App& verb) {
     bool quiet = false;
   };
   auto o = std::make_shared<Options>();
-  verb.add_option("SCENE", o->scene, fmt::format("one of {}", fmt::join(synth_scenes(), ", ")))->required();
+  verb.add_option("SCENE", o->scene, "which scene")->required()->type_name(fmt::format("{{{}}}", fmt::join(synth_scenes(), ",")));
   verb.add_option("--out", o->out, "folder of the data set")->required();
   verb.add_option("--frames", o->synth.frames, "training pictures, each at its own time")->capture_default_str();
   verb.add_option("--size", o->synth.size, "width and height of every picture, pixels")->capture_default_str();

@@ -10,6 +10,7 @@
 
 #include "app/command.hpp"
 #include "app/effects_report.hpp"
+#include "app/join_ranks.hpp"
 #include "app/signals.hpp"
 #include "app/support.hpp"
 #include "app/train_options.hpp"
@@ -54,7 +55,7 @@ void settle_bounds(Config& config, const Dataset& data, Progress& progress) {
 }
 
 /// Tries out which effects the scene calls for and writes effects.json. What the user listed is measured, not changed.
-void settle_effects(Config& config, bool forced, const Dataset& data, const RunFolder& folder, Progress& progress) {
+void settle_effects(Config& config, bool forced, const Dataset& data, const RunFolder& folder, bool writes, Progress& progress) {
   if (config.effects.steps > 0) progress.note("trying out which effects the scene calls for");
   const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map, [&](const EffectTrial& t) {
     progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s", to_string(t.effects), t.mean(), t.steps, t.seconds));
@@ -62,6 +63,7 @@ void settle_effects(Config& config, bool forced, const Dataset& data, const RunF
   if (!forced) apply(choice.chosen, config), config.motion.points = choice.points;
   const Json effects = effects_json(choice, effects_of(config), forced);
   progress.note(effects_line(effects));
+  if (!writes) return;
   write_file(folder.file("effects.json"), {effects.dump(2) + "\n"});
 }
 
@@ -81,13 +83,16 @@ void summarise(const Json& j, const RunFolder& folder) {
 }
 
 int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
-  Progress progress(choose_talk(o.quiet, o.json));
-  RunFolder folder(o.out, o.resume);
+  const std::unique_ptr<Ranks> ranks = join_ranks();
+  const bool writes = !ranks || ranks->first();
+  Progress progress(writes ? choose_talk(o.quiet, o.json) : Talk::quiet);
+  const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
   if (folder.has(kEditHistory))
     fail({folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with", "a run that `splinevox train` made", "an edited run",
           "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
-  const bool checkpoint = o.resume && folder.has("config.toml") &&
+  bool checkpoint = o.resume && folder.has("config.toml") &&
                           (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
+  if (ranks) checkpoint = ranks->from_first(checkpoint) != 0;
   Config saved;
   RunRecord record;
   if (checkpoint) read_run_config(folder.path(), saved, record);
@@ -105,15 +110,18 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   greet(data, config, progress);
   if (!checkpoint) {
     settle_bounds(config, data, progress);
-    settle_effects(config, o.effects != "auto", data, folder, progress);
+    settle_effects(config, o.effects != "auto", data, folder, writes, progress);
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(), data.fingerprint,
               data.time_map};
-    write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
-    write_file(folder.file("metrics.jsonl"), {std::string()});
+    if (writes) {
+      write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
+      write_file(folder.file("metrics.jsonl"), {std::string()});
+    }
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  TrainSession session({config, data, folder, used, checkpoint}, progress);
+  TrainSession session({config, data, folder, used, checkpoint, ranks.get()}, progress);
   Json figures = session.run();
+  if (!writes) return session.stopped_by() ? 128 + session.stopped_by() : 0;
   figures["threads"] = tbb::this_task_arena::max_concurrency();
   if (!figures["finished"].get<bool>()) {
     if (progress.talk() == Talk::json)
@@ -121,7 +129,7 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
     progress.note(fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume",
                               figures["steps"].get<std::int64_t>()));
     write_file(folder.file("metrics.json"), {figures.dump(2) + "\n"});
-    return 128 + stop_signal();
+    return 128 + session.stopped_by();
   }
   write_file(folder.file("metrics.json"), {figures.dump(2) + "\n"});
   if (progress.talk() == Talk::json) fmt::print("{}\n", figures.dump());

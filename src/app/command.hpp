@@ -22,5 +22,8 @@ Action report_command(CLI::App& verb);
 Action track_command(CLI::App& verb);
 Action edit_command(CLI::App& verb);
 Action view_command(CLI::App& verb);
+Action sweep_command(CLI::App& verb);
+Action man_command(CLI::App& verb);
+Action completion_command(CLI::App& verb);
 
 }  // namespace splinevox::app

@@ -33,6 +33,9 @@ constexpr Verb kVerbs[] = {
     {"synth", "a procedural moving scene with exact ground truth", synth_command},
     {"report", "one page with curves, pictures and tables of runs", report_command},
     {"view", "one page that shows a run from anywhere at any time", view_command},
+    {"sweep", "many trainings from one description, here or as a Slurm array, and their table", sweep_command},
+    {"man", "the manual page, to be read with `man -l -`", man_command},
+    {"completion", "a shell's completion script", completion_command},
 };
 
 /// A first word that is no verb, before CLI11 sees it, so that the answer can name the nearest one.

@@ -30,6 +30,8 @@ class RunFolder {
   /// Makes or opens a folder to train into and proves that it can be written. A folder that already holds something is
   /// refused unless `resume`. Throws Error (input).
   RunFolder(const std::string& path, bool resume);
+  /// The folder of a run that another process writes: only to be read, and nothing is checked.
+  static RunFolder of_other(const std::string& path) { return RunFolder(path); }
   ~RunFolder();
   RunFolder(const RunFolder&) = delete;
   RunFolder& operator=(const RunFolder&) = delete;
@@ -39,6 +41,7 @@ class RunFolder {
   const std::string& path() const { return path_; }
 
  private:
+  explicit RunFolder(const std::string& path) : path_(path) {}
   void remove_unfinished();
   std::string path_;
   bool made_ = false;

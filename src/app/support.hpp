@@ -9,11 +9,12 @@
 
 #include "splinevox/core/image.hpp"
 #include "splinevox/core/vec3.hpp"
+#include "splinevox/core/version.hpp"
 
 /// Small things that several verbs need.
 namespace splinevox::app {
 
-inline constexpr const char* kVersion = SPLINEVOX_VERSION;
+using splinevox::kVersion;
 using Json = nlohmann::ordered_json;
 
 /// --threads N: 0 = every core.

@@ -30,6 +30,12 @@ std::string preset_help() {
   return text;
 }
 
+std::string preset_names() {
+  std::vector<std::string> names;
+  for (const Preset& p : presets()) names.push_back(p.name);
+  return fmt::format("{{{}}}", fmt::join(names, ","));
+}
+
 /// --effects: `auto` leaves those of the preset to choose from; otherwise what is not named is off.
 void apply_effects(Config& c, const std::string& text) {
   static const std::vector<std::string> known = {"motion", "rigidity", "view", "light"};
@@ -53,7 +59,7 @@ void apply_effects(Config& c, const std::string& text) {
 void add_train_options(CLI::App& verb, TrainOptions& o) {
   verb.add_option("DATASET", o.dataset, "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
   verb.add_option("--out", o.out, "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview)");
-  verb.add_option("--preset", o.preset, preset_help());
+  verb.add_option("--preset", o.preset, preset_help())->type_name(preset_names());
   verb.add_option("--config", o.config_file, "TOML file over the preset");
   verb.add_option("--set", o.sets, "one number over both, group.key=value; may be repeated")->allow_extra_args(false);
   verb.add_option("--max-time", o.max_time,
@@ -61,7 +67,7 @@ void add_train_options(CLI::App& verb, TrainOptions& o) {
   verb.add_option("--max-steps", o.max_steps, "optimiser steps; alone, the same seed gives the same bits");
   add_threads(verb, o.threads);
   verb.add_option("--seed", o.seed, "seed of every random draw");
-  verb.add_option("--device", o.device, "auto or cpu")->capture_default_str();
+  verb.add_option("--device", o.device, "what to compute on")->type_name("{auto,cpu}")->capture_default_str();
   verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
   verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, behind pictures with alpha");
   verb.add_option("--effects", o.effects, "auto (those the scene calls for, tried out first), all, or a list of motion,rigidity,view,light")

@@ -63,7 +63,7 @@ void cut_metrics(const std::string& path, std::int64_t step) {
 TrainSession::TrainSession(const Setup& setup, Progress& progress)
     : setup_(setup),
       progress_(progress),
-      trainer_(setup.config, *setup.data.find("train"), setup.data.time_map, setup.seconds_used) {
+      trainer_(setup.config, *setup.data.find("train"), setup.data.time_map, setup.seconds_used, setup.ranks) {
   if (setup_.resume) resume();
   const Split* split = setup_.data.find("val");
   held_is_training_ = !split || split->frames.empty();
@@ -75,16 +75,28 @@ double TrainSession::clock() const {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
+/// Ranks hear signals at different steps, and must stop at the same one.
+bool TrainSession::go_on() {
+  stopped_by_ = stop_signal();
+  if (setup_.ranks) {
+    const double mine = stopped_by_;
+    for (const double theirs : setup_.ranks->gather({&mine, 1})) stopped_by_ = std::max(stopped_by_, int(theirs));
+  }
+  return stopped_by_ == 0 && !trainer_.done();
+}
+
 Json TrainSession::run() {
   checkpoint_at_ = clock();
-  while (!trainer_.done() && stop_signal() == 0) {
+  while (go_on()) {
     step();
+    if (!writes()) continue;
     if (held_view_due(last_.seconds)) render_held_view();
     if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
       finish_checkpoint();
     const bool due = clock() - checkpoint_at_ > std::max(kCheckpointEvery, checkpoint_cost_ / kCheckpointShare);
     if (due && !writing_.valid()) start_checkpoint();
   }
+  if (!writes()) return figures(stopped_by_ != 0);
   report(progress_.rest(held_psnr_));
   progress_.finish();
   const double start = clock();
@@ -96,7 +108,7 @@ Json TrainSession::run() {
                                        {"dataset", fs::path(setup_.data.path).filename().string()}});
   finish_checkpoint();
   saving_ = clock() - start;
-  const bool interrupted = stop_signal() != 0;
+  const bool interrupted = stopped_by_ != 0;
   if (!interrupted) render_held_view();
   save_manifest(model);
   return figures(interrupted);
@@ -107,10 +119,12 @@ void TrainSession::step() {
   try {
     last_ = trainer_.step();
   } catch (const Error& error) {
-    if (error.fault == Fault::numeric) save_replay();
+    if (error.fault == Fault::numeric && writes()) save_replay();
+    if (error.fault == Fault::numeric && setup_.ranks) setup_.ranks->from_first(0);  // who leaves early ends the one that saves
     throw;
   }
   stepping_ += clock() - start;
+  ++steps_;
   rays_ += last_.rays;
   samples_ += last_.samples;
   if (!last_.discarded) return report(progress_.step(last_, held_psnr_));
@@ -139,7 +153,7 @@ void TrainSession::save_replay() {
 
 /// A line that the disk does not take is counted and lost: the checkpoint at the end is what must not be.
 void TrainSession::report(const Json& line) {
-  if (line.is_null()) return;
+  if (line.is_null() || !writes()) return;
   std::ofstream out(setup_.folder.file("metrics.jsonl"), std::ios::app);
   if (!(out << line.dump() << "\n" << std::flush)) ++lines_lost_;
 }
@@ -242,6 +256,11 @@ Json TrainSession::figures(bool interrupted) const {
     j["held"] = {{"view", held_->name}, {"psnr", held_psnr_}, {"of_training_split", held_is_training_}};
   j["phases"] = {{"slices", p.slices}, {"rays", p.rays},           {"scatter", p.scatter}, {"regularise", p.regularise},
                  {"update", p.update}, {"occupancy", p.occupancy}, {"refine", p.refine}};
+  if (setup_.ranks) {
+    const Ranks::Traffic& t = setup_.ranks->traffic;
+    const double steps = std::max(1.0, double(steps_));
+    j["ranks"] = {{"count", setup_.ranks->count()}, {"bytes_per_step", double(t.bytes) / steps}, {"seconds_per_step", t.seconds / steps}};
+  }
   j["outside_ray_loop"] = std::max(0.0, 1 - in_ray_loop / all);
   j["rays_per_second"] = double(rays_) / all;
   j["samples_per_second"] = double(samples_) / all;

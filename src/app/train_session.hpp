@@ -11,6 +11,7 @@
 #include "app/run_folder.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/io/checkpoint.hpp"
+#include "splinevox/train/ranks.hpp"
 #include "splinevox/train/trainer.hpp"
 
 namespace splinevox::app {
@@ -24,14 +25,19 @@ class TrainSession {
     const RunFolder& folder;
     double seconds_used;  ///< of the budget, before this
     bool resume;          ///< there is a checkpoint to go on from
+    Ranks* ranks = nullptr;  ///< who trains with us; only the first of them writes
   };
   TrainSession(const Setup& setup, Progress& progress);
 
   /// Until the budget is spent or a signal asks to stop; saves either way. Returns the figures of metrics.json.
   Json run();
+  /// The signal that made `run` end, 0 if none did.
+  int stopped_by() const { return stopped_by_; }
 
  private:
   double clock() const;
+  bool writes() const { return !setup_.ranks || setup_.ranks->first(); }
+  bool go_on();
   void step();
   void report(const Json& line);
   void save_replay();
@@ -57,7 +63,8 @@ class TrainSession {
   FileDigest checkpoint_digest_;
   StepReport last_;
   std::int64_t discarded_ = 0, lines_lost_ = 0;  ///< steps that were not finite; lines that metrics.jsonl did not take
-  std::int64_t samples_ = 0, rays_ = 0;  ///< of this session
+  int stopped_by_ = 0;
+  std::int64_t steps_ = 0, samples_ = 0, rays_ = 0;  ///< of this session
   double stepping_ = 0;                  ///< seconds of this session in Trainer::step
 };
 

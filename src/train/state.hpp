@@ -21,6 +21,7 @@ struct Trainer::State {
   const float unit;                  ///< of brightness; 1 unless the scene is dark
   const Config config;               ///< in that unit
   const Split& train;
+  Ranks* ranks = nullptr;            ///< who trains with us; null: nobody
   SceneBounds bounds;
   float edge = 1;                    ///< longest edge of the box, scene units: the unit of lr_control
   BatchSampler sampler;

@@ -11,6 +11,7 @@
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
 #include "splinevox/math/schedule.hpp"
+#include "splinevox/train/ranks.hpp"
 #include "state.hpp"
 
 namespace splinevox {
@@ -84,12 +85,14 @@ bool Trainer::State::discard(const PassResult& pass, const std::vector<double>& 
   return true;
 }
 
-Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used) {
+Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used, Ranks* ranks) {
   validate(config);
   const auto start = Clock::now();
   state_ = std::make_unique<State>(config, train, time_map);
+  state_->ranks = ranks;
   state_->refine(0);
   state_->seconds_before = seconds_used + since(start);
+  if (ranks) state_->seconds_before = ranks->from_first(state_->seconds_before);
 }
 
 Trainer::~Trainer() = default;
@@ -97,6 +100,12 @@ Trainer::~Trainer() = default;
 bool Trainer::done() const { return progress_of(state_->config, state_->step, state_->seconds_before) >= 1; }
 
 StepReport Trainer::step() {
+  const StepReport report = one_step();
+  if (state_->ranks) state_->seconds_before = state_->ranks->from_first(state_->seconds_before);  // clocks differ, schedules must not
+  return report;
+}
+
+StepReport Trainer::one_step() {
   State& s = *state_;
   const Config& c = s.config;
   auto clock = Clock::now();
@@ -116,6 +125,7 @@ StepReport Trainer::step() {
 
   s.collapse_levels(s.active);
   s.sampler.draw(s.step, progress, s.model.step, s.batch);
+  if (s.ranks) keep_own_share(*s.ranks, s.batch);
   std::vector<double> times;
   std::vector<const BitGrid*> occupancy;
   for (const int f : s.batch.frames) {
@@ -131,12 +141,18 @@ StepReport Trainer::step() {
   losses.divergence = float(c.loss.divergence * ramp);
   losses.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
   const std::uint64_t draw = hash64(c.run.seed ^ hash64(std::uint64_t(s.step)));
-  const PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
+  PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
                                         s.radiance.gradient, s.motion_gradient);
   clock = Clock::now();
   s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;
   s.seconds_before += pass.slice_seconds + pass.ray_seconds + pass.scatter_seconds;
 
+  if (s.ranks) {
+    pass = sum_over_ranks(*s.ranks, pass);
+    if (!sum_over_ranks(*s.ranks, s.radiance.gradient)) pass.usable = false;
+    if (!s.levels.empty() && !sum_over_ranks(*s.ranks, s.motion_gradient)) pass.usable = false;
+    lap(s.phases.scatter);
+  }
   if (!s.levels.empty()) spread_motion_gradient(s.motion_gradient, s.level_learners);
   lap(s.phases.slices);
   const float tv = float(std::pow(double(c.loss.tv_final), progress));

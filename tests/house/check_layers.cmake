@@ -9,6 +9,7 @@ set(backend_sees core math field render backend)
 set(train_sees   core math data field render backend train)
 set(io_sees      core math data field render train io)
 set(app_sees     core math data field render backend train io app)
+set(python_sees  core math data field render backend train io app python)
 set(limit 400)
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/include/splinevox/*.hpp ${ROOT}/src/*.hpp ${ROOT}/src/*.cpp

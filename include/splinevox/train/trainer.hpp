@@ -12,6 +12,8 @@
 
 namespace splinevox {
 
+class Ranks;
+
 /// Seconds spent so far in each part of a step, summed over steps (wall clock of the calling thread).
 struct PhaseSeconds {
   double slices = 0, rays = 0, scatter = 0, regularise = 0, update = 0, occupancy = 0, refine = 0;
@@ -44,7 +46,8 @@ struct StepReport {
 class Trainer {
  public:
   /// `train` must outlive the trainer. `seconds_used`: seconds of the budget spent before training (loading data).
-  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0);
+  /// `ranks`: processes to train with (train/ranks.hpp), each with a trainer of the same config and data; outlives the trainer.
+  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0, Ranks* ranks = nullptr);
   ~Trainer();
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
@@ -69,6 +72,7 @@ class Trainer {
 
  private:
   struct State;
+  StepReport one_step();
   std::unique_ptr<State> state_;
 };
 

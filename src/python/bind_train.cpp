@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+
+#include "app/train_options.hpp"
+#include "python/convert.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/train/effects.hpp"
+#include "splinevox/train/trainer.hpp"
+
+namespace splinevox::python {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr auto kListenEvery = std::chrono::milliseconds(20);  // for Ctrl-C
+
+/// A trainer that keeps what it is trained on.
+struct Learning {
+  Learning(std::shared_ptr<Dataset> d, const Config& c) : data(std::move(d)) {
+    const Split* train = data->find("train");
+    if (!train) fail({data->path, "there is nothing to train on", "a split named train, if it was read", "", ""});
+    validate(c);
+    released([&] { trainer = std::make_unique<Trainer>(c, *train, data->time_map); });
+  }
+  std::shared_ptr<Dataset> data;
+  std::unique_ptr<Trainer> trainer;
+};
+
+/// Until the budget is spent or the callback returns False. Takes the interpreter's lock only to call back and to hear Ctrl-C.
+bool run(Learning& l, const py::object& callback, int every) {
+  if (every < 1) fail({"train", "'every' is not a number of steps", "at least 1", std::to_string(every), ""});
+  bool stopped = false;
+  released([&] {
+    auto listened = Clock::now();
+    for (std::int64_t since = 1; !stopped && !l.trainer->done(); ++since) {
+      const StepReport report = l.trainer->step();
+      const bool call = !callback.is_none() && (since % every == 0 || l.trainer->done());
+      if (!call && Clock::now() - listened < kListenEvery) continue;
+      const py::gil_scoped_acquire lock;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      if (call) stopped = callback(report).is(py::bool_(false));
+      listened = Clock::now();
+    }
+  });
+  return !stopped;
+}
+
+std::string text_of(const py::handle& value) {
+  if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
+  if (py::isinstance<py::str>(value)) return value.cast<std::string>();
+  if (!py::isinstance<py::sequence>(value)) return py::str(value);
+  std::string text;
+  for (const auto item : py::cast<py::sequence>(value)) text += (text.empty() ? "" : ",") + text_of(item);
+  return text;
+}
+
+template <class T>
+py::object object_of(const T& value) {
+  if constexpr (std::is_enum_v<T>) return py::str(EnumNames<T>::names[int(value)]);
+  else return py::cast(value);
+}
+
+py::dict settings_of(const Config& c) {
+  py::dict all;
+  visit_config(c, [&](const char* key, const auto& value, const char*, double, double) { all[key] = object_of(value); });
+  return all;
+}
+
+Config make_config(std::optional<std::string> preset, const std::string& file, const py::dict& settings, std::optional<double> max_time, std::optional<int> max_steps,
+                   std::optional<std::uint64_t> seed, std::optional<int> downscale, std::optional<std::string> background, const std::string& effects) {
+  app::TrainOptions o;
+  o.preset = std::move(preset), o.config_file = file, o.effects = effects, o.max_time = max_time, o.max_steps = max_steps;
+  o.seed = seed, o.downscale = downscale, o.background = std::move(background);
+  for (const auto& [key, value] : settings) o.sets.push_back(text_of(key) + "=" + text_of(value));
+  return app::effective_config(o, nullptr);
+}
+
+py::dict phases_of(const Trainer& t) {
+  const PhaseSeconds p = t.phases();
+  return py::dict(py::arg("slices") = p.slices, py::arg("rays") = p.rays, py::arg("scatter") = p.scatter, py::arg("regularise") = p.regularise,
+                  py::arg("update") = p.update, py::arg("occupancy") = p.occupancy, py::arg("refine") = p.refine);
+}
+
+std::shared_ptr<VoxelModel> model_of(const Trainer& t) {
+  auto model = std::make_shared<VoxelModel>();
+  released([&] { *model = t.model(); });
+  return model;
+}
+
+void bind_trainer(py::module_& m) {
+  py::class_<Learning>(m, "Trainer", "Trains a model on the train split of a data set.")
+      .def(py::init<std::shared_ptr<Dataset>, const Config&>(), py::arg("dataset"), py::arg("config"))
+      .def("step", [](Learning& l) {
+             StepReport r;
+             released([&] { r = l.trainer->step(); });
+             return r;
+           }, "One step.")
+      .def("train", &run, "Steps until the budget is spent, with the interpreter free for other threads. callback(report) is called every `every` steps and after the last; "
+           "if it returns False training stops. True if the budget is spent. After KeyboardInterrupt the trainer is as it was after its last step.",
+           py::arg("callback") = py::none(), py::arg("every") = 10)
+      .def_property_readonly("done", [](const Learning& l) { return l.trainer->done(); }, "whether the budget is spent")
+      .def_property_readonly("seconds", [](const Learning& l) { return l.trainer->seconds(); }, "of the budget spent so far")
+      .def_property_readonly("phases", [](const Learning& l) { return phases_of(*l.trainer); }, "seconds in each part of a step")
+      .def("model", [](const Learning& l) { return model_of(*l.trainer); }, "The model as it is now: a copy.")
+      .def("save", [](const Learning& l) {
+             const std::vector<char> bytes = l.trainer->save();
+             return py::bytes(bytes.data(), bytes.size());
+           }, "Everything that restore needs to go on in the same bits.")
+      .def("restore", [](Learning& l, const py::bytes& bytes) {
+             const std::string_view view = bytes;
+             l.trainer->restore({view.begin(), view.end()});
+           }, "Goes back to what save of a trainer with the same data and configuration gave.", py::arg("bytes"));
+}
+
+}  // namespace
+
+void bind_train(py::module_& m) {
+  py::class_<Config>(m, "Config", "Every number of a training run.")
+      .def(py::init(&make_config), "As the command line: a preset (fast), a TOML file over it, settings such as {'loss.offset': 0.1}, then the named ones. max_steps alone leaves time out of it.",
+           py::arg("preset") = py::none(), py::arg("file") = "", py::arg("settings") = py::dict(), py::arg("max_time") = py::none(), py::arg("max_steps") = py::none(),
+           py::arg("seed") = py::none(), py::arg("downscale") = py::none(), py::arg("background") = py::none(), py::arg("effects") = "auto")
+      .def_property_readonly("settings", &settings_of, "every number by its key, a copy")
+      .def("__getitem__", [](const Config& c, const std::string& key) -> py::object { return settings_of(c)[py::str(key)]; }, py::arg("key"))
+      .def("__setitem__", [](Config& c, const std::string& key, const py::object& value) { set_config(c, key + "=" + text_of(value), "Config"); }, py::arg("key"), py::arg("value"))
+      .def("to_toml", &write_config, "As config.toml has it.")
+      .def("copy", [](const Config& c) { return c; }, "One of its own.");
+
+  py::class_<StepReport>(m, "StepReport", "What one step reports.")
+      .def_readonly("step", &StepReport::step, "steps done, this one included")
+      .def_readonly("progress", &StepReport::progress, "0 to 1 of the budget")
+      .def_readonly("seconds", &StepReport::seconds, "of training so far")
+      .def_readonly("loss", &StepReport::loss, "of this batch")
+      .def_readonly("psnr", &StepReport::psnr, "of this batch's rays, dB")
+      .def_readonly("rays", &StepReport::rays, "of this step")
+      .def_readonly("samples", &StepReport::samples, "of this step")
+      .def_readonly("discarded", &StepReport::discarded, "something was not finite, so no parameter was touched");
+  bind_trainer(m);
+
+  m.def("choose_effects", [](const Config& config, const Dataset& data) {
+          const Split* train = data.find("train");
+          if (!train) fail({data.path, "there is nothing to try effects on", "a split named train, if it was read", "", ""});
+          EffectChoice choice;
+          released([&] { choice = choose_effects(config, *train, data.time_map); });
+          Config out = config;
+          apply(choice.chosen, out), out.motion.points = choice.points;
+          return out;
+        }, "The configuration with only those effects that the scene calls for, tried out as the command line does with --effects auto.", py::arg("config"), py::arg("dataset"));
+  m.def("train", [](std::shared_ptr<Dataset> data, const Config& config, const py::object& callback, int every) {
+          Learning l(std::move(data), config);
+          run(l, callback, every);
+          return model_of(*l.trainer);
+        }, "A trained model; see Trainer.train.", py::arg("dataset"), py::arg("config"), py::arg("callback") = py::none(), py::arg("every") = 10);
+}
+
+}  // namespace splinevox::python

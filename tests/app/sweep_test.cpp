@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/sweep.hpp"
+
+#include <doctest/doctest.h>
+
+#include <csignal>
+
+#include "app/program.hpp"
+#include "splinevox/core/error.hpp"
+
+using namespace splinevox;
+using namespace splinevox::app;
+using namespace splinevox::test;
+
+namespace {
+
+/// A small sweep: two settings and two seeds of one scene.
+std::string describe_small(const TempFolder& folder) {
+  write_moving_ball(folder.path() / "ball", {8, 2, 2, 16, 0.8});
+  write_text(folder.path() / "sweep.toml", "datasets = [\"" + folder.str() + "/ball\"]\npresets = [\"draft\"]\nseeds = [1, 7]\n"
+             "train = [\"--max-steps\", \"20\", \"--effects\", \"all\", \"--set\", \"sampling.rays=256\"]\n"
+             "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.5\", \"loss.tv_density=0.01\"]\n");
+  return folder.str() + "/sweep.toml";
+}
+
+}  // namespace
+
+TEST_SUITE("app/sweep") {
+  TEST_CASE("every combination is a task with a folder of its own") {
+    const TempFolder folder;
+    const std::vector<SweepTask> tasks = read_sweep(describe_small(folder), "out");
+    REQUIRE(tasks.size() == 4);
+    CHECK(tasks[0].name == "ball_draft_plain_s1");
+    CHECK(tasks[3].name == "ball_draft_smooth_s7");
+    CHECK(tasks[3].train == std::vector<std::string>{"train", folder.str() + "/ball", "--out", "out/ball_draft_smooth_s7", "--preset", "draft", "--seed", "7", "--resume", "--set",
+                                                     "loss.tv_control=0.5", "--set", "loss.tv_density=0.01", "--max-steps", "20", "--effects", "all", "--set", "sampling.rays=256"});
+    CHECK(sweep_csv(tasks).find("ball_draft_plain_s7," + folder.str() + "/ball,draft,plain,7,,,,,\n") != std::string::npos);
+    CHECK(sweep_table(tasks).find("| draft | smooth | 0 of 2 |") != std::string::npos);
+    CHECK(sweep_commands(tasks).starts_with("splinevox train " + folder.str() + "/ball --out out/ball_draft_plain_s1 --preset draft --seed 1 --resume --max-steps 20 "));
+    SweepTask spaced = tasks[0];
+    spaced.run = "my run's";
+    CHECK(sweep_commands({spaced}).ends_with(" && splinevox eval 'my run'\\''s'\n"));
+    const std::string script = slurm_script(folder.str() + "/sweep.toml", "out", 4, 2);
+    CHECK(script.find("#SBATCH --array=0-3\n") != std::string::npos);
+    CHECK(script.find("--task \"$SLURM_ARRAY_TASK_ID\"") != std::string::npos);
+  }
+
+  TEST_CASE("what is wrong with a description is named") {
+    const TempFolder folder;
+    const std::string path = folder.str() + "/sweep.toml";
+    struct Row {
+      const char *text, *says;
+    };
+    for (const Row& row : {Row{"", "there are no datasets"}, {"datasets = \"a\"\n", "'datasets' is not a list"}, {"datasets = [\"a\"]\nseed = [1]\n", "there is no 'seed' in a sweep"},
+                           {"datasets = [\"a/x\", \"b/x\"]\n", "two tasks would have the same folder"}, {"datasets = [\n\n\"a\"", "line"},
+                           {"datasets = [\"a\"]\n[settings]\nx = \"loss.tv_control=1\"\n", "'settings.x' is not a list"}, {"datasets = [\"a\"]\nseeds = [1.5]\n", "'seeds' is not a list"}}) {
+      write_text(path, row.text);
+      CHECK_THROWS_WITH_AS(read_sweep(path, "out"), doctest::Contains(row.says), Error);
+    }
+    CHECK_THROWS_WITH_AS(read_sweep(folder.str() + "/none.toml", "out"), doctest::Contains("no such file"), Error);
+  }
+
+  TEST_CASE("a pool trains and evaluates all; again, nothing is done twice; what is missing is made up for") {
+    const TempFolder folder;
+    const std::string description = describe_small(folder), out = folder.str() + "/out";
+    const Ended first = program({"sweep", description, "--out", out, "--jobs", "2", "--threads", "1"});
+    CHECK(first.code == 0);
+    const std::string table = slurp(out + "/table.csv");
+    CHECK(table.find(",,") == std::string::npos);
+    CHECK(contains(first.out, "| draft | plain | 2 of 2 |"));
+    const std::string model = slurp(out + "/ball_draft_smooth_s7/model.vdb");
+    const Ended again = program({"sweep", description, "--out", out});
+    CHECK(again.code == 0);
+    CHECK(contains(again.out, "ball_draft_smooth_s7: was done"));
+    CHECK(slurp(out + "/table.csv") == table);
+
+    std::filesystem::remove_all(out + "/ball_draft_smooth_s7");
+    const Ended one = program({"sweep", description, "--out", out, "--task", "3", "--threads", "1", "--quiet"});  // as an array job does
+    CHECK(one.code == 0);
+    CHECK(slurp(out + "/ball_draft_smooth_s7/model.vdb").size() == model.size());
+    CHECK(program({"sweep", description, "--out", out, "--task", "4"}).code == 2);
+  }
+
+  TEST_CASE("a task that fails is named and the others are done") {
+    const TempFolder folder;
+    const std::string description = describe_small(folder), out = folder.str() + "/out";
+    write_text(description, slurp(description) + "wrong = [\"loss.no_such=1\"]\n");
+    const Ended e = program({"sweep", description, "--out", out, "--jobs", "2", "--threads", "1"});
+    CHECK(e.code == 1);
+    CHECK(contains(e.out, "ball_draft_wrong_s1: failed, see "));
+    CHECK(contains(e.out, "| draft | plain | 2 of 2 |"));
+    CHECK(contains(e.out, "| draft | wrong | 0 of 2 |"));
+    CHECK(contains(slurp(out + "/ball_draft_wrong_s1.log"), "there is no setting"));
+  }
+
+  TEST_CASE("a signal stops the pool, the runs save themselves, and the next call goes on with them") {
+    const TempFolder folder;
+    const std::string description = describe_small(folder), out = folder.str() + "/out";
+    std::string text = slurp(description);
+    text.replace(text.find("\"20\""), 4, "\"200000\"");
+    write_text(description, text);
+    Started sweep({SPLINEVOX_PROGRAM, "sweep", description, "--out", out, "--threads", "1"});
+    const std::string metrics = out + "/ball_draft_plain_s1/metrics.jsonl";
+    for (int i = 0; i < 600 && slurp(metrics).empty(); ++i) ::usleep(50000);
+    ::kill(sweep.process(), SIGINT);
+    CHECK(sweep.wait().code == 130);
+    CHECK(contains(slurp(out + "/ball_draft_plain_s1/metrics.json"), "\"finished\": false"));
+    CHECK(std::filesystem::exists(out + "/ball_draft_plain_s1/checkpoint.bin"));
+    CHECK_FALSE(std::filesystem::exists(out + "/ball_draft_plain_s7"));
+  }
+}

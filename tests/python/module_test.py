@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Memory, threads, interrupts and errors."""
+import gc
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import splinevox as sv
+from conftest import STEPS
+
+
+def test_pictures_of_a_data_set_are_views(scene):
+    frame = sv.load_dataset(scene).frames("test")[0]  # nothing else holds the data set
+    gc.collect()
+    image = frame.image
+    assert image.dtype == np.uint16 and image.shape == (32, 32, 4) and not image.flags.owndata and not image.flags.writeable
+    assert image.__array_interface__["data"] == frame.image.__array_interface__["data"]
+    del frame
+    gc.collect()
+    assert image[..., 3].max() == 65535
+    with pytest.raises(ValueError):
+        image[0, 0, 0] = 1
+
+
+def test_rows_are_views_that_keep_the_model(model):
+    mine = model.copy()
+    density, control = mine.density, mine.control_points
+    assert np.shares_memory(density, mine.density) and density.strides == mine.rgb.strides[:1]
+    assert control.shape[1:] == (mine.points, 3) and mine.motion_positions().shape == (control.shape[0], 3)
+    assert mine.radiance_positions().shape == (density.size, 3) and np.isnan(mine.radiance_positions()[:512]).all()
+    before = density.copy()
+    del mine
+    gc.collect()
+    assert np.array_equal(density, before)
+
+
+def test_what_is_written_into_a_view_is_rendered(model, data):
+    camera = data.frames("test")[0].camera
+    mine = model.copy()
+    mine.rgb[:] = -20  # black
+    mine.sh[:] = -20  # no rescale
+    if mine.light is not None:
+        mine.light[:] = 0
+    full, black = model.render(camera, 0.5), mine.render(camera, 0.5)
+    assert np.allclose(black.alpha, full.alpha, atol=1e-6)
+    assert np.allclose(black.rgb, 1 - full.alpha[..., None], atol=1e-3)
+
+
+def test_layers_have_their_shapes(model, data):
+    camera = sv.Camera(24, 16, data.frames("test")[0].camera.camera_to_world, angle_x=0.7)
+    layers = model.render(camera, 0.3)
+    assert [getattr(layers, n).shape for n in ("rgb", "alpha", "depth", "flow", "rigidity")] == [(16, 24, 3), (16, 24), (16, 24), (16, 24, 3), (16, 24)]
+    assert layers.rgb.dtype == np.float32 and layers.rgb.flags.c_contiguous
+
+
+def test_a_camera_is_what_it_was_made_of(data):
+    camera = data.frames("train")[0].camera
+    again = sv.Camera(camera.width, camera.height, camera.camera_to_world, camera.fx, camera.fy, camera.cx, camera.cy)
+    assert np.allclose(again.camera_to_world, camera.camera_to_world, atol=1e-12) and (again.fx, again.cy) == (camera.fx, camera.cy)
+
+
+def test_the_callback_hears_and_stops(data, config):
+    heard = []
+    assert sv.Trainer(data, config).train(lambda r: heard.append((r.step, r.loss > 0)), every=25)
+    assert heard == [(25, True), (50, True), (STEPS, True)]
+    trainer = sv.Trainer(data, config)
+    assert not trainer.train(lambda r: False, every=7)
+    assert trainer.step().step == 8 and not trainer.done
+
+
+def test_training_stops_where_it_was_and_goes_on_in_the_same_bits(data, config, model):
+    trainer = sv.Trainer(data, config)
+    trainer.train(lambda r: False, every=20)
+    other = sv.Trainer(data, config)
+    other.restore(trainer.save())
+    assert other.train()
+    assert np.array_equal(other.model().density, model.density) and np.array_equal(other.model().control_points, model.control_points)
+
+
+def test_an_exception_of_the_callback_comes_out(data, config):
+    def callback(report):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        sv.train(data, config, callback)
+
+
+def test_other_threads_run_while_it_trains(data, config):
+    ticks, done = [0], threading.Event()
+
+    def tick():
+        while not done.is_set():
+            ticks[0] += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=tick)
+    thread.start()
+    while not ticks[0]:
+        time.sleep(0.001)
+    before = ticks[0]
+    sv.train(data, config)  # no callback: nothing gives the lock back but its release
+    after = ticks[0]
+    done.set()
+    thread.join()
+    assert after > before + 3
+
+
+def test_control_c_interrupts_training(data):
+    endless = sv.Config("draft", max_steps=10**8, effects="all")
+    trainer = sv.Trainer(data, endless)
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        trainer.train()
+    assert trainer.step().step > 1  # as it was after its last step
+
+
+def test_errors_are_those_of_the_command_line(data, config, model, tmp_path):
+    with pytest.raises(sv.InputError) as caught:
+        sv.load_dataset(str(tmp_path / "none"))
+    error = caught.value
+    assert isinstance(error, (sv.Error, ValueError)) and error.where in str(error) and error.what in str(error) and "none" in error.where
+    with pytest.raises(sv.InputError, match="tv_control"):
+        sv.Config(settings={"loss.tv_contrl": 1})
+    with pytest.raises(sv.InputError, match="out of range"):
+        config.copy()["sampling.rays"] = -1
+    with pytest.raises(sv.InputError, match="shape"):
+        model.track(np.zeros((4, 2)), 0, [1])
+    with pytest.raises(sv.InputError, match="such time"):
+        model.warp(np.zeros((1, 3)), 1.5)
+    with pytest.raises(sv.InputError, match="no split 'val2'"):
+        data.frames("val2")
+    with pytest.raises(sv.InputError, match="Camera"):
+        sv.Camera(8, 8, np.zeros((4, 4)), angle_x=0.7)
+    with pytest.raises(sv.OutputError):
+        sv.save_model("/proc/none/model.vdb", model)
+    assert issubclass(sv.OutputError, OSError) and issubclass(sv.NumericError, ArithmeticError)
+
+
+def test_settings_go_in_and_come_out(config):
+    mine = config.copy()
+    mine["grid.motion"] = [4, 8]
+    mine["motion.rigidity"] = False
+    mine["motion.basis"] = "bezier"
+    assert mine["grid.motion"] == [4, 8] and mine["motion.rigidity"] is False and mine["motion.basis"] == "bezier"
+    assert config["motion.rigidity"] is True and config["run.max_steps"] == STEPS
+    assert "basis = \"bezier\"" in mine.to_toml()
+
+
+def test_effects_are_chosen_as_by_the_command_line(data):
+    chosen = sv.choose_effects(sv.Config("draft", max_steps=40), data)
+    assert chosen["motion.enabled"] is True  # so short a run tries nothing
+
+
+def test_a_call_costs_microseconds(model):
+    once = []
+    for _ in range(200):
+        start = time.process_time_ns()
+        model.density
+        once.append(time.process_time_ns() - start)
+    print(f"a view of the rows: {sorted(once)[100] / 1000:.1f} us")
+    assert np.shares_memory(model.density, model.density)

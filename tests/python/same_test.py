@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The module and the command line give the same numbers."""
+import csv
+import json
+
+import numpy as np
+
+import splinevox as sv
+from conftest import program
+
+ROWS = ["density", "rgb", "sh", "control_points", "light", "rigidity"]
+
+
+def rows(model):
+    return {name: getattr(model, name) for name in ROWS if getattr(model, name) is not None}
+
+
+def same_values(a, b):
+    """Every stored value that either has: files keep only bricks with something in them, so rows are matched by place."""
+    for name, where in [("density", "radiance_positions"), ("rgb", "radiance_positions"), ("control_points", "motion_positions"), ("rigidity", "motion_positions")]:
+        tables = [dict(zip(map(bytes, getattr(m, where)()[512:]), map(bytes, np.ascontiguousarray(getattr(m, name)[512:])))) for m in (a, b)]
+        shared = tables[0].keys() & tables[1].keys()
+        assert len(shared) >= 0.9 * min(map(len, tables)) > 0
+        assert all(tables[0][key] == tables[1][key] for key in shared)
+
+
+def test_training_gives_the_same_bits(model, run):
+    same_values(model, sv.load_model(run + "/model.vdb"))
+
+
+def test_a_saved_model_is_the_same_file(model, run, tmp_path):
+    sv.save_model(str(tmp_path / "a.vdb"), model)
+    again = sv.load_model(str(tmp_path / "a.vdb"))
+    same_values(model, again)
+    sv.save_model(str(tmp_path / "b.vdb"), again)
+    assert rows(again).keys() == rows(sv.load_model(str(tmp_path / "b.vdb"))).keys()
+
+
+def test_pictures_are_the_same_files(run, tmp_path):
+    program("render", run, "--out", tmp_path / "cli", "--camera", "orbit", "--times", "0:1:3", "--size", "40", "--quiet")
+    opened = sv.open_run(run)
+    renderer = sv.Renderer(opened.model)
+    for i, (camera, time) in enumerate(opened.shots("orbit", times="0:1:3", size=40), start=1):
+        picture = renderer.render(camera, time).rgb
+        assert np.array_equal(picture, opened.model.render(camera, time).rgb)
+        sv.write_png(str(tmp_path / "py.png"), picture)
+        assert (tmp_path / "py.png").read_bytes() == (tmp_path / "cli" / f"rgb_{i:04}.png").read_bytes()
+
+
+def test_eval_has_the_same_figures(run, data):
+    told = json.loads(program("eval", run, "--json"))
+    opened = sv.open_run(run)
+    found = opened.evaluate()
+    assert found == {key: told[key] for key in found}
+    assert found == opened.model.evaluate(data, "test")
+
+
+def test_tracks_are_the_same(run, tmp_path):
+    opened = sv.open_run(run)
+    lo, hi = np.array(opened.model.box)
+    points = (lo + (hi - lo) * np.random.default_rng(3).random((20, 3))).astype(np.float32)
+    with open(tmp_path / "in.csv", "w") as f:
+        print("x,y,z", *("%.9g,%.9g,%.9g" % tuple(p) for p in points), sep="\n", file=f)
+    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "0,0.75", "--out", tmp_path / "out.csv", "--quiet")
+    place, folded = opened.model.track(points, 0.25, [0, 0.75])
+    with open(tmp_path / "out.csv") as f:
+        table = list(csv.DictReader(f))
+    told = np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in table]).reshape(20, 2, 3).swapaxes(0, 1)
+    assert np.array_equal(told, place)
+    assert np.array_equal(np.array([row["folded"] == "1" for row in table]).reshape(20, 2).T, folded)
+    canonical, flagged = opened.model.warp(points, 0.25)
+    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "canonical", "--out", tmp_path / "out.csv", "--quiet")
+    with open(tmp_path / "out.csv") as f:
+        assert np.array_equal(np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in csv.DictReader(f)]), canonical)
+    assert flagged.dtype == bool and flagged.shape == (20,)
