@@ -10,6 +10,7 @@
 #include "app/command.hpp"
 #include "app/evaluate.hpp"
 #include "app/signals.hpp"
+#include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
@@ -17,7 +18,7 @@ namespace splinevox::app {
 namespace {
 
 struct ExportVerb {
-  std::string run, out, frames = "1-120";
+  std::string run, out, frames = "1-120", device = "auto";
   ExportOptions options;
   bool full = false, afresh = false, quiet = false, json = false;
   int threads = 0;
@@ -35,6 +36,8 @@ void parse_frames(const std::string& text, ExportOptions& options) {
 }
 
 int export_run(ExportVerb& o) {
+  if (o.device == "cuda") fail({"--device", "frames are baked on the CPU only", "auto or cpu", o.device, ""});
+  choose_device(o.device);
   parse_frames(o.frames, o.options);
   o.options.half = !o.full;
   o.options.resume = !o.afresh;
@@ -111,6 +114,7 @@ Action export_command(CLI::App& verb) {
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
   add_threads(verb, o->threads);
+  verb.add_option("--device", o->device, "auto or cpu: frames are baked on the CPU")->capture_default_str();
   return [o] { return with_threads(o->threads, [&] { return export_run(*o); }); };
 }
 

@@ -35,13 +35,13 @@ void check_same_run(const RunFolder& folder, const Config& saved, const Config& 
           "another folder for --out"});
 }
 
-void greet(const Dataset& data, const Config& c, Progress& progress) {
+void greet(const Dataset& data, const Config& c, Device device, Progress& progress) {
   const Split& train = *data.find("train");
   const Image16& first = train.frames.front().image;
   for (const std::string& note : data.notes) progress.note("note: " + note);
   const std::string length = c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
-  progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads", data.path, train.frames.size(),
-                            first.width, first.height, c.preset, length, tbb::this_task_arena::max_concurrency()));
+  progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads, {}", data.path, train.frames.size(),
+                            first.width, first.height, c.preset, length, tbb::this_task_arena::max_concurrency(), describe(device)));
 }
 
 /// Tries out which effects the scene calls for and writes effects.json. What the user listed is measured, not changed.
@@ -71,7 +71,7 @@ void summarise(const Json& j, const RunFolder& folder) {
   fmt::print("model: {}\n", folder.file("model.vdb"));
 }
 
-int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
+int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_point start) {
   Progress progress(choose_talk(o.quiet, o.json));
   RunFolder folder(o.out, o.resume);
   if (folder.has(kEditHistory))
@@ -92,7 +92,7 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   if (!fs::exists(fs::path(o.dataset) / "transforms_val.json")) load.splits.pop_back();
   const Dataset data = load_dataset(o.dataset, load);
   if (checkpoint) check_same_run(folder, saved, config, record, data);
-  greet(data, config, progress);
+  greet(data, config, device, progress);
   if (!checkpoint) {
     settle_effects(config, o.effects != "auto", data, folder, progress);
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(), data.fingerprint,
@@ -101,9 +101,10 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
     write_file(folder.file("metrics.jsonl"), {std::string()});
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  TrainSession session({config, data, folder, used, checkpoint}, progress);
+  TrainSession session({config, data, folder, used, checkpoint, device, o.deterministic}, progress);
   Json figures = session.run();
   figures["threads"] = tbb::this_task_arena::max_concurrency();
+  figures["device"] = describe(device);
   if (!figures["finished"].get<bool>()) {
     if (progress.talk() == Talk::json)
       fmt::print("{}\n", Json{{"interrupted", true}, {"step", figures["steps"]}}.dump());
@@ -133,10 +134,10 @@ Action train_command(CLI::App& verb) {
       if (value.empty())
         fail({"train", fmt::format("{} is missing", name), "splinevox train DATASET --out RUN", "",
               "splinevox train --help"});
-    check_device(options->device);
+    const Device device = choose_device(options->device);
     if (!options->resume) effective_config(*options, nullptr);  // wrong settings are found before anything is touched
     catch_stop_signals();
-    return with_threads(options->threads, [&] { return train(*options, start); });
+    return with_threads(options->threads, [&] { return train(*options, device, start); });
   };
 }
 

@@ -9,6 +9,7 @@
 
 #include "app/progress.hpp"
 #include "app/run_folder.hpp"
+#include "splinevox/backend/device.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/io/checkpoint.hpp"
 #include "splinevox/train/trainer.hpp"
@@ -24,6 +25,8 @@ class TrainSession {
     const RunFolder& folder;
     double seconds_used;  ///< of the budget, before this
     bool resume;          ///< there is a checkpoint to go on from
+    Device device;        ///< makes steps and pictures
+    bool deterministic;   ///< see make_step
   };
   TrainSession(const Setup& setup, Progress& progress);
 

@@ -12,7 +12,7 @@ struct Ray {
 
 /// The ray through image position (u, v) in pixels, v downwards; pixel (i, j) has its centre at
 /// (i + 0.5, j + 0.5). In double: the origin may lie far from the box (numerics H14).
-inline Ray camera_ray(const Camera& camera, double u, double v) {
+SPLINEVOX_HD inline Ray camera_ray(const Camera& camera, double u, double v) {
   const double x = (u - camera.cx) / camera.fx, y = -(v - camera.cy) / camera.fy;
   const Vec3d d = x * camera.axes[0] + y * camera.axes[1] - camera.axes[2];
   return {camera.position, normalize(d)};

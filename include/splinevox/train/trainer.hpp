@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "splinevox/backend/step.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/train/config.hpp"
@@ -44,7 +45,9 @@ struct StepReport {
 class Trainer {
  public:
   /// `train` must outlive the trainer. `seconds_used`: seconds of the budget spent before training (loading data).
-  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0);
+  /// `device`: what makes the steps instead of the calling arena's threads (backend/step.hpp); null: they do. Batches are drawn and
+  /// lattices changed on the threads either way.
+  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0, std::unique_ptr<StepBackend> device = nullptr);
   ~Trainer();
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
