@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <random>
 
+#include "splinevox/core/team.hpp"
+#include "splinevox/render/field_view.hpp"
 #include "splinevox/render/ray_kernel.hpp"
 #include "splinevox/render/shade.hpp"
-#include "splinevox/core/team.hpp"
 #include "support/blob_model.hpp"
-#include "splinevox/render/field_view.hpp"
 
 using namespace splinevox;
 
 namespace {
-
-constexpr float kUnit = 6e-8f;  ///< of rounding, of numbers near 1
 
 struct Worst {
   double relative = 0;
   void see(float a, float b, float scale) { relative = std::max(relative, double(std::abs(a - b)) / std::max(double(scale), 1e-30)); }
 };
 
-/// Every sample of rays through a model, by the CPU's kernel for many and by the one for lanes.
+/// Every sample of rays through a model, by the CPU's kernel for many and by the one for lanes. Returns the largest difference in units of
+/// rounding of a coordinate: a place is found in numbers of up to that many vertices, whatever is read there.
 template <int Sh, bool Moving>
 double compare(const VoxelModel& model, unsigned seed) {
   std::mt19937 random(seed);
@@ -58,7 +58,8 @@ double compare(const VoxelModel& model, unsigned seed) {
     }
   }
   CHECK(seen > 1000);
-  return worst.relative / kUnit;
+  const float vertices = std::max({field.radiance.limit.x, field.radiance.limit.y, field.radiance.limit.z});
+  return worst.relative / (double(vertices) * 0x1p-24);
 }
 
 }  // namespace

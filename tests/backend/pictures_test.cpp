@@ -43,12 +43,16 @@ TEST_SUITE("backend/pictures") {
       double worst = 0;
       for (int sh = -1; sh <= 3; ++sh)
         for (const int motion : {0, 1, 2}) {
-          CAPTURE(runner.name), CAPTURE(sh), CAPTURE(motion);
+          CAPTURE(runner.name);
+          CAPTURE(sh);
+          CAPTURE(motion);
           const test::BlobMotion moves{motion > 0, 4, {-0.3f, 0.1f, 0.2f}, 0.15f, motion == 2, motion == 2 ? 0.8f : 0.0f};
           const VoxelModel model = test::blob_model(40, moves, sh);
           Renderer cpu(model), device(model, runner.pictures(model));
           for (const double time : {0.0, 0.7}) {
-            const Rendered a = cpu.render(eye, time), b = device.render(eye, time);
+            // To the end of the ray: where it may stop early, a transmittance beside the limit falls on either side of it.
+            const RenderOptions all{.stop = 0};
+            const Rendered a = cpu.render(eye, time, all), b = device.render(eye, time, all);
             CHECK(*std::max_element(a.alpha.data.begin(), a.alpha.data.end()) > 0.9f);
             // 4 units of rounding for each of the up to 100 samples that a pixel is made of.
             constexpr double kTolerance = 100 * 4 * 6e-8;
@@ -59,6 +63,8 @@ TEST_SUITE("backend/pictures") {
             // A quotient of two sums that may both be small; the farthest corner is 4 units away.
             CHECK(farthest(a.depth, b.depth) < 1e-3);
             worst = std::max(worst, farthest(a.rgb, b.rgb));
+            const RenderOptions early;
+            CHECK(farthest(cpu.render(eye, time, early).rgb, device.render(eye, time, early).rgb) <= early.stop);
           }
         }
       std::printf("%s: pictures differ from the CPU's by %.2e at most\n", runner.name.c_str(), worst);
@@ -68,7 +74,8 @@ TEST_SUITE("backend/pictures") {
     for (const test::Runner& runner : test::runners()) {
       const VoxelModel model = test::noisy_model(5, 6, FirstPoint::free, BasisKind::bspline, 2, true, true);
       Renderer cpu(model), device(model, runner.pictures(model));
-      const Rendered a = cpu.render(camera(32, 32), 0.4), b = device.render(camera(32, 32), 0.4);
+      const RenderOptions all{.stop = 0};
+      const Rendered a = cpu.render(camera(32, 32), 0.4, all), b = device.render(camera(32, 32), 0.4, all);
       CAPTURE(runner.name);
       CHECK(farthest(a.rgb, b.rgb) < 100 * 4 * 6e-8);
     }
