@@ -107,7 +107,8 @@ class CudaExecutor {
     scratch_bytes = (scratch_bytes + 15) / 16 * 16;
     const std::size_t shared = kTeamsPerBlock * scratch_bytes;
     if (shared > kSharedByDefault)
-      check_cuda(cudaFuncSetAttribute(team_kernel<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, int(shared)), "asking for shared memory (rays with very many samples)");
+      check_cuda(cudaFuncSetAttribute(team_kernel<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, int(shared)),
+                 "asking for shared memory (rays with very many samples)");
     team_kernel<<<unsigned((n + kTeamsPerBlock - 1) / kTeamsPerBlock), kTeamsPerBlock * kLanes, shared, stream_>>>(n, kernel, unsigned(scratch_bytes));
     check_cuda(cudaGetLastError(), "starting a kernel");
   }

@@ -33,7 +33,8 @@ class Pictures final : public PictureMaker {
     if (field.moving) field.motion = motion_.brick_view();
     const int most = most_samples(model_.box, step);
     if (most > MarchList::kMostSamples)
-      fail({"the march step", "a ray would have too many samples for the device", "at most " + std::to_string(MarchList::kMostSamples), std::to_string(most), "--device cpu"});
+      fail({"the march step", "a ray would have too many samples for the device", "at most " + std::to_string(MarchList::kMostSamples),
+            std::to_string(most), "--device cpu"});
     run_.resize(pixels_, std::size_t(camera.width) * camera.height);
     specialise(model_.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
       using Kernel = PictureKernel<Sh, Moving>;

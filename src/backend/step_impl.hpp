@@ -42,7 +42,8 @@ class Steps final : public StepBackend {
     const VoxelModel& m = *model.model;
     most_samples_ = most_samples(m.box, m.step);
     if (most_samples_ > MarchList::kMostSamples)
-      fail({"sampling.step", "a ray would have too many samples for the device", "at most " + std::to_string(MarchList::kMostSamples), std::to_string(most_samples_), "a larger sampling.step, or --device cpu"});
+      fail({"sampling.step", "a ray would have too many samples for the device", "at most " + std::to_string(MarchList::kMostSamples),
+            std::to_string(most_samples_), "a larger sampling.step, or --device cpu"});
     radiance_.upload(run_, model.radiance);
     if (deterministic_) clear(radiance_fixed_, radiance_.values.size());
     levels_.resize(model.levels.size());
@@ -179,7 +180,9 @@ class Steps final : public StepBackend {
       default: run_march<Executor, 3>(run_, job);
     }
     run_.for_each(OutcomeKernel{outcomes_.data(), in.rays.size(), totals_.data()});
-    if (deterministic_) run_.for_each(DecodeKernel{radiance_fixed_.data(), radiance_.gradient.data(), radiance_.touched.data(), radiance_.rows(), radiance_.width, 1 / GradientRows::kUnit});
+    if (deterministic_)
+      run_.for_each(DecodeKernel{radiance_fixed_.data(), radiance_.gradient.data(), radiance_.touched.data(), radiance_.rows(), radiance_.width,
+                                 1 / GradientRows::kUnit});
   }
 
   /// Gradients of the slices -> of the finest level -> of the coarser ones.
@@ -188,9 +191,11 @@ class Steps final : public StepBackend {
     if (deterministic_)
       for (int s = 0; s < slots; ++s) {
         const std::size_t offset = s * rows * kSliceWidth;
-        run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset, motion_touched_.data(), rows, kSliceWidth, 1 / GradientRows::kUnit});
+        run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset, motion_touched_.data(), rows, kSliceWidth,
+                                   1 / GradientRows::kUnit});
       }
-    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), weights_.data(), slots, rows, slice_gradients_.data(), levels_.back().gradient.data()});
+    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), weights_.data(), slots, rows, slice_gradients_.data(),
+                               levels_.back().gradient.data()});
     run_.for_each(MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), rows / 64});
     for (std::size_t l = levels_.size() - 1; l > 0; --l)
       run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(), levels_[l - 1].gradient.data(), levels_[l - 1].touched.data(),
