@@ -73,7 +73,7 @@ TEST_SUITE("backend/step") {
   TEST_CASE("a run on a device follows the CPU's: the same rays and samples, losses that part slowly") {
     for (const test::Runner& runner : test::runners())
       for (const bool deterministic : {false, true})
-        for (const int sh : {-1, 1, 3}) {
+        for (const int sh : {1, 2}) {
           CAPTURE(runner.name);
           CAPTURE(deterministic);
           CAPTURE(sh);
@@ -100,7 +100,7 @@ TEST_SUITE("backend/step") {
       CAPTURE(runner.name);
       const auto device = [&] { return runner.step(true); };
       const auto one = state(config, device, 24, 1);
-      for (const int threads : {1, 2, 3, 5}) CHECK(one == state(config, device, 24, threads));
+      for (const int threads : {1, 3}) CHECK(one == state(config, device, 24, threads));
     }
   }
   TEST_CASE("a run on a device that is saved and restored goes on as it was, there or on the CPU") {

@@ -35,13 +35,13 @@ struct Stage {
   SPLINEVOX_INLINE float* row(int lane) const { return values + lane * kRow; }
 };
 
-/// Adds what the lanes staged to columns [offset, offset + used) of the rows around their places: corner c receives w_c g, with Jet also
+/// Adds what the lanes staged to columns [offset, offset + used) of the rows around their places: corner c receives w_c g, with Slopes also
 /// sum_j (d w_c / d f_j) h[j] in the first four columns.
 ///
 /// Eight lanes take one column each and walk eight samples in order. Successive samples of a ray share cells, so they are summed while
 /// the cell stays the same; then one addition per corner covers a row's 32 bytes with eight neighbouring lanes.
 /// @param keep  lanes that have something, one bit each.   @param mark  whether to mark the rows touched.
-template <bool Jet, class Team>
+template <bool Slopes, bool Jet, class Team>
 SPLINEVOX_HD void accumulate(const Team& team, const BrickView<float>& view, const typename Team::template Lanes<Place>& places, std::uint32_t keep,
                              const Stage<Jet>& stage, int offset, int used, bool mark, const GradientRows& out) {
   team.each([&](int lane) {
@@ -67,7 +67,7 @@ SPLINEVOX_HD void accumulate(const Team& team, const BrickView<float>& view, con
       trilinear_weights(at.fraction, w);
       const float* row = stage.row(first + j);
       SPLINEVOX_UNROLL for (int c = 0; c < kCorners; ++c) sum[c] += w[c] * row[column];
-      if constexpr (Jet)
+      if constexpr (Slopes)
         if (column < 4) {
           Vec3 d[kCorners];
           trilinear_weight_gradients(at.fraction, d);

@@ -103,7 +103,7 @@ struct TrainKernel {
         });
         team.sync();
         constexpr int kUsed = 4 + RowHarmonics<Sh>::kCount;
-        accumulate(team, field.radiance, place, kept, stage, k, kUsed - k < 8 ? kUsed - k : 8, k == 0, radiance);
+        accumulate<false>(team, field.radiance, place, kept, stage, k, kUsed - k < 8 ? kUsed - k : 8, k == 0, radiance);
       }
       if constexpr (Moving) {
         team.sync();
@@ -123,7 +123,7 @@ struct TrainKernel {
           place[lane] = s.observed;
         });
         team.sync();
-        accumulate(team, field.motion, place, kept, stage, 0, kMotionColumns, true, motion[slot]);
+        accumulate<Jet>(team, field.motion, place, kept, stage, 0, kMotionColumns, true, motion[slot]);
       }
       behind += all;
     }
