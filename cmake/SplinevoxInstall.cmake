@@ -1,6 +1,6 @@
 # What `cmake --install` puts where, for programs (COMPONENT program), the shared library (library) and those who build against it (development).
 include(CMakePackageConfigHelpers)
-set(layers core data field render train io)
+set(layers core data field render backend train io)
 
 # The library as others link it, splinevox::splinevox: one shared library, or the layers' archives.
 if(SPLINEVOX_SHARED)
@@ -43,6 +43,9 @@ else()
   list(TRANSFORM layers PREPEND -lsplinevox_)
   list(JOIN layers " " pc_libraries)
   string(APPEND pc_libraries " -lopenvdb")
+  if(SPLINEVOX_CUDA_FOUND)
+    string(APPEND pc_libraries " ${CUDA_cudart_static_LIBRARY} -ldl -lrt")
+  endif()
   set(pc_requires "OpenEXR libpng libjpeg zlib fmt tbb")
 endif()
 configure_file(${PROJECT_SOURCE_DIR}/cmake/splinevox.pc.in ${PROJECT_BINARY_DIR}/splinevox.pc @ONLY)

@@ -10,6 +10,7 @@
 #include "app/command.hpp"
 #include "app/correspondence.hpp"
 #include "app/evaluate.hpp"
+#include "splinevox/backend/pictures.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/core/atomic_file.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -20,7 +21,7 @@ namespace splinevox::app {
 namespace {
 
 struct EvalOptions {
-  std::string run, data, split = "test", images;
+  std::string run, data, split = "test", images, device = "auto";
   int threads = 0;
   bool json = false, truth = false;
 };
@@ -70,6 +71,7 @@ void print_truth(const MotionScore& s) {
 }
 
 int evaluate(const EvalOptions& o) {
+  const Device device = choose_device(o.device);
   const Run run = open_run(o.run);
   const Dataset data = open_split(run, o.data, o.split);
   if (!o.images.empty()) probe_output_folder(o.images);
@@ -81,7 +83,7 @@ int evaluate(const EvalOptions& o) {
   Json frames = Json::array();
   std::vector<double> psnrs;
   double ssim_sum = 0, ms_ssim_sum = 0, seconds = 0;
-  Renderer renderer(run.model);
+  Renderer renderer(run.model, make_pictures(device, run.model));
   for (const Frame& frame : data.find(o.split)->frames) {
     const auto start = std::chrono::steady_clock::now();
     const View v = evaluate_view(run, renderer, frame);
@@ -106,6 +108,7 @@ int evaluate(const EvalOptions& o) {
                     {"split", o.split},
                     {"frames", frames},
                     {"eval_seconds", seconds},
+                    {"eval_device", describe(device)},
                     {"eval_data", fs::absolute(data.path).lexically_normal().string()}};
   MotionScore motion;
   if (o.truth) motion = score_motion(run.model, truth), result["truth"] = truth_figures(motion);
@@ -130,6 +133,7 @@ Action eval_command(CLI::App& verb) {
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   verb.add_flag("--json", o->json, "the figures as JSON on stdout");
   add_threads(verb, o->threads);
+  add_device(verb, o->device);
   return [o] { return with_threads(o->threads, [&] { return evaluate(*o); }); };
 }
 

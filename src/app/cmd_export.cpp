@@ -12,6 +12,7 @@
 #include "app/command.hpp"
 #include "app/evaluate.hpp"
 #include "app/signals.hpp"
+#include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/process.hpp"
 #include "splinevox/io/export_vdb.hpp"
@@ -20,7 +21,7 @@ namespace splinevox::app {
 namespace {
 
 struct ExportVerb {
-  std::string run, out, frames = "1-120", clusters;
+  std::string run, out, frames = "1-120", device = "auto", clusters;
   ExportOptions options;
   bool full = false, afresh = false, quiet = false, json = false;
   int threads = 0;
@@ -54,6 +55,8 @@ Json file_json(const ManifestFile& file) {
 }
 
 int export_run(ExportVerb& o) {
+  if (o.device == "cuda") fail({"--device", "frames are baked on the CPU only", "auto or cpu", o.device, ""});
+  choose_device(o.device);
   parse_frames(o.frames, o.options);
   o.options.clusters = parse_clusters(o.clusters);
   o.options.half = !o.full;
@@ -150,6 +153,7 @@ Action export_command(CLI::App& verb) {
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
   add_threads(verb, o->threads);
+  verb.add_option("--device", o->device, "auto or cpu: frames are baked on the CPU")->capture_default_str();
   return [o] { return with_threads(o->threads, [&] { return export_run(*o); }); };
 }
 

@@ -127,7 +127,7 @@ void print_run(const Json& j) {
   if (!j["held_view"].empty()) fmt::print("\n");
   const Json metrics = j.value("metrics", Json::object());
   if (metrics.contains("steps"))
-    fmt::print("{} steps in {:.1f} s\n", metrics["steps"].get<std::int64_t>(), metrics.value("train_seconds", 0.0));
+    fmt::print("{} steps in {:.1f} s on {}\n", metrics["steps"].get<std::int64_t>(), metrics.value("train_seconds", 0.0), metrics.value("device", "cpu"));
   if (metrics.contains("psnr"))
     fmt::print("{} split: PSNR {:.2f} dB, SSIM {:.4f}, MS-SSIM {:.4f}\n", metrics.value("split", ""),
                metrics["psnr"].get<double>(), metrics.value("ssim", 0.0), metrics.value("ms_ssim", 0.0));

@@ -13,6 +13,7 @@
 #include "app/edit_session.hpp"
 #include "app/evaluate.hpp"
 #include "app/film.hpp"
+#include "splinevox/backend/pictures.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/nearest.hpp"
 #include "splinevox/data/image_write.hpp"
@@ -23,7 +24,7 @@ namespace {
 const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigidity", "cluster"};
 
 struct RenderVerb {
-  std::string run, out, layers = "rgb", format = "png";
+  std::string run, out, layers = "rgb", format = "png", device = "auto";
   CameraRequest cameras;
   double fps = 24;
   int threads = 0;
@@ -56,6 +57,7 @@ void write_layers(const std::string& path, Rendered& r, const Image& parts, cons
 }
 
 int render(const RenderVerb& o) {
+  const Device device = choose_device(o.device);
   const std::vector<std::string> layers = chosen_layers(o.layers);
   if (o.format != "png" && o.format != "exr" && o.format != "mp4")
     fail(
@@ -63,11 +65,11 @@ int render(const RenderVerb& o) {
   const Run run = open_run(o.run);
   const std::vector<Shot> shots = plan_shots(run, o.cameras);
   probe_output_folder(o.out);
-  Renderer renderer(run.model);
+  Renderer renderer(run.model, make_pictures(device, run.model));
   const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
   const VoxelModel colours = parts ? painted(run.model, find_clusters(run.model, 0)) : VoxelModel();
   std::optional<Renderer> part_renderer;
-  if (parts) part_renderer.emplace(colours);
+  if (parts) part_renderer.emplace(colours, make_pictures(device, colours));
   std::map<std::string, Film> films;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     Rendered r = renderer.render(shots[i].camera, shots[i].time);
@@ -89,8 +91,8 @@ int render(const RenderVerb& o) {
   }
   for (auto& [layer, film] : films) film.finish();
   if (!o.quiet)
-    fmt::print("{}: {} pictures of {}x{}, {} as {}\n", o.out, shots.size(), shots[0].camera.width,
-               shots[0].camera.height, fmt::join(layers, ", "), o.format);
+    fmt::print("{}: {} pictures of {}x{}, {} as {}, on {}\n", o.out, shots.size(), shots[0].camera.width,
+               shots[0].camera.height, fmt::join(layers, ", "), o.format, describe(device));
   return 0;
 }
 
@@ -118,6 +120,7 @@ Action render_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
+  add_device(verb, o->device);
   return [o] { return with_threads(o->threads, [&] { return render(*o); }); };
 }
 

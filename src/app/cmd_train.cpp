@@ -37,13 +37,13 @@ void check_same_run(const RunFolder& folder, const Config& saved, const Config& 
           "another folder for --out"});
 }
 
-void greet(const Dataset& data, const Config& c, Progress& progress) {
+void greet(const Dataset& data, const Config& c, Device device, Progress& progress) {
   const Split& train = *data.find("train");
   const Image16& first = train.frames.front().image;
   for (const std::string& note : data.notes) progress.note("note: " + note);
   const std::string length = c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
-  progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads", data.path, train.frames.size(),
-                            first.width, first.height, c.preset, length, tbb::this_task_arena::max_concurrency()));
+  progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads, {}", data.path, train.frames.size(),
+                            first.width, first.height, c.preset, length, tbb::this_task_arena::max_concurrency(), describe(device)));
 }
 
 /// Pictures without alpha have no silhouettes to find the scene by; where the data says how far it reaches, that is the box.
@@ -82,11 +82,13 @@ void summarise(const Json& j, const RunFolder& folder) {
   fmt::print("model: {}\n", folder.file("model.vdb"));
 }
 
-int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
+int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_point start) {
   const std::unique_ptr<Ranks> ranks = join_ranks();
   const bool writes = !ranks || ranks->first();
   Progress progress(writes ? choose_talk(o.quiet, o.json) : Talk::quiet);
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
+  if (ranks && device != Device::cpu)
+    fail({"--device", "processes under mpirun train on their CPUs", "cpu, or auto", o.device, "--device cpu, or one process with the device"});
   if (folder.has(kEditHistory))
     fail({folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with", "a run that `splinevox train` made", "an edited run",
           "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
@@ -107,7 +109,7 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   if (std::find(splits.begin(), splits.end(), "val") != splits.end()) load.splits.push_back("val");
   const Dataset data = load_dataset(o.dataset, load);
   if (checkpoint) check_same_run(folder, saved, config, record, data);
-  greet(data, config, progress);
+  greet(data, config, device, progress);
   if (!checkpoint) {
     settle_bounds(config, data, progress);
     settle_effects(config, o.effects != "auto", data, folder, writes, progress);
@@ -119,10 +121,11 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
     }
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  TrainSession session({config, data, folder, used, checkpoint, ranks.get()}, progress);
+  TrainSession session({config, data, folder, used, checkpoint, ranks.get(), device, o.deterministic}, progress);
   Json figures = session.run();
   if (!writes) return session.stopped_by() ? 128 + session.stopped_by() : 0;
   figures["threads"] = tbb::this_task_arena::max_concurrency();
+  figures["device"] = describe(device);
   if (!figures["finished"].get<bool>()) {
     if (progress.talk() == Talk::json)
       fmt::print("{}\n", Json{{"interrupted", true}, {"step", figures["steps"]}}.dump());
@@ -152,10 +155,10 @@ Action train_command(CLI::App& verb) {
       if (value.empty())
         fail({"train", fmt::format("{} is missing", name), "splinevox train DATASET --out RUN", "",
               "splinevox train --help"});
-    check_device(options->device);
+    const Device device = choose_device(options->device);
     if (!options->resume) effective_config(*options, nullptr);  // wrong settings are found before anything is touched
     catch_stop_signals();
-    return with_threads(options->threads, [&] { return train(*options, start); });
+    return with_threads(options->threads, [&] { return train(*options, device, start); });
   };
 }
 

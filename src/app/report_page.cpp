@@ -57,6 +57,7 @@ std::string tiles(const ReportRun& run) {
          c.title + (quality && !split.empty() ? ", " + split : ""));
   }
   tile(figure(run.model_bytes / 1e6, 1, "MB"), run.model_file);
+  if (const std::string device = run.metrics.value("device", ""); !device.empty()) tile(escape(device), "trained on");
   return html + "</div>";
 }
 

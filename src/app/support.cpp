@@ -28,6 +28,10 @@ void add_threads(CLI::App& verb, int& threads) {
       ->capture_default_str();
 }
 
+void add_device(CLI::App& verb, std::string& device) {
+  verb.add_option("--device", device, "cpu, cuda, or auto: cuda where this build has it and a device is there")->type_name("{auto,cpu,cuda}")->capture_default_str();
+}
+
 int with_threads(int threads, const std::function<int()>& work) {
   if (threads <= 0) threads = tbb::this_task_arena::max_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));

@@ -19,6 +19,8 @@ using Json = nlohmann::ordered_json;
 
 /// --threads N: 0 = every core.
 void add_threads(CLI::App& verb, int& threads);
+/// --device auto, cpu or cuda; see choose_device.
+void add_device(CLI::App& verb, std::string& device);
 /// Runs `work` on that many TBB threads (0 = every core).
 int with_threads(int threads, const std::function<int()>& work);
 

@@ -67,7 +67,8 @@ void add_train_options(CLI::App& verb, TrainOptions& o) {
   verb.add_option("--max-steps", o.max_steps, "optimiser steps; alone, the same seed gives the same bits");
   add_threads(verb, o.threads);
   verb.add_option("--seed", o.seed, "seed of every random draw");
-  verb.add_option("--device", o.device, "what to compute on")->type_name("{auto,cpu}")->capture_default_str();
+  add_device(verb, o.device);
+  verb.add_flag("--deterministic", o.deterministic, "on a CUDA device too: the same bits in every run, for some of its speed (the CPU always has them)");
   verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
   verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, behind pictures with alpha");
   verb.add_option("--effects", o.effects, "auto (those the scene calls for, tried out first), all, or a list of motion,rigidity,view,light")
@@ -116,12 +117,6 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   apply_effects(c, o.effects);
   validate(c);
   return c;
-}
-
-void check_device(const std::string& device) {
-  if (device == "auto" || device == "cpu") return;
-  if (device == "cuda") fail({"--device", "this build has no CUDA", "auto or cpu", device, ""});
-  fail({"--device", "there is no such device", "auto or cpu", device, ""});
 }
 
 }  // namespace splinevox::app

@@ -19,7 +19,7 @@ struct TrainOptions {
   std::optional<int> max_steps, downscale;
   std::optional<std::uint64_t> seed;
   int threads = 0;
-  bool resume = false, quiet = false, json = false, list_settings = false;
+  bool resume = false, quiet = false, json = false, list_settings = false, deterministic = false;
 };
 
 void add_train_options(CLI::App& verb, TrainOptions& options);
@@ -27,9 +27,6 @@ void add_train_options(CLI::App& verb, TrainOptions& options);
 /// The effective configuration: preset (or, when a run is resumed, the one it has), then the TOML file, then --set,
 /// then the named flags. Validated. Throws Error.
 Config effective_config(const TrainOptions& options, const Config* resumed);
-
-/// Throws Error (input) for what this build cannot run on.
-void check_device(const std::string& device);
 
 /// "white", "black" or "R,G,B" as three numbers. Throws Error naming --background.
 std::vector<float> parse_background(const std::string& text);

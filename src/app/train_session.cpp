@@ -10,6 +10,8 @@
 
 #include "app/signals.hpp"
 #include "app/support.hpp"
+#include "splinevox/backend/pictures.hpp"
+#include "splinevox/backend/step.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/process.hpp"
 #include "splinevox/data/image_write.hpp"
@@ -63,7 +65,8 @@ void cut_metrics(const std::string& path, std::int64_t step) {
 TrainSession::TrainSession(const Setup& setup, Progress& progress)
     : setup_(setup),
       progress_(progress),
-      trainer_(setup.config, *setup.data.find("train"), setup.data.time_map, setup.seconds_used, setup.ranks) {
+      trainer_(setup.config, *setup.data.find("train"), setup.data.time_map, setup.seconds_used, setup.ranks,
+               setup.device == Device::cpu ? nullptr : make_step(setup.device, setup.deterministic)) {
   if (setup_.resume) resume();
   const Split* split = setup_.data.find("val");
   held_is_training_ = !split || split->frames.empty();
@@ -168,7 +171,8 @@ bool TrainSession::held_view_due(double seconds) const {
 void TrainSession::render_held_view() {
   if (held_step_ == double(last_.step)) return;
   const double start = clock();
-  const Image picture = clamped(render_image(trainer_.model(), held_->camera, held_->time).rgb);
+  const VoxelModel model = trainer_.model();
+  const Image picture = clamped(Renderer(model, make_pictures(setup_.device, model)).render(held_->camera, held_->time).rgb);
   held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, background(setup_.config))));
   held_step_ = double(last_.step);
   const std::string folder = setup_.folder.file("preview");

@@ -9,6 +9,7 @@
 
 #include "app/progress.hpp"
 #include "app/run_folder.hpp"
+#include "splinevox/backend/device.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/io/checkpoint.hpp"
 #include "splinevox/train/ranks.hpp"
@@ -25,7 +26,9 @@ class TrainSession {
     const RunFolder& folder;
     double seconds_used;  ///< of the budget, before this
     bool resume;          ///< there is a checkpoint to go on from
-    Ranks* ranks = nullptr;  ///< who trains with us; only the first of them writes
+    Ranks* ranks;         ///< who trains with us, if any; only the first of them writes
+    Device device;        ///< makes steps and pictures
+    bool deterministic;   ///< see make_step
   };
   TrainSession(const Setup& setup, Progress& progress);
 

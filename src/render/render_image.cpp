@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
@@ -54,17 +55,22 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
 
 }  // namespace
 
-Renderer::Renderer(const VoxelModel& model)
-    : model_(model), canonical_(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step)), time_(std::numeric_limits<double>::quiet_NaN()) {}
+Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
+    : model_(model), maker_(std::move(maker)), canonical_(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step)), time_(std::numeric_limits<double>::quiet_NaN()) {}
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
   if (time != time_) {
     slice_ = make_slice(model_.motion, stored_weights(model_.motion, time));
     occupied_ = frame_occupancy(model_, slice_, canonical_);
+    if (maker_) maker_->set_time(slice_, occupied_);
     time_ = time;
   }
   const int w = camera.width, h = camera.height;
   Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};
+  if (maker_) {
+    maker_->draw(camera, model_.step * options.step_scale, options.stop, out);
+    return out;
+  }
   const FieldView<float> field = view_field(model_, model_.step * options.step_scale);
   const FrameView<float> frame{slice_.values.data(), occupied_.view()};
   const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);

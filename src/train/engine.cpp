@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "splinevox/core/parallel.hpp"
-#include "splinevox/core/rng.hpp"
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/render/field_view.hpp"
@@ -23,12 +22,6 @@ double seconds_since(Clock::time_point& last) {
   const double s = std::chrono::duration<double>(now - last).count();
   last = now;
   return s;
-}
-
-/// A Rademacher probe: each component +1 or -1.
-Vec3 draw_probe(std::uint64_t seed, std::size_t ray) {
-  const std::uint64_t bits = Rng(seed, 5).bits(ray);
-  return {bits & 1 ? 1.0f : -1.0f, bits & 2 ? 1.0f : -1.0f, bits & 4 ? 1.0f : -1.0f};
 }
 
 template <int Sh, bool Moving, bool Jet>

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "splinevox/core/parallel.hpp"
-#include "splinevox/core/rng.hpp"
 #include "splinevox/core/simd.hpp"
+#include "splinevox/field/learn_kernels.hpp"
 #include "splinevox/math/shrink.hpp"
 #include "splinevox/math/tv.hpp"
 
@@ -32,8 +32,6 @@ bool all_zero(const Eight& v) {
     if (v[i] != 0) return false;
   return true;
 }
-
-bool chosen(std::uint64_t draw, int brick, float share) { return Rng(draw, 6).uniform(brick) < share; }
 
 /// Rows of a brick and of the layers of its neighbours one vertex around it; null where absent.
 struct Padded {
@@ -132,7 +130,7 @@ void add_total_variation(const Channels& values, Learner& learner, float scale, 
   if (!any) return;
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
-    if (!chosen(draw, brick, share)) return;
+    if (!chosen_brick(draw, brick, share)) return;
     brick_total_variation(values, brick, weight.data(), learner.gradient.values.row(std::size_t(brick) * kBrickRows));
     learner.gradient.touched[brick].set_all();
   });
@@ -144,7 +142,7 @@ void add_curve_length(const Channels& values, Learner& learner, const MotionFiel
   const bool pinned = stored < motion.points;  // the curve starts at a point pinned to zero before the first stored one
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
-    if (!chosen(draw, brick, share)) return;
+    if (!chosen_brick(draw, brick, share)) return;
     for (int i = 0; i < kBrickRows; ++i) {
       const std::size_t row = std::size_t(brick) * kBrickRows + i;
       const float* p = values.row(row);

@@ -84,6 +84,8 @@ bool Trainer::State::refine(double progress_now) {
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const bool changes = config.motion.enabled || config.motion.light;
   const int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
+  const bool elevates = changes && elevations <= reached(config.motion.elevate_start, progress);
+  if (stage < wanted || int(levels.size()) < wanted_levels || elevates) bring_home();
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted && !growing()) tighten_box();
     refresh_occupancy();
@@ -116,6 +118,7 @@ bool Trainer::State::refine(double progress_now) {
 }
 
 void Trainer::State::fit_lattices() {
+  uploaded = false;
   set_rates();
   collapse_levels({});
   find_active();
@@ -276,12 +279,14 @@ std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
 }
 
 void Trainer::State::refresh_occupancy() {
+  bring_home();
   collapse_levels({});
   occupancy = frame_occupancies(config.sampling.occupancy_alpha);
   // A time at which nothing is left would never be looked at again: start it over from the hull.
   for (BitGrid& frame : occupancy)
     if (frame.count() == 0) frame = bounds.hull;
   find_active();
+  uploaded = false;
 }
 
 void Trainer::State::clear_skipped(VoxelModel& out) const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "splinevox/backend/step.hpp"
 #include "splinevox/train/archive.hpp"
 #include "splinevox/train/batch.hpp"
 #include "splinevox/train/engine.hpp"
@@ -44,11 +45,20 @@ struct Trainer::State {
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;
+  std::unique_ptr<StepBackend> device;  ///< makes the steps, if any does
+  bool uploaded = false;             ///< the device has the parameters, and the latest
+  bool home = true;                  ///< so have the arrays here
   std::vector<StepReport> discarded; ///< the last steps, as far as they were discarded in a row
 
   /// Whether a step's loss or gradients cannot be used. If so, forgets them and fills in the report.
   bool discard(const PassResult& pass, const std::vector<double>& times, StepReport& report);
+  /// The report of a step that changed nothing.
+  void report_discarded(std::int64_t samples, std::int64_t bad_rows, const std::vector<int>& bad, const std::vector<double>& times, StepReport& report);
 
+  /// The parameters as the device left them, before anything here reads or changes them.
+  void bring_home();
+  /// A step's rays, gradients and update on the device.
+  StepSums step_on_device(const RayLosses& losses, const std::vector<double>& times, double progress);
   /// Whether some times are yet to be trained (SamplingConfig::window): nothing may be taken to be empty for good.
   bool growing() const { return !sampler.whole(progress); }
   /// Brings lattices, levels and degree to what the progress asks for. True if anything changed.

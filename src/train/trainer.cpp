@@ -43,6 +43,20 @@ StepReport give_up_after_many(State& s, const StepReport& report) {
               Fault::numeric);
 }
 
+/// The report of a step that was made.
+template <class State>
+StepReport finished(const State& s, StepReport report, double squared_error, double motion_loss, std::int64_t samples) {
+  const double rays = double(s.batch.rays.size());
+  report.step = s.step;
+  report.seconds = s.seconds_before;
+  report.progress = progress_of(s.config, s.step, s.seconds_before);
+  report.rays = std::int64_t(s.batch.rays.size());
+  report.samples = samples;
+  report.loss = (squared_error + motion_loss) / rays;
+  report.psnr = -10 * std::log10(std::max(1e-10, squared_error / (3.0 * rays)));
+  return report;
+}
+
 /// Gradient of the summed level -> gradients of the levels: the finest takes it as it is, each coarser one the transpose of its
 /// prolongation.
 void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
@@ -68,28 +82,34 @@ bool Trainer::State::discard(const PassResult& pass, const std::vector<double>& 
   };
   // What the losses of Eq. 9 add is no larger than their weights, so only wild ones need another look.
   if (pass.usable && !(wild_weights() && count() > 0)) return false;
-  report.bad_rows = count();
+  const std::int64_t bad_rows = count();
   splinevox::discard(radiance.gradient);
   for (Learner& learner : level_learners) splinevox::discard(learner.gradient);
+  report_discarded(pass.samples, bad_rows, engine->bad_rays(), times, report);
+  return true;
+}
+
+void Trainer::State::report_discarded(std::int64_t samples, std::int64_t bad_rows, const std::vector<int>& bad, const std::vector<double>& times,
+                                      StepReport& report) {
+  report.bad_rows = bad_rows;
   report.discarded = true;
   report.seconds = seconds_before, report.progress = progress_of(config, step, seconds_before);
-  report.rays = std::int64_t(batch.rays.size()), report.samples = pass.samples;
+  report.rays = std::int64_t(batch.rays.size()), report.samples = samples;
   report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
   std::vector<int> slot(batch.rays.size());
   for (const Batch::Task& task : batch.tasks) std::fill(slot.begin() + task.first, slot.begin() + task.last, task.frame);
-  for (const int i : engine->bad_rays()) {
+  for (const int i : bad) {
     if (report.bad_rays.size() == kBadRaysKept) break;
     const RayInput<float>& ray = batch.rays[i];
     report.bad_rays.push_back({batch.frames[slot[i]], i, ray.origin, ray.direction, batch.targets[i], times[slot[i]]});
   }
-  return true;
 }
 
-Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used, Ranks* ranks) {
+Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used, Ranks* ranks, std::unique_ptr<StepBackend> device) {
   validate(config);
   const auto start = Clock::now();
   state_ = std::make_unique<State>(config, train, time_map);
-  state_->ranks = ranks;
+  state_->ranks = ranks, state_->device = std::move(device);
   state_->refine(0);
   state_->seconds_before = seconds_used + since(start);
   if (ranks) state_->seconds_before = ranks->from_first(state_->seconds_before);
@@ -123,7 +143,7 @@ StepReport Trainer::one_step() {
   if (s.step > 0 && s.step % every == 0 && !report.stage_changed) s.refresh_occupancy();
   lap(s.phases.occupancy);
 
-  s.collapse_levels(s.active);
+  if (!s.device) s.collapse_levels(s.active);
   s.sampler.draw(s.step, progress, s.model.step, s.batch);
   if (s.ranks) keep_own_share(*s.ranks, s.batch);
   std::vector<double> times;
@@ -141,6 +161,17 @@ StepReport Trainer::one_step() {
   losses.divergence = float(c.loss.divergence * ramp);
   losses.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
   const std::uint64_t draw = hash64(c.run.seed ^ hash64(std::uint64_t(s.step)));
+  if (s.device) {
+    const StepSums sums = s.step_on_device({c.sampling.stop, c.sampling.min_weight, losses, draw}, times, progress);
+    lap(s.phases.rays);
+    if (sums.bad_rays + sums.bad_rows > 0) {
+      s.report_discarded(sums.samples, sums.bad_rows, s.device->bad_rays(), times, report);
+      report.step = s.step;
+      return give_up_after_many(s, report);
+    }
+    s.discarded.clear();
+    return finished(s, report, sums.squared_error, sums.motion_loss, sums.samples);
+  }
   PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
                                         s.radiance.gradient, s.motion_gradient);
   clock = Clock::now();
@@ -175,18 +206,13 @@ StepReport Trainer::one_step() {
     update(s.levels[l], s.level_learners[l], factors, float(cosine_decay(progress, c.optimiser.final_motion)));
   lap(s.phases.update);
 
-  report.seconds = s.seconds_before;
-  report.progress = progress_of(c, s.step, s.seconds_before);
-  report.rays = std::int64_t(s.batch.rays.size());
-  report.samples = pass.samples;
-  report.loss = (pass.squared_error + pass.motion_loss) / double(s.batch.rays.size());
-  report.psnr = -10 * std::log10(std::max(1e-10, pass.squared_error / (3.0 * double(s.batch.rays.size()))));
-  return report;
+  return finished(s, report, pass.squared_error, pass.motion_loss, pass.samples);
 }
 
 const std::vector<StepReport>& Trainer::discarded() const { return state_->discarded; }
 
 VoxelModel Trainer::model() const {
+  state_->bring_home();
   state_->collapse_levels({});
   VoxelModel model = state_->model;
   // What training skipped as empty it never looked at again: leftovers of the first fog would show in a picture.
@@ -199,6 +225,7 @@ PhaseSeconds Trainer::phases() const { return state_->phases; }
 double Trainer::seconds() const { return state_->seconds_before; }
 
 std::vector<char> Trainer::save() const {
+  state_->bring_home();
   Archive archive;
   state_->archive(archive);
   return archive.take();
@@ -206,6 +233,7 @@ std::vector<char> Trainer::save() const {
 
 void Trainer::restore(const std::vector<char>& bytes) {
   Archive archive(bytes);
+  state_->home = true, state_->uploaded = false;
   state_->archive(archive);
 }
 

@@ -27,6 +27,15 @@ foreach(file IN LISTS files)
       message(SEND_ERROR "${file}: layer '${layer}' may not include '${target}'")
     endif()
   endforeach()
+  # Grid libraries stay in io: nvcc does not take OpenVDB's headers. CUDA stays in the .cu files and what they alone include.
+  file(STRINGS ${ROOT}/${file} foreign REGEX "^#include <(openvdb|nanovdb|cuda|cub|thrust)[/_.a-z]")
+  foreach(line IN LISTS foreign)
+    if(line MATCHES "<(openvdb|nanovdb)" AND NOT layer STREQUAL "io")
+      message(SEND_ERROR "${file}: only io may include a grid library (${line})")
+    elseif(line MATCHES "<(cuda|cub|thrust)" AND NOT file MATCHES "\\.(cu|cuh)$")
+      message(SEND_ERROR "${file}: only .cu and .cuh files may include CUDA (${line})")
+    endif()
+  endforeach()
 endforeach()
 
 file(GLOB_RECURSE all RELATIVE ${ROOT} ${ROOT}/include/*.hpp ${ROOT}/src/* ${ROOT}/tests/* ${ROOT}/bench/*

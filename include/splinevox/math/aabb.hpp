@@ -17,7 +17,7 @@ inline constexpr double kNoDirection = 1e-290;
 /// The part s in [0, inf) of the line o + s d inside a box. Along an axis without direction the origin decides; the plain
 /// (lo - o) * (1 / d) is 0 * inf = NaN there for an origin on a face, for subnormal d as for 0, and min and max keep or lose
 /// the NaN by the order of their arguments (numerics H13).
-inline Interval intersect(const Box& box, const Vec3d& o, const Vec3d& d) {
+SPLINEVOX_HD inline Interval intersect(const Box& box, const Vec3d& o, const Vec3d& d) {
   Interval s{0, 1e300};
   for (int a = 0; a < 3; ++a) {
     const double lo = box.lo[a], hi = box.hi[a];

@@ -23,7 +23,7 @@ inline MomentFactors moment_factors(double beta1, double beta2, double epsilon, 
 /// One Adam update (Kingma and Ba 2015) of a register or scalar; RMSProp is beta1 = 0. Moments below 1e-30 are flushed to
 /// zero: subnormals would slow every later step (numerics H23).
 template <class V, class Sqrt, class Flush>
-inline void adam_step(const MomentFactors& f, const V& rate, const V& gradient, V& m, V& v, V& parameter, Sqrt root,
+SPLINEVOX_HD inline void adam_step(const MomentFactors& f, const V& rate, const V& gradient, V& m, V& v, V& parameter, Sqrt root,
                       Flush flush) {
   m = flush(f.beta1 * m + (1.0f - f.beta1) * gradient);
   v = flush(f.beta2 * v + (1.0f - f.beta2) * gradient * gradient);

@@ -14,7 +14,7 @@ struct Ray {
 /// The ray through image position (u, v) in pixels, v downwards; pixel (i, j) has its centre at
 /// (i + 0.5, j + 0.5). In double: the origin may lie far from the box (numerics H14). Where products are fused is written out: left to the
 /// compiler it depends on the code around, and the same pixel would have another last bit in every caller.
-inline Ray camera_ray(const Camera& camera, double u, double v) {
+SPLINEVOX_HD inline Ray camera_ray(const Camera& camera, double u, double v) {
   const auto& [right, up, back] = camera.axes;
   double x = (u - camera.cx) / camera.fx, y = -(v - camera.cy) / camera.fy;
   Vec3d d;

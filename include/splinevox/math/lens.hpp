@@ -20,22 +20,22 @@ struct LensRay {
 };
 
 /// 1 + k1 q + k2 q^2 + k3 q^3 + k4 q^4, q the square of a radius or an angle.
-inline double lens_factor(const Distortion& lens, double q) {
+SPLINEVOX_HD inline double lens_factor(const Distortion& lens, double q) {
   return 1 + q * (lens.k[0] + q * (lens.k[1] + q * (lens.k[2] + q * lens.k[3])));
 }
 
 /// d lens_factor / d q.
-inline double lens_factor_slope(const Distortion& lens, double q) {
+SPLINEVOX_HD inline double lens_factor_slope(const Distortion& lens, double q) {
   return lens.k[0] + q * (2 * lens.k[1] + q * (3 * lens.k[2] + q * 4 * lens.k[3]));
 }
 
 /// d (r lens_factor(r^2)) / d r: where it falls to 0 the picture folds over.
-inline double lens_growth(const Distortion& lens, double r) {
+SPLINEVOX_HD inline double lens_growth(const Distortion& lens, double r) {
   return lens_factor(lens, r * r) + 2 * r * r * lens_factor_slope(lens, r * r);
 }
 
 /// The largest `reach` of a lens: up to where it folds over, at most 20 (87 degrees off the axis) or a right angle.
-inline double lens_reach(const Distortion& lens) {
+SPLINEVOX_HD inline double lens_reach(const Distortion& lens) {
   const double end = lens.kind == Distortion::Kind::fisheye ? 1.5707963267948966 : 20;
   constexpr int kSteps = 2000;
   for (int i = 1; i <= kSteps; ++i)
@@ -45,7 +45,7 @@ inline double lens_reach(const Distortion& lens) {
 
 /// Where the lens shows what a pinhole would show at p. Beyond `reach` in proportion, so that what lies far aside never comes back into the
 /// picture.
-inline LensPoint distort(const Distortion& lens, LensPoint p) {
+SPLINEVOX_HD inline LensPoint distort(const Distortion& lens, LensPoint p) {
   const double r = std::sqrt(p.x * p.x + p.y * p.y);
   if (lens.kind == Distortion::Kind::fisheye) {
     const double angle = std::atan(r), held = std::fmin(angle, lens.reach);
@@ -60,7 +60,7 @@ inline LensPoint distort(const Distortion& lens, LensPoint p) {
 
 /// The direction that the lens shows at d: distort backwards, by Newton's method from d itself. It ends at rounding wherever the lens does
 /// not fold over, which the readers check along the border of the picture.
-inline LensRay undistort(const Distortion& lens, LensPoint d) {
+SPLINEVOX_HD inline LensRay undistort(const Distortion& lens, LensPoint d) {
   constexpr int kRounds = 30;
   if (lens.kind == Distortion::Kind::fisheye) {
     const double radius = std::sqrt(d.x * d.x + d.y * d.y);

@@ -1,27 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/math/divergence.hpp"
-#include "splinevox/math/offset.hpp"
+#include "splinevox/math/composite.hpp"
+#include "splinevox/render/motion_loss.hpp"
 #include "splinevox/render/ray_kernel.hpp"
 #include "splinevox/render/records.hpp"
 
 namespace splinevox {
 
-/// Weights of the per-sample motion losses (Eq. 6 and 7), already multiplied by their ramp.
-template <class Real>
-struct MotionLoss {
-  Real offset = 0, offset_rigidity = 0, offset_softening = 1e-4;  ///< softening in scene units
-  Real divergence = 0;
-  bool hutchinson = false;
-};
-
 /// Reverse sweep of the ray a kernel just marched: turns d loss / d rgb into records for the radiance rows and, through the
 /// derivatives of the interpolation weights, for the motion slice.
-///
-/// Compositing has no division (numerics H9): g_sigma_i = dt (T_{i+1} c_i . G - S), S += w_i c_i . G, S starting at
-/// T_end background . G. The usual S / (1 - alpha_i) is 0 / 0 from an optical depth of 17.3 on, where alpha rounds to 1, and S as
-/// "total minus what came before" keeps the rounding of the total behind a wall, where the gradient should be 0.
 ///
 /// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink with the gradient,
 /// their tiny pushes would drive the density of empty space to where nothing could bring it back. 0 keeps every sample.
@@ -35,24 +23,23 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
   Real behind = result.transmittance * dot(input.background, d_rgb);
   for (int i = ray.count - 1; i >= 0; --i) {
     const auto& s = ray.samples[i];
-    const Vec positional{ray.base[0][i], ray.base[1][i], ray.base[2][i]};
-    const Real along = dot(positional, d_rgb);
-    const Real gain = Moving ? ray.light[i] : Real(1);
-    const Real factor = gain * (Sh >= 0 ? ray.view[i] : Real(1));
+    const Emission<Real> emission{{ray.base[0][i], ray.base[1][i], ray.base[2][i]},
+                                  {ray.base_slope[0][i], ray.base_slope[1][i], ray.base_slope[2][i]},
+                                  Sh >= 0 ? ray.view[i] : Real(1), Sh >= 0 ? ray.view_slope[i] : Real(0),
+                                  Moving ? ray.light[i] : Real(1), Moving ? ray.light_slope[i] : Real(0),
+                                  ray.sigma_slope[i]};
     const Real w = ray.weight[i];
-    const Real d_sigma = field.step * (ray.transmittance_next[i] * factor * along - behind);
-    behind += w * factor * along;
+    const EmissionAdjoint<Real> d = composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind, d_rgb);
+    behind += composite_share(emission, w, d_rgb);
     if (w < min_weight) continue;
 
     auto& record = out.radiance.emplace_back();
     record.cell = s.radiance_cell;
     record.fraction = s.radiance_fraction;
     Eight g[K::kRegisters];
-    const Real d_view = Sh >= 0 ? w * along * gain * ray.view_slope[i] : Real(0);
-    for (int k = 0; k < K::kRegisters; ++k) g[k] = d_view * ray.harmonics[k];
-    const Real wf = w * factor;
-    g[0][0] = d_sigma * ray.sigma_slope[i];
-    for (int c = 0; c < 3; ++c) g[0][1 + c] = wf * d_rgb[c] * ray.base_slope[c][i];
+    for (int k = 0; k < K::kRegisters; ++k) g[k] = d.view * ray.harmonics[k];
+    g[0][0] = d.density;
+    for (int c = 0; c < 3; ++c) g[0][1 + c] = d.color[c];
     for (int k = 0; k < K::kRegisters; ++k) store(record.g + 8 * k, g[k]);
 
     if constexpr (Moving) {
@@ -65,7 +52,7 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
       const Real r = ray.r[i];
       m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
       m.g[3] = ray.r_slope[i] * (d_delta.x * s.warp.motion[0] + d_delta.y * s.warp.motion[1] + d_delta.z * s.warp.motion[2]);
-      m.g[4] = w * along * (Sh >= 0 ? ray.view[i] : Real(1)) * ray.light_slope[i];
+      m.g[4] = d.light;
       for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
       if constexpr (Jet)
         for (auto& row : m.h)
@@ -101,25 +88,7 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
     }
     jet.r = ray.r[i], jet.r1 = ray.r_slope[i], jet.r2 = jet.r1 * (1 - 2 * jet.r);
     auto& record = out.motion[next++];
-    if (loss.offset > 0) {
-      const auto term = offset_term(jet.delta, jet.r, loss.offset_rigidity, loss.offset_softening);
-      const Real scale = loss.offset * w;
-      value += scale * term.value;
-      for (int a = 0; a < 3; ++a) record.g[a] += scale * term.d_delta[a];
-      record.g[3] += scale * term.d_r * jet.r1;
-    }
-    if (loss.divergence > 0) {
-      MotionJetAdjoint<Real> d;
-      const Real q = loss.hutchinson ? divergence_probe(jet, probe, d) : divergence(jet, d);
-      value += loss.divergence * w * q * q;
-      const Real scale = 2 * loss.divergence * w * q;
-      for (int a = 0; a < 3; ++a) record.g[a] += scale * d.delta[a];
-      record.g[3] += scale * d.rho;
-      for (int j = 0; j < 3; ++j) {
-        for (int a = 0; a < 3; ++a) record.h[j][a] += scale * inv * d.d_delta[j][a];
-        record.h[j][3] += scale * inv * d.d_rho[j];
-      }
-    }
+    value += motion_loss_sample(jet, loss, probe, w, inv, record.g, record.h);
   }
   return value;
 }

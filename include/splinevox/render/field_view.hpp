@@ -30,7 +30,7 @@ inline FieldView<float> view_field(const VoxelModel& model, float step) { return
 /// entry in double, so a scene far from the origin loses nothing (numerics H14).
 /// @param jitter  in [0, 1); 0.5 for a picture.
 template <class Real>
-RayInput<Real> clip_ray(const Ray& ray, const Box& box, Real step, Real jitter, Vec3 background) {
+SPLINEVOX_HD RayInput<Real> clip_ray(const Ray& ray, const Box& box, Real step, Real jitter, Vec3 background) {
   RayInput<Real> out;
   out.background = cast<Real>(background);
   out.direction = cast<Real>(ray.direction);

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
+
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/render/occupancy.hpp"
+#include "splinevox/render/picture_maker.hpp"
 
 namespace splinevox {
 
@@ -26,13 +29,15 @@ struct RenderOptions {
 /// slice and occupancy were: views of one time after the other cost only their rays.
 class Renderer {
  public:
-  explicit Renderer(const VoxelModel& model);
+  /// @param maker  what draws instead of the calling arena's threads; null: they do.
+  explicit Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker = nullptr);
   /// The model at a time in [0, 1] (clamped). Runs on the TBB threads of the calling arena; the same bits for any number of
   /// threads, and whatever was rendered before. Not for use by two threads at once.
   Rendered render(const Camera& camera, double time, const RenderOptions& options = {});
 
  private:
   const VoxelModel& model_;
+  std::unique_ptr<PictureMaker> maker_;
   OccupancyPyramid canonical_;
   double time_;  ///< of slice_ and occupied_; NaN: of none yet
   MotionSlice slice_;

@@ -17,9 +17,14 @@ struct OccupancyView {
   const std::uint32_t* bits = nullptr;  ///< null: everything is occupied
 
   SPLINEVOX_HD bool occupied(const Vec3T<Real>& x) const {
+    return occupied_at({(x[0] - origin[0]) * inv_cell, (x[1] - origin[1]) * inv_cell, (x[2] - origin[2]) * inv_cell});
+  }
+  /// The same for a position in cells from the origin.
+  SPLINEVOX_HD bool occupied_at(const Vec3T<Real>& u) const {
+    if (!bits) return true;
     int c[3];
     for (int a = 0; a < 3; ++a) {
-      const int i = int((x[a] - origin[a]) * inv_cell);
+      const int i = int(u[a]);
       c[a] = i < 0 ? 0 : i >= size[a] ? size[a] - 1 : i;
     }
     const std::uint32_t index = std::uint32_t((c[0] * size.y + c[1]) * size.z + c[2]);

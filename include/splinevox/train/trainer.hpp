@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "splinevox/backend/step.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/train/config.hpp"
@@ -47,7 +48,10 @@ class Trainer {
  public:
   /// `train` must outlive the trainer. `seconds_used`: seconds of the budget spent before training (loading data).
   /// `ranks`: processes to train with (train/ranks.hpp), each with a trainer of the same config and data; outlives the trainer.
-  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0, Ranks* ranks = nullptr);
+  /// `device`: what makes the steps instead of the calling arena's threads (backend/step.hpp); null: they do. Batches are drawn and
+  /// lattices changed on the threads either way. Not both: ranks add up gradients that a device keeps to itself.
+  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0, Ranks* ranks = nullptr,
+          std::unique_ptr<StepBackend> device = nullptr);
   ~Trainer();
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;

@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# bundle.sh BUILD OUT : what is needed to run splinevox elsewhere, in one folder: the program, the parity tests, and the shared libraries
+# they use, except glibc and the driver's. For machines with a glibc at least as new as the one here and no packages.
+set -euo pipefail
+build=$1 out=$2
+limit_mb=60
+programs=("$build/src/app/splinevox" "$build/tests/backend/test_backend")
+command -v patchelf >/dev/null || { echo "bundle.sh needs patchelf" >&2; exit 1; }
+rm -rf "$out"
+mkdir -p "$out/bin" "$out/lib"
+for program in "${programs[@]}"; do
+  install -s "$program" "$out/bin/"
+  # An RPATH and not a RUNPATH: it also counts for what the libraries themselves ask for.
+  patchelf --force-rpath --set-rpath '$ORIGIN/../lib' "$out/bin/$(basename "$program")"
+done
+ldd "${programs[@]}" | awk '$2 == "=>" && $3 ~ /^\// {print $3}' | sort -u |
+  grep -Ev '/(ld-linux.*|libc|libm|libdl|librt|libpthread|libresolv|libutil|libanl|libnss_[a-z]*|libcuda|libnvidia-[a-z]*)\.so' |
+  while read -r library; do install -m 644 "$(readlink -f "$library")" "$out/lib/$(basename "$library")"; done
+strip --strip-unneeded "$out"/lib/*
+cat > "$out/test-gpu" <<'END'
+#!/bin/sh
+# The parity tests: every kernel on the host's threads, and on a CUDA device where one is.
+exec "$(dirname "$0")/bin/test_backend" "$@"
+END
+chmod +x "$out/test-gpu"
+glibc=$(ldd --version | head -1 | grep -o '[0-9.]*$')
+cat > "$out/README" <<END
+splinevox and the libraries it needs. Runs on x86-64 Linux with glibc $glibc or newer; a CUDA driver is used where there is one.
+  bin/splinevox train DATASET --out RUN --device cuda
+  ./test-gpu
+END
+missing=$(env -i PATH=/usr/bin:/bin ldd "$out"/bin/* | awk -v lib="$(readlink -f "$out")/lib/" '/not found/ {print; next}
+  $2 == "=>" && index($3, lib) != 1 && $3 !~ /\/(libc|libm|libdl|librt|libpthread|libresolv)\.so/ {print}')
+[[ -z $missing ]] || { printf 'the bundle would still look outside itself:\n%s\n' "$missing" >&2; exit 1; }
+size=$(du -sm "$out" | cut -f1)
+((size < limit_mb)) || { echo "$out is $size MB, more than $limit_mb" >&2; exit 1; }
+echo "$out: $size MB, $(find "$out/lib" -type f | wc -l) libraries"

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "splinevox/core/hd.hpp"
+
+namespace splinevox {
+
+/// What many elements of a kernel may change at once. Relaxed: results are read after the kernel has ended.
+SPLINEVOX_HD inline void atomic_add(float* to, float value) {
+#if defined(__CUDA_ARCH__)
+  atomicAdd(to, value);
+#else
+  std::atomic_ref<float>(*to).fetch_add(value, std::memory_order_relaxed);
+#endif
+}
+SPLINEVOX_HD inline void atomic_add(double* to, double value) {
+#if defined(__CUDA_ARCH__)
+  atomicAdd(to, value);
+#else
+  std::atomic_ref<double>(*to).fetch_add(value, std::memory_order_relaxed);
+#endif
+}
+SPLINEVOX_HD inline void atomic_add(std::int64_t* to, std::int64_t value) {
+#if defined(__CUDA_ARCH__)
+  atomicAdd(reinterpret_cast<unsigned long long*>(to), static_cast<unsigned long long>(value));
+#else
+  std::atomic_ref<std::int64_t>(*to).fetch_add(value, std::memory_order_relaxed);
+#endif
+}
+SPLINEVOX_HD inline void atomic_or(std::uint64_t* to, std::uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  atomicOr(reinterpret_cast<unsigned long long*>(to), static_cast<unsigned long long>(bits));
+#else
+  std::atomic_ref<std::uint64_t>(*to).fetch_or(bits, std::memory_order_relaxed);
+#endif
+}
+
+}  // namespace splinevox

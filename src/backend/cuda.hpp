@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "splinevox/backend/device.hpp"
+#include "splinevox/backend/pictures.hpp"
+#include "splinevox/backend/step.hpp"
+
+/// What the .cu files offer; none.cpp stands in for them in a build without CUDA.
+namespace splinevox::cuda {
+
+CudaFound find();
+std::unique_ptr<PictureMaker> make_pictures(const VoxelModel& model);
+std::unique_ptr<StepBackend> make_step(bool deterministic);
+
+}  // namespace splinevox::cuda

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "backend/field_mirror.hpp"
+#include "splinevox/backend/step.hpp"
+#include "splinevox/field/learn_kernels.hpp"
+
+namespace splinevox {
+
+/// Words of a mask into another; clears the first.
+struct MergeMaskKernel {
+  std::uint64_t *from, *to;
+  std::size_t words;
+  SPLINEVOX_HD std::size_t count() const { return words; }
+  SPLINEVOX_HD void operator()(std::size_t i) const { to[i] |= from[i], from[i] = 0; }
+};
+
+/// LearnedRows in an executor's memory, with a gradient.
+template <class Executor>
+struct LearnedMirror {
+  template <class T>
+  using Buffer = typename Executor::template Buffer<T>;
+  LatticeMirror<Executor> lattice;
+  int width = 0;
+  Buffer<float> values, m, v, gradient, rate, weight;
+  Buffer<std::uint64_t> touched;
+  std::vector<Buffer<float>> member;
+  std::vector<float> threshold, tv;
+  bool varies = false;  ///< total variation of this step has weights
+
+  std::size_t rows() const { return lattice.topology->rows(); }
+
+  void upload(Executor& run, const LearnedRows& from) {
+    lattice.upload(run, from.values->topology);
+    width = from.values->width;
+    run.upload(values, from.values->values.data(), from.values->values.size());
+    run.upload(m, from.m->data(), from.m->size());
+    run.upload(v, from.v->data(), from.v->size());
+    run.upload(rate, from.rate.data(), from.rate.size());
+    run.resize(gradient, values.size()), run.zero(gradient);
+    run.resize(touched, rows() / 64), run.zero(touched);
+    tv.assign(from.tv.begin(), from.tv.end());
+    member.clear(), threshold.clear();
+    for (const LearnedRows::Group& group : from.shrink) {
+      run.upload(member.emplace_back(), group.member.data(), group.member.size());
+      threshold.push_back(group.threshold);
+    }
+  }
+  void download(Executor& run, const LearnedRows& to) {
+    run.download(values, to.values->values.data());
+    run.download(m, to.m->data());
+    run.download(v, to.v->data());
+  }
+
+  /// What total variation needs of this step, before any kernel of it is queued.
+  void prepare(Executor& run, float scale, float share) {
+    std::vector<float> w(tv.size());
+    varies = false;
+    for (std::size_t k = 0; k < w.size(); ++k) w[k] = scale * tv[k] / share, varies |= w[k] > 0;
+    run.upload(weight, w.data(), w.size());
+  }
+  void regularise(Executor& run, float share, std::uint64_t draw) {
+    if (varies) run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(), lattice.view(), width, share, draw});
+  }
+  void shorten(Executor& run, const MotionField& motion, float curve_length, float share, std::uint64_t draw) {
+    if (curve_length == 0 || !motion.displaces) return;
+    run.for_each(CurveLengthKernel{values.data(), gradient.data(), touched.data(), rows(), width, motion.stride(), motion.stored_points(),
+                                   motion.stored_points() < motion.points, curve_length, share, draw});
+  }
+  void check(Executor& run, std::int64_t* bad_rows, float largest) {
+    run.for_each(CheckKernel{gradient.data(), touched.data(), bad_rows, rows(), width, largest});
+  }
+  void update(Executor& run, const std::int64_t* bad, const MomentFactors& factors, float rate_scale) {
+    UpdateKernel k{};
+    k.values = values.data(), k.gradient = gradient.data(), k.m = m.data(), k.v = v.data();
+    k.rate = rate.data(), k.touched = touched.data(), k.bad = bad, k.rows = rows(), k.width = width;
+    k.groups = int(member.size());
+    for (int g = 0; g < k.groups; ++g) k.member[g] = member[g].data(), k.threshold[g] = threshold[g];
+    k.factors = factors, k.rate_scale = rate_scale;
+    run.for_each(k);
+    run.zero(touched);
+  }
+};
+
+}  // namespace splinevox

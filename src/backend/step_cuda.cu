@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "backend/cuda.hpp"
+#include "backend/executor_cuda.cuh"
+#include "backend/step_impl.hpp"
+
+namespace splinevox::cuda {
+
+std::unique_ptr<StepBackend> make_step(bool deterministic) { return std::make_unique<Steps<CudaExecutor>>(deterministic); }
+
+}  // namespace splinevox::cuda

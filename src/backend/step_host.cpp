@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "backend/step_impl.hpp"
+#include "splinevox/backend/executor_host.hpp"
+
+namespace splinevox {
+
+std::unique_ptr<StepBackend> make_host_step(bool deterministic) { return std::make_unique<Steps<HostExecutor>>(deterministic); }
+
+}  // namespace splinevox

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "backend/field_mirror.hpp"
+#include "backend/learned_mirror.hpp"
+#include "backend/march_job.hpp"
+#include "splinevox/backend/step.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/field/level_kernels.hpp"
+
+namespace splinevox {
+
+/// The sum of a step's rays, by as many threads as there are rays: in fixed point, so that their order does not matter.
+struct OutcomeKernel {
+  static constexpr double kUnit = 0x1p32;
+  const RayOutcome* outcomes;
+  std::size_t rays;
+  std::int64_t* sums;  ///< bad rays, bad rows, samples, squared error and motion loss in kUnit
+
+  SPLINEVOX_HD std::size_t count() const { return rays; }
+  SPLINEVOX_HD void operator()(std::size_t i) const {
+    const RayOutcome& o = outcomes[i];
+    atomic_add(sums + 2, std::int64_t(o.samples));
+    if (!o.usable) return atomic_add(sums, std::int64_t(1));
+    atomic_add(sums + 3, std::int64_t(double(o.squared_error) * kUnit));
+    atomic_add(sums + 4, std::int64_t(double(o.motion_loss) * kUnit));
+  }
+};
+
+/// StepBackend on any executor.
+template <class Executor>
+class Steps final : public StepBackend {
+ public:
+  explicit Steps(bool deterministic) : deterministic_(deterministic) {}
+
+  void upload(const StepModel& model) override {
+    model_ = model;
+    const VoxelModel& m = *model.model;
+    most_samples_ = most_samples(m.box, m.step);
+    if (most_samples_ > MarchList::kMostSamples)
+      fail({"sampling.step", "a ray would have too many samples for the device", "at most " + std::to_string(MarchList::kMostSamples),
+            std::to_string(most_samples_), "a larger sampling.step, or --device cpu"});
+    radiance_.upload(run_, model.radiance);
+    if (deterministic_) clear(radiance_fixed_, radiance_.values.size());
+    levels_.resize(model.levels.size());
+    sums_.resize(model.levels.size());
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      levels_[l].upload(run_, model.levels[l]);
+      clear(sums_[l], l == 0 && levels_.size() > 1 ? 0 : levels_[l].values.size());
+    }
+    run_.resize(slices_, 0);  // those of other lattices: made anew with the next step
+    if (!levels_.empty()) run_.upload(active_, model.active[0].word, model.active.size() * kBrick);
+    std::size_t words = 0;
+    for (const BitGrid& grid : model.occupancy) words += grid.bits.size();
+    std::vector<std::uint32_t> all;
+    all.reserve(words);
+    for (const BitGrid& grid : model.occupancy) all.insert(all.end(), grid.bits.begin(), grid.bits.end());
+    run_.upload(bits_, all.data(), all.size());
+  }
+
+  void download() override {
+    radiance_.download(run_, model_.radiance);
+    for (std::size_t l = 0; l < levels_.size(); ++l) levels_[l].download(run_, model_.levels[l]);
+  }
+
+  StepSums run(const StepInput& in) override {
+    const int slots = int(in.times.size());
+    prepare(in, slots);
+    if (!levels_.empty()) make_slices(slots);
+    march(in, slots);
+    if (!levels_.empty()) spread(slots);
+    radiance_.regularise(run_, in.tv_share, in.draw);
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      levels_[l].regularise(run_, in.tv_share, in.draw + 1 + l);
+      levels_[l].shorten(run_, model_.model->motion, in.curve_length, in.tv_share, in.draw + 1 + l);
+    }
+    radiance_.check(run_, totals_.data() + 1, in.largest);
+    for (auto& level : levels_) level.check(run_, totals_.data() + 1, in.largest);
+    radiance_.update(run_, totals_.data(), in.factors, in.radiance_rate);
+    for (auto& level : levels_) level.update(run_, totals_.data(), in.factors, in.motion_rate);
+
+    std::int64_t t[5];
+    run_.download(totals_, t);
+    return {double(t[3]) / OutcomeKernel::kUnit, double(t[4]) / OutcomeKernel::kUnit, t[2], t[0], t[1]};
+  }
+
+  std::vector<int> bad_rays() override {
+    std::vector<RayOutcome> all(outcomes_.size());
+    run_.download(outcomes_, all.data());
+    std::vector<int> bad;
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (!all[i].usable) bad.push_back(int(i));
+    return bad;
+  }
+
+ private:
+  template <class T>
+  using Buffer = typename Executor::template Buffer<T>;
+  template <class T>
+  void clear(Buffer<T>& buffer, std::size_t n) {
+    run_.resize(buffer, n), run_.zero(buffer);
+  }
+  const LearnedMirror<Executor>& finest() const { return levels_.back(); }
+  /// The sum of all levels on the finest lattice: with one level, that level.
+  const float* collapsed() const { return levels_.size() > 1 ? sums_.back().data() : finest().values.data(); }
+
+  /// Everything that comes from the host, while the stream is idle: a copy from pageable memory behind a kernel would wait for it.
+  void prepare(const StepInput& in, int slots) {
+    run_.upload(rays_, in.rays.data(), in.rays.size());
+    run_.upload(targets_, in.targets.data(), in.targets.size());
+    run_.resize(outcomes_, in.rays.size());
+    run_.resize(totals_, 5);
+    radiance_.prepare(run_, in.tv_scale, in.tv_share);
+    for (auto& level : levels_) level.prepare(run_, in.tv_scale, in.tv_share);
+    const MotionField& motion = model_.model->motion;
+    std::size_t slice = 0;  // floats
+    if (!levels_.empty()) {
+      std::vector<SlotWeights> weights;
+      for (const double t : in.times) {
+        SlotWeights s{stored_weights(motion, t), 0, motion.stored_points()};
+        while (s.last > 0 && s.w[s.last - 1] == 0) --s.last;
+        while (s.first < s.last && s.w[s.first] == 0) ++s.first;
+        weights.push_back(s);
+      }
+      run_.upload(weights_, weights.data(), weights.size());
+      slice = finest().rows() * kSliceWidth;
+      if (slices_.size() != slots * slice) {
+        clear(slices_, slots * slice), clear(slice_gradients_, slots * slice);
+        if (deterministic_) clear(slice_fixed_, slots * slice);
+        clear(motion_touched_, finest().rows() / 64);
+      }
+    }
+    std::vector<FrameView<float>> frames;
+    std::vector<GradientRows> rows;
+    const BitGrid& grid = model_.occupancy[0];
+    for (int s = 0; s < slots; ++s) {
+      FrameView<float> frame{slices_.data() + s * slice, grid.view()};
+      frame.occupancy.bits = bits_.data() + grid.bits.size() * std::size_t(in.occupancy[s]);
+      frames.push_back(frame);
+      rows.push_back({slice_gradients_.data() + s * slice, deterministic_ ? slice_fixed_.data() + s * slice : nullptr, motion_touched_.data(), kSliceWidth});
+    }
+    run_.upload(frames_, frames.data(), frames.size());
+    run_.upload(motion_rows_, rows.data(), rows.size());
+    run_.zero(totals_);
+  }
+
+  /// Levels -> their sum -> a slice per slot.
+  void make_slices(int slots) {
+    const int width = finest().width;
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+      const bool last = l + 1 == levels_.size();
+      run_.for_each(CollapseKernel{levels_[l].values.data(), l > 1 ? sums_[l - 1].data() : levels_[0].values.data(), sums_[l].data(),
+                                   levels_[l].lattice.view(), levels_[l - 1].lattice.view(), last ? active_.data() : nullptr, width});
+    }
+    run_.for_each(ContractKernel{MotionColumns(model_.model->motion), collapsed(), active_.data(), weights_.data(), slots, finest().rows(), slices_.data()});
+  }
+
+  void march(const StepInput& in, int slots) {
+    const VoxelModel& m = *model_.model;
+    MarchJob job;
+    job.field = view_field(m, radiance_.values.data(), m.step);
+    job.field.radiance = radiance_.lattice.brick_view();
+    job.field.moving = !levels_.empty();
+    if (job.field.moving) job.field.motion = finest().lattice.brick_view();
+    job.frames = frames_.data(), job.rays = rays_.data(), job.targets = targets_.data(), job.outcomes = outcomes_.data();
+    job.ray_count = int(in.rays.size()), job.rays_per_slot = job.ray_count / slots, job.most_samples = most_samples_;
+    job.losses = in.losses;
+    job.largest = deterministic_ ? std::min(in.largest, GradientRows::kLargest) : in.largest;
+    job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr, radiance_.touched.data(), radiance_.width};
+    job.motion = motion_rows_.data();
+    switch (m.radiance.sh_order) {
+      case -1: run_march<Executor, -1>(run_, job); break;
+      case 0: run_march<Executor, 0>(run_, job); break;
+      case 1: run_march<Executor, 1>(run_, job); break;
+      case 2: run_march<Executor, 2>(run_, job); break;
+      default: run_march<Executor, 3>(run_, job);
+    }
+    run_.for_each(OutcomeKernel{outcomes_.data(), in.rays.size(), totals_.data()});
+    if (deterministic_)
+      run_.for_each(DecodeKernel{radiance_fixed_.data(), radiance_.gradient.data(), radiance_.touched.data(), radiance_.rows(), radiance_.width,
+                                 1 / GradientRows::kUnit});
+  }
+
+  /// Gradients of the slices -> of the finest level -> of the coarser ones.
+  void spread(int slots) {
+    const std::size_t rows = finest().rows();
+    if (deterministic_)
+      for (int s = 0; s < slots; ++s) {
+        const std::size_t offset = s * rows * kSliceWidth;
+        run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset, motion_touched_.data(), rows, kSliceWidth,
+                                   1 / GradientRows::kUnit});
+      }
+    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), weights_.data(), slots, rows, slice_gradients_.data(),
+                               levels_.back().gradient.data()});
+    run_.for_each(MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), rows / 64});
+    for (std::size_t l = levels_.size() - 1; l > 0; --l)
+      run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(), levels_[l - 1].gradient.data(), levels_[l - 1].touched.data(),
+                                   levels_[l].lattice.view(), levels_[l - 1].lattice.view(), finest().width});
+  }
+
+  const bool deterministic_;
+  StepModel model_{};
+  int most_samples_ = 0;
+  Executor run_;
+  LearnedMirror<Executor> radiance_;
+  std::vector<LearnedMirror<Executor>> levels_;
+  std::vector<Buffer<float>> sums_;              ///< of the levels up to each but the first
+  Buffer<std::uint64_t> active_, motion_touched_;
+  Buffer<std::uint32_t> bits_;                   ///< occupancy grids, one after the other
+  Buffer<SlotWeights> weights_;
+  Buffer<float> slices_, slice_gradients_;
+  Buffer<std::int64_t> radiance_fixed_, slice_fixed_;
+  Buffer<RayInput<float>> rays_;
+  Buffer<Vec3> targets_;
+  Buffer<RayOutcome> outcomes_;
+  Buffer<FrameView<float>> frames_;
+  Buffer<GradientRows> motion_rows_;
+  Buffer<std::int64_t> totals_;                  ///< bad rays, bad rows, samples, squared error, motion loss
+};
+
+}  // namespace splinevox

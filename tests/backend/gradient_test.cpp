@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "backend/executors.hpp"
+#include "splinevox/render/field_view.hpp"
+#include "splinevox/train/engine.hpp"
+#include "splinevox/train/optimiser.hpp"
+#include "support/blob_model.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+constexpr int kSlots = 3, kRays = 160;
+constexpr float kShare = 0.5f;
+constexpr std::uint64_t kDraw = 99;
+
+/// A batch of rays through noise, with an occupancy that has holes.
+struct Scene {
+  VoxelModel model;
+  Batch batch;
+  std::vector<double> times{0.0, 0.35, 1.0};
+  BitGrid occupied;
+  MotionLoss<float> losses;
+  SamplingConfig sampling;
+
+  Scene(int sh, bool moves, bool jet) : model(test::noisy_model(21, 5, FirstPoint::zero, BasisKind::bezier, sh, true, true)), occupied(model.box, 16) {
+    if (!moves) model.motion.levels.clear();
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (std::size_t i = 0; i < occupied.cells(); ++i)
+      if (uniform(random) < 0.6) occupied.set(i);
+    for (int f = 0; f < kSlots; ++f) {
+      batch.frames.push_back(f);
+      batch.tasks.push_back({f, f * kRays, (f + 1) * kRays});
+      for (int i = 0; i < kRays; ++i) {
+        const Ray ray{{2.5, uniform(random), uniform(random)}, normalize(Vec3d{-1, 0.3 * uniform(random), 0.3 * uniform(random)})};
+        batch.rays.push_back(clip_ray(ray, model.box, model.step, 0.3f, Vec3{0.2f, 0.5f, 0.8f}));
+        batch.targets.push_back({float(0.5 + 0.5 * uniform(random)), 0.4f, 0.9f});
+      }
+    }
+    if (jet) losses.offset = 0.02f, losses.offset_rigidity = 0.3f, losses.offset_softening = 1e-3f, losses.divergence = 0.03f;
+    sampling.stop = 0, sampling.min_weight = 1e-3f;
+  }
+};
+
+Learner learner_of(const Channels& values, float tv) {
+  Learner l(values);
+  std::fill(l.tv.begin(), l.tv.end(), tv);
+  return l;
+}
+
+/// Largest difference of two gradients over the largest number of the first.
+double apart(const AlignedVector<float>& a, const AlignedVector<float>& b) {
+  REQUIRE(a.size() == b.size());
+  double most = 0, largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, double(std::abs(a[i] - b[i]))), largest = std::max(largest, double(std::abs(a[i])));
+  REQUIRE(largest > 0);
+  return most / largest;
+}
+
+}  // namespace
+
+TEST_SUITE("backend/gradient") {
+  TEST_CASE("a device's gradients are the CPU's to 1e-5 of the largest, for every kernel, with total variation and curve length") {
+    constexpr float kTv = 1e-3f, kCurve = 1e-2f;
+    for (const test::Runner& runner : test::runners()) {
+      double worst = 0;
+      for (int sh = -1; sh <= 3; ++sh)
+        for (const int kind : {0, 1, 2})
+          for (const bool deterministic : {false, true}) {
+            CAPTURE(runner.name);
+            CAPTURE(sh);
+            CAPTURE(kind);
+            CAPTURE(deterministic);
+            Scene scene(sh, kind > 0, kind == 2);
+            VoxelModel& model = scene.model;
+            const bool moves = kind > 0;
+            Learner radiance = learner_of(model.radiance.raw, kTv), motion;
+            Gradient none;
+            std::vector<RowMask> active;
+            if (moves) motion = learner_of(model.motion.levels[0], kTv), active.assign(model.motion.levels[0].topology->bricks.size(), RowMask::all());
+            const PassResult pass = make_engine(sh, moves, kind == 2)
+                                        ->run(model, active, model.step, scene.sampling, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied},
+                                              scene.losses, kDraw, radiance.gradient, moves ? motion.gradient : none);
+            add_total_variation(model.radiance.raw, radiance, 1, kShare, kDraw);
+            if (moves) {
+              add_total_variation(model.motion.levels[0], motion, 1, kShare, kDraw + 1);
+              add_curve_length(model.motion.levels[0], motion, model.motion, kCurve, kShare, kDraw + 1);
+            }
+
+            // With beta1 = 0 the first moment after one step is the gradient.
+            const auto learned = [](Channels& values, Learner& l) { return LearnedRows{&values, &l.m, &l.v, l.rate, l.tv, {}}; };
+            StepModel now{&model, learned(model.radiance.raw, radiance), {}, active, {&scene.occupied, 1}};
+            if (moves) now.levels.push_back(learned(model.motion.levels[0], motion));
+            const std::vector<int> grids(kSlots, 0);
+            StepInput in{};
+            in.rays = scene.batch.rays, in.targets = scene.batch.targets, in.times = scene.times, in.occupancy = grids;
+            in.losses = {scene.sampling.stop, scene.sampling.min_weight, scene.losses, kDraw};
+            in.tv_scale = 1, in.tv_share = kShare, in.curve_length = kCurve, in.draw = kDraw;
+            in.factors = moment_factors(0, 0.99, 1e-8, 1);
+            in.largest = kLargestGradient;
+            const auto device = runner.step(deterministic);
+            device->upload(now);
+            const StepSums sums = device->run(in);
+            device->download();
+
+            CHECK(sums.bad_rays + sums.bad_rows == 0);
+            CHECK(sums.samples == pass.samples);
+            CHECK(sums.squared_error == doctest::Approx(pass.squared_error).epsilon(1e-5));
+            CHECK(sums.motion_loss == doctest::Approx(pass.motion_loss).epsilon(1e-4));
+            worst = std::max(worst, apart(radiance.gradient.values.values, radiance.m));
+            CHECK(apart(radiance.gradient.values.values, radiance.m) < 1e-5);
+            if (!moves) continue;
+            worst = std::max(worst, apart(motion.gradient.values.values, motion.m));
+            CHECK(apart(motion.gradient.values.values, motion.m) < 1e-5);
+          }
+      std::printf("%s: gradients differ from the CPU's by %.1e of the largest at most\n", runner.name.c_str(), worst);
+    }
+  }
+}

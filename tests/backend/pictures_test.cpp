@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/backend/pictures.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "backend/executors.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "support/blob_model.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+/// A camera that sees the whole box from a little above.
+Camera camera(int width, int height) {
+  Camera c;
+  c.width = width, c.height = height;
+  c.fx = c.fy = 1.4 * width;
+  c.cx = 0.5 * width, c.cy = 0.5 * height;
+  c.position = {3.2, 0.5, 1.1};
+  const Vec3d back = normalize(c.position), right = normalize(cross(Vec3d{0, 0, 1}, back));
+  c.axes = {right, cross(back, right), back};
+  return c;
+}
+
+double farthest(const Image& a, const Image& b) {
+  REQUIRE(a.data.size() == b.data.size());
+  double most = 0;
+  for (std::size_t i = 0; i < a.data.size(); ++i) most = std::max(most, double(std::abs(a.data[i] - b.data[i])));
+  return most;
+}
+
+}  // namespace
+
+TEST_SUITE("backend/pictures") {
+  TEST_CASE("a device's pictures are those of the CPU to a few units of rounding, in every layer, for every kernel") {
+    const Camera eye = camera(45, 38);  // no whole number of tiles
+    for (const test::Runner& runner : test::runners()) {
+      double worst = 0;
+      for (int sh = -1; sh <= 3; ++sh)
+        for (const int motion : {0, 1, 2}) {
+          CAPTURE(runner.name);
+          CAPTURE(sh);
+          CAPTURE(motion);
+          const test::BlobMotion moves{motion > 0, 4, {-0.3f, 0.1f, 0.2f}, 0.15f, motion == 2, motion == 2 ? 0.8f : 0.0f};
+          const VoxelModel model = test::blob_model(40, moves, sh);
+          Renderer cpu(model), device(model, runner.pictures(model));
+          for (const double time : {0.0, 0.7}) {
+            // To the end of the ray: where it may stop early, a transmittance beside the limit falls on either side of it.
+            const RenderOptions all{.stop = 0};
+            const Rendered a = cpu.render(eye, time, all), b = device.render(eye, time, all);
+            CHECK(*std::max_element(a.alpha.data.begin(), a.alpha.data.end()) > 0.9f);
+            // 4 units of rounding for each of the up to 100 samples that a pixel is made of.
+            constexpr double kTolerance = 100 * 4 * 6e-8;
+            CHECK(farthest(a.rgb, b.rgb) < kTolerance);
+            CHECK(farthest(a.alpha, b.alpha) < kTolerance);
+            CHECK(farthest(a.rigidity, b.rigidity) < kTolerance);
+            CHECK(farthest(a.flow, b.flow) < kTolerance);
+            // A quotient of two sums that may both be small; the farthest corner is 4 units away.
+            CHECK(farthest(a.depth, b.depth) < 1e-3);
+            worst = std::max(worst, farthest(a.rgb, b.rgb));
+            const RenderOptions early;
+            CHECK(farthest(cpu.render(eye, time, early).rgb, device.render(eye, time, early).rgb) <= early.stop);
+          }
+        }
+      std::printf("%s: pictures differ from the CPU's by %.2e at most\n", runner.name.c_str(), worst);
+    }
+  }
+  TEST_CASE("a device's picture of noise in every number is the CPU's") {
+    for (const test::Runner& runner : test::runners()) {
+      const VoxelModel model = test::noisy_model(5, 6, FirstPoint::free, BasisKind::bspline, 2, true, true);
+      Renderer cpu(model), device(model, runner.pictures(model));
+      const RenderOptions all{.stop = 0};
+      const Rendered a = cpu.render(camera(32, 32), 0.4, all), b = device.render(camera(32, 32), 0.4, all);
+      CAPTURE(runner.name);
+      CHECK(farthest(a.rgb, b.rgb) < 100 * 4 * 6e-8);
+    }
+  }
+}
