@@ -36,7 +36,7 @@ RawSplit read_split(const fs::path& folder, const std::string& name) {
       if (*angle) *angle = radians(**angle, where);
     const RigidPose seen = frame.pose;  // of the world, from the camera
     std::array<Vec3d, 3> axes;
-    for (int i = 0; i < 3; ++i) axes[std::size_t(i)] = {seen.axes[0][i], seen.axes[1][i], seen.axes[2][i]};
+    for (int a = 0; a < 3; ++a) axes[std::size_t(a)] = {seen.axes[0][a], seen.axes[1][a], seen.axes[2][a]};
     const Vec3d& t = seen.position;
     frame.pose.axes = axes;
     frame.pose.position = -(t.x * axes[0] + t.y * axes[1] + t.z * axes[2]);
