@@ -52,4 +52,19 @@ TEST_SUITE("core/parallel") {
     CHECK_THROWS_WITH_AS(splinevox::in_order(10, 2, refuse, [](int) { return true; }), "task 3: cannot be done", splinevox::Error);
     splinevox::in_order(0, 2, refuse, [](int) { return false; });
   }
+
+  TEST_CASE("in order: an exception in one does not cut short the loops inside the others") {
+    for (int round = 0; round < 50; ++round) {
+      std::atomic<int> begun = 0, whole = 0;
+      const auto work = [&](int i) {
+        if (i == 3) splinevox::fail({"task 3", "cannot be done", "", "", ""});
+        ++begun;
+        std::atomic<int> done = 0;
+        splinevox::parallel_for(2000, [&](int) { ++done; });
+        if (done == 2000) ++whole;
+      };
+      CHECK_THROWS_AS(splinevox::in_order(20, 4, work, [](int) { return true; }), splinevox::Error);
+      CHECK(whole == begun);
+    }
+  }
 }

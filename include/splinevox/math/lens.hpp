@@ -58,6 +58,17 @@ SPLINEVOX_HD inline LensPoint distort(const Distortion& lens, LensPoint p) {
           beyond * (y * f + lens.p[0] * (q + 2 * y * y) + 2 * lens.p[1] * x * y)};
 }
 
+/// Cosine and sine of an angle of at most a right one. What a device does for larger ones needs an array in its slow memory.
+SPLINEVOX_HD inline LensPoint on_circle(double angle) {
+#if defined(__CUDA_ARCH__)
+  LensPoint out;
+  sincospi(angle * 0.31830988618379067, &out.y, &out.x);
+  return out;
+#else
+  return {std::cos(angle), std::sin(angle)};
+#endif
+}
+
 /// The direction that the lens shows at d: distort backwards, by Newton's method from d itself. It ends at rounding wherever the lens does
 /// not fold over, which the readers check along the border of the picture.
 SPLINEVOX_HD inline LensRay undistort(const Distortion& lens, LensPoint d) {
@@ -71,8 +82,9 @@ SPLINEVOX_HD inline LensRay undistort(const Distortion& lens, LensPoint d) {
       angle = std::fmin(std::fmax(angle - step, 0.0), lens.reach);
       if (!(std::abs(step) > 1e-15)) break;
     }
-    const double s = std::sin(angle) / radius;
-    return {s * d.x, s * d.y, std::cos(angle)};
+    const LensPoint turned = on_circle(angle);
+    const double s = turned.y / radius;
+    return {s * d.x, s * d.y, turned.x};
   }
   double x = d.x, y = d.y;
   for (int i = 0; i < kRounds; ++i) {

@@ -20,10 +20,19 @@ struct Place {
   Vec3 fraction;
 };
 
-SPLINEVOX_INLINE Place place_of(const BrickView<float>& view, const Vec3& x) {
-  const float u[3] = {view.coordinate(x.x, 0), view.coordinate(x.y, 1), view.coordinate(x.z, 2)};
-  const int base[3] = {int(u[0]), int(u[1]), int(u[2])};
-  return {view.cell(base[0], base[1], base[2]), {u[0] - float(base[0]), u[1] - float(base[1]), u[2] - float(base[2])}};
+/// Of sample `index` of a ray. In double, as exact as RayKernel's Course, whose parts a lane has no registers for.
+/// @param moved  vertices from the ray
+SPLINEVOX_INLINE Place place_of(const BrickView<float>& view, const RayInput<float>& ray, int index, float step, const Vec3& moved) {
+  Place out;
+  int base[3];
+  SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) {
+    const double along = (double(ray.origin[a]) - view.origin[a]) + index * (double(step) * ray.direction[a]);
+    const double u = along * view.inv_spacing + moved[a];
+    base[a] = int(view.clamped(float(u), a));
+    out.fraction[a] = float(u - base[a]);
+  }
+  out.cell = view.cell(base[0], base[1], base[2]);
+  return out;
 }
 
 /// Four columns of the rows around a place, interpolated, with their derivatives by the fractions.
@@ -68,12 +77,11 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
   using Out = Shaded<Sh, Moving>;
   Out s;
   s.alpha = 0, s.passed = 1;
-  Vec3 x;
-  SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) x[a] = ray.origin[a] + float(index) * (field.step * ray.direction[a]);
+  Vec3 moved{};
   s.emission.light = 1, s.emission.light_slope = 0;
   s.r = 1, s.r_slope = 0;
   if constexpr (Moving) {
-    s.observed = place_of(field.motion, x);
+    s.observed = place_of(field.motion, ray, index, field.step, moved);
     const CellRows rows = field.motion.rows(s.observed.cell);
     float w[kCorners];
     trilinear_weights(s.observed.fraction, w);
@@ -90,9 +98,9 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
       const Activated<float> r = sigmoid(s.motion[3] + field.rigidity_offset);
       s.r = r.value, s.r_slope = r.slope;
     }
-    SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) x[a] += s.r * s.motion[a];
+    SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) moved[a] = s.r * s.motion[a] * field.radiance.inv_spacing;
   }
-  s.at = place_of(field.radiance, x);
+  s.at = place_of(field.radiance, ray, index, field.step, moved);
   const CellRows rows = field.radiance.rows(s.at.cell);
   s.stored = false;
   SPLINEVOX_UNROLL for (int c = 0; c < kCorners; ++c) s.stored |= rows.row[c] >= kBrickRows;
