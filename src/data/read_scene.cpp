@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "data/message_text.hpp"
-#include "data/json_file.hpp"
 #include "data/transforms.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -87,14 +86,6 @@ std::vector<std::string> splits_of(const fs::path& folder, const RawScene* scene
   return there;
 }
 
-/// The box, if the files of a D-NeRF folder give one.
-std::optional<Box> dnerf_box(const fs::path& folder) {
-  if (!has_split(folder, "train")) return {};
-  const fs::path path = folder / transforms_name("train");
-  const std::string where = printable(path.string());
-  return read_scene_box(read_json(path, where), where);
-}
-
 }  // namespace
 
 namespace data {
@@ -104,9 +95,8 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   OpenScene open{layout.name, {}, {}};
   if (!layout.read) {
     for (const std::string& split : choose_splits(folder, splits_of(folder, nullptr), true, options.splits))
-      open.scene.splits.push_back(read_transforms(folder, split));
+      open.scene.splits.push_back(read_transforms(folder, split, split == "train" ? &open.scene.box : nullptr));
     if (!options.time_map && open.scene.splits[0].name != "train" && has_split(folder, "train")) open.train = read_transforms(folder, "train");
-    if (open.scene.splits[0].name == "train") open.scene.box = dnerf_box(folder);
     return open;
   }
   RawScene scene = layout.read(folder);

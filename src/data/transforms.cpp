@@ -134,13 +134,14 @@ RawSplit read_frames(const json& file, const std::string& where) {
   return split;
 }
 
-RawSplit read_transforms(const std::filesystem::path& folder, const std::string& name) {
+RawSplit read_transforms(const std::filesystem::path& folder, const std::string& name, std::optional<Box>* box) {
   const std::filesystem::path path = folder / transforms_name(name);
   const std::string where = printable(path.string());
   const json file = read_json(path, where);
   RawSplit split = read_frames(file, where);
   split.name = name;
   read_times(frames_of(file, where), "time", split);
+  if (box) *box = read_scene_box(file, where);
   return split;
 }
 

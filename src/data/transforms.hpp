@@ -15,8 +15,8 @@ namespace splinevox::data {
 std::string transforms_name(const std::string& split);
 
 /// Reads and checks one split of a NeRF / D-NeRF folder. Throws Error (Fault::input).
-/// @param folder  as the user gave it; messages begin with it.
-RawSplit read_transforms(const std::filesystem::path& folder, const std::string& split);
+/// @param folder  as the user gave it; messages begin with it. @param box  takes the file's scene_box, if it has one
+RawSplit read_transforms(const std::filesystem::path& folder, const std::string& split, std::optional<Box>* box = nullptr);
 
 /// The box that a transforms file may give as 'scene_box': [[lo x, y, z], [hi x, y, z]]. Throws Error (Fault::input).
 std::optional<Box> read_scene_box(const nlohmann::json& file, const std::string& where);

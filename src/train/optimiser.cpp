@@ -24,9 +24,6 @@ Eight flush(const Eight& v) {
   return magnitude < 1e-30f ? Eight{} : v;
 }
 
-/// Floats of a row above which columns without a gradient are passed over: of a long spline a step sees a few pieces only.
-constexpr int kLongRow = 128;
-
 bool all_zero(const Eight& v) {
   for (int i = 0; i < 8; ++i)
     if (v[i] != 0) return false;
@@ -139,21 +136,13 @@ void add_total_variation(const Channels& values, Learner& learner, float scale, 
 void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw) {
   if (weight == 0 || !motion.displaces) return;
   const int stride = motion.stride(), stored = motion.stored_points();
-  const bool pinned = stored < motion.points;  // the curve starts at a point pinned to zero before the first stored one
+  const bool pinned = stored < motion.points;
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
     if (!chosen_brick(draw, brick, share)) return;
     for (int i = 0; i < kBrickRows; ++i) {
       const std::size_t row = std::size_t(brick) * kBrickRows + i;
-      const float* p = values.row(row);
-      float* g = learner.gradient.values.row(row);
-      for (int k = pinned ? 0 : 1; k < stored; ++k)
-        for (int a = 0; a < 3; ++a) {
-          const float step = p[stride * k + a] - (k == 0 ? 0.0f : p[stride * (k - 1) + a]);
-          const float d = 2 * weight / share * step;
-          g[stride * k + a] += d;
-          if (k > 0) g[stride * (k - 1) + a] -= d;
-        }
+      curve_length_vjp(values.row(row), stride, stored, pinned, weight / share, learner.gradient.values.row(row));
     }
     learner.gradient.touched[brick].set_all();
   });

@@ -22,29 +22,6 @@ bool any_alpha(const Split& train) {
   return false;
 }
 
-/// Colours of what the pictures show, weighted by alpha, from every 16th pixel.
-struct Shown {
-  Vec3 mean{0.5f, 0.5f, 0.5f};
-  float brightest = 0;  ///< of any channel
-  bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
-};
-
-Shown shown(const Split& train) {
-  Shown out;
-  Vec3d sum{};
-  double weights = 0;
-  for (const Frame& f : train.frames)
-    for (std::size_t i = 0; i < f.image.rgba.size(); i += 4 * 16) {
-      const std::uint16_t* p = f.image.rgba.data() + i;
-      const double alpha = p[3] / 65535.0;
-      sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
-      weights += alpha;
-      out.brightest = std::max(out.brightest, float(alpha / 65535.0 * std::max({p[0], p[1], p[2]})));
-    }
-  if (weights > 0) out.mean = cast<float>(1 / weights * sum);
-  return out;
-}
-
 /// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a
 /// seventh of one costs nothing, from one cell on decibels (numerics H14).
 void check_place(const Box& box, int cells) {
@@ -80,13 +57,28 @@ SceneBounds starting_bounds(const Config& config, const Split& train) {
   return bounds;
 }
 
-float brightness(const Config& config, const Split& train) {
+Shown shown_colors(const Split& train) {
+  Shown out;
+  Vec3d sum{};
+  double weights = 0;
+  for (const Frame& f : train.frames)
+    for (std::size_t i = 0; i < f.image.rgba.size(); i += 4 * 16) {
+      const std::uint16_t* p = f.image.rgba.data() + i;
+      const double alpha = p[3] / 65535.0;
+      sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
+      weights += alpha;
+      out.brightest = std::max(out.brightest, float(alpha / 65535.0 * std::max({p[0], p[1], p[2]})));
+    }
+  if (weights > 0) out.mean = cast<float>(1 / weights * sum);
+  return out;
+}
+
+float brightness(const Config& config, const Shown& shown) {
   constexpr float kLeast = 1e-3f;  // a black scene has no brightness of its own
-  const Shown s = shown(train);
-  if (!s.dark()) return 1;
+  if (!shown.dark()) return 1;
   const std::vector<float>& b = config.run.background;
   const float behind = config.sampling.background == BackgroundKind::fixed ? *std::max_element(b.begin(), b.end()) : 0;
-  return std::max({s.brightest, behind, kLeast});
+  return std::max({shown.brightest, behind, kLeast});
 }
 
 Config in_units_of(float brightness, Config config) {
@@ -98,14 +90,13 @@ Config in_units_of(float brightness, Config config) {
   return config;
 }
 
-Vec3 starting_color(const RadianceConfig& config, const Split& train) {
+Vec3 starting_color(const RadianceConfig& config, const Shown& shown) {
   constexpr float kDarkest = 1e-5f;
-  const Shown s = shown(train);
-  if (!s.dark()) return {};
+  if (!shown.dark()) return {};
   const float view = config.sh_order >= 0 ? view_factor(0.28209479f * config.initial_sh).value : 1;
   Vec3 raw;
   for (int c = 0; c < 3; ++c) {
-    const float share = std::clamp(s.mean[c] / view, kDarkest, 0.5f);
+    const float share = std::clamp(shown.mean[c] / view, kDarkest, 0.5f);
     raw[c] = logit(share);
   }
   return raw;

@@ -7,7 +7,6 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
-#include "start.hpp"
 
 namespace splinevox {
 namespace {
@@ -64,7 +63,7 @@ void check_fits(bool good) {
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
-    : unit(brightness(c, t)), config(in_units_of(unit, c)), train(t), bounds(starting_bounds(c, t)),
+    : shown(shown_colors(t)), unit(brightness(c, shown)), config(in_units_of(unit, c)), train(t), bounds(starting_bounds(c, t)),
       sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed, unit) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
@@ -137,7 +136,7 @@ void Trainer::State::start_radiance() {
   model.radiance.activation.shift = float(std::log(std::expm1(-std::log1p(-double(config.radiance.initial_alpha)))));
   const int width = radiance_width(config.radiance.sh_order);
   std::vector<float> row(width, 0.0f);
-  const Vec3 color = starting_color(config.radiance, train);
+  const Vec3 color = starting_color(config.radiance, shown);
   for (int c = 0; c < 3; ++c) row[1 + c] = color[c];
   if (config.radiance.sh_order >= 0) row[4] = config.radiance.initial_sh;
   model.radiance.raw = make_channels(bricks_near(lattice, bounds.hull), width, row.data());

@@ -12,6 +12,7 @@
 #include "splinevox/train/optimiser.hpp"
 #include "splinevox/train/refine.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "start.hpp"
 
 namespace splinevox {
 
@@ -19,6 +20,7 @@ namespace splinevox {
 struct Trainer::State {
   State(const Config& config, const Split& train, const TimeMap& time_map);
 
+  const Shown shown;
   const float unit;                  ///< of brightness; 1 unless the scene is dark
   const Config config;               ///< in that unit
   const Split& train;

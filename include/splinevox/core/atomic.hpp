@@ -2,25 +2,21 @@
 #pragma once
 
 #include <atomic>
+#include <concepts>
 #include <cstdint>
+#include <type_traits>
 
 #include "splinevox/core/hd.hpp"
 
 namespace splinevox {
 
 /// What many elements of a kernel may change at once. Relaxed: results are read after the kernel has ended.
-SPLINEVOX_HD inline void atomic_add(float* to, float value) {
+template <std::floating_point T>
+SPLINEVOX_HD inline void atomic_add(T* to, std::type_identity_t<T> value) {
 #if defined(__CUDA_ARCH__)
   atomicAdd(to, value);
 #else
-  std::atomic_ref<float>(*to).fetch_add(value, std::memory_order_relaxed);
-#endif
-}
-SPLINEVOX_HD inline void atomic_add(double* to, double value) {
-#if defined(__CUDA_ARCH__)
-  atomicAdd(to, value);
-#else
-  std::atomic_ref<double>(*to).fetch_add(value, std::memory_order_relaxed);
+  std::atomic_ref<T>(*to).fetch_add(value, std::memory_order_relaxed);
 #endif
 }
 SPLINEVOX_HD inline void atomic_add(std::int64_t* to, std::int64_t value) {

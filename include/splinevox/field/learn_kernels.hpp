@@ -14,6 +14,9 @@ namespace splinevox {
 /// Whether a step's draw takes a brick for total variation.
 SPLINEVOX_HD inline bool chosen_brick(std::uint64_t draw, int brick, float share) { return Rng(draw, 6).uniform(std::uint64_t(brick)) < share; }
 
+/// Floats of a row above which columns without a gradient are passed over: of a long spline a step sees a few pieces only.
+inline constexpr int kLongRow = 128;
+
 struct PlainRoot {
   SPLINEVOX_HD float operator()(float x) const { return std::sqrt(x); }
 };
@@ -74,6 +77,18 @@ struct TvKernel {
   };
 };
 
+/// Adds the gradient of weight * sum_k |p_{k+1} - p_k|^2 of one row's curve.
+/// @param pinned  the curve starts at a point pinned to zero before the first stored one
+SPLINEVOX_HD inline void curve_length_vjp(const float* row, int stride, int stored_points, bool pinned, float weight, float* gradient) {
+  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
+    for (int a = 0; a < 3; ++a) {
+      const float step = row[stride * k + a] - (k == 0 ? 0.0f : row[stride * (k - 1) + a]);
+      const float d = 2 * weight * step;
+      gradient[stride * k + a] += d;
+      if (k > 0) gradient[stride * (k - 1) + a] -= d;
+    }
+}
+
 /// One row of a chosen brick: gradient of the squared lengths between successive control points.
 struct CurveLengthKernel {
   const float* values;
@@ -81,7 +96,7 @@ struct CurveLengthKernel {
   std::uint64_t* touched;
   std::size_t rows;
   int width, stride, stored_points;
-  bool pinned;               ///< the curve starts at a point pinned to zero before the first stored one
+  bool pinned;               ///< see curve_length_vjp
   float weight, share;
   std::uint64_t draw;
 
@@ -90,15 +105,7 @@ struct CurveLengthKernel {
     const int brick = int(row / kBrickRows);
     if (brick == 0 || !chosen_brick(draw, brick, share)) return;
     if (row % 64 == 0) touched[row >> 6] = ~std::uint64_t(0);
-    const float* p = values + row * width;
-    float* g = gradient + row * width;
-    for (int k = pinned ? 0 : 1; k < stored_points; ++k)
-      for (int a = 0; a < 3; ++a) {
-        const float step = p[stride * k + a] - (k == 0 ? 0.0f : p[stride * (k - 1) + a]);
-        const float d = 2 * weight / share * step;
-        g[stride * k + a] += d;
-        if (k > 0) g[stride * (k - 1) + a] -= d;
-      }
+    curve_length_vjp(values + row * width, stride, stored_points, pinned, weight / share, gradient + row * width);
   }
 };
 
@@ -139,7 +146,6 @@ struct CheckKernel {
 /// One touched row: an Adam step and the shrinkage of its groups, unless something spoilt the step; clears the gradient. The mask is
 /// cleared by whoever owns it.
 struct UpdateKernel {
-  static constexpr int kLongRow = 128;  ///< floats of a row above which columns without a gradient are passed over
   static constexpr int kGroups = 2;
 
   float *values, *gradient, *m, *v;
