@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Does the choice of effects see what is in a scene? Built-in scenes of known make-up, nine kinds, several seeds each, and real ones if
-// named: what was chosen, what should have been, and a count at the end, over what is judged at all: motion, and light where nothing moves.
+// named: what was chosen, what should have been, and a count at the end, over what is judged at all: motion, light where nothing moves, and a background behind
+// opaque pictures.
 //
 //   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME]
 //
@@ -39,7 +40,7 @@ std::vector<Kind> kinds() {
           {"moving, glossy", true, {.gloss = 0.6}, {"motion", "view"}},
           {"static, light fades", false, {.fade = 0.6}, {"light"}},
           {"moving, light fades", true, {.fade = 0.6}, {"motion", "light"}},
-          {"moving, opaque", true, {.opaque = true}, {"motion"}},
+          {"moving, opaque", true, {.opaque = true}, {"motion", "background"}},
           {"moving, dark", true, {.light = 0.1}, {"motion"}},
           {"static, few frames", false, {}, {}, 6}};
 }
@@ -103,7 +104,7 @@ int main(int argc, char** argv) {
       }
     }
     nlohmann::json sum{{"right", right}, {"of", all}};
-    for (const std::string effect : {"motion", "light"})
+    for (const std::string effect : {"motion", "light", "background"})
       sum[effect] = {{"switched on where absent", fmt::format("{} of {}", switched_on[effect], absent[effect])}, {"missed where present", fmt::format("{} of {}", missed[effect], present[effect])}};
     say(sum);
   } catch (const Error& error) {

@@ -46,7 +46,7 @@ Score score(const VoxelModel& model, const Split& split, std::size_t every, cons
   for (std::size_t f = 0; f < split.frames.size(); f += every, ++count) {
     const Frame& frame = split.frames[f];
     const Image render = clamped(renderer.render(frame.camera, frame.time).rgb);
-    const double db = psnr(render, composite(frame.image, model.background));
+    const double db = psnr(render, composite(frame.image, model.background.color));
     out.mean += db;
     out.worst = std::min(out.worst, db);
     if (!pictures.empty()) write_png(fmt::format("{}_{:03}.png", pictures, f), render);

@@ -33,7 +33,7 @@ inline Trained train_to_end(const Config& config, const Dataset& data) {
 inline double mean_psnr(const VoxelModel& model, const Split& split) {
   Renderer renderer(model);
   double db = 0;
-  for (const Frame& f : split.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background)));
+  for (const Frame& f : split.frames) db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background.color)));
   return db / double(split.frames.size());
 }
 

@@ -58,7 +58,7 @@ class Shot {
       RayKernel<Real, kSh, Stored> kernel;
       for (int x = 0; x < camera_.width; ++x) {
         const Ray ray = camera_ray(camera_, x + 0.5, y + 0.5);
-        const RayInput<Real> in = clip_ray(ray, model_.box, field.step, Real(0.5), model_.background);
+        const RayInput<Real> in = clip_ray(ray, model_.box, field.step, Real(0.5), model_.background.color);
         const RayResult<Real> result = kernel.forward(in, field, frame, Real(stop));
         counts[y] += kernel.count;
         for (int c = 0; c < 3; ++c) out[(std::size_t(y) * camera_.width + x) * 3 + c] = double(result.rgb[c]);

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
@@ -61,7 +60,9 @@ void settle_effects(Config& config, bool forced, const Dataset& data, const RunF
     progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s", to_string(t.effects), t.mean(), t.steps, t.seconds));
   });
   if (!forced) apply(choice.chosen, config), config.motion.points = choice.points;
-  const Json effects = effects_json(choice, effects_of(config), forced);
+  EffectSet used = effects_of(config);
+  if (data.has_alpha) used = used.without("background");  // nothing is behind what such pictures show
+  const Json effects = effects_json(choice, used, forced);
   progress.note(effects_line(effects));
   if (!writes) return;
   write_file(folder.file("effects.json"), {effects.dump(2) + "\n"});
@@ -104,9 +105,7 @@ int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_
 
   LoadOptions load;
   load.downscale = config.run.downscale;
-  const std::vector<std::string> splits = dataset_splits(o.dataset);
-  load.splits = {"train"};
-  if (std::find(splits.begin(), splits.end(), "val") != splits.end()) load.splits.push_back("val");
+  load.splits = {"train"}, load.if_there = {"val"};
   const Dataset data = load_dataset(o.dataset, load);
   if (checkpoint) check_same_run(folder, saved, config, record, data);
   greet(data, config, device, progress);

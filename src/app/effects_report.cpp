@@ -17,7 +17,7 @@ Json finite(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
 std::string decibels(const Json& v) { return v.is_number() ? fmt::format("{:+.2f} dB", v.get<double>()) : "?"; }
 
 Json set_json(const EffectSet& e) {
-  return {{"motion", e.motion}, {"rigidity", e.rigidity}, {"view", e.view}, {"light", e.light}};
+  return {{"motion", e.motion}, {"rigidity", e.rigidity}, {"view", e.view}, {"light", e.light}, {"background", e.background}};
 }
 
 }  // namespace
@@ -35,7 +35,8 @@ Json effects_json(const EffectChoice& choice, const EffectSet& used, bool forced
         e["time_ratio"] = v.time_ratio, e["bytes_ratio"] = v.bytes_ratio;
         e["beside"] = to_string(v.with.without(name));
       }
-    j["effects"].push_back(e);
+    const bool absent = name == "background" && !used.has(name) && !e.contains("decision");  // neither used nor tried
+    if (!absent) j["effects"].push_back(e);
   }
   j["fits"] = Json::array();
   for (const EffectTrial& t : choice.trials)

@@ -22,7 +22,7 @@ struct Run {
   VoxelModel model;
   ModelNotes notes;  ///< kept with the model
 
-  Vec3 background() const { return {config.run.background[0], config.run.background[1], config.run.background[2]}; }
+  Vec3 background() const { return model.background.color; }
 };
 /// Throws Error (input).
 Run open_run(const std::string& path);

@@ -7,6 +7,7 @@
 
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/train/effects.hpp"
 
 namespace splinevox::app {
 namespace {
@@ -38,13 +39,12 @@ std::string preset_names() {
 
 /// --effects: `auto` leaves those of the preset to choose from; otherwise what is not named is off.
 void apply_effects(Config& c, const std::string& text) {
-  static const std::vector<std::string> known = {"motion", "rigidity", "view", "light"};
   if (text == "auto") return;
+  const std::vector<std::string>& known = effect_names();
   const std::vector<std::string> names = text == "all" ? known : split_list(text);
   for (const std::string& n : names)
     if (std::find(known.begin(), known.end(), n) == known.end())
-      fail({"--effects", fmt::format("there is no effect '{}'", n), "auto, all, or a list of motion, rigidity, view, light",
-            text, ""});
+      fail({"--effects", fmt::format("there is no effect '{}'", n), fmt::format("auto, all, or a list of {}", fmt::join(known, ", ")), text, ""});
   const auto on = [&](const char* name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   if (on("rigidity") && !on("motion"))
     fail({"--effects", "rigidity scales motion, so it needs motion", "motion,rigidity", text, ""});
@@ -52,6 +52,7 @@ void apply_effects(Config& c, const std::string& text) {
   c.motion.rigidity = on("rigidity");
   c.motion.light = on("light");
   c.radiance.sh_order = on("view") ? std::max(c.radiance.sh_order, 1) : -1;
+  c.run.background_order = on("background") ? std::max(c.run.background_order, 0) : -1;
 }
 
 }  // namespace
@@ -70,8 +71,8 @@ void add_train_options(CLI::App& verb, TrainOptions& o) {
   add_device(verb, o.device);
   verb.add_flag("--deterministic", o.deterministic, "on a CUDA device too: the same bits in every run, for some of its speed (the CPU always has them)");
   verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
-  verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, behind pictures with alpha");
-  verb.add_option("--effects", o.effects, "auto (those the scene calls for, tried out first), all, or a list of motion,rigidity,view,light")
+  verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, behind pictures with alpha, and behind opaque ones instead of a learned colour");
+  verb.add_option("--effects", o.effects, "auto (those the scene calls for, tried out first), all, or a list of motion,rigidity,view,light,background")
       ->capture_default_str();
   verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
   verb.add_flag("--quiet", o.quiet, "say nothing but errors");
@@ -113,8 +114,8 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   if (o.max_steps && !o.max_time) c.run.max_time = 0;
   set("--seed", "run.seed", o.seed);
   set("--downscale", "run.downscale", o.downscale);
-  if (o.background) c.run.background = parse_background(*o.background);
   apply_effects(c, o.effects);
+  if (o.background) c.run.background = parse_background(*o.background), c.run.background_order = -1;
   validate(c);
   return c;
 }

@@ -206,6 +206,7 @@ void TrainSession::resume() {
 CheckpointHeader TrainSession::header() const {
   CheckpointHeader h;
   h.kind = "trainer";
+  h.format = Trainer::kStateFormat;
   h.config = fnv1a(write_config(setup_.config));
   h.dataset = setup_.data.fingerprint;
   h.step = std::uint64_t(last_.step);

@@ -232,9 +232,12 @@ PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, cons
   for (int i = 0; i < quality.halvings; ++i) field = halved(field);
   const MotionField motion = collapse(model.motion);
   const BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
+  Json behind = Json::array();
+  for (int j = 0; j < model.background.count(); ++j) behind.push_back(triple(model.background.raw[j]));
   Writer w;
   w.out.header = {{"box", {{"lo", triple(model.box.lo)}, {"hi", triple(model.box.hi)}}},
-                  {"background", triple(model.background)},
+                  {"background", triple(model.background.color)},
+                  {"background_harmonics", std::move(behind)},
                   {"step", model.step},
                   {"time", {{"origin", model.time_map.origin}, {"scale", model.time_map.scale}}}};
   w.out.header["radiance"] = pack_radiance(w, field, model.step, quality);

@@ -17,6 +17,7 @@ struct MarchJob {
   float largest;
   GradientRows radiance;
   const GradientRows* motion;
+  Vec3* behind;
 };
 
 /// Runs the rays of a job with the kernel for its harmonics. Declared here and defined per order, so that the orders compile at the same
@@ -28,7 +29,7 @@ template <class Executor, int Sh, bool Moving, bool Jet>
 void run_march_kernel(Executor& run, const MarchJob& j) {
   using Kernel = TrainKernel<Sh, Moving, Jet>;
   const Kernel kernel{j.field,     j.frames,       j.rays,   j.targets, j.outcomes, j.rays_per_slot,
-                      j.most_samples, j.losses, j.largest, j.radiance, j.motion};
+                      j.most_samples, j.losses, j.largest, j.radiance, j.motion, j.behind};
   run.for_teams(j.ray_count, kernel, Kernel::scratch_bytes(j.most_samples));
 }
 

@@ -5,6 +5,7 @@
 
 #include "backend/field_mirror.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/parallel.hpp"
 #include "splinevox/render/picture_kernel.hpp"
 #include "splinevox/render/picture_maker.hpp"
 #include "splinevox/render/render_image.hpp"
@@ -38,16 +39,23 @@ class Pictures final : public PictureMaker {
     run_.resize(pixels_, std::size_t(camera.width) * camera.height);
     specialise(model_.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
       using Kernel = PictureKernel<Sh, Moving>;
-      const Kernel kernel{field, {slice_.data(), occupancy_}, camera, model_.box, model_.background, stop, most, pixels_.data()};
+      const Kernel kernel{field, {slice_.data(), occupancy_}, camera, model_.box, stop, most, pixels_.data()};
       run_.for_teams(kernel.count(), kernel, Kernel::scratch_bytes(most));
     });
     host_.resize(pixels_.size());
     run_.download(pixels_, host_.data());
-    for (std::size_t i = 0; i < host_.size(); ++i) {
-      const Pixel& p = host_[i];
-      for (int c = 0; c < 3; ++c) out.rgb.data[3 * i + c] = p.rgb[c], out.flow.data[3 * i + c] = p.flow[c];
-      out.alpha.data[i] = p.alpha, out.depth.data[i] = p.depth, out.rigidity.data[i] = p.rigidity;
-    }
+    const Background& background = model_.background;
+    parallel_for(camera.height, [&](int y) {
+      for (int x = 0; x < camera.width; ++x) {
+        const std::size_t i = std::size_t(y) * camera.width + x;
+        const Pixel& p = host_[i];
+        // One colour needs no ray.
+        const Vec3 behind = background.learned() ? background.towards(cast<float>(camera_ray(camera, x + 0.5, y + 0.5).direction)) : background.color;
+        const Vec3 rgb = p.rgb + p.transmittance * behind;
+        for (int c = 0; c < 3; ++c) out.rgb.data[3 * i + c] = rgb[c], out.flow.data[3 * i + c] = p.flow[c];
+        out.alpha.data[i] = 1 - p.transmittance, out.depth.data[i] = p.depth, out.rigidity.data[i] = p.rigidity;
+      }
+    });
   }
 
  private:

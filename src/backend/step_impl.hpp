@@ -85,6 +85,7 @@ class Steps final : public StepBackend {
 
     std::int64_t t[5];
     run_.download(totals_, t);
+    if (!in.behind.empty()) run_.download(behind_, in.behind.data());
     return {double(t[3]) / OutcomeKernel::kUnit, double(t[4]) / OutcomeKernel::kUnit, t[2], t[0], t[1]};
   }
 
@@ -113,6 +114,7 @@ class Steps final : public StepBackend {
     run_.upload(rays_, in.rays.data(), in.rays.size());
     run_.upload(targets_, in.targets.data(), in.targets.size());
     run_.resize(outcomes_, in.rays.size());
+    run_.resize(behind_, in.behind.size());
     run_.resize(totals_, 5);
     radiance_.prepare(run_, in.tv_scale, in.tv_share);
     for (auto& level : levels_) level.prepare(run_, in.tv_scale, in.tv_share);
@@ -172,6 +174,7 @@ class Steps final : public StepBackend {
     job.largest = deterministic_ ? std::min(in.largest, GradientRows::kLargest) : in.largest;
     job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr, radiance_.touched.data(), radiance_.width};
     job.motion = motion_rows_.data();
+    job.behind = in.behind.empty() ? nullptr : behind_.data();
     switch (m.radiance.sh_order) {
       case -1: run_march<Executor, -1>(run_, job); break;
       case 0: run_march<Executor, 0>(run_, job); break;
@@ -215,7 +218,7 @@ class Steps final : public StepBackend {
   Buffer<float> slices_, slice_gradients_;
   Buffer<std::int64_t> radiance_fixed_, slice_fixed_;
   Buffer<RayInput<float>> rays_;
-  Buffer<Vec3> targets_;
+  Buffer<Vec3> targets_, behind_;
   Buffer<RayOutcome> outcomes_;
   Buffer<FrameView<float>> frames_;
   Buffer<GradientRows> motion_rows_;

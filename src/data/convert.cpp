@@ -92,7 +92,8 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
     std::vector<int> wanted;
     std::vector<std::size_t> place;
     for (const auto& [number, i] : frames) wanted.push_back(number), place.push_back(i);
-    read_film(path, {plan.width, plan.height, wanted.back() + 1}, wanted, [&](std::size_t k, Image16&& image) {
+    const PictureSize& size = plan.sizes[place[0]];
+    read_film(path, {size.width, size.height, wanted.back() + 1}, wanted, [&](std::size_t k, Image16&& image) {
       const std::vector<char> png = png_of(image);
       write_file((folder / to[place[k]]).string(), {std::string_view(png.data(), png.size())});
       done();
@@ -115,7 +116,7 @@ void convert_dataset(const std::string& path, const std::string& target, const C
     const std::vector<std::string> to = targets(raw, plan);
     Json frames = Json::array();
     for (std::size_t i = 0; i < raw.frames.size(); ++i) {
-      const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.width, plan.height, raw.where(i));
+      const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width, plan.sizes[i].height, raw.where(i));
       Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
       frame.update(lens_json(camera));
       frame["transform_matrix"] = matrix_json(raw.frames[i].matrix);

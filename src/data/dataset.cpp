@@ -27,7 +27,7 @@ TimeMap map_of(const OpenScene& open, const LoadOptions& options, std::vector<st
 }
 
 Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
-  return area_downscale(pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.width, plan.height, raw.where(i)), plan.downscale);
+  return area_downscale(pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width, plan.sizes[i].height, raw.where(i)), plan.downscale);
 }
 
 /// Frames with everything but their pictures.
@@ -100,11 +100,13 @@ std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan, s
 
 void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSplit>& raw,
                 std::vector<std::string>& notes) {
-  for (std::size_t s = 1; s < plans.size(); ++s)
-    if (plans[s].width != plans[0].width || plans[s].height != plans[0].height)
-      notes.push_back(raw[s].name + ": pictures of " + std::to_string(plans[s].width) + " x " +
-                      std::to_string(plans[s].height) + ", " + raw[0].name + " has " + std::to_string(plans[0].width) +
-                      " x " + std::to_string(plans[0].height));
+  const auto text = [](const PictureSize& size) { return fmt::format("{} x {}", size.width, size.height); };
+  for (std::size_t s = 0; s < plans.size(); ++s) {
+    const std::string first = text(plans[s].sizes[0]);
+    const auto other = std::count_if(plans[s].sizes.begin(), plans[s].sizes.end(), [&](const PictureSize& size) { return text(size) != first; });
+    if (other > 0) notes.push_back(fmt::format("{}: {} of {} pictures are not of {} as the first", raw[s].name, other, plans[s].sizes.size(), first));
+    if (first != text(plans[0].sizes[0])) notes.push_back(fmt::format("{}: pictures of {}, {} has {}", raw[s].name, first, raw[0].name, text(plans[0].sizes[0])));
+  }
 }
 
 }  // namespace

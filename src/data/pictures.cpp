@@ -42,14 +42,15 @@ void for_each_frame(std::size_t n, const Work& work) {
 
 std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
 
-void check_divides(const PicturePlan& plan) {
-  const int common = std::gcd(plan.width, plan.height);
+void check_divides(const PicturePlan& plan, std::size_t i) {
+  const auto [width, height] = plan.sizes[i];
+  const int common = std::gcd(width, height);
   if (common % plan.downscale == 0) return;
   std::string divisors;
   for (int k = 2; k <= common && k <= 64; ++k)
     if (common % k == 0) divisors += (divisors.empty() ? "--downscale " : ", ") + std::to_string(k);
-  fail({plan.where[0], "--downscale " + std::to_string(plan.downscale) + " does not divide the image's size",
-        "a divisor of both sides", size_text(plan.width, plan.height), divisors.empty() ? "no --downscale" : divisors});
+  fail({plan.where[i], "--downscale " + std::to_string(plan.downscale) + " does not divide the image's size",
+        "a divisor of both sides", size_text(width, height), divisors.empty() ? "no --downscale" : divisors});
 }
 
 PictureFacts facts_of(const Image16& image) {
@@ -87,16 +88,16 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
     } else {
       header = read_picture_size(plan.paths[i], plan.where[i]);
     }
-    if (i == 0) {
-      plan.width = header.width;
-      plan.height = header.height;
-      check_divides(plan);
-    }
-    if (header.width != plan.width || header.height != plan.height)
+    plan.sizes.push_back(header);
+    const PictureSize& first = plan.sizes[0];
+    const bool differs = header.width != first.width || header.height != first.height;
+    if (i == 0 || differs) check_divides(plan, i);
+    const Lens& lens = split.frames[i].lens;
+    if (differs && !(lens.fl_x && lens.w && lens.h))  // which pinhole compares with the picture
       fail({plan.where[i], "the images of a split differ in size",
-            size_text(plan.width, plan.height) + " as in " + printable(plan.paths[0].filename().string()),
+            size_text(first.width, first.height) + " as in " + printable(plan.paths[0].filename().string()),
             size_text(header.width, header.height) + " in " + printable(plan.paths[i].filename().string()),
-            "render or crop them to one size"});
+            "render or crop them to one size, or give every frame its lens in pixels (w, h, fl_x, fl_y, cx, cy)"});
   }
   return plan;
 }
@@ -104,7 +105,7 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
 void check_memory(const std::vector<PicturePlan>& plans) {
   double bytes = 0;
   for (const PicturePlan& plan : plans)
-    bytes += 8.0 * plan.width * plan.height * double(plan.paths.size()) / plan.downscale / plan.downscale;
+    for (const PictureSize& size : plan.sizes) bytes += 8.0 * size.width * size.height / plan.downscale / plan.downscale;
   const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE));
   if (bytes <= memory) return;
   constexpr double kGiB = 1u << 30;
@@ -123,7 +124,8 @@ std::vector<Image16> decode_films(const PicturePlan& plan) {
     std::sort(frames.begin(), frames.end(), [&](std::size_t a, std::size_t b) { return plan.film_frame[a] < plan.film_frame[b]; });
     std::vector<int> wanted;
     for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
-    read_film(path, {plan.width, plan.height, wanted.back() + 1}, wanted, [&, &list = frames](std::size_t k, Image16&& image) {
+    const PictureSize& size = plan.sizes[frames[0]];
+    read_film(path, {size.width, size.height, wanted.back() + 1}, wanted, [&, &list = frames](std::size_t k, Image16&& image) {
       images[list[k]] = plan.downscale > 1 ? area_downscale(image, plan.downscale) : std::move(image);
     }, plan.where[frames[0]]);
   }

@@ -8,6 +8,7 @@
 
 #include "data/raw_scene.hpp"
 #include "splinevox/core/image.hpp"
+#include "splinevox/data/image_read.hpp"
 
 namespace splinevox::data {
 
@@ -15,14 +16,15 @@ namespace splinevox::data {
 struct PicturePlan {
   std::vector<std::filesystem::path> paths;
   std::vector<std::string> where;  ///< how errors name each
-  int width = 0, height = 0;       ///< stored pixels, the same for all
+  std::vector<PictureSize> sizes;  ///< stored pixels
   int downscale = 1;
   std::vector<int> film_frame;     ///< as in RawFrame
   bool film() const { return !film_frame.empty() && film_frame[0] >= 0; }
 };
 
 /// Finds a split's pictures and reads their headers. Throws Error (Fault::input) for the first frame whose
-/// picture is missing, not a PNG, JPEG or film, of another size than frame 0's or not divisible by the downscale.
+/// picture is missing, not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame 0's though its lens does not say what
+/// size it is for (w, h, fl_x): an angle of view means nothing for a picture that was cropped.
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale);
 
 /// Throws Error (Fault::input) if the pictures of all plans together exceed the machine's memory.

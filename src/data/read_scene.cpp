@@ -62,17 +62,18 @@ const Layout& recognise(const fs::path& folder) {
 
 /// The splits to read, train first.
 std::vector<std::string> choose_splits(const fs::path& folder, const std::vector<std::string>& there, bool dnerf,
-                                       const std::vector<std::string>& wanted) {
-  for (const std::string& split : wanted) {
+                                       const LoadOptions& options) {
+  const auto named = [](const std::vector<std::string>& list, const std::string& split) { return std::find(list.begin(), list.end(), split) != list.end(); };
+  for (const std::string& split : options.splits) {
     if (std::find(std::begin(kSplits), std::end(kSplits), split) == std::end(kSplits))
       fail({printable(folder.string()), "there is no such split", "train, val or test", in_quotes(split), ""});
-    if (std::find(there.begin(), there.end(), split) == there.end())
+    if (!named(there, split))
       fail({printable((dnerf ? folder / transforms_name(split) : folder).string()), "the " + split + " split was asked for and is not there",
             dnerf ? transforms_name(split) : fmt::format("{}", fmt::join(there, " or ")), dnerf ? "no such file" : split, ""});
   }
   std::vector<std::string> chosen;
   for (const std::string& split : there)
-    if (wanted.empty() || std::find(wanted.begin(), wanted.end(), split) != wanted.end()) chosen.push_back(split);
+    if (options.splits.empty() || named(options.splits, split) || named(options.if_there, split)) chosen.push_back(split);
   return chosen;
 }
 
@@ -94,14 +95,14 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   const Layout& layout = recognise(folder);
   OpenScene open{layout.name, {}, {}};
   if (!layout.read) {
-    for (const std::string& split : choose_splits(folder, splits_of(folder, nullptr), true, options.splits))
+    for (const std::string& split : choose_splits(folder, splits_of(folder, nullptr), true, options))
       open.scene.splits.push_back(read_transforms(folder, split, split == "train" ? &open.scene.box : nullptr));
     if (!options.time_map && open.scene.splits[0].name != "train" && has_split(folder, "train")) open.train = read_transforms(folder, "train");
     return open;
   }
   RawScene scene = layout.read(folder);
   open.scene.box = scene.box, open.scene.notes = scene.notes;
-  const std::vector<std::string> chosen = choose_splits(folder, splits_of(folder, &scene), false, options.splits);
+  const std::vector<std::string> chosen = choose_splits(folder, splits_of(folder, &scene), false, options);
   for (RawSplit& split : scene.splits)
     if (std::find(chosen.begin(), chosen.end(), split.name) != chosen.end())
       open.scene.splits.push_back(std::move(split));
@@ -116,13 +117,6 @@ std::vector<std::string> dataset_formats() {
   std::vector<std::string> names;
   for (const Layout& layout : kLayouts) names.emplace_back(layout.name);
   return names;
-}
-
-std::vector<std::string> dataset_splits(const std::string& path) {
-  const Layout& layout = recognise(path);
-  if (!layout.read) return splits_of(path, nullptr);
-  const RawScene scene = layout.read(path);
-  return splits_of(path, &scene);
 }
 
 }  // namespace splinevox

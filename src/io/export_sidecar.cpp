@@ -24,7 +24,7 @@ std::string script(const VoxelModel& model, const ExportOptions& o, int clusters
                          .fps = o.fps,
                          .linear = o.colorspace == "linear",
                          .velocity = model.motion.moves(),
-                         .background = model.background,
+                         .background = model.background.color,
                          .prefixes = part_prefixes(clusters),
                          .sh_order = o.sh ? model.radiance.sh_order : -1});
 }

@@ -81,8 +81,12 @@ void put_shape(VdbMeta& meta, const Channels& channels) {
   meta["row_width"] = std::int64_t(channels.width);
 }
 
-/// Models that older programs would show wrongly: they are to refuse them.
-bool needs_edited_format(const MotionField& m) { return !m.time_curve.identity() || m.basis == BasisKind::polybezier || m.basis == BasisKind::hermite; }
+/// The first format that can hold a model: programs that would show it wrongly are to refuse it.
+int format_of(const VoxelModel& model) {
+  const MotionField& m = model.motion;
+  if (model.background.learned()) return kBackgroundFormat;
+  return !m.time_curve.identity() || m.basis == BasisKind::polybezier || m.basis == BasisKind::hermite ? kEditedFormat : kModelFormat;
+}
 
 TimeCurve parse_time_curve(const NamedMeta& in) {
   if (!in.meta.count("time_curve")) return {};
@@ -127,9 +131,16 @@ FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& colu
 VdbMeta model_meta(const VoxelModel& m) {
   VdbMeta meta;
   meta["creator"] = std::string("splinevox");
-  meta["splinevox_model"] = std::int64_t(needs_edited_format(m.motion) ? kEditedFormat : kModelFormat);
+  meta["splinevox_model"] = std::int64_t(format_of(m));
   meta["box"] = exact_text<float>({m.box.lo.x, m.box.lo.y, m.box.lo.z, m.box.hi.x, m.box.hi.y, m.box.hi.z});
-  meta["background"] = exact_text<float>({m.background.x, m.background.y, m.background.z});
+  const Background& b = m.background;
+  meta["background"] = exact_text<float>({b.color.x, b.color.y, b.color.z});
+  if (b.learned()) {
+    std::vector<float> raw;
+    for (int j = 0; j < b.count(); ++j) raw.insert(raw.end(), {b.raw[j].x, b.raw[j].y, b.raw[j].z});
+    meta["background_order"] = std::int64_t(b.order);
+    meta["background_harmonics"] = exact_text(raw);
+  }
   meta["march_step"] = exact_text<float>({m.step});
   meta["time_map"] = exact_text<double>({m.time_map.origin, m.time_map.scale});
   return meta;
@@ -171,19 +182,24 @@ void parse_model_meta(const NamedMeta& in, VoxelModel& m) {
           .expected = "metadata 'splinevox_model'",
           .got = "none",
           .hint = "give the model.vdb of a run"});
-  if (const auto* version = std::get_if<std::int64_t>(&at->second); version && (*version < kModelFormat || *version > kEditedFormat))
+  if (const auto* version = std::get_if<std::int64_t>(&at->second); version && (*version < kModelFormat || *version > kNewestFormat))
     fail({.where = in.where,
-          .what = *version > kEditedFormat ? "was written by a newer version of splinevox" : "was written by an older version of splinevox",
-          .expected = "model format " + std::to_string(kModelFormat) + " or " + std::to_string(kEditedFormat),
+          .what = *version > kNewestFormat ? "was written by a newer version of splinevox" : "was written by an older version of splinevox",
+          .expected = "model format " + std::to_string(kModelFormat) + " to " + std::to_string(kNewestFormat),
           .got = std::to_string(*version),
-          .hint = *version > kEditedFormat ? "" : "train the scene again"});
-  integer(in, "splinevox_model", kModelFormat, kEditedFormat);
+          .hint = *version > kNewestFormat ? "" : "train the scene again"});
+  integer(in, "splinevox_model", kModelFormat, kNewestFormat);
   const auto box = numbers<float>(in, "box", 6);
   m.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
   for (int a = 0; a < 3; ++a)
     if (!(m.box.lo[a] < m.box.hi[a])) bad(in, "box", "lo.xyz below hi.xyz", quoted(in, "box"));
-  const auto background = numbers<float>(in, "background", 3);
-  m.background = {background[0], background[1], background[2]};
+  const auto color = numbers<float>(in, "background", 3);
+  m.background = {.color = {color[0], color[1], color[2]}};
+  if (in.meta.count("background_order")) {
+    m.background.order = integer(in, "background_order", 0, kMaxShOrder);
+    const auto raw = numbers<float>(in, "background_harmonics", 3 * std::size_t(m.background.count()));
+    for (int j = 0; j < m.background.count(); ++j) m.background.raw[j] = {raw[3 * j], raw[3 * j + 1], raw[3 * j + 2]};
+  }
   m.step = numbers<float>(in, "march_step", 1)[0];
   if (!(m.step > 0)) bad(in, "march_step", "a number > 0", quoted(in, "march_step"));
   const auto time = numbers<double>(in, "time_map", 2);

@@ -143,7 +143,7 @@ void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
 
 py::dict evaluate(const VoxelModel& model, const Split& split) {
   app::Run run;
-  run.config.run.background = {model.background.x, model.background.y, model.background.z};
+  run.model.background = model.background;
   Renderer renderer(model);
   std::vector<double> psnrs;
   double ssim = 0, ms_ssim = 0;
@@ -179,7 +179,17 @@ void bind_model(py::module_& m) {
       .def("track", &track_points, "Points (n, 3) of one time carried to others: float32 (times, n, 3), bool (times, n) where they are not to be trusted.",
            py::arg("points"), py::arg("from_time"), py::arg("to_times"))
       .def_property_readonly("box", &box_of, "((x, y, z), (x, y, z)), scene units; outside it is empty")
-      .def_property_readonly("background", [](const VoxelModel& v) { return std::array<float, 3>{v.background.x, v.background.y, v.background.z}; }, "colour behind everything")
+      .def_property_readonly("background", [](const VoxelModel& v) {
+             const Vec3 c = v.background.color;
+             return std::array<float, 3>{c.x, c.y, c.z};
+           }, "colour behind everything; of a learned background its mean")
+      .def("background_towards", [](const VoxelModel& v, const std::array<double, 3>& direction) {
+             const Vec3d d{direction[0], direction[1], direction[2]};
+             const double n = length(d);
+             if (!(n > 0 && n < 1e150)) fail({"direction", "is no direction", "three finite numbers, not all 0", std::to_string(d.x) + ", " + std::to_string(d.y) + ", " + std::to_string(d.z), ""});
+             const Vec3 c = v.background.towards(cast<float>(normalize(d)));
+             return std::array<float, 3>{c.x, c.y, c.z};
+           }, "Colour behind everything in a direction: where it was learned it is not the same everywhere.", py::arg("direction"))
       .def_property_readonly("moves", [](const VoxelModel& v) { return v.motion.moves(); }, "whether it has motion")
       .def_property_readonly("points", [](const VoxelModel& v) { return v.motion.points; }, "control points of a curve")
       .def_property_readonly("density_activation", [](const VoxelModel& v) { return std::pair(v.radiance.activation.scale, v.radiance.activation.shift); },

@@ -65,8 +65,8 @@ int card(std::uint64_t seed, std::int64_t i, int n, std::vector<int>& deck, std:
 
 }  // namespace
 
-BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed, float brightest)
-    : train_(train), box_(box), config_(config), background_(background), brightest_(brightest), seed_(seed), by_time_(frames_by_time(train)), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
+BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, std::uint64_t seed, float brightest)
+    : train_(train), box_(box), config_(config), brightest_(brightest), seed_(seed), by_time_(frames_by_time(train)), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
   parallel_for(int(train.frames.size()), [&](int f) {
     clearance_[f] = clearance(train.frames[f].image);
     busy_[f] = busy_blocks(clearance_[f]);
@@ -110,7 +110,7 @@ std::span<const int> BatchSampler::window(double progress) const {
   return std::span(by_time_).subspan(first, last - first);
 }
 
-void BatchSampler::draw(std::int64_t index, double progress, float step, Batch& out) const {
+void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background, Batch& out) const {
   const std::span<const int> window = this->window(progress);
   const int n = int(window.size()), frames = std::min(config_.frames, n);
   const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
@@ -123,6 +123,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, Batch& 
   out.targets.resize(out.rays.size());
   out.tasks.clear();
   const int per_frame = patches * 4;
+  const bool random = config_.background == BackgroundKind::random && !background.learned();
   for (int f = 0; f < frames; ++f)
     for (int first = 0; first < per_frame; first += kTaskRays)
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
@@ -140,13 +141,13 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, Batch& 
         const std::uint32_t block = drawn[p].block, w = std::uint32_t(std::max(1, frame.image.width / 2));
         const int x = std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1);
         const int y = std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1);
-        Vec3 background = background_;
-        if (config_.background == BackgroundKind::random)
-          background = brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1), ray_rng.uniform(4 * r + 2)};
-        out.rays[r] = clip_ray(camera_ray(frame.camera, x + 0.5, y + 0.5), box_, step, ray_rng.uniform(4 * r + 3), background);
+        const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
+        const Vec3 behind = random ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1), ray_rng.uniform(4 * r + 2)}
+                                   : background.towards(cast<float>(ray.direction));
+        out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const std::uint16_t* rgba = frame.image.pixel(x, y);
         const float alpha = rgba[3] * (1 / 65535.0f);
-        for (int c = 0; c < 3; ++c) out.targets[r][c] = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * background[c];
+        for (int c = 0; c < 3; ++c) out.targets[r][c] = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c];
       }
   });
 }

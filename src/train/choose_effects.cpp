@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "by_time.hpp"
+#include "learn_background.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -20,7 +21,7 @@ constexpr int kPictureSize = 128;   // pixels, at most: what is asked is coarse
 constexpr int kMostHeld = 20;       // pictures
 constexpr int kMostSeen = 60;       // by the fits
 constexpr int kFewestViews = 8;     // to hold some back
-constexpr int kComparisons = 2;     // at most
+constexpr int kComparisons = 2;     // at most, and one more where a background is tried
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
@@ -92,8 +93,9 @@ Config fit_config(const Config& config, const EffectSet& effects) {
 /// Fits by set of effects, each made once, and the comparisons between them.
 class Ladder {
  public:
-  Ladder(const Config& config, const Halves& halves, const TimeMap& time_map, EffectChoice& out, const std::function<void(const EffectTrial&)>& told)
-      : config_(config), halves_(halves), time_map_(time_map), out_(out), first_(out.trials.size()), told_(told) {}
+  /// @param level  of one comparison
+  Ladder(const Config& config, float level, const Halves& halves, const TimeMap& time_map, EffectChoice& out, const std::function<void(const EffectTrial&)>& told)
+      : config_(config), level_(level), halves_(halves), time_map_(time_map), out_(out), first_(out.trials.size()), told_(told) {}
 
   /// Fits that are made already are not made again.
   EffectTrial fit(const EffectSet& effects, int points) {
@@ -112,7 +114,7 @@ class Ladder {
     for (const Channels& level : model.motion.levels) trial.bytes += std::int64_t(level.values.size() * sizeof(float));
     Renderer renderer(model);
     for (const Frame& f : halves_.held.frames)
-      trial.psnr.push_back(capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background))));
+      trial.psnr.push_back(capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background.color))));
     out_.trials.push_back(std::move(trial));
     if (told_) told_(out_.trials.back());
     return out_.trials.back();
@@ -138,10 +140,11 @@ class Ladder {
   PairedGain gain(const EffectTrial& more, const EffectTrial& less) const {
     std::vector<double> gains;
     for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
-    return paired_gain(gains, config_.effects.level / kComparisons);
+    return paired_gain(gains, level_);
   }
 
   const Config& config_;
+  const float level_;
   const Halves& halves_;
   const TimeMap& time_map_;
   EffectChoice& out_;
@@ -165,32 +168,37 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   EffectChoice out;
   out.chosen = effects_of(config), out.points = config.motion.points;
+  if (!learns_background(config, train)) out.chosen.background = -1;
   if (config.effects.steps == 0) return out.note = "effects.steps is 0: nothing was tried", out;
   const bool timed = config.run.max_time > 0;
   if (timed ? config.run.max_time < kShortestTime : config.run.max_steps < kShortest * config.effects.steps)
     return out.note = "too short a run to try effects out: every effect of the preset stays", out;
-  const EffectSet all = out.chosen;
+  EffectSet all = out.chosen;
   const auto [first, last] = std::minmax_element(train.frames.begin(), train.frames.end(), [](const Frame& a, const Frame& b) { return a.time < b.time; });
   if (first->time == last->time) {
-    out.chosen = all.without("motion").without("light");
+    out.chosen = all = all.without("motion").without("light");
     out.note = "every view is of one time: nothing can be seen to change";
-    return out;
   }
   if (int(train.frames.size()) < kFewestViews) {
-    out.note = "too few views to hold some back: every effect of the preset stays";
+    if (out.note.empty()) out.note = "too few views to hold some back: every effect of the preset stays";
     return out;
   }
-  if (!all.motion && !all.light) return out;
+  if (!all.motion && !all.light && all.background < 0) return out;
   const Halves halves = divide(train, {frames_by_time(train)});
   out.held = int(halves.held.frames.size());
-  Ladder ladder(config, halves, time_map, out, told);
+  const float level = config.effects.level / float(kComparisons + (all.background >= 0));
+  Ladder ladder(config, level, halves, time_map, out, told);
+  if (all.background >= 0) {
+    const bool gains = ladder.judge("background", all).gain.mean > config.effects.min_gain;
+    if (!gains) out.chosen = all = all.without("background");
+  }
   if (all.motion) {
     // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
     bool moves = ladder.judge("motion", all).gain.mean > config.effects.min_gain;
     const std::optional<Stretch> stretch = middle_stretch(train);
     if (stretch && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
       const Halves parts = divide(train, *stretch);
-      Ladder near(config, parts, time_map, out, told);
+      Ladder near(config, level, parts, time_map, out, told);
       if (near.judge("motion", all).gain.mean > config.effects.min_gain) moves = true, out.points = points_for(near, all, config, stretch->length);
     }
     if (!moves) out.chosen = all.without("motion");

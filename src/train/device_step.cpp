@@ -37,11 +37,11 @@ StepSums Trainer::State::step_on_device(const RayLosses& losses, const std::vect
   in.tv_scale = float(std::pow(double(config.loss.tv_final), progress_now)), in.tv_share = config.loss.tv_share;
   in.curve_length = config.loss.curve_length;
   in.draw = losses.probe_seed;
-  const double beta1 = config.optimiser.kind == OptimiserKind::adam ? config.optimiser.beta1 : 0.0;
-  in.factors = moment_factors(beta1, config.optimiser.beta2, config.optimiser.epsilon, double(step));
+  in.factors = factors();
   in.radiance_rate = float(cosine_decay(progress_now, config.optimiser.final_radiance));
   in.motion_rate = float(cosine_decay(progress_now, config.optimiser.final_motion));
   in.largest = kLargestGradient;
+  in.behind = behind;
   home = false;
   return device->run(in);
 }

@@ -6,12 +6,12 @@
 namespace splinevox {
 
 const std::vector<std::string>& effect_names() {
-  static const std::vector<std::string> names{"motion", "rigidity", "view", "light"};
+  static const std::vector<std::string> names{"motion", "rigidity", "view", "light", "background"};
   return names;
 }
 
 bool EffectSet::has(const std::string& effect) const {
-  return effect == "motion" ? motion : effect == "rigidity" ? rigidity : effect == "view" ? view >= 0 : light;
+  return effect == "motion" ? motion : effect == "rigidity" ? rigidity : effect == "view" ? view >= 0 : effect == "light" ? light : background >= 0;
 }
 
 EffectSet EffectSet::without(const std::string& effect) const {
@@ -19,17 +19,18 @@ EffectSet EffectSet::without(const std::string& effect) const {
   if (effect == "motion") out.motion = out.rigidity = false;
   else if (effect == "rigidity") out.rigidity = false;
   else if (effect == "view") out.view = -1;
-  else out.light = false;
+  else if (effect == "light") out.light = false;
+  else out.background = -1;
   return out;
 }
 
 EffectSet effects_of(const Config& c) {
-  return {c.motion.enabled, c.motion.enabled && c.motion.rigidity, c.motion.light, c.radiance.sh_order};
+  return {c.motion.enabled, c.motion.enabled && c.motion.rigidity, c.motion.light, c.radiance.sh_order, c.run.background_order};
 }
 
 void apply(const EffectSet& e, Config& c) {
   c.motion.enabled = e.motion, c.motion.rigidity = e.motion && e.rigidity, c.motion.light = e.light;
-  c.radiance.sh_order = e.view;
+  c.radiance.sh_order = e.view, c.run.background_order = e.background;
 }
 
 std::string to_string(const EffectSet& effects) {

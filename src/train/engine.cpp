@@ -58,7 +58,7 @@ class RayEngine final : public Engine {
  public:
   PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
                  const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
-                 Gradient& radiance, Gradient& motion) override {
+                 Gradient& radiance, Gradient& motion, std::span<Vec3> behind) override {
     PassResult result;
     auto clock = Clock::now();
     const FieldView<float> field = view_field(model, step);
@@ -71,7 +71,7 @@ class RayEngine final : public Engine {
     const int motion_bricks = Moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
     parallel_for(tasks, [&](int t) {
-      march(field, sampling, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t]);
+      march(field, sampling, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t], behind);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
       if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
     });
@@ -131,7 +131,7 @@ class RayEngine final : public Engine {
   }
 
   void march(const FieldView<float>& field, const SamplingConfig& sampling, const Batch& batch, const Batch::Task& task, const BitGrid& occupancy,
-             const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w) {
+             const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w, std::span<Vec3> behind) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
     w.rays.clear(), w.first = task.first;
@@ -141,6 +141,7 @@ class RayEngine final : public Engine {
       const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
       const Vec3 error = result.rgb - batch.targets[i];
       const double squared = dot(error, error);
+      if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
       double motion = 0;
       w.squared_error += squared;
       w.samples += w.kernel.count, w.visited += w.kernel.visited;

@@ -21,7 +21,7 @@ Eight root(const Eight& v) {
 }
 Eight flush(const Eight& v) {
   const Eight magnitude = v < 0 ? -v : v;
-  return magnitude < 1e-30f ? Eight{} : v;
+  return magnitude < kLeastMoment ? Eight{} : v;
 }
 
 bool all_zero(const Eight& v) {

@@ -58,6 +58,7 @@ Config published() {
   Config c;
   c.run.max_time = 600;
   c.effects.steps = 0;
+  c.run.background_order = -1;
   c.motion.basis = BasisKind::bezier;
   c.motion.light = false;
   c.optimiser.beta2 = 0.999f, c.optimiser.shrink = 0;

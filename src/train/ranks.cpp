@@ -30,6 +30,12 @@ PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
   return sum;
 }
 
+void sum_over_ranks(Ranks& ranks, std::span<double> numbers) {
+  const std::vector<double> all = ranks.gather(numbers);
+  std::fill(numbers.begin(), numbers.end(), 0.0);
+  for (std::size_t i = 0; i < all.size(); ++i) numbers[i % numbers.size()] += all[i];
+}
+
 bool sum_over_ranks(Ranks& ranks, Gradient& gradient) {
   ranks.merge({gradient.touched.data()->word, gradient.touched.size() * kBrick});
   const int bricks = int(gradient.touched.size());

@@ -4,23 +4,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/parallel.hpp"
 #include "splinevox/math/logit.hpp"
 #include "splinevox/math/view_factor.hpp"
 
 namespace splinevox {
 namespace {
-
-bool any_alpha(const Split& train) {
-  for (const Frame& f : train.frames)
-    for (std::size_t i = 3; i < f.image.rgba.size(); i += 4)
-      if (f.image.rgba[i] != 65535) return true;
-  return false;
-}
 
 /// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a
 /// seventh of one costs nothing, from one cell on decibels (numerics H14).
@@ -50,6 +45,16 @@ SceneBounds bounds_of(const Config& config, const Split& train) {
 }
 
 }  // namespace
+
+bool any_alpha(const Split& train) {
+  std::atomic<bool> any = false;
+  parallel_for(int(train.frames.size()), [&](int f) {
+    const std::vector<std::uint16_t>& rgba = train.frames[f].image.rgba;
+    for (std::size_t i = 3; i < rgba.size() && !any; i += 4)
+      if (rgba[i] != 65535) any = true;
+  });
+  return any;
+}
 
 SceneBounds starting_bounds(const Config& config, const Split& train) {
   const SceneBounds bounds = bounds_of(config, train);

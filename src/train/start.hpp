@@ -19,6 +19,9 @@ struct Shown {
 };
 Shown shown_colors(const Split& train);
 
+/// Whether any pixel of the pictures is transparent.
+bool any_alpha(const Split& train);
+
 /// The unit of brightness that a scene is trained in: 1, or if what the pictures show is darker than 0.03 on average, the brightest
 /// value in them or of a fixed background. Random backgrounds go no higher: against 0 to 1 the silhouettes of a scene of 0.01
 /// would be 10^4 times as loud as all that its colours say (numerics H30).

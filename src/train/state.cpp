@@ -7,6 +7,8 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
+#include "splinevox/math/schedule.hpp"
+#include "splinevox/train/ranks.hpp"
 
 namespace splinevox {
 namespace {
@@ -22,11 +24,6 @@ constexpr std::size_t kMostLooks = 256;
 
 /// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
 constexpr int kRoom = 16;
-
-Vec3 background_of(const Config& config) {
-  const std::vector<float>& b = config.run.background;
-  return {b[0], b[1], b[2]};
-}
 
 /// A window of time is for what moves.
 SamplingConfig sampling_of(const Config& config) {
@@ -64,10 +61,10 @@ void check_fits(bool good) {
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
     : shown(shown_colors(t)), unit(brightness(c, shown)), config(in_units_of(unit, c)), train(t), bounds(starting_bounds(c, t)),
-      sampler(t, bounds.box, sampling_of(c), background_of(c), c.run.seed, unit) {
+      sampler(t, bounds.box, sampling_of(c), c.run.seed, unit) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
-  model.background = background_of(c);
+  model.background = starting_background(c, t);
   model.time_map = time_map;
   model.radiance.sh_order = c.radiance.sh_order;
   MotionField& m = model.motion;
@@ -320,6 +317,18 @@ void Trainer::State::set_rates() {
   }
 }
 
+MomentFactors Trainer::State::factors() const {
+  const OptimiserConfig& o = config.optimiser;
+  return moment_factors(o.kind == OptimiserKind::adam ? o.beta1 : 0.0, o.beta2, o.epsilon, double(step));
+}
+
+void Trainer::State::learn_background(double progress_now) {
+  if (!model.background.learned()) return;
+  BackgroundGradient gradient = background_gradient(model.background, batch, behind);
+  if (ranks) sum_over_ranks(*ranks, {&gradient[0].x, 3 * gradient.size()});
+  update(model.background, background, gradient, factors(), config.optimiser.lr_background * float(cosine_decay(progress_now, config.optimiser.final_radiance)));
+}
+
 bool Trainer::State::wild_weights() const {
   const LossConfig& l = config.loss;
   constexpr float kWild = 1e12f;
@@ -340,11 +349,13 @@ void Trainer::State::archive(Archive& a) {
     a(level_learners[l].m, level_learners[l].v);
   }
   for (BitGrid& grid : occupancy) a(grid);
+  a(model.background, background);
   if (!a.reading()) return;
   const auto fits = [](const Channels& c, const Learner& l, int width) {
     return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();
   };
-  bool good = stage >= 0 && stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints && model.motion.points <= kMaxPoints;
+  const int background_order = learns_background(config, train) ? config.run.background_order : -1;
+  bool good = model.background.order == background_order && stage >= 0 && stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints && model.motion.points <= kMaxPoints;
   good = good && fits(model.radiance.raw, radiance, radiance_width(config.radiance.sh_order));
   for (std::size_t l = 0; good && l < count; ++l) good = fits(levels[l], level_learners[l], model.motion.width());
   check_fits(good);

@@ -12,6 +12,7 @@
 #include "splinevox/train/optimiser.hpp"
 #include "splinevox/train/refine.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "learn_background.hpp"
 #include "start.hpp"
 
 namespace splinevox {
@@ -33,6 +34,7 @@ struct Trainer::State {
 
   VoxelModel model;                  ///< motion.levels: the sum of the active levels
   Learner radiance;
+  BackgroundLearner background;      ///< of model.background, if that is learned
   std::vector<Channels> levels;      ///< active motion levels, coarse to fine; the learned parameters
   std::vector<Learner> level_learners;
   std::vector<Channels> partial_sums;  ///< of the levels up to each but the last
@@ -47,6 +49,7 @@ struct Trainer::State {
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;
+  std::vector<Vec3> behind;          ///< gradient of the colour behind each ray, where it is learned
   std::unique_ptr<StepBackend> device;  ///< makes the steps, if any does
   bool uploaded = false;             ///< the device has the parameters, and the latest
   bool home = true;                  ///< so have the arrays here
@@ -61,6 +64,10 @@ struct Trainer::State {
   void bring_home();
   /// A step's rays, gradients and update on the device.
   StepSums step_on_device(const RayLosses& losses, const std::vector<double>& times, double progress);
+  /// What Adam needs for the step that `step` counts.
+  MomentFactors factors() const;
+  /// A step on the background, if it is learned, from `behind`.
+  void learn_background(double progress);
   /// Whether some times are yet to be trained (SamplingConfig::window): nothing may be taken to be empty for good.
   bool growing() const { return !sampler.whole(progress); }
   /// Brings lattices, levels and degree to what the progress asks for. True if anything changed.

@@ -144,7 +144,8 @@ StepReport Trainer::one_step() {
   lap(s.phases.occupancy);
 
   if (!s.device) s.collapse_levels(s.active);
-  s.sampler.draw(s.step, progress, s.model.step, s.batch);
+  s.sampler.draw(s.step, progress, s.model.step, s.model.background, s.batch);
+  s.behind.resize(s.model.background.learned() ? s.batch.rays.size() : 0);
   if (s.ranks) keep_own_share(*s.ranks, s.batch);
   std::vector<double> times;
   std::vector<const BitGrid*> occupancy;
@@ -170,10 +171,12 @@ StepReport Trainer::one_step() {
       return give_up_after_many(s, report);
     }
     s.discarded.clear();
+    s.learn_background(progress);
+    lap(s.phases.update);
     return finished(s, report, sums.squared_error, sums.motion_loss, sums.samples);
   }
   PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
-                                        s.radiance.gradient, s.motion_gradient);
+                                        s.radiance.gradient, s.motion_gradient, s.behind);
   clock = Clock::now();
   s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;
   s.seconds_before += pass.slice_seconds + pass.ray_seconds + pass.scatter_seconds;
@@ -199,11 +202,11 @@ StepReport Trainer::one_step() {
   report.step = s.step;
   if (s.discard(pass, times, report)) return give_up_after_many(s, report);
   s.discarded.clear();
-  const double beta1 = c.optimiser.kind == OptimiserKind::adam ? c.optimiser.beta1 : 0.0;
-  const MomentFactors factors = moment_factors(beta1, c.optimiser.beta2, c.optimiser.epsilon, double(s.step));
+  const MomentFactors factors = s.factors();
   update(s.model.radiance.raw, s.radiance, factors, float(cosine_decay(progress, c.optimiser.final_radiance)));
   for (std::size_t l = 0; l < s.levels.size(); ++l)
     update(s.levels[l], s.level_learners[l], factors, float(cosine_decay(progress, c.optimiser.final_motion)));
+  s.learn_background(progress);
   lap(s.phases.update);
 
   return finished(s, report, pass.squared_error, pass.motion_loss, pass.samples);

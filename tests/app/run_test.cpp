@@ -149,6 +149,29 @@ TEST_SUITE("app/run") {
     CHECK(forced["used"]["motion"] == false);
     CHECK(program({"eval", scene.path("lit")}).code == 0);
   }
+  TEST_CASE("behind opaque pictures a background is learned, unless a colour is asked for") {
+    const Scene scene;
+    REQUIRE(program({"synth", "ball", "--out", scene.path("wall"), "--frames", "12", "--size", "24", "--opaque"}).code == 0);
+    const auto train = [&](const std::string& run, std::vector<std::string> more) {
+      std::vector<std::string> words = scene.train(run, "20", {"--quiet", "--effects", "all"});
+      words[1] = scene.path("wall");
+      words.insert(words.end(), more.begin(), more.end());
+      const Ended e = program(words);
+      CAPTURE(e.err);
+      REQUIRE(e.code == 0);
+      return Json::parse(program({"info", scene.path(run) + "/model.vdb", "--json"}).out)["meta"];
+    };
+    const Json learned = train("learned", {}), white = train("white", {"--background", "white"});
+    CHECK(learned["splinevox_model"] == "4");
+    CHECK(learned.contains("background_harmonics"));
+    CHECK(white["splinevox_model"] == "2");
+    CHECK(Json::parse(slurp(scene.path("learned") + "/effects.json"))["used"]["background"] == 2);
+    CHECK(program({"eval", scene.path("learned")}).code == 0);
+    // Pictures with alpha have none, and such a run is resumed with the words it was begun with.
+    REQUIRE(program(scene.train("cut_out", "20", {"--quiet", "--effects", "all"})).code == 0);
+    CHECK(Json::parse(slurp(scene.path("cut_out") + "/effects.json"))["used"]["background"] == -1);
+    CHECK(program(scene.train("cut_out", "20", {"--quiet", "--effects", "all", "--resume"})).code == 0);
+  }
   TEST_CASE("a run is not overwritten, and is resumed only with its own configuration and data") {
     const Scene scene;
     const Ended fresh = program(scene.train("run", "20", {"--resume", "--quiet"}));

@@ -57,10 +57,12 @@ struct Page {
 
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
 
-  /// @param editing  of the trained run; empty: it is shown as it is
-  void make(const std::vector<std::string>& training, const std::vector<std::string>& editing = {}) {
-    REQUIRE(program({"synth", "ball", "--out", path("scene"), "--size", "32", "--frames", "12"}).code == 0);
-    std::vector<std::string> words{"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "60", "--quiet", "--set", "grid.radiance=16,24,32", "--set", "sampling.rays=512"};
+  /// @param editing  of the trained run; empty: it is shown as it is. @param look  of the scene
+  void make(const std::vector<std::string>& training, const std::vector<std::string>& editing = {}, const std::vector<std::string>& look = {}) {
+    std::vector<std::string> words{"synth", "ball", "--out", path("scene"), "--size", "32", "--frames", "12"};
+    words.insert(words.end(), look.begin(), look.end());
+    REQUIRE(program(words).code == 0);
+    words = {"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "60", "--quiet", "--set", "grid.radiance=16,24,32", "--set", "sampling.rays=512"};
     words.insert(words.end(), training.begin(), training.end());
     const Ended train = program(words);
     CAPTURE(train.err);
@@ -143,14 +145,15 @@ TEST_SUITE("app/view") {
     }
     struct Kind {
       std::string what;
-      std::vector<std::string> training, editing;  ///< of a run of its own
+      std::vector<std::string> training, editing, look = {};  ///< of a run of its own
     };
     for (const Kind& kind : {Kind{"all effects", {}, {}},
                              Kind{"Hermite there and back, harmonics of order 3", {"--effects", "motion,view", "--set", "motion.basis=bezier", "--set", "radiance.sh_order=3"}, {"--basis", "hermite", "--ping-pong", "2"}},
-                             Kind{"light alone, no harmonics", {"--effects", "light"}, {}}, Kind{"nothing changes", {"--effects", "view"}, {}}}) {
+                             Kind{"light alone, no harmonics", {"--effects", "light"}, {}}, Kind{"nothing changes", {"--effects", "view"}, {}},
+                             Kind{"a learned background", {"--effects", "motion,background", "--set", "run.background_order=3"}, {}, {"--opaque"}}}) {
       CAPTURE(kind.what);
       Page own;
-      if (!kind.training.empty()) own.make(kind.training, kind.editing);
+      if (!kind.training.empty()) own.make(kind.training, kind.editing, kind.look);
       Page& page = kind.training.empty() ? whole_page() : own;
       page.open(R"js(
   result.pictures = [];

@@ -85,9 +85,10 @@ TEST_SUITE("backend/gradient") {
             Gradient none;
             std::vector<RowMask> active;
             if (moves) motion = learner_of(model.motion.levels[0], kTv), active.assign(model.motion.levels[0].topology->bricks.size(), RowMask::all());
+            std::vector<Vec3> behind(scene.batch.rays.size()), behind_on_device = behind;
             const PassResult pass = make_engine(sh, moves, kind == 2)
                                         ->run(model, active, model.step, scene.sampling, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied},
-                                              scene.losses, kDraw, radiance.gradient, moves ? motion.gradient : none);
+                                              scene.losses, kDraw, radiance.gradient, moves ? motion.gradient : none, behind);
             add_total_variation(model.radiance.raw, radiance, 1, kShare, kDraw);
             if (moves) {
               add_total_variation(model.motion.levels[0], motion, 1, kShare, kDraw + 1);
@@ -105,6 +106,7 @@ TEST_SUITE("backend/gradient") {
             in.tv_scale = 1, in.tv_share = kShare, in.curve_length = kCurve, in.draw = kDraw;
             in.factors = moment_factors(0, 0.99, 1e-8, 1);
             in.largest = kLargestGradient;
+            in.behind = behind_on_device;
             const auto device = runner.step(deterministic);
             device->upload(now);
             const StepSums sums = device->run(in);
@@ -114,6 +116,11 @@ TEST_SUITE("backend/gradient") {
             CHECK(sums.samples == pass.samples);
             CHECK(sums.squared_error == doctest::Approx(pass.squared_error).epsilon(1e-5));
             CHECK(sums.motion_loss == doctest::Approx(pass.motion_loss).epsilon(1e-4));
+            float largest = 0, off = 0;
+            for (std::size_t i = 0; i < behind.size(); ++i)
+              for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(behind[i][c])), off = std::max(off, std::abs(behind[i][c] - behind_on_device[i][c]));
+            CHECK(largest > 0);
+            CHECK(off < 1e-5f * largest);
             worst = std::max(worst, apart(radiance.gradient.values.values, radiance.m));
             CHECK(apart(radiance.gradient.values.values, radiance.m) < 1e-5);
             if (!moves) continue;

@@ -35,7 +35,7 @@ double compare(const VoxelModel& model, unsigned seed) {
   int seen = 0;
   for (int i = 0; i < 200; ++i) {
     const Ray ray{{2.5, uniform(random), uniform(random)}, normalize(Vec3d{-1, 0.3 * uniform(random), 0.3 * uniform(random)})};
-    const RayInput<float> input = clip_ray(ray, model.box, model.step, 0.5f, model.background);
+    const RayInput<float> input = clip_ray(ray, model.box, model.step, 0.5f, model.background.color);
     kernel.forward(input, field, frame, 0.0f);
     const RowHarmonics<Sh> harmonics(input.direction);
     for (int k = 0; k < kernel.count; ++k, ++seen) {

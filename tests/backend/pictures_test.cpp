@@ -47,7 +47,9 @@ TEST_SUITE("backend/pictures") {
           CAPTURE(sh);
           CAPTURE(motion);
           const test::BlobMotion moves{motion > 0, 4, {-0.3f, 0.1f, 0.2f}, 0.15f, motion == 2, motion == 2 ? 0.8f : 0.0f};
-          const VoxelModel model = test::blob_model(40, moves, sh);
+          VoxelModel model = test::blob_model(40, moves, sh);
+          model.background.order = sh;
+          for (int j = 0; j < model.background.count(); ++j) model.background.raw[j] = {0.3f * float(j), 0.5f, -0.2f * float(j)};
           Renderer cpu(model), device(model, runner.pictures(model));
           for (const double time : {0.0, 0.7}) {
             // To the end of the ray: where it may stop early, a transmittance beside the limit falls on either side of it.

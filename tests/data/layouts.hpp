@@ -16,6 +16,7 @@ struct TrueLens {
   double fx = 11, fy = 11, cx = 6, cy = 4;
   double k1 = 0, k2 = 0, k3 = 0, k4 = 0, p1 = 0, p2 = 0;
   bool fisheye = false;
+  int wide = kWide, high = kHigh;  ///< pixels
 };
 
 /// A camera and what it must show of a world point.
@@ -91,7 +92,7 @@ inline void write_pictures(const fs::path& folder, int count, const std::string&
 
 inline std::string lens_fields(const TrueLens& l) {
   std::string text = "\"fl_x\": " + exactly(l.fx) + ", \"fl_y\": " + exactly(l.fy) + ", \"cx\": " + exactly(l.cx) + ", \"cy\": " + exactly(l.cy) +
-                     ", \"w\": 12, \"h\": 8, \"k1\": " + exactly(l.k1) + ", \"k2\": " + exactly(l.k2) + ", \"k3\": " + exactly(l.k3) + ", \"k4\": " + exactly(l.k4);
+                     ", \"w\": " + std::to_string(l.wide) + ", \"h\": " + std::to_string(l.high) + ", \"k1\": " + exactly(l.k1) + ", \"k2\": " + exactly(l.k2) + ", \"k3\": " + exactly(l.k3) + ", \"k4\": " + exactly(l.k4);
   return text + (l.fisheye ? ", \"camera_model\": \"OPENCV_FISHEYE\"," : ", \"p1\": " + exactly(l.p1) + ", \"p2\": " + exactly(l.p2) + ", \"camera_model\": \"OPENCV\",");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <random>
 
@@ -90,8 +91,26 @@ TEST_SUITE("data/readers") {
       CHECK(count_of(data, "test") == 2);
       CHECK(data.find("test")->frames[0].name == "frame_0004");
       CHECK_FALSE(data.has_alpha);
-      CHECK(dataset_splits(folder.str()) == std::vector<std::string>{"train", "test"});
+      const Dataset some = load_dataset(folder.str(), {.splits = {"train"}, .if_there = {"val", "test"}});
+      CHECK(count_of(some, "train") == 14);
+      CHECK(count_of(some, "test") == 2);
+      CHECK(some.splits.size() == 2);
     }
+  }
+
+  TEST_CASE("nerfstudio: pictures of two sizes, every frame with a lens in pixels") {
+    const TempFolder folder;
+    Cameras cameras = true_cameras(kUneven);
+    for (std::size_t i = 0; i < cameras.size(); i += 3) cameras[i].lens.wide = 8, cameras[i].lens.high = 14, cameras[i].lens.cx = 3.5, cameras[i].lens.cy = 7.5;
+    write_nerfstudio(folder.path(), cameras);
+    for (std::size_t i = 0; i < cameras.size(); i += 3) write_png(folder.path() / "images" / ("frame_" + padded(int(i)) + ".png"), flat_png(8, 14));
+    const Dataset data = check_round_trip(folder, cameras, "nerfstudio / instant-ngp");
+    CHECK(std::count(data.notes.begin(), data.notes.end(), "train: 9 of 14 pictures are not of 8 x 14 as the first") == 1);
+    const Split& train = *data.find("train");
+    CHECK(train.frames[0].image.height == 14);
+    CHECK(train.frames[1].image.height == kHigh);
+    CHECK(load_dataset(folder.str(), {.downscale = 2}).find("train")->frames[0].camera.height == 7);
+    expect_error([&] { load_dataset(folder.str(), {.downscale = 4}); }, {"frame 0): --downscale 4 does not divide", "8 x 14"});
   }
 
   TEST_CASE("nerfstudio: lists of file names, several cameras at a time, times.txt") {

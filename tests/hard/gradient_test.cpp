@@ -108,9 +108,9 @@ TEST_SUITE("hard/gradients") {
       SamplingConfig sampling;
       sampling.frames = 4, sampling.rays = 512, sampling.growth = 1, sampling.stop = 0, sampling.min_weight = 0,
       sampling.carve = 0;
-      const BatchSampler sampler(train, model.box, sampling, {1, 1, 1}, 3);
+      const BatchSampler sampler(train, model.box, sampling, 3);
       Batch batch;
-      sampler.draw(1, 1, model.step, batch);
+      sampler.draw(1, 1, model.step, {}, batch);
       std::vector<double> times;
       for (const int f : batch.frames) times.push_back(train.frames[f].time);
       BitGrid all(model.box, 16);
@@ -121,10 +121,21 @@ TEST_SUITE("hard/gradients") {
           .offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
       const MotionLoss<float> in_float{0.02f, 0.3f, 1e-3f, 0.01f, spline};
       Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
+      std::vector<Vec3> behind(batch.rays.size());
       const PassResult pass = make_engine(1, true, true)->run(model, active, model.step, sampling, batch, times, occupancy,
-                                                        in_float, 77, d_radiance, d_motion);
+                                                        in_float, 77, d_radiance, d_motion, behind);
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
+      // The loss is quadratic in the colour behind a ray, so a central difference of any width is exact.
+      for (std::size_t i = 0; i < batch.rays.size(); i += batch.rays.size() / 3) {
+        const auto value = [&](float by) {
+          Batch moved = batch;
+          moved.rays[i].background.y += by;
+          return exact_gradients<1>(model, moved, times, loss, 0, 77).value;
+        };
+        const float y = batch.rays[i].background.y, up = (y + 0.25f) - y, down = (y - 0.25f) - y;
+        CHECK(behind[i].y == doctest::Approx((value(up) - value(down)) / double(up - down)).epsilon(1e-5).scale(0.1));
+      }
       const auto compare = [&](const Channels& got, const std::vector<double>& want, Worst& worst) {
         double largest = 0;
         for (const double g : want) largest = std::max(largest, std::abs(g));

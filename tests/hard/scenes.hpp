@@ -60,7 +60,7 @@ inline double quality(const VoxelModel& model, const Split& split, float gain = 
   std::vector<double> db;
   for (const Frame& f : split.frames) {
     if (keep && !keep(f.time)) continue;
-    Image got = renderer.render(f.camera, f.time).rgb, want = composite(f.image, model.background);
+    Image got = renderer.render(f.camera, f.time).rgb, want = composite(f.image, model.background.color);
     for (float& v : got.data) {
       REQUIRE(std::isfinite(v));
       v *= gain;

@@ -161,7 +161,7 @@ TEST_SUITE("hard/volume") {
       "H12: a ray ends at the box: nothing there is the background bit for bit, and colour under alpha 0 does not "
       "count") {
     VoxelModel model = blob_model(16, {.moves = false});
-    model.background = {0.123f, 0.456f, 0.789f};
+    model.background.color = {0.123f, 0.456f, 0.789f};
     model.radiance.raw =
         make_channels(make_topology(model.radiance.raw.topology->lattice, {}), model.radiance.raw.width,
                       std::vector<float>(model.radiance.raw.width, 0.0f).data());
@@ -169,7 +169,7 @@ TEST_SUITE("hard/volume") {
     const Rendered empty = render_image(model, camera, 0);
     for (int y = 0; y < 8; ++y)
       for (int x = 0; x < 8; ++x) {
-        for (int c = 0; c < 3; ++c) CHECK(empty.rgb.pixel(x, y)[c] == model.background[c]);
+        for (int c = 0; c < 3; ++c) CHECK(empty.rgb.pixel(x, y)[c] == model.background.color[c]);
         CHECK(*empty.alpha.pixel(x, y) == 0);
       }
     // A thin fog up to the box's far side stays thin: no last sample of infinite length.
@@ -190,9 +190,9 @@ TEST_SUITE("hard/volume") {
                                                           : 32768);
     SamplingConfig sampling;
     sampling.frames = 1, sampling.rays = 256, sampling.growth = 1, sampling.carve = 0;
-    const BatchSampler sampler(split, model.box, sampling, {1, 1, 1}, 3);
+    const BatchSampler sampler(split, model.box, sampling, 3);
     Batch batch;
-    sampler.draw(0, 1, 0.05f, batch);
+    sampler.draw(0, 1, 0.05f, {}, batch);
     int at_background = 0, inside = 0;
     for (std::size_t r = 0; r < batch.rays.size(); ++r) {
       at_background += batch.targets[r] == batch.rays[r].background;

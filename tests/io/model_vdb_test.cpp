@@ -81,12 +81,15 @@ TEST_SUITE("io/model_vdb") {
       VoxelModel model = noisy_model(3, row.points, row.first, row.basis, row.sh_order, row.rigidity, row.light);
       model.box.lo.x = std::nextafter(model.box.lo.x, 0.0f);
       model.time_map = {0.1, 1.0 / 3};
+      model.background.order = row.sh_order;  // any of -1 to 3
+      for (int j = 0; j < model.background.count(); ++j) model.background.raw[j] = {0.1f * float(j), 1 / 3.0f, -float(j)};
       save_model(path, model, {{"dataset", "lego"}, {"odd", std::string("\0\xff\n", 3)}});
       ModelNotes notes;
       const VoxelModel back = load_model(path, &notes);
       CHECK(notes == ModelNotes{{"dataset", "lego"}, {"odd", std::string("\0\xff\n", 3)}});
       CHECK(back.box == model.box);
       CHECK(back.background == model.background);
+      CHECK(inspect_vdb(path).meta.at("splinevox_model") == (row.sh_order < 0 ? "2" : "4"));
       CHECK(back.step == model.step);
       CHECK(back.time_map == model.time_map);
       CHECK(back.radiance.activation == model.radiance.activation);
@@ -218,6 +221,10 @@ TEST_SUITE("io/model_vdb") {
     expect(file, "lo.xyz below hi.xyz");
     file = good, file.meta["time_map"] = 3.0;
     expect(file, "metadata 'time_map'");
+    file = good, file.meta["background_order"] = std::int64_t(9);
+    expect(file, "an integer from 0 to 3");
+    file = good, file.meta["background_order"] = std::int64_t(1), file.meta["background_harmonics"] = std::string("1 2 3");
+    expect(file, "12 finite numbers");
     const auto grid = [&](const std::string& name) -> VdbGrid& {
       for (VdbGrid& g : file.grids)
         if (g.name == name) return g;

@@ -31,7 +31,7 @@ inline std::vector<Int3> all_bricks(const Lattice& lattice) {
 inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_order = 1, float density = 40) {
   VoxelModel m;
   m.box = {{-1, -0.8f, -0.9f}, {1.1f, 0.9f, 0.7f}};
-  m.background = {1, 1, 1};
+  m.background.color = {1, 1, 1};
   m.time_map = {0.25, 1.5};
   const Lattice lattice = make_lattice(m.box, cells);
   m.step = 0.5f * lattice.spacing;

@@ -196,27 +196,27 @@ TEST_SUITE("train/bounds and batches") {
 
     SamplingConfig config;
     config.frames = 4, config.rays = 256, config.growth = 1;
-    const BatchSampler sampler(train, bounds.box, config, {1, 1, 1}, 9);
+    const BatchSampler sampler(train, bounds.box, config, 9);
     Batch a, b;
     std::set<int> used;
     for (int step = 0; step < 10; ++step) {
-      sampler.draw(step, 1, 0.02f, a);
+      sampler.draw(step, 1, 0.02f, {}, a);
       CHECK(a.rays.size() == 256);
       used.insert(a.frames.begin(), a.frames.end());
     }
     CHECK(used.size() == 40);  // one round of the deck shows every frame once
-    sampler.draw(3, 1, 0.02f, a), sampler.draw(3, 1, 0.02f, b);
+    sampler.draw(3, 1, 0.02f, {}, a), sampler.draw(3, 1, 0.02f, {}, b);
     CHECK(a.targets == b.targets);
-    sampler.draw(4, 1, 0.02f, b);
+    sampler.draw(4, 1, 0.02f, {}, b);
     CHECK(a.targets != b.targets);
 
     // A window of time: the middle frames first, all of them in the end.
     config.window = 0.25f, config.window_full = 0.5f;
-    const BatchSampler growing(train, bounds.box, config, {1, 1, 1}, 9);
+    const BatchSampler growing(train, bounds.box, config, 9);
     const auto drawn_at = [&](double progress) {
       std::set<double> times;
       for (int step = 0; step < 40; ++step) {
-        growing.draw(step, progress, 0.02f, a);
+        growing.draw(step, progress, 0.02f, {}, a);
         for (const int f : a.frames) times.insert(train.frames[f].time);
       }
       return times;
@@ -230,18 +230,18 @@ TEST_SUITE("train/bounds and batches") {
     CHECK(drawn_at(0.5).size() == 40);
     Split together = train;  // a camera rig: all frames of one moment stay in the deck
     for (Frame& frame : together.frames) frame.time = 0;
-    const BatchSampler rig(together, bounds.box, config, {1, 1, 1}, 9);
+    const BatchSampler rig(together, bounds.box, config, 9);
     used.clear();
-    for (int step = 0; step < 10; ++step) rig.draw(step, 0, 0.02f, a), used.insert(a.frames.begin(), a.frames.end());
+    for (int step = 0; step < 10; ++step) rig.draw(step, 0, 0.02f, {}, a), used.insert(a.frames.begin(), a.frames.end());
     CHECK(used.size() == 40);
     config.window = 1;
 
     // Carving: cameras of other times look past their silhouettes, and the scene is nowhere on those rays at the slot's time.
     config.rays = 2048, config.carve = 0.9f, config.background = BackgroundKind::fixed;
-    const BatchSampler carver(train, bounds.box, config, {1, 1, 1}, 9);
+    const BatchSampler carver(train, bounds.box, config, 9);
     int carved = 0;
     for (int step = 0; step < 4; ++step) {
-      carver.draw(step, 1, 0.02f, a);
+      carver.draw(step, 1, 0.02f, {}, a);
       for (const Batch::Task& task : a.tasks) {
         const Frame& own = train.frames[a.frames[task.frame]];
         const SynthMoment moment = scene.at(own.time);

@@ -81,13 +81,11 @@ void together(int count, Body&& body) {
   for (std::thread& t : threads) t.join();
 }
 
-const Dataset& scene() {
-  static const Dataset data = [] {
-    SynthOptions o;
-    o.frames = 12, o.size = 32;
-    return make_synth("dancer", o);
-  }();
-  return data;
+/// @param opaque  before a wall, so that a background is learned
+const Dataset& scene(bool opaque = false) {
+  static const Dataset cut_out = make_synth("dancer", {.frames = 12, .size = 32});
+  static const Dataset before_wall = make_synth("dancer", {.frames = 12, .size = 32, .look = {.opaque = true}});
+  return opaque ? before_wall : cut_out;
 }
 
 Config small_config(int steps) {
@@ -103,17 +101,17 @@ struct Trained {
   VoxelModel model;
 };
 
-Trained train(const Config& config, Ranks* ranks) {
-  Trainer trainer(config, *scene().find("train"), scene().time_map, 0, ranks);
+Trained train(const Config& config, Ranks* ranks, const Dataset& data = scene()) {
+  Trainer trainer(config, *data.find("train"), data.time_map, 0, ranks);
   Trained out;
   while (!trainer.done()) out.loss.push_back(trainer.step().loss);
   out.model = trainer.model();
   return out;
 }
 
-std::vector<Trained> train_with(int count, const Config& config) {
+std::vector<Trained> train_with(int count, const Config& config, const Dataset& data = scene()) {
   std::vector<Trained> out(static_cast<std::size_t>(count));
-  together(count, [&](ThreadRanks& ranks) { out[std::size_t(ranks.rank())] = train(config, &ranks); });
+  together(count, [&](ThreadRanks& ranks) { out[std::size_t(ranks.rank())] = train(config, &ranks, data); });
   return out;
 }
 
@@ -176,6 +174,15 @@ TEST_SUITE("train/ranks") {
     const std::vector<Trained> three = train_with(3, config);
     CHECK(same_bits(three[0], three[1]));
     CHECK(same_bits(three[0], three[2]));
+  }
+
+  TEST_CASE("a background is learned from the rays of all ranks") {
+    const Config config = small_config(20);
+    const std::vector<Trained> two = train_with(2, config, scene(true));
+    const Background one = train(config, nullptr, scene(true)).model.background, &both = two[0].model.background;
+    REQUIRE(one.learned());
+    CHECK(both == two[1].model.background);
+    for (int j = 0; j < one.count(); ++j) CHECK(both.raw[j].y == doctest::Approx(one.raw[j].y).epsilon(0.05).scale(0.1));
   }
 
   TEST_CASE("how the rays are split changes only rounding") {

@@ -48,6 +48,7 @@ struct StepInput {
   MomentFactors factors;
   float radiance_rate, motion_rate;       ///< what learning rates are multiplied by
   float largest;                          ///< gradients beyond it cannot be used
+  std::span<Vec3> behind;                 ///< gets the gradient of the colour behind each ray; empty: not wanted
 };
 
 /// What a step gave.
@@ -65,7 +66,7 @@ class StepBackend {
   virtual void upload(const StepModel& model) = 0;
   /// Parameters and moments into the arrays that `upload` was given.
   virtual void download() = 0;
-  /// One step; waits once, at its end.
+  /// One step; waits at its end.
   virtual StepSums run(const StepInput& input) = 0;
   /// Rays of the last step that were not usable, in order.
   virtual std::vector<int> bad_rays() = 0;

@@ -49,15 +49,13 @@ struct Dataset {
 struct LoadOptions {
   int downscale = 1;                      ///< KxK blocks of the stored straight RGBA are averaged, >= 1
   std::vector<std::string> splits = {};   ///< which to read; empty = all that exist
+  std::vector<std::string> if_there = {}; ///< which to read beside them where they exist
   std::optional<TimeMap> time_map = {};   ///< the run's map; absent = take it from the train split
   bool films = true;                      ///< false: frames of films are measured, not decoded; they have no picture
 };
 
 /// The layouts that are recognised, in the order in which a folder is tried.
 std::vector<std::string> dataset_formats();
-
-/// The splits that load_dataset would find, train first, without a look at the pictures. Throws Error (Fault::input).
-std::vector<std::string> dataset_splits(const std::string& path);
 
 /// Reads a data set folder of any layout of docs/data.md, recognised by what lies in it, checked once and completely; nothing is returned
 /// of a set with a fault. Where the data names no test split, every eighth picture is one.

@@ -7,6 +7,7 @@
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/vec3.hpp"
 #include "splinevox/field/channels.hpp"
+#include "splinevox/math/background.hpp"
 #include "splinevox/math/time_curve.hpp"
 
 namespace splinevox {
@@ -68,7 +69,7 @@ struct MotionField {
 /// A reconstructed scene: everything rendering needs and nothing it does not.
 struct VoxelModel {
   Box box;                     ///< scene units; outside it is empty
-  Vec3 background{1, 1, 1};    ///< colour behind everything
+  Background background;       ///< behind everything
   float step = 0;              ///< march step, scene units
   TimeMap time_map;            ///< from the data's own time to [0, 1]
   RadianceField radiance;

@@ -20,8 +20,11 @@ inline MomentFactors moment_factors(double beta1, double beta2, double epsilon, 
   return {float(beta1), float(beta2), float(correction(beta1)), float(correction(beta2)), float(epsilon)};
 }
 
-/// One Adam update (Kingma and Ba 2015) of a register or scalar; RMSProp is beta1 = 0. Moments below 1e-30 are flushed to
-/// zero: subnormals would slow every later step (numerics H23).
+/// Moments below it are flushed to zero: subnormals would slow every later step (numerics H23).
+inline constexpr float kLeastMoment = 1e-30f;
+
+/// One Adam update (Kingma and Ba 2015) of a register or scalar; RMSProp is beta1 = 0.
+/// @param flush  0 for what is below kLeastMoment, else what it is given
 template <class V, class Sqrt, class Flush>
 SPLINEVOX_HD inline void adam_step(const MomentFactors& f, const V& rate, const V& gradient, V& m, V& v, V& parameter, Sqrt root,
                       Flush flush) {

@@ -6,10 +6,10 @@
 
 namespace splinevox {
 
-/// One pixel of Rendered, all its layers.
+/// One pixel of Rendered, all its layers, and nothing behind it yet.
 struct Pixel {
   Vec3 rgb, flow;
-  float alpha, depth, rigidity;
+  float transmittance, depth, rigidity;
 };
 
 /// Forward along the ray of one pixel by a team; pixels come in small tiles, so that teams beside each other share cache lines.
@@ -21,7 +21,6 @@ struct PictureKernel {
   FrameView<float> frame;
   Camera camera;
   Box box;
-  Vec3 background;
   float stop;
   int most_samples;
   Pixel* pixels;  ///< [height * width]
@@ -37,7 +36,7 @@ struct PictureKernel {
     const int x = tile % across * kTile + within % kTile, y = tile / across * kTile + within / kTile;
     if (x >= camera.width || y >= camera.height) return;
     const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
-    RayInput<float> input = clip_ray(ray, box, field.step, 0.5f, background);
+    RayInput<float> input = clip_ray(ray, box, field.step, 0.5f, {});
     if (input.count > most_samples) input.count = most_samples;  // what the list has room for
     const RowHarmonics<Sh> harmonics(input.direction);
     typename Team::template Lanes<Vec3> flow;
@@ -55,8 +54,8 @@ struct PictureKernel {
       }
     });
     Pixel out;
-    out.rgb = m.rgb + m.transmittance * background;
-    out.alpha = 1 - m.transmittance;
+    out.rgb = m.rgb;
+    out.transmittance = m.transmittance;
     out.flow = team.sum(flow);
     out.rigidity = team.sum(rigidity);
     // Depth along the viewing axis: distance times the cosine between ray and axis.

@@ -40,6 +40,7 @@ struct TrainKernel {
   float largest;                        ///< a gradient beyond it is not usable
   GradientRows radiance;
   const GradientRows* motion;      ///< [slots] of kSliceWidth columns, one mask for all
+  Vec3* behind;                    ///< [n] gradient of the colour behind each ray; null: not wanted
 
   static std::size_t scratch_bytes(int most_samples) { return Stage<Jet>::kBytes + MarchList::bytes(most_samples); }
 
@@ -56,7 +57,7 @@ struct TrainKernel {
     const Marched m = march<Sh, Moving>(team, ray, field, frame, harmonics, losses.stop, list, sample, [](auto&&...) {});
     const Vec3 error = m.rgb + m.transmittance * ray.background - targets[index], d_rgb = 2.0f * error;
 
-    float behind = m.transmittance * dot(ray.background, d_rgb);
+    float rest = m.transmittance * dot(ray.background, d_rgb);  // of the gradient: what is behind the samples to come
     const Vec3 probe = Jet ? draw_probe(losses.probe_seed, std::size_t(index)) : Vec3{};
     team.sync();
     typename Team::template Lanes<float> value;
@@ -88,7 +89,7 @@ struct TrainKernel {
         const float w = s.stored ? before[lane] * s.alpha : 0.0f;
         keep[lane] = s.stored && !(w < losses.min_weight);
         if (!keep[lane]) return;
-        const EmissionAdjoint<float> d = composite_vjp(s.emission, w, before[lane] * s.passed, field.step, behind + later[lane], d_rgb);
+        const EmissionAdjoint<float> d = composite_vjp(s.emission, w, before[lane] * s.passed, field.step, rest + later[lane], d_rgb);
         gradient[lane] = sample_vjp(s, d, field, harmonics);
         SPLINEVOX_UNROLL for (const Pack& p : gradient[lane].radiance)
           SPLINEVOX_UNROLL for (const float g : p.v) bad[lane] |= !(g < largest && g > -largest);
@@ -125,12 +126,14 @@ struct TrainKernel {
         team.sync();
         accumulate<Jet>(team, field.motion, place, kept, stage, 0, kMotionColumns, true, motion[slot]);
       }
-      behind += all;
+      rest += all;
     }
     const float loss = team.sum(value), squared = dot(error, error);
     const bool usable = team.ballot(bad) == 0 && loss + squared < largest;
     team.each([&](int lane) {
-      if (lane == 0) outcomes[index] = {squared, loss, m.stored, usable};
+      if (lane != 0) return;
+      outcomes[index] = {squared, loss, m.stored, usable};
+      if (behind) behind[index] = m.transmittance * d_rgb;
     });
   }
 

@@ -36,12 +36,12 @@ struct Batch {
 /// views of about that time see it beside the body. Needs pictures with alpha; frames without any are never carved with.
 class BatchSampler {
  public:
-  /// @param background  of every ray if the configuration asks for a fixed one. @param brightest  random background otherwise.
-  BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, Vec3 background, std::uint64_t seed,
-               float brightest = 1);
+  /// @param brightest  largest value of a random background
+  BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, std::uint64_t seed, float brightest = 1);
   void set_box(const Box& box) { box_ = box; }
-  /// @param progress  of the run, 0..1: how many rays are drawn and from which frames. @param step  march step, scene units.
-  void draw(std::int64_t index, double progress, float step, Batch& out) const;
+  /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march step, scene units.
+  /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise they are random.
+  void draw(std::int64_t index, double progress, float step, const Background& background, Batch& out) const;
   /// The frames that may be drawn, in order of time.
   std::span<const int> window(double progress) const;
   /// Whether that is all of them.
@@ -59,7 +59,6 @@ class BatchSampler {
   const Split& train_;
   Box box_;
   SamplingConfig config_;
-  Vec3 background_;
   float brightest_;  ///< random background
   std::uint64_t seed_;
   std::vector<int> by_time_, rank_;                 ///< frames in order of time, and each frame's place in that order

@@ -21,6 +21,7 @@ struct RunConfig {
   std::uint64_t seed = 1;
   int downscale = 1;                     ///< block size of the area filter on the images
   std::vector<float> background{1, 1, 1};  ///< colour behind the scene, [3] in [0, 1]
+  int background_order = 2;                ///< of the harmonics of a colour learned behind opaque pictures, 0..3; -1: run.background
 };
 
 /// Lattices, coarse to fine over the run.
@@ -56,8 +57,8 @@ struct MotionConfig {
 /// Learning rates are per step; each decays on a cosine from the first value to value * its final share.
 struct OptimiserConfig {
   OptimiserKind kind = OptimiserKind::adam;
-  float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.01f, lr_rigidity = 0.01f, lr_light = 0.02f;
-  float final_radiance = 0.1f;   ///< share of lr_density, lr_color, lr_sh left at the end
+  float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.01f, lr_rigidity = 0.01f, lr_light = 0.02f, lr_background = 0.02f;
+  float final_radiance = 0.1f;   ///< share of lr_density, lr_color, lr_sh, lr_background left at the end
   float final_motion = 0.02f;    ///< share of lr_control, lr_rigidity, lr_light left at the end
   float shrink = 0.3f;           ///< shrinkage of motion and light that a vertex does not need, share of a step (math/shrink.hpp)
   float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
@@ -123,6 +124,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("run.seed", c.run.seed, "seed of every random draw", 0, 9e15);
   visit("run.downscale", c.run.downscale, "KxK pixel blocks are averaged", 1, 64);
   visit("run.background", c.run.background, "r, g, b behind the scene", 0, 1);
+  visit("run.background_order", c.run.background_order, "harmonics of a colour learned behind opaque pictures, -1 = run.background", -1, 3);
   visit("grid.radiance", c.grid.radiance, "cells along the longest edge, per stage", 8, 1024);
   visit("grid.radiance_start", c.grid.radiance_start, "progress at which each stage begins", 0, 1);
   visit("grid.motion", c.grid.motion, "cells along the longest edge, per motion level", 1, 512);
@@ -150,6 +152,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("optimiser.lr_control", c.optimiser.lr_control, "step of control points, share of the box's longest edge", 0, 100);
   visit("optimiser.lr_rigidity", c.optimiser.lr_rigidity, "step of raw rigidity", 0, 100);
   visit("optimiser.lr_light", c.optimiser.lr_light, "step of the raw light", 0, 100);
+  visit("optimiser.lr_background", c.optimiser.lr_background, "step of the harmonics of a learned background", 0, 100);
   visit("optimiser.final_radiance", c.optimiser.final_radiance, "share of the radiance rates left at the end", 0, 1);
   visit("optimiser.final_motion", c.optimiser.final_motion, "share of the motion rates left at the end", 0, 1);
   visit("optimiser.shrink", c.optimiser.shrink, "shrinkage of motion and light that is not needed, share of a step", 0, 0.9);

@@ -18,13 +18,14 @@ struct EffectSet {
   bool rigidity = false;  ///< needs motion
   bool light = false;
   int view = -1;          ///< order of the view rescale's harmonics, -1: none
+  int background = -1;    ///< order of the harmonics of a colour learned behind opaque pictures, -1: none
 
   bool has(const std::string& effect) const;  ///< one of effect_names()
   EffectSet without(const std::string& effect) const;
   friend bool operator==(const EffectSet&, const EffectSet&) = default;
 };
 
-/// "motion", "rigidity", "view", "light".
+/// "motion", "rigidity", "view", "light", "background".
 const std::vector<std::string>& effect_names();
 EffectSet effects_of(const Config& config);
 void apply(const EffectSet& effects, Config& config);
@@ -78,6 +79,9 @@ struct EffectChoice {
 /// and motion goes by the mean, because a still scene with motion is only dearer and a moving one without is ruined. Each is judged
 /// beside all others, so that nothing is taken for it that they explain.
 ///
+/// A background is there to be learned only behind opaque pictures. It is tried first, so that motion is not taken for the fog that would stand in for
+/// it, and goes by its mean; too few views or steps to try anything leave it on.
+///
 /// View dependence, rigidity, and light beside motion pay only late in training: fits this short see nothing of the 2 dB that view
 /// dependence is worth on bouncingballs (docs/experiments.md). They stay as the configuration has them.
 ///
@@ -86,7 +90,7 @@ struct EffectChoice {
 /// fewer pieces lose more than effects.min_gain on the mean; twice the pieces that a unit of time then has are laid out over the whole. Such a stretch
 /// also has a say in whether the scene moves, which pictures far apart in time may not show. B-splines only: their pieces join smoothly by construction.
 ///
-/// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits, 2 to 3 seconds on two cores. A run of too
+/// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits (one more of opaque pictures), 2 to 3 seconds on two cores. A run of too
 /// few steps for that to be a small part of it tries nothing: every effect stays.
 /// @param told  called after each fit; may be empty.
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "splinevox/field/levels.hpp"
@@ -34,10 +35,11 @@ class Engine {
   /// @param occupancy  of each frame slot.
   /// @param radiance   gradient of model.radiance.raw, accumulated.
   /// @param motion     gradient of the collapsed motion level, accumulated; ignored when nothing moves.
+  /// @param behind     gets the gradient of the colour behind each ray of the batch's tasks, [rays]; empty: not wanted.
   virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling,
                          const Batch& batch, const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
                          const MotionLoss<float>& losses, std::uint64_t probe_seed,
-                         Gradient& radiance, Gradient& motion) = 0;
+                         Gradient& radiance, Gradient& motion, std::span<Vec3> behind) = 0;
   /// Rays of the last batch whose loss or gradient was not finite, in order.
   virtual std::vector<int> bad_rays() const = 0;
 };

@@ -45,5 +45,7 @@ void keep_own_share(const Ranks& ranks, Batch& batch);
 PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine);
 /// The same for a gradient; sends only rows that some rank has touched. False if a sum is not usable.
 bool sum_over_ranks(Ranks& ranks, Gradient& gradient);
+/// The same for a few numbers.
+void sum_over_ranks(Ranks& ranks, std::span<double> numbers);
 
 }  // namespace splinevox

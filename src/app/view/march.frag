@@ -24,6 +24,10 @@ uniform vec4 lens;                  // 1 / fx, 1 / fy, cx, cy: pixels of the tar
 uniform float targetHeight;
 uniform int shown;                  // 0 rgb, 1 depth, 2 flow, 3 rigidity, 4 cluster
 uniform vec3 background;
+#if BACKGROUND_ORDER >= 0
+uniform vec3 backgroundHarmonics[(BACKGROUND_ORDER + 1) * (BACKGROUND_ORDER + 1)];  // raw r, g, b of every coefficient
+uniform bool learnedBackground;     // false: another colour was picked
+#endif
 uniform vec2 depthRange;
 uniform float fullFlow;
 out vec4 colour;
@@ -68,6 +72,32 @@ void harmonicsOf(vec3 d, out vec4 y[SH_TEXTURES]) {
 }
 #endif
 
+/// math/background.hpp
+vec3 behind(vec3 d) {
+#if BACKGROUND_ORDER < 0
+  return background;
+#else
+  if (!learnedBackground) return background;
+  vec3 q = 0.28209479177387814 * backgroundHarmonics[0];
+#if BACKGROUND_ORDER > 0
+  q += 0.4886025119029199 * (d.y * backgroundHarmonics[1] + d.z * backgroundHarmonics[2] + d.x * backgroundHarmonics[3]);
+#endif
+#if BACKGROUND_ORDER > 1
+  vec3 s = d * d;
+  const float b = 1.0925484305920792;
+  q += b * (d.x * d.y * backgroundHarmonics[4] + d.y * d.z * backgroundHarmonics[5] + d.x * d.z * backgroundHarmonics[7]);
+  q += 0.31539156525252005 * (3.0 * s.z - 1.0) * backgroundHarmonics[6] + 0.5462742152960396 * (s.x - s.y) * backgroundHarmonics[8];
+#endif
+#if BACKGROUND_ORDER > 2
+  q += 0.5900435899266435 * (d.y * (3.0 * s.x - s.y) * backgroundHarmonics[9] + d.x * (s.x - 3.0 * s.y) * backgroundHarmonics[15]);
+  q += 2.890611442640554 * d.x * d.y * d.z * backgroundHarmonics[10] + 1.445305721320277 * d.z * (s.x - s.y) * backgroundHarmonics[14];
+  q += 0.4570457994644658 * (5.0 * s.z - 1.0) * (d.y * backgroundHarmonics[11] + d.x * backgroundHarmonics[13]);
+  q += 0.3731763325901154 * d.z * (5.0 * s.z - 3.0) * backgroundHarmonics[12];
+#endif
+  return 1.0 / (1.0 + exp(-q));
+#endif
+}
+
 /// Steps to the end of the block of `size` cells around cell position c, at least one.
 int across(vec3 c, vec3 perStep, ivec3 cell, int size) {
   vec3 lo = vec3((cell / size) * size), hi = lo + float(size);
@@ -86,7 +116,8 @@ void main() {
   vec2 pixel = vec2(gl_FragCoord.x, targetHeight - gl_FragCoord.y);
   vec2 p = (pixel - lens.zw) * lens.xy;
   vec3 direction = normalize(p.x * axisX - p.y * axisY - axisZ);
-  colour = vec4(background, 1.0);
+  vec3 back = behind(direction);
+  colour = vec4(shown == 0 || shown == 4 ? back : background, 1.0);
 
   vec3 safe = mix(direction, vec3(1e-20), equal(direction, vec3(0.0)));
   vec3 a = (boxLo - eye) / safe, b = (boxHi - eye) / safe;
@@ -148,7 +179,7 @@ void main() {
   }
   float alpha = 1.0 - through;
   if (shown == 0 || shown == 4) {
-    colour.rgb = rgb + through * background;
+    colour.rgb = rgb + through * back;
     return;
   }
   if (alpha <= 1e-3) return;

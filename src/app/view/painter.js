@@ -35,6 +35,8 @@ class Painter {
     ["axisX", "axisY", "axisZ"].forEach((name, a) => pass.vec3(name, camera.axes[a]));
     pass.vec4("lens", camera.fitted(target.width, target.height)), pass.float("targetHeight", target.height);
     pass.int("shown", kLayers.indexOf(look.layer)), pass.vec3("background", look.background);
+    const untouched = hexOf(look.background) === hexOf(scene.header.background);
+    if (scene.header.background_harmonics.length) pass.int("learnedBackground", +untouched);
     pass.vec2("depthRange", camera.depthRange()), pass.float("fullFlow", scene.header.full_flow);
     target.begin();
     gl.enable(gl.SCISSOR_TEST);

@@ -12,7 +12,8 @@ class Scene {
     this.changes = !!motion, this.moves = !!motion && motion.displaces;
     this.shOrder = header.radiance.sh_order;
     this.shTextures = this.shOrder < 0 ? 0 : Math.ceil((this.shOrder + 1) ** 2 / 4);
-    this.defines = `#define MOVES ${+this.moves}\n#define LIGHT ${+(this.changes && motion.light)}\n#define RIGIDITY ${+(this.changes && motion.rigidity)}\n` +
+    const backgroundOrder = Math.sqrt(header.background_harmonics.length) - 1;
+    this.defines = `#define BACKGROUND_ORDER ${backgroundOrder}\n#define MOVES ${+this.moves}\n#define LIGHT ${+(this.changes && motion.light)}\n#define RIGIDITY ${+(this.changes && motion.rigidity)}\n` +
       `#define SH_TEXTURES ${this.shTextures}\n#define SH_ORDER ${this.shOrder}\n#define PARTS ${+!!header.clusters}\n` + kTilesSource + kWarpSource;
     this.uploadRadiance(header.radiance, bytes);
     this.uploadOccupancy(header.occupancy, bytes);
@@ -153,7 +154,7 @@ class Scene {
 
   /// All that a ray needs but its camera.
   bindField(pass) {
-    const {radiance, occupancy, box} = this.header;
+    const {radiance, occupancy, box, background_harmonics} = this.header;
     pass.texture("bricks", this.bricks);
     pass.texture("atlas", this.atlas);
     this.harmonics.forEach((h, i) => pass.texture(`harmonics[${i}]`, h));
@@ -166,6 +167,7 @@ class Scene {
     pass.texture("blocks", this.blocks.texture, this.gl.TEXTURE_2D);
     this.bindWarp(pass);
     pass.vec3("gridOrigin", occupancy.origin), pass.float("inverseCell", 1 / occupancy.cell), pass.ivec3("gridSize", occupancy.size), pass.ivec3("blockSize", this.blockSize);
+    if (background_harmonics.length) pass.vec3("backgroundHarmonics", background_harmonics.flat());
     pass.vec3("boxLo", box.lo), pass.vec3("boxHi", box.hi);
     pass.vec3("ringOrigin", radiance.origin), pass.vec3("ringLimit", radiance.dims.map(d => 8 * d - 2));
     pass.float("inverseSpacing", 1 / radiance.spacing);

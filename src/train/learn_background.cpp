@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "learn_background.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/math/logit.hpp"
+#include "start.hpp"
+
+namespace splinevox {
+namespace {
+
+/// Colour at the raw values of band 0, all others left out.
+Vec3 mean_color(const Background& b) { return background_color(0, b.raw, Vec3{}).value; }  // band 0 is the same everywhere
+
+Vec3 border_color(const Split& train) {
+  Vec3d sum{};
+  double count = 0;
+  for (const Frame& f : train.frames)
+    for (int y = 0; y < f.image.height; ++y) {
+      const bool whole = y == 0 || y == f.image.height - 1;
+      for (int x = 0; x < f.image.width; x += whole ? 1 : std::max(1, f.image.width - 1)) {
+        const std::uint16_t* p = f.image.pixel(x, y);
+        sum += 1 / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
+        ++count;
+      }
+    }
+  return cast<float>(1 / std::max(1.0, count) * sum);
+}
+
+}  // namespace
+
+bool learns_background(const Config& config, const Split& train) { return config.run.background_order >= 0 && !any_alpha(train); }
+
+Background starting_background(const Config& config, const Split& train) {
+  const std::vector<float>& c = config.run.background;
+  Background out{.color = {c[0], c[1], c[2]}};
+  if (!learns_background(config, train)) return out;
+  constexpr float kEnd = 1 / 512.0f;  // half a step of 8 bits: neither black nor white is in reach of a sigmoid
+  out.order = config.run.background_order;
+  float band0;
+  sh_basis(0, Vec3{}, &band0);
+  const Vec3 start = border_color(train);
+  for (int a = 0; a < 3; ++a) out.raw[0][a] = logit(std::clamp(start[a], kEnd, 1 - kEnd)) / band0;
+  out.color = mean_color(out);
+  return out;
+}
+
+BackgroundGradient background_gradient(const Background& background, const Batch& batch, std::span<const Vec3> behind) {
+  std::vector<BackgroundGradient> parts(batch.tasks.size());
+  parallel_for(int(parts.size()), [&](int t) {
+    for (int i = batch.tasks[t].first; i < batch.tasks[t].last; ++i) {
+      const Vec3& d = batch.rays[i].direction;
+      background_color_vjp(background.order, d, background_color(background.order, background.raw, d).slope, behind[i], parts[t].data());
+    }
+  });
+  BackgroundGradient sum{};
+  for (const BackgroundGradient& part : parts)
+    for (int j = 0; j < background.count(); ++j) sum[j] += part[j];
+  return sum;
+}
+
+void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient, const MomentFactors& factors, float rate) {
+  const auto root = [](float x) { return std::sqrt(x); };
+  const auto flush = [](float x) { return std::abs(x) < kLeastMoment ? 0.0f : x; };
+  for (int j = 0; j < background.count(); ++j)
+    for (int a = 0; a < 3; ++a) adam_step(factors, rate, float(gradient[j][a]), learner.m[j][a], learner.v[j][a], background.raw[j][a], root, flush);
+  background.color = mean_color(background);
+}
+
+}  // namespace splinevox
