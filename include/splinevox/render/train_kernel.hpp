@@ -58,6 +58,10 @@ struct TrainKernel {
     const Vec3 error = m.rgb + m.transmittance * ray.background - targets[index], d_rgb = 2.0f * error;
 
     float rest = m.transmittance * dot(ray.background, d_rgb);  // of the gradient: what is behind the samples to come
+    if (behind)
+      team.each([&](int lane) {
+        if (lane == 0) behind[index] = m.transmittance * d_rgb;
+      });
     const Vec3 probe = Jet ? draw_probe(losses.probe_seed, std::size_t(index)) : Vec3{};
     team.sync();
     typename Team::template Lanes<float> value;
@@ -131,9 +135,7 @@ struct TrainKernel {
     const float loss = team.sum(value), squared = dot(error, error);
     const bool usable = team.ballot(bad) == 0 && loss + squared < largest;
     team.each([&](int lane) {
-      if (lane != 0) return;
-      outcomes[index] = {squared, loss, m.stored, usable};
-      if (behind) behind[index] = m.transmittance * d_rgb;
+      if (lane == 0) outcomes[index] = {squared, loss, m.stored, usable};
     });
   }
 
