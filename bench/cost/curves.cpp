@@ -15,12 +15,11 @@ namespace splinevox::cost {
 namespace {
 
 struct Curve {
-  std::string name;
   std::vector<std::pair<double, double>> points;  ///< seconds, dB
 };
 
 Curve read_curve(const std::string& run) {
-  Curve c{std::filesystem::path(run).filename().string(), {}};
+  Curve c;
   std::ifstream in(run + "/metrics.jsonl");
   for (std::string line; std::getline(in, line);) {
     const auto j = nlohmann::json::parse(line, nullptr, false);
@@ -28,6 +27,25 @@ Curve read_curve(const std::string& run) {
   }
   if (c.points.empty()) fail({run, "this run has measured no held view", "metrics.jsonl with 'held_psnr'", "", ""});
   return c;
+}
+
+/// What tells runs apart: the last part of their paths that is not the same for all (bench/quality.sh has .../SCENE/SEED), without what all
+/// those begin with.
+std::vector<std::string> short_names(const std::vector<std::string>& runs) {
+  namespace fs = std::filesystem;
+  std::vector<fs::path> paths;
+  for (const std::string& run : runs) paths.push_back((fs::absolute(run) / "").lexically_normal().parent_path());
+  const auto same_end = [&] {
+    return paths.size() > 1 && paths[0].has_relative_path() && std::all_of(paths.begin(), paths.end(), [&](const fs::path& p) { return p.filename() == paths[0].filename(); });
+  };
+  while (same_end())
+    for (fs::path& p : paths) p = p.parent_path();
+  std::vector<std::string> names;
+  for (const fs::path& p : paths) names.push_back(p.filename().string());
+  std::string shared = names.size() > 1 ? names[0] : "";
+  for (const std::string& n : names) shared.resize(std::size_t(std::mismatch(shared.begin(), shared.end(), n.begin(), n.end()).first - shared.begin()));
+  for (std::string& n : names) n.erase(0, shared.size());
+  return names;
 }
 
 }  // namespace
@@ -39,10 +57,7 @@ std::string curves(const std::vector<std::string>& runs) {
     all.push_back(read_curve(run));
     for (const auto& [t, p] : all.back().points) t0 = std::min(t0, t), t1 = std::max(t1, t), p0 = std::min(p0, p), p1 = std::max(p1, p);
   }
-  std::string shared = all.front().name;  // what all names begin with says nothing
-  for (const Curve& c : all) shared.resize(std::size_t(std::mismatch(shared.begin(), shared.end(), c.name.begin(), c.name.end()).first - shared.begin()));
-  if (all.size() > 1)
-    for (Curve& c : all) c.name.erase(0, shared.size());
+  const std::vector<std::string> names = short_names(runs);
   const Axis x(t0, t1, kLeft, kWidth - kRight), y(p0, p1, kHeight - kBottom, kTop, false);
   std::string svg = open_diagram("PSNR of a held view against seconds of training", x, y, [](double v) { return fmt::format("{:g} s", v); },
                                  [](double v) { return fmt::format("{:g} dB", v); });
@@ -53,7 +68,7 @@ std::string curves(const std::vector<std::string>& runs) {
     for (const auto& [t, p] : all[i].points) line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : " L", x.at(t), y.at(p));
     svg += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>\n", line, color);
     svg += fmt::format("<line x1=\"{}\" x2=\"{}\" y1=\"{}\" y2=\"{}\" stroke=\"{}\" stroke-width=\"3\"/><text x=\"{}\" y=\"{}\">{}</text>\n", kWidth - kRight + 10,
-                       kWidth - kRight + 22, row - 4, row - 4, color, kWidth - kRight + 28, row, escape(all[i].name.substr(0, 26)));
+                       kWidth - kRight + 22, row - 4, row - 4, color, kWidth - kRight + 28, row, escape(names[i].substr(0, 26)));
     row += 18;
   }
   return svg + "</svg>\n";

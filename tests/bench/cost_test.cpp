@@ -3,7 +3,9 @@
 
 #include <cmath>
 
+#include "curves.hpp"
 #include "present.hpp"
+#include "support/tiny_dataset.hpp"
 #include "timing.hpp"
 
 using namespace splinevox::cost;
@@ -73,6 +75,18 @@ TEST_SUITE("bench/cost") {
     CHECK(f.lo < f.hi);
     CHECK(median_of({1, 2}).value == 1.5);
     CHECK(median_of({7}).lo == 7);
+  }
+  TEST_CASE("curves are called by what tells their runs apart") {
+    const splinevox::test::TempFolder folder;
+    std::vector<std::string> runs;
+    for (const std::string scene : {"dnerf_lego", "dnerf_mutant"}) {
+      runs.push_back(folder.str() + "/fast/" + scene + "/1");
+      splinevox::test::write_text(runs.back() + "/metrics.jsonl", "{\"held_view\": \"r_1\", \"held_psnr\": 30, \"seconds\": 2}\n{\"held_view\": \"r_1\", \"held_psnr\": 31, \"seconds\": 4}\n");
+    }
+    const std::string several = curves(runs), one = curves({runs[0] + "/"});
+    CHECK(several.find(">lego</text>") != std::string::npos);
+    CHECK(several.find(">mutant</text>") != std::string::npos);
+    CHECK(one.find(">1</text>") != std::string::npos);
   }
   TEST_CASE("candidates are run once to warm up and once a round") {
     int a = 0, b = 0;
