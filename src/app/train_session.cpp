@@ -37,8 +37,6 @@ std::uint64_t fnv1a(const std::string& text) {
   return h;
 }
 
-Vec3 background(const Config& c) { return {c.run.background[0], c.run.background[1], c.run.background[2]}; }
-
 Json triple(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 /// A discarded step and the rays that caused it.
@@ -173,7 +171,7 @@ void TrainSession::render_held_view() {
   const double start = clock();
   const VoxelModel model = trainer_.model();
   const Image picture = clamped(Renderer(model, make_pictures(setup_.device, model)).render(held_->camera, held_->time).rgb);
-  held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, background(setup_.config))));
+  held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, model.background.color)));
   held_step_ = double(last_.step);
   const std::string folder = setup_.folder.file("preview");
   std::error_code ignored;

@@ -100,12 +100,12 @@ std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan, s
 
 void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSplit>& raw,
                 std::vector<std::string>& notes) {
-  const auto text = [](const PictureSize& size) { return fmt::format("{} x {}", size.width, size.height); };
   for (std::size_t s = 0; s < plans.size(); ++s) {
-    const std::string first = text(plans[s].sizes[0]);
-    const auto other = std::count_if(plans[s].sizes.begin(), plans[s].sizes.end(), [&](const PictureSize& size) { return text(size) != first; });
-    if (other > 0) notes.push_back(fmt::format("{}: {} of {} pictures are not of {} as the first", raw[s].name, other, plans[s].sizes.size(), first));
-    if (first != text(plans[0].sizes[0])) notes.push_back(fmt::format("{}: pictures of {}, {} has {}", raw[s].name, first, raw[0].name, text(plans[0].sizes[0])));
+    const std::vector<PictureSize>& sizes = plans[s].sizes;
+    const PictureSize &first = sizes[0], &of_all = plans[0].sizes[0];
+    const auto others = std::ptrdiff_t(sizes.size()) - std::count(sizes.begin(), sizes.end(), first);
+    if (others > 0) notes.push_back(fmt::format("{}: {} of {} pictures are not of {} as the first", raw[s].name, others, sizes.size(), size_text(first)));
+    if (first != of_all) notes.push_back(fmt::format("{}: pictures of {}, {} has {}", raw[s].name, size_text(first), raw[0].name, size_text(of_all)));
   }
 }
 

@@ -40,8 +40,6 @@ void for_each_frame(std::size_t n, const Work& work) {
     if (error) std::rethrow_exception(error);
 }
 
-std::string size_text(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
-
 void check_divides(const PicturePlan& plan, std::size_t i) {
   const auto [width, height] = plan.sizes[i];
   const int common = std::gcd(width, height);
@@ -50,7 +48,7 @@ void check_divides(const PicturePlan& plan, std::size_t i) {
   for (int k = 2; k <= common && k <= 64; ++k)
     if (common % k == 0) divisors += (divisors.empty() ? "--downscale " : ", ") + std::to_string(k);
   fail({plan.where[i], "--downscale " + std::to_string(plan.downscale) + " does not divide the image's size",
-        "a divisor of both sides", size_text(width, height), divisors.empty() ? "no --downscale" : divisors});
+        "a divisor of both sides", size_text(plan.sizes[i]), divisors.empty() ? "no --downscale" : divisors});
 }
 
 PictureFacts facts_of(const Image16& image) {
@@ -71,6 +69,8 @@ PictureFacts facts_of(const Image16& image) {
 
 }  // namespace
 
+std::string size_text(const PictureSize& size) { return std::to_string(size.width) + " x " + std::to_string(size.height); }
+
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale) {
   const std::filesystem::path root = std::filesystem::canonical(folder);
   PicturePlan plan;
@@ -90,13 +90,13 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
     }
     plan.sizes.push_back(header);
     const PictureSize& first = plan.sizes[0];
-    const bool differs = header.width != first.width || header.height != first.height;
+    const bool differs = header != first;
     if (i == 0 || differs) check_divides(plan, i);
     const Lens& lens = split.frames[i].lens;
     if (differs && !(lens.fl_x && lens.w && lens.h))  // which pinhole compares with the picture
       fail({plan.where[i], "the images of a split differ in size",
-            size_text(first.width, first.height) + " as in " + printable(plan.paths[0].filename().string()),
-            size_text(header.width, header.height) + " in " + printable(plan.paths[i].filename().string()),
+            size_text(first) + " as in " + printable(plan.paths[0].filename().string()),
+            size_text(header) + " in " + printable(plan.paths[i].filename().string()),
             "render or crop them to one size, or give every frame its lens in pixels (w, h, fl_x, fl_y, cx, cy)"});
   }
   return plan;

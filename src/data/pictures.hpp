@@ -22,6 +22,9 @@ struct PicturePlan {
   bool film() const { return !film_frame.empty() && film_frame[0] >= 0; }
 };
 
+/// "400 x 300".
+std::string size_text(const PictureSize& size);
+
 /// Finds a split's pictures and reads their headers. Throws Error (Fault::input) for the first frame whose
 /// picture is missing, not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame 0's though its lens does not say what
 /// size it is for (w, h, fl_x): an angle of view means nothing for a picture that was cropped.

@@ -168,7 +168,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   const auto elapsed = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   EffectChoice out;
   out.chosen = effects_of(config), out.points = config.motion.points;
-  if (!learns_background(config, train)) out.chosen.background = -1;
+  if (!learns_background(config, look_at(train))) out.chosen.background = -1;
   if (config.effects.steps == 0) return out.note = "effects.steps is 0: nothing was tried", out;
   const bool timed = config.run.max_time > 0;
   if (timed ? config.run.max_time < kShortestTime : config.run.max_steps < kShortest * config.effects.steps)

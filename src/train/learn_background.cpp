@@ -2,12 +2,11 @@
 #include "learn_background.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "splinevox/core/parallel.hpp"
+#include "splinevox/field/learn_kernels.hpp"
 #include "splinevox/math/logit.hpp"
-#include "start.hpp"
 
 namespace splinevox {
 namespace {
@@ -32,12 +31,12 @@ Vec3 border_color(const Split& train) {
 
 }  // namespace
 
-bool learns_background(const Config& config, const Split& train) { return config.run.background_order >= 0 && !any_alpha(train); }
+bool learns_background(const Config& config, const Shown& shown) { return config.run.background_order >= 0 && !shown.see_through; }
 
-Background starting_background(const Config& config, const Split& train) {
+Background starting_background(const Config& config, const Split& train, const Shown& shown) {
   const std::vector<float>& c = config.run.background;
   Background out{.color = {c[0], c[1], c[2]}};
-  if (!learns_background(config, train)) return out;
+  if (!learns_background(config, shown)) return out;
   constexpr float kEnd = 1 / 512.0f;  // half a step of 8 bits: neither black nor white is in reach of a sigmoid
   out.order = config.run.background_order;
   float band0;
@@ -63,10 +62,8 @@ BackgroundGradient background_gradient(const Background& background, const Batch
 }
 
 void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient, const MomentFactors& factors, float rate) {
-  const auto root = [](float x) { return std::sqrt(x); };
-  const auto flush = [](float x) { return std::abs(x) < kLeastMoment ? 0.0f : x; };
   for (int j = 0; j < background.count(); ++j)
-    for (int a = 0; a < 3; ++a) adam_step(factors, rate, float(gradient[j][a]), learner.m[j][a], learner.v[j][a], background.raw[j][a], root, flush);
+    for (int a = 0; a < 3; ++a) adam_step(factors, rate, float(gradient[j][a]), learner.m[j][a], learner.v[j][a], background.raw[j][a], PlainRoot{}, PlainFlush{});
   background.color = mean_color(background);
 }
 

@@ -7,6 +7,7 @@
 #include "splinevox/math/adam.hpp"
 #include "splinevox/math/background.hpp"
 #include "splinevox/train/batch.hpp"
+#include "start.hpp"
 
 namespace splinevox {
 
@@ -17,10 +18,10 @@ struct BackgroundLearner {
 
 /// Whether a colour is learned behind these pictures: the configuration wants one and they are opaque. Pictures with alpha say that there is
 /// nothing behind.
-bool learns_background(const Config& config, const Split& train);
+bool learns_background(const Config& config, const Shown& shown);
 
 /// One colour before training, that along the borders of the pictures: what is there is more often behind than what is in the middle.
-Background starting_background(const Config& config, const Split& train);
+Background starting_background(const Config& config, const Split& train, const Shown& shown);
 
 /// Gradient of the harmonics: the sum over the rays of a batch's tasks, in their order, so the same bits for any number of threads.
 using BackgroundGradient = std::array<Vec3d, kMaxShCount>;

@@ -17,23 +17,20 @@ void keep_own_share(const Ranks& ranks, Batch& batch) {
   batch.tasks = std::move(own);
 }
 
-PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
-  const double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), double(mine.visited), mine.usable ? 0.0 : 1.0};
-  const std::vector<double> all = ranks.gather(numbers);
-  PassResult sum = mine;
-  sum.squared_error = sum.motion_loss = 0, sum.samples = sum.visited = 0, sum.usable = true;
-  for (std::size_t at = 0; at < all.size(); at += std::size(numbers)) {
-    sum.squared_error += all[at], sum.motion_loss += all[at + 1];
-    sum.samples += std::int64_t(all[at + 2]), sum.visited += std::int64_t(all[at + 3]);
-    sum.usable = sum.usable && all[at + 4] == 0;
-  }
-  return sum;
-}
-
 void sum_over_ranks(Ranks& ranks, std::span<double> numbers) {
   const std::vector<double> all = ranks.gather(numbers);
   std::fill(numbers.begin(), numbers.end(), 0.0);
   for (std::size_t i = 0; i < all.size(); ++i) numbers[i % numbers.size()] += all[i];
+}
+
+PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
+  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), double(mine.visited), mine.usable ? 0.0 : 1.0};
+  sum_over_ranks(ranks, std::span<double>(numbers));
+  PassResult sum = mine;
+  sum.squared_error = numbers[0], sum.motion_loss = numbers[1];
+  sum.samples = std::int64_t(numbers[2]), sum.visited = std::int64_t(numbers[3]);
+  sum.usable = numbers[4] == 0;
+  return sum;
 }
 
 bool sum_over_ranks(Ranks& ranks, Gradient& gradient) {

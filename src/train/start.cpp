@@ -17,6 +17,16 @@
 namespace splinevox {
 namespace {
 
+bool any_alpha(const Split& train) {
+  std::atomic<bool> any = false;
+  parallel_for(int(train.frames.size()), [&](int f) {
+    const std::vector<std::uint16_t>& rgba = train.frames[f].image.rgba;
+    for (std::size_t i = 3; i < rgba.size() && !any; i += 4)
+      if (rgba[i] != 65535) any = true;
+  });
+  return any;
+}
+
 /// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a
 /// seventh of one costs nothing, from one cell on decibels (numerics H14).
 void check_place(const Box& box, int cells) {
@@ -33,7 +43,7 @@ void check_place(const Box& box, int cells) {
                     text(c))});
 }
 
-SceneBounds bounds_of(const Config& config, const Split& train) {
+SceneBounds bounds_of(const Config& config, const Split& train, const Shown& shown) {
   const std::vector<float>& b = config.grid.box;
   if (b.size() == 6) {
     const Box box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
@@ -41,28 +51,12 @@ SceneBounds bounds_of(const Config& config, const Split& train) {
     std::fill(all.bits.begin(), all.bits.end(), ~0u);
     return {box, all};
   }
-  return find_bounds(train, any_alpha(train), config.sampling.occupancy_cells, config.grid.box_margin);
+  return find_bounds(train, shown.see_through, config.sampling.occupancy_cells, config.grid.box_margin);
 }
 
 }  // namespace
 
-bool any_alpha(const Split& train) {
-  std::atomic<bool> any = false;
-  parallel_for(int(train.frames.size()), [&](int f) {
-    const std::vector<std::uint16_t>& rgba = train.frames[f].image.rgba;
-    for (std::size_t i = 3; i < rgba.size() && !any; i += 4)
-      if (rgba[i] != 65535) any = true;
-  });
-  return any;
-}
-
-SceneBounds starting_bounds(const Config& config, const Split& train) {
-  const SceneBounds bounds = bounds_of(config, train);
-  check_place(bounds.box, config.grid.radiance.back());
-  return bounds;
-}
-
-Shown shown_colors(const Split& train) {
+Shown look_at(const Split& train) {
   Shown out;
   Vec3d sum{};
   double weights = 0;
@@ -74,8 +68,15 @@ Shown shown_colors(const Split& train) {
       weights += alpha;
       out.brightest = std::max(out.brightest, float(alpha / 65535.0 * std::max({p[0], p[1], p[2]})));
     }
+  out.see_through = any_alpha(train);
   if (weights > 0) out.mean = cast<float>(1 / weights * sum);
   return out;
+}
+
+SceneBounds starting_bounds(const Config& config, const Split& train, const Shown& shown) {
+  const SceneBounds bounds = bounds_of(config, train, shown);
+  check_place(bounds.box, config.grid.radiance.back());
+  return bounds;
 }
 
 float brightness(const Config& config, const Shown& shown) {

@@ -6,21 +6,19 @@
 
 namespace splinevox {
 
+/// What the training pictures show. Colours are weighted by alpha, from every 16th pixel.
+struct Shown {
+  Vec3 mean{0.5f, 0.5f, 0.5f};
+  float brightest = 0;       ///< of any channel
+  bool see_through = false;  ///< some pixel of them all is transparent
+  bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
+};
+Shown look_at(const Split& train);
+
 /// Where the scene may be, before anything is known of it: the box of the configuration, or what cameras and
 /// silhouettes say. Throws Error (Fault::input) if it lies so far from the origin that floats cannot tell its cells
 /// apart.
-SceneBounds starting_bounds(const Config& config, const Split& train);
-
-/// Colours of what the training pictures show, weighted by alpha, from every 16th pixel.
-struct Shown {
-  Vec3 mean{0.5f, 0.5f, 0.5f};
-  float brightest = 0;  ///< of any channel
-  bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
-};
-Shown shown_colors(const Split& train);
-
-/// Whether any pixel of the pictures is transparent.
-bool any_alpha(const Split& train);
+SceneBounds starting_bounds(const Config& config, const Split& train, const Shown& shown);
 
 /// The unit of brightness that a scene is trained in: 1, or if what the pictures show is darker than 0.03 on average, the brightest
 /// value in them or of a fixed background. Random backgrounds go no higher: against 0 to 1 the silhouettes of a scene of 0.01

@@ -60,11 +60,11 @@ void check_fits(bool good) {
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
-    : shown(shown_colors(t)), unit(brightness(c, shown)), config(in_units_of(unit, c)), train(t), bounds(starting_bounds(c, t)),
+    : shown(look_at(t)), unit(brightness(c, shown)), config(in_units_of(unit, c)), train(t), bounds(starting_bounds(c, t, shown)),
       sampler(t, bounds.box, sampling_of(c), c.run.seed, unit) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
-  model.background = starting_background(c, t);
+  model.background = starting_background(c, t, shown);
   model.time_map = time_map;
   model.radiance.sh_order = c.radiance.sh_order;
   MotionField& m = model.motion;
@@ -349,12 +349,12 @@ void Trainer::State::archive(Archive& a) {
     a(level_learners[l].m, level_learners[l].v);
   }
   for (BitGrid& grid : occupancy) a(grid);
+  const int background_order = model.background.order;
   a(model.background, background);
   if (!a.reading()) return;
   const auto fits = [](const Channels& c, const Learner& l, int width) {
     return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();
   };
-  const int background_order = learns_background(config, train) ? config.run.background_order : -1;
   bool good = model.background.order == background_order && stage >= 0 && stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints && model.motion.points <= kMaxPoints;
   good = good && fits(model.radiance.raw, radiance, radiance_width(config.radiance.sh_order));
   for (std::size_t l = 0; good && l < count; ++l) good = fits(levels[l], level_learners[l], model.motion.width());

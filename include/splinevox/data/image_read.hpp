@@ -37,6 +37,7 @@ Image16 read_jpeg(const std::filesystem::path& path, const std::string& where = 
 
 struct PictureSize {
   int width = 0, height = 0;
+  friend bool operator==(const PictureSize&, const PictureSize&) = default;
 };
 
 /// Size and pixels of a PNG or a JPEG, told apart by their first bytes whatever they are called. Throws Error (Fault::input).

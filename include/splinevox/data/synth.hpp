@@ -95,7 +95,7 @@ using SynthProgress = std::function<void(int done, int total)>;
 Dataset make_synth(const std::string& scene, const SynthOptions& options = {}, const SynthProgress& progress = {});
 
 /// Writes the data set as a D-NeRF folder (transforms_*.json, straight-alpha PNG) and, for each test picture
-/// r_XXX, truth/r_XXX_0000.exr with layers `position` (X, Y, Z) and `rest` (R, G, B) and the channel `depth`
+/// r_NNN, truth/r_NNN_0000.exr with layers `position` (X, Y, Z) and `rest` (R, G, B) and the channel `depth`
 /// (along the viewing axis), 32-bit, point samples at pixel centres, 0 where nothing is hit.
 ///
 /// Throws Error: Fault::input for the scene's name or an option out of range, Fault::output for anything that
