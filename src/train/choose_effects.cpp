@@ -83,7 +83,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   apply(effects, c);
   c.grid.radiance = {20, 40}, c.grid.radiance_start = {0, 0.25f};
   c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.25f, 0.25f};
-  c.motion.elevate_points.clear(), c.motion.elevate_start.clear();
+  c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
   c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
   c.sampling.window = 1;  // every fit learns from the same pictures
   c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;
@@ -153,12 +153,13 @@ class Ladder {
 };
 
 /// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture does not lose by it, and then
-/// twice as many, because fits this short do not come to what the last pieces are for.
+/// twice as many, because fits this short do not come to what the last pieces are for. Halvings still to come are left out.
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
   const int degree = 3;
   int pieces = config.motion.points - degree, twice = pieces;
   while (pieces > 1 && !(ladder.judge(effects, pieces + degree, pieces / 2 + degree).gain.mean > config.effects.min_gain)) twice = std::exchange(pieces, pieces / 2);
-  return std::clamp(int(std::ceil(twice / stretch)) + degree, config.motion.points, kMaxPoints);
+  const int halvings = int(config.motion.halve_start.size()), most = (kMaxPoints - degree) >> halvings;
+  return std::clamp(int(std::ceil(std::ldexp(twice / stretch, -halvings))), config.motion.points - degree, most) + degree;
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ void check_motion(const MotionConfig& m) {
   if (!spline && m.points > kMaxBezierPoints)
     wrong("motion.points", "is too large for a Bezier curve", fmt::format("at most {}, or motion.basis = \"bspline\"", kMaxBezierPoints), fmt::format("{}", m.points));
   if (spline && !m.elevate_points.empty())
-    wrong("motion.elevate_points", "needs motion.basis = \"bezier\"", "[]", config_value::print(m.elevate_points));
+    wrong("motion.elevate_points", "needs motion.basis = \"bezier\"", "[], or motion.halve_start", config_value::print(m.elevate_points));
   int before = m.points;
   for (int k : m.elevate_points) {
     if (k <= before)
@@ -92,6 +92,14 @@ void check_motion(const MotionConfig& m) {
             fmt::format("numbers above motion.points = {}, each above the one before", m.points),
             config_value::print(m.elevate_points));
     before = k;
+  }
+  if (spline) {
+    int points = m.points;
+    for (std::size_t i = 0; i < m.halve_start.size() && points <= kMaxPoints; ++i) points = halved_points(points);
+    if (points > kMaxPoints)
+      wrong("motion.halve_start", "leads to too many control points", fmt::format("at most {}: fewer halvings, or fewer of motion.points", kMaxPoints),
+            fmt::format("{} from {}", config_value::print(m.halve_start), m.points));
+    check_starts("motion.halve_start", "the halvings", m.halve_start, m.halve_start.size(), false);
   }
   check_starts("motion.elevate_start", "motion.elevate_points", m.elevate_start, m.elevate_points.size(), false);
 }

@@ -4,10 +4,13 @@
 namespace splinevox {
 namespace {
 
-/// What our presets share beyond the defaults: view dependence learns fast (docs/experiments.md).
+/// What our presets share beyond the defaults: view dependence learns fast, and curves of many points are held together by the
+/// length of their polygons, which costs what stands still nothing (docs/experiments.md).
 Config ours() {
   Config c;
   c.optimiser.lr_sh = 0.05f;
+  c.motion.halve_start = {.3f};
+  c.loss.curve_length = 0.075f;
   return c;
 }
 

@@ -40,18 +40,20 @@ Channels resample(const Channels& from, TopologyPtr topology) {
 }
 
 void elevate(MotionField& motion) {
+  const bool spline = motion.basis == BasisKind::bspline;
   MotionField next = motion;
-  next.points = motion.points + 1;
+  next.points = spline ? halved_points(motion.points) : motion.points + 1;
   const int width = next.width(), pinned = motion.points - motion.stored_points();
+  std::vector<float> in(motion.points, 0.0f), out(next.points);
   for (Channels& level : next.levels) {
     const Channels old = std::move(level);
     const std::vector<float> zero(width, 0.0f);
     level = make_channels(old.topology, width, zero.data());
     for (std::size_t r = 0; r < old.topology->rows(); ++r) {
       for (int a = 0; a < motion.stride(); ++a) {
-        float in[kMaxBezierPoints + 1] = {}, out[kMaxBezierPoints + 1];
         for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[motion.stride() * (k - pinned) + a];
-        elevate_bezier(motion.points, in, out);
+        if (spline) halve_bspline(motion.points, in.data(), out.data());
+        else elevate_bezier(motion.points, in.data(), out.data());
         for (int k = pinned; k < next.points; ++k) level.row(r)[motion.stride() * (k - pinned) + a] = out[k];
       }
       level.row(r)[next.rigidity_column()] = old.row(r)[motion.rigidity_column()];

@@ -80,7 +80,9 @@ bool Trainer::State::refine(double progress_now) {
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const bool changes = config.motion.enabled || config.motion.light;
   const int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
-  const bool elevates = changes && elevations <= reached(config.motion.elevate_start, progress);
+  const bool spline = config.motion.basis == BasisKind::bspline;
+  const int wanted_elevations = changes ? reached(spline ? config.motion.halve_start : config.motion.elevate_start, progress) + 1 : 0;
+  const bool elevates = elevations < wanted_elevations;
   if (stage < wanted || int(levels.size()) < wanted_levels || elevates) bring_home();
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted && !growing()) tighten_box();
@@ -97,10 +99,11 @@ bool Trainer::State::refine(double progress_now) {
       add_level(config.grid.motion[levels.size()]);
       changed = true;
     }
-    while (elevations <= reached(config.motion.elevate_start, progress)) {
+    while (elevations < wanted_elevations) {
       MotionField field = model.motion;
       field.levels = std::move(levels);
-      while (field.points < config.motion.elevate_points[elevations]) elevate(field);
+      const int points = spline ? halved_points(field.points) : config.motion.elevate_points[elevations];
+      while (field.points < points) elevate(field);
       levels = std::exchange(field.levels, {});
       model.motion.points = field.points;
       level_learners.clear();
@@ -332,7 +335,7 @@ void Trainer::State::learn_background(double progress_now) {
 bool Trainer::State::wild_weights() const {
   const LossConfig& l = config.loss;
   constexpr float kWild = 1e12f;
-  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, l.curve_length});
+  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, curve_length_weight()});
   return !(most / l.tv_share < kWild);
 }
 

@@ -104,6 +104,18 @@ TEST_SUITE("math/basis") {
       CHECK(std::abs(speed - curve(bspline_weights_dt(points, before))) <= 1e-10 * (1 + std::abs(speed)));
     }
   }
+  TEST_CASE("halving the spans of a B-spline leaves the curve where it is") {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int points = 4; halved_points(points) <= kMaxPoints; ++points) {
+      std::vector<double> p(points), q(halved_points(points));
+      for (double& x : p) x = uniform(random);
+      halve_bspline(points, p.data(), q.data());
+      const auto curve = [](const std::vector<double>& at, double t) { return std::inner_product(at.begin(), at.end(), bspline_weights(int(at.size()), t).begin(), 0.0); };
+      CAPTURE(points);
+      for (const double t : kTimes) CHECK(std::abs(curve(p, t) - curve(q, t)) <= 1e-13);
+    }
+  }
   TEST_CASE("degree elevation leaves the curve where it is") {
     std::mt19937 random(2);
     std::uniform_real_distribution<double> uniform(-1, 1);

@@ -136,7 +136,8 @@ TEST_SUITE("train/config") {
                                             "grid.box=0,0,0,1,1",      "grid.box=0,0,0,1,1,0",
                                             "run.background=1",        "grid.radiance_start=0,0.5,0.25,0.6",
                                             "motion.points=3",         "motion.first_point=zero",
-                                            "motion.elevate_points=8", "sampling.frames=64 "};
+                                            "motion.elevate_points=8", "motion.halve_start=0.5,0.4",
+                                            "motion.halve_start=0,0,0,0,0", "sampling.frames=64 "};
     for (const std::string& w : wrong) {
       CAPTURE(w);
       Config c;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 #include <set>
+#include <tuple>
 #include <vector>
 
 #include "splinevox/data/synth.hpp"
@@ -144,15 +145,17 @@ TEST_SUITE("train/refine") {
       CHECK(fine.row(std::size_t(row_of(*fine.topology, {v, 17 - v, v / 2})))[0] == doctest::Approx(1 + x.x - 2 * x.y + 3 * x.z).epsilon(1e-4));
     }
   }
-  TEST_CASE("degree elevation leaves the motion where it is") {
-    for (const bool light : {false, true}) {
+  TEST_CASE("more control points leave the motion where it is") {
+    for (const auto [basis, first, light, points] : {std::tuple{BasisKind::bezier, FirstPoint::zero, false, 5}, {BasisKind::bezier, FirstPoint::zero, true, 5},
+                                                     {BasisKind::bspline, FirstPoint::free, false, 5}, {BasisKind::bspline, FirstPoint::free, true, 5}}) {
+      CAPTURE(basis);
       CAPTURE(light);
       MotionField motion;
-      motion.basis = BasisKind::bezier, motion.points = 4, motion.first_point = FirstPoint::zero, motion.light = light;
+      motion.basis = basis, motion.points = 4, motion.first_point = first, motion.light = light;
       motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion.width(), 8)};
       MotionField raised = motion;
       elevate(raised);
-      CHECK(raised.points == 5);
+      CHECK(raised.points == points);
       for (const double t : {0.0, 0.3, 1.0}) {
         const MotionSlice a = make_slice(motion, stored_weights(motion, t)), b = make_slice(raised, stored_weights(raised, t));
         for (std::size_t i = 0; i < a.values.size(); ++i) REQUIRE(std::abs(a.values[i] - b.values[i]) <= 1e-6f);

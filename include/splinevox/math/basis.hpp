@@ -109,4 +109,19 @@ constexpr void elevate_bezier(int points, const T* in, T* out) {
   out[points] = in[points - 1];
 }
 
+/// Points of the uniform cubic B-spline of `points` once each of its spans is halved.
+constexpr int halved_points(int points) { return 2 * points - 3; }
+
+/// Exact insertion of a knot in the middle of every span of one component of a uniform cubic B-spline, K -> 2K - 3 control points:
+/// the curve stays the same (convex combinations).
+///
+/// Source: Lane and Riesenfeld, subdivision of uniform B-splines. `out` may not alias `in`. @pre points >= 4
+///
+///   q_2i = (p_i + p_{i+1}) / 2,  q_{2i+1} = (p_i + 6 p_{i+1} + p_{i+2}) / 8
+template <class T>
+constexpr void halve_bspline(int points, const T* in, T* out) {
+  for (int i = 0; i + 1 < points; ++i) out[2 * i] = (in[i] + in[i + 1]) / 2;
+  for (int i = 0; i + 2 < points; ++i) out[2 * i + 1] = (in[i] + 6 * in[i + 1] + in[i + 2]) / 8;
+}
+
 }  // namespace splinevox

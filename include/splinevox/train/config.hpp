@@ -50,6 +50,7 @@ struct MotionConfig {
   bool rigidity = true;
   bool light = true;                           ///< a gain per place and time, with or without motion (math/light.hpp)
   float initial_rigidity = 0;                  ///< raw: r begins at sigmoid(initial_rigidity)
+  std::vector<float> halve_start;              ///< bspline: progress at which every span is halved, K -> 2K - 3, the curves staying the same
   std::vector<int> elevate_points;             ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;            ///< progress at which each happens
 };
@@ -74,7 +75,7 @@ struct LossConfig {
   float divergence = 0;           ///< lambda_div of Eq. 8
   DivergenceKind divergence_kind = DivergenceKind::analytic;
   bool ramp = false;              ///< multiply offset and divergence by 1/100 -> 1 over the run, as the released code
-  float curve_length = 0;         ///< weight of the squared length of control polygons, all voxels
+  float curve_length = 0;         ///< weight of the squared lengths between control points, in edges of the box, all voxels
 };
 
 struct SamplingConfig {
@@ -143,6 +144,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("motion.rigidity", c.motion.rigidity, "whether motion is scaled by a learned rigidity", 0, 1);
   visit("motion.light", c.motion.light, "whether the light of a place may change over time", 0, 1);
   visit("motion.initial_rigidity", c.motion.initial_rigidity, "raw rigidity before training", -20, 20);
+  visit("motion.halve_start", c.motion.halve_start, "bspline: progress at which every span is halved, K -> 2K - 3", 0, 1);
   visit("motion.elevate_points", c.motion.elevate_points, "bezier: control points after each degree elevation", kMinPoints, kMaxBezierPoints);
   visit("motion.elevate_start", c.motion.elevate_start, "progress at which each elevation happens", 0, 1);
   visit("optimiser.kind", c.optimiser.kind, "adam or rmsprop", 0, 1);
@@ -172,7 +174,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.divergence", c.loss.divergence, "divergence loss (Eq. 7)", 0, inf);
   visit("loss.divergence_kind", c.loss.divergence_kind, "analytic or hutchinson", 0, 1);
   visit("loss.ramp", c.loss.ramp, "ramp offset and divergence from 1/100 to 1", 0, 1);
-  visit("loss.curve_length", c.loss.curve_length, "squared length of control polygons", 0, inf);
+  visit("loss.curve_length", c.loss.curve_length, "squared lengths between control points", 0, inf);
   visit("sampling.frames", c.sampling.frames, "training images per step", 1, 64);
   visit("sampling.window", c.sampling.window, "share of the frames, the middle ones in time, that motion begins with", 0, 1);
   visit("sampling.window_full", c.sampling.window_full, "progress at which the window holds all frames", 0, 1);

@@ -13,7 +13,8 @@ TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells);
 /// has nothing the background is copied.
 Channels resample(const Channels& from, TopologyPtr topology);
 
-/// Exact degree elevation of every stored curve of a Bezier motion field, K -> K + 1 control points (numerics H3).
+/// Gives every stored curve more control points without changing it: a Bezier curve one degree more (K + 1, numerics H3), a cubic
+/// B-spline twice as many spans (2K - 3).
 void elevate(MotionField& motion);
 
 }  // namespace splinevox
