@@ -4,6 +4,9 @@
 namespace splinevox {
 namespace {
 
+/// On finer motion lattices pictures have less to say to a vertex, so what holds its curve together must be weaker.
+constexpr float kFineCurveLength = 0.02f;
+
 /// What our presets share beyond the defaults: view dependence learns fast, and curves of many points are held together by the
 /// length of their polygons, which costs what stands still nothing (docs/experiments.md).
 Config ours() {
@@ -34,6 +37,7 @@ Config standard() {
   c.grid.radiance_start = {0, .1f, .2f, .35f, .55f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .04f, .12f, .25f, .6f};
+  c.loss.curve_length = kFineCurveLength;
   return c;
 }
 
@@ -45,6 +49,7 @@ Config high() {
   c.grid.radiance_start = {0, .05f, .1f, .2f, .35f, .6f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .015f, .05f, .12f, .4f};
+  c.loss.curve_length = kFineCurveLength;
   c.sampling.rays = 8192;
   return c;
 }
