@@ -84,8 +84,8 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.grid.radiance = {20, 40}, c.grid.radiance_start = {0, 0.25f};
   c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.25f, 0.25f};
   c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
-  c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
   c.loss.curve_length = 0;  // weighs on few points more than on many
+  c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
   c.sampling.window = 1;  // every fit learns from the same pictures
   c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;
   return c;
@@ -159,8 +159,8 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
   const int degree = 3;
   int pieces = config.motion.points - degree, twice = pieces;
   while (pieces > 1 && !(ladder.judge(effects, pieces + degree, pieces / 2 + degree).gain.mean > config.effects.min_gain)) twice = std::exchange(pieces, pieces / 2);
-  const int halvings = int(config.motion.halve_start.size()), most = (kMaxPoints - degree) >> halvings;
-  return std::clamp(int(std::ceil(std::ldexp(twice / stretch, -halvings))), config.motion.points - degree, most) + degree;
+  const int halvings = int(config.motion.halve_start.size());
+  return std::clamp(int(std::ceil(std::ldexp(twice / stretch, -halvings))) + degree, config.motion.points, most_points(halvings));
 }
 
 }  // namespace

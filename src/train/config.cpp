@@ -94,9 +94,7 @@ void check_motion(const MotionConfig& m) {
     before = k;
   }
   if (spline) {
-    int points = m.points;
-    for (std::size_t i = 0; i < m.halve_start.size() && points <= kMaxPoints; ++i) points = halved_points(points);
-    if (points > kMaxPoints)
+    if (m.points > most_points(int(m.halve_start.size())))
       wrong("motion.halve_start", "leads to too many control points", fmt::format("at most {}: fewer halvings, or fewer of motion.points", kMaxPoints),
             fmt::format("{} from {}", config_value::print(m.halve_start), m.points));
     check_starts("motion.halve_start", "the halvings", m.halve_start, m.halve_start.size(), false);

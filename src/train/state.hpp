@@ -45,7 +45,7 @@ struct Trainer::State {
   std::int64_t step = 0;
   double progress = 0;               ///< of the last refine
   int stage = -1;                    ///< radiance stage
-  int elevations = 0;                ///< degree elevations done
+  int elevations = 0;                ///< refinements of the curves done: halvings, or degree elevations
   double seconds_before = 0;         ///< of earlier sessions and of loading
   PhaseSeconds phases;
   Batch batch;

@@ -112,6 +112,9 @@ constexpr void elevate_bezier(int points, const T* in, T* out) {
 /// Points of the uniform cubic B-spline of `points` once each of its spans is halved.
 constexpr int halved_points(int points) { return 2 * points - 3; }
 
+/// Most points a cubic B-spline may have whose spans will be halved so many times; fewer than 4 where that is too often for any.
+constexpr int most_points(int halvings) { return ((kMaxPoints - 3) >> std::min(halvings, 8)) + 3; }
+
 /// Exact insertion of a knot in the middle of every span of one component of a uniform cubic B-spline, K -> 2K - 3 control points:
 /// the curve stays the same (convex combinations).
 ///

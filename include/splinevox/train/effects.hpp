@@ -65,7 +65,7 @@ struct EffectChoice {
   EffectSet chosen;
   std::vector<EffectTrial> trials;
   std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
-  int points = 0;                       ///< control points over the whole time
+  int points = 0;                       ///< control points over the whole time, before the configuration's halvings
   std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
   int held = 0;                         ///< pictures held out, each with its own time where times differ
   double seconds = 0;                   ///< all of it
@@ -87,7 +87,7 @@ struct EffectChoice {
 ///
 /// A long sequence, of more than 240 moments, may repeat itself faster than the configuration's control points can follow. Its middle
 /// 80 are fitted as a sequence of their own, with the configuration's points and then with half as many pieces each time, until
-/// fewer pieces lose more than effects.min_gain on the mean; twice the pieces that a unit of time then has are laid out over the whole. Such a stretch
+/// fewer pieces lose more than effects.min_gain on the mean; twice the pieces that a unit of time then has are laid out over the whole, counting the halvings to come. Such a stretch
 /// also has a say in whether the scene moves, which pictures far apart in time may not show. B-splines only: their pieces join smoothly by construction.
 ///
 /// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits (one more of opaque pictures), 2 to 3 seconds on two cores. A run of too
