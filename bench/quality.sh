@@ -1,19 +1,22 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Trains and evaluates scenes and writes the tables of README.md and docs/benchmarks.md.
+# Trains and evaluates scenes, keeps one line per run in bench/results/quality.jsonl, and writes the tables of README.md and
+# docs/benchmarks.md from those lines alone.
 #
-#   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside it
-#   bench/quality.sh table OUT                        a Markdown table of every finished run in OUT
-#   bench/quality.sh write OUT                        puts that table between the markers of README.md and docs/benchmarks.md, and the
+#   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside it; its line
+#                                                     takes the place of an earlier one of the same preset, scene and seed
+#   bench/quality.sh table                            a Markdown table of every line
+#   bench/quality.sh write                            puts that table between the markers of README.md and docs/benchmarks.md, and the
 #                                                     presets' means into `splinevox train --help`
 #
-# SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`.
+# SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is another file of lines.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 splinevox=${SPLINEVOX:-$root/build/release/src/app/splinevox}
+results=${RESULTS:-$root/bench/results/quality.jsonl}
 
 train() {
-  local data=$1 out=$2 preset=$3 scene seed
+  local data=$1 out=$2 preset=$3 scene seed val
   shift 3
   for seed in ${SEEDS:-1}; do
     for scene in "$@"; do
@@ -21,7 +24,10 @@ train() {
       rm -rf "$run"
       mkdir -p "${run%/*}"
       "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} > "$run.log" 2>&1
+      "$splinevox" eval "$run" --data "$data/$scene" --split val >> "$run.log" 2>&1
+      val=$(number "$run/metrics.json" psnr)
       "$splinevox" eval "$run" --data "$data/$scene" --split test >> "$run.log" 2>&1
+      keep "$preset" "$scene" "$seed" "$run" "$val"
       echo "$preset $scene seed $seed: $(number "$run/metrics.json" psnr) dB"
     done
   done
@@ -31,29 +37,66 @@ number() {  # number FILE KEY : the first value of a top-level key, indented JSO
   awk -v key="\"$2\"" '$1 == key ":" { gsub(/[",]/, "", $2); print $2; exit }' "$1"
 }
 
-table() {  # means over the seeds; behind PSNR half the distance between the best and the worst seed; no seconds for runs of given steps
-  local out=$1 group run preset
-  echo "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM |"
-  echo "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
-  for preset in draft fast standard high paper nerf_atlas; do
-    for group in "$out/$preset"/*/; do
-      for run in "$group"*/metrics.json; do
-        if [[ -f $run ]]; then
-          grep -qE '^max_time = 0( |$)' "${run%/*}/config.toml" && echo 0 || number "$run" train_seconds
-          for key in steps peak_memory_bytes psnr ssim ms_ssim; do number "$run" $key; done
-        fi | xargs
-      done | awk -v scene="$(basename "$group")" -v preset="$preset" '
-        NF { ++n; for (i = 1; i <= 6; ++i) sum[i] += $i; if (n == 1 || $4 < lo) lo = $4; if (n == 1 || $4 > hi) hi = $4 }
-        END { if (n) printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f |\n", scene, preset, n, (sum[1] ? sprintf("%.0f", sum[1] / n) : ""), sum[2] / n,
-                            sum[3] / n / 1e9, sum[4] / n, (n > 1 ? sprintf(" ± %.2f", (hi - lo) / 2) : ""), sum[5] / n, sum[6] / n }'
-    done
-  done
+keep() {  # keep PRESET SCENE SEED RUN VAL_PSNR : its line among the results; no seconds for runs of given steps
+  local key seconds name
+  printf -v key '{"preset": "%s", "scene": "%s", "seed": %d,' "$1" "$2" "$3"
+  seconds=$(number "$4/metrics.json" train_seconds)
+  grep -qE '^max_time = 0( |$)' "$4/config.toml" && seconds=null
+  mkdir -p "${results%/*}"
+  touch "$results"
+  {
+    grep -vF "$key" "$results" || true
+    printf '%s "commit": "%s", "cores": %d, "train_seconds": %s' "$key" "$(git -C "$root" rev-parse --short HEAD)" "$(nproc)" "$seconds"
+    for name in steps peak_memory_bytes psnr ssim ms_ssim; do printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"; done
+    printf ', "val_psnr": %s}\n' "$5"
+  } | sort > "$results.new"
+  mv "$results.new" "$results"
+}
+
+table() {  # means over the seeds; behind PSNR half the distance between the best and the worst seed
+  awk '
+    function field(key, from) {
+      from = index($0, "\"" key "\": ")
+      if (!from) return ""
+      from = substr($0, from + length(key) + 4)
+      sub(/[,}].*/, "", from)
+      gsub(/"/, "", from)
+      return from
+    }
+    {
+      g = field("preset") " " field("scene")
+      if (!(g in n)) groups[++count] = g
+      psnr = field("psnr") + 0
+      if (!n[g]++) lo[g] = hi[g] = psnr
+      if (psnr < lo[g]) lo[g] = psnr
+      if (psnr > hi[g]) hi[g] = psnr
+      for (i = 1; i <= keys; ++i) sum[g, key[i]] += field(key[i])
+    }
+    function mean(key) { return sum[g, key] / n[g] }
+    BEGIN {
+      keys = split("train_seconds steps peak_memory_bytes psnr ssim ms_ssim val_psnr", key, " ")
+      print "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM | PSNR of the val split |"
+      print "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    }
+    END {
+      presets = split("draft fast standard high paper nerf_atlas", preset, " ")
+      for (p = 1; p <= presets; ++p)
+        for (i = 1; i <= count; ++i) {
+          g = groups[i]
+          split(g, name, " ")
+          if (name[1] != preset[p]) continue
+          seconds = mean("train_seconds") ? sprintf("%.0f", mean("train_seconds")) : ""
+          spread = n[g] > 1 ? sprintf(" ± %.2f", (hi[g] - lo[g]) / 2) : ""
+          printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f | %.2f |\n", name[2], name[1], n[g], seconds, mean("steps"), mean("peak_memory_bytes") / 1e9,
+                 mean("psnr"), spread, mean("ssim"), mean("ms_ssim"), mean("val_psnr")
+        }
+    }' "$results"
 }
 
 write() {
   local rows file
   rows=$(mktemp)
-  table "$1" > "$rows"
+  table > "$rows"
   for file in "$root/README.md" "$root/docs/benchmarks.md"; do
     awk -v rows="$rows" '
       /<!-- results -->/ { print; while ((getline line < rows) > 0) print line; skip = 1; next }
