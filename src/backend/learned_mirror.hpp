@@ -64,10 +64,10 @@ struct LearnedMirror {
   void regularise(Executor& run, float share, std::uint64_t draw) {
     if (varies) run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(), lattice.view(), width, share, draw});
   }
-  void shorten(Executor& run, const MotionField& motion, float curve_length, float share, std::uint64_t draw) {
-    if (curve_length == 0 || !motion.displaces) return;
-    run.for_each(CurveLengthKernel{values.data(), gradient.data(), touched.data(), rows(), width, motion.stride(), motion.stored_points(),
-                                   motion.stored_points() < motion.points, curve_length, share, draw});
+  void hold_curves(Executor& run, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw) {
+    if (!prior.any() || !motion.displaces) return;
+    run.for_each(CurvePriorKernel{values.data(), gradient.data(), touched.data(), rows(), width, motion.stride(), motion.stored_points(),
+                                  motion.stored_points() < motion.points, prior, share, draw});
   }
   void check(Executor& run, std::int64_t* bad_rows, float largest) {
     run.for_each(CheckKernel{gradient.data(), touched.data(), bad_rows, rows(), width, largest});

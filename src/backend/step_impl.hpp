@@ -76,7 +76,7 @@ class Steps final : public StepBackend {
     radiance_.regularise(run_, in.tv_share, in.draw);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
       levels_[l].regularise(run_, in.tv_share, in.draw + 1 + l);
-      levels_[l].shorten(run_, model_.model->motion, in.curve_length, in.tv_share, in.draw + 1 + l);
+      levels_[l].hold_curves(run_, model_.model->motion, in.curves, in.tv_share, in.draw + 1 + l);
     }
     radiance_.check(run_, totals_.data() + 1, in.largest);
     for (auto& level : levels_) level.check(run_, totals_.data() + 1, in.largest);

@@ -133,8 +133,8 @@ void add_total_variation(const Channels& values, Learner& learner, float scale, 
   });
 }
 
-void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw) {
-  if (weight == 0 || !motion.displaces) return;
+void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw) {
+  if (!prior.any() || !motion.displaces) return;
   const int stride = motion.stride(), stored = motion.stored_points();
   const bool pinned = stored < motion.points;
   parallel_for(values.topology->brick_count(), [&](int index) {
@@ -142,7 +142,7 @@ void add_curve_length(const Channels& values, Learner& learner, const MotionFiel
     if (!chosen_brick(draw, brick, share)) return;
     for (int i = 0; i < kBrickRows; ++i) {
       const std::size_t row = std::size_t(brick) * kBrickRows + i;
-      curve_length_vjp(values.row(row), stride, stored, pinned, weight / share, learner.gradient.values.row(row));
+      curve_prior_vjp(prior, values.row(row), stride, stored, pinned, share, learner.gradient.values.row(row));
     }
     learner.gradient.touched[brick].set_all();
   });

@@ -8,12 +8,13 @@ namespace {
 constexpr float kFineCurveLength = 0.02f;
 
 /// What our presets share beyond the defaults: view dependence learns fast, and curves of many points are held together by the
-/// length of their polygons, which costs what stands still nothing (docs/experiments.md).
+/// length of their polygons, which costs what stands still nothing, and keep only the knots they need (docs/experiments.md).
 Config ours() {
   Config c;
   c.optimiser.lr_sh = 0.05f;
   c.motion.halve_start = {.3f};
   c.loss.curve_length = 0.075f;
+  c.loss.curve_knots = 3e-4f;
   return c;
 }
 

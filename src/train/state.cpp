@@ -332,10 +332,17 @@ void Trainer::State::learn_background(double progress_now) {
   update(model.background, background, gradient, factors(), config.optimiser.lr_background * float(cosine_decay(progress_now, config.optimiser.final_radiance)));
 }
 
+CurvePrior Trainer::State::curve_prior() const {
+  constexpr float kSoftening = 3e-5f;  // edges of the box: a hundredth of a voxel
+  const int halvings = config.motion.basis == BasisKind::bspline ? elevations : 0;
+  return {config.loss.curve_length / (edge * edge), config.loss.curve_knots / edge, 1 << halvings, kSoftening * edge};
+}
+
 bool Trainer::State::wild_weights() const {
   const LossConfig& l = config.loss;
   constexpr float kWild = 1e12f;
-  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, curve_length_weight()});
+  const CurvePrior curves = curve_prior();
+  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, curves.length, curves.knots});
   return !(most / l.tv_share < kWild);
 }
 

@@ -79,9 +79,9 @@ struct Trainer::State {
   /// Empties the canonical cells that the occupancy calls empty.
   void clear_skipped(VoxelModel& model) const;
   void set_rates();
-  /// Weight of squared lengths of control polygons in scene units; that of the config is for edges of the box.
-  float curve_length_weight() const { return config.loss.curve_length / (edge * edge); }
-  /// Whether the weights of total variation or curve length could make a gradient unusable on their own.
+  /// The configuration's prior on curves, whose lengths are edges of the box, in scene units.
+  CurvePrior curve_prior() const;
+  /// Whether the weights of total variation or of the prior on curves could make a gradient unusable on their own.
   bool wild_weights() const;
   void archive(Archive& a);
 

@@ -194,7 +194,7 @@ StepReport Trainer::one_step() {
   const MotionField& motion = s.model.motion;
   for (std::size_t l = 0; l < s.levels.size(); ++l) {
     add_total_variation(s.levels[l], s.level_learners[l], tv, c.loss.tv_share, draw + 1 + l);
-    add_curve_length(s.levels[l], s.level_learners[l], motion, s.curve_length_weight(), c.loss.tv_share, draw + 1 + l);
+    add_curve_prior(s.levels[l], s.level_learners[l], motion, s.curve_prior(), c.loss.tv_share, draw + 1 + l);
   }
   lap(s.phases.regularise);
 

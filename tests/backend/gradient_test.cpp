@@ -29,7 +29,7 @@ struct Scene {
   MotionLoss<float> losses;
   SamplingConfig sampling;
 
-  Scene(int sh, bool moves, bool jet) : model(test::noisy_model(21, 5, FirstPoint::zero, BasisKind::bezier, sh, true, true)), occupied(model.box, 16) {
+  Scene(int sh, bool moves, bool jet) : model(test::noisy_model(21, 6, FirstPoint::zero, BasisKind::bezier, sh, true, true)), occupied(model.box, 16) {
     if (!moves) model.motion.levels.clear();
     std::mt19937 random(5);
     std::uniform_real_distribution<double> uniform(-1, 1);
@@ -67,8 +67,9 @@ double apart(const AlignedVector<float>& a, const AlignedVector<float>& b) {
 }  // namespace
 
 TEST_SUITE("backend/gradient") {
-  TEST_CASE("a device's gradients are the CPU's to 1e-5 of the largest, for every kernel, with total variation and curve length") {
-    constexpr float kTv = 1e-3f, kCurve = 1e-2f;
+  TEST_CASE("a device's gradients are the CPU's to 1e-5 of the largest, for every kernel, with total variation and the priors on curves") {
+    constexpr float kTv = 1e-3f;
+    constexpr CurvePrior kCurves{.length = 1e-2f, .knots = 1e-2f, .spacing = 2, .softening = 1e-3f};
     for (const test::Runner& runner : test::runners()) {
       double worst = 0;
       for (int sh = -1; sh <= 3; ++sh)
@@ -92,7 +93,7 @@ TEST_SUITE("backend/gradient") {
             add_total_variation(model.radiance.raw, radiance, 1, kShare, kDraw);
             if (moves) {
               add_total_variation(model.motion.levels[0], motion, 1, kShare, kDraw + 1);
-              add_curve_length(model.motion.levels[0], motion, model.motion, kCurve, kShare, kDraw + 1);
+              add_curve_prior(model.motion.levels[0], motion, model.motion, kCurves, kShare, kDraw + 1);
             }
 
             // With beta1 = 0 the first moment after one step is the gradient.
@@ -103,7 +104,7 @@ TEST_SUITE("backend/gradient") {
             StepInput in{};
             in.rays = scene.batch.rays, in.targets = scene.batch.targets, in.times = scene.times, in.occupancy = grids;
             in.losses = {scene.sampling.stop, scene.sampling.min_weight, scene.losses, kDraw};
-            in.tv_scale = 1, in.tv_share = kShare, in.curve_length = kCurve, in.draw = kDraw;
+            in.tv_scale = 1, in.tv_share = kShare, in.curves = kCurves, in.draw = kDraw;
             in.factors = moment_factors(0, 0.99, 1e-8, 1);
             in.largest = kLargestGradient;
             in.behind = behind_on_device;

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <vector>
 
 #include "splinevox/math/aabb.hpp"
 #include "splinevox/math/activation.hpp"
 #include "splinevox/math/adam.hpp"
+#include "splinevox/math/basis.hpp"
+#include "splinevox/math/curve_prior.hpp"
 #include "splinevox/math/divergence.hpp"
 #include "splinevox/math/offset.hpp"
 #include "splinevox/math/sh.hpp"
@@ -125,6 +129,37 @@ TEST_SUITE("math/losses") {
     const auto flat = tv_term(0.7, 0.7, 0.7, 0.7, 1e-10, root);
     CHECK(flat.value == 0);
     CHECK(flat.d_self == 0);
+  }
+  TEST_CASE("priors on curves: derivatives equal dual numbers; a halved curve has no jump at its new knots, a resting one no NaN") {
+    constexpr int kPoints = 13, kStride = 4, kSize = kPoints * kStride;
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    std::vector<double> p(kSize);
+    for (double& x : p) x = uniform(random);
+    const auto slopes_agree = [&](const auto& prior) {
+      std::vector<double> gradient(kSize, 0.0);
+      prior(p.data(), gradient.data());
+      for (int i = 0; i < kSize; ++i) {
+        std::vector<Dual> seeded(p.begin(), p.end()), unused(kSize);
+        seeded[i].b = 1;
+        CAPTURE(i);
+        CHECK(gradient[i] == doctest::Approx(prior(seeded.data(), unused.data()).b).epsilon(1e-10));
+      }
+    };
+    for (const bool pinned : {false, true}) slopes_agree([&]<class T>(const T* row, T* gradient) { return curve_length_vjp<T>(row, kStride, kPoints, pinned, T(0.3), gradient); });
+    for (const int spacing : {2, 4}) slopes_agree([&]<class T>(const T* row, T* gradient) { return knot_jumps_vjp<T>(row, kStride, kPoints, spacing, T(0.3), T(1e-2), gradient); });
+
+    std::vector<double> x(8), halved(kPoints), rows(kSize, 0.0), gradient(kSize, 0.0);
+    for (double& v : x) v = uniform(random);
+    halve_bspline(8, x.data(), halved.data());
+    for (int k = 0; k < kPoints; ++k) rows[kStride * k] = halved[k];
+    CHECK(knot_jumps_vjp<double>(rows.data(), kStride, kPoints, 2, 1.0, 1e-20, gradient.data()) <= 1e-14);
+    CHECK(knot_jumps_vjp<double>(rows.data(), kStride, kPoints, kPoints, 1.0, 1e-20, gradient.data()) > 1e-3);
+
+    std::fill(gradient.begin(), gradient.end(), 0.0);
+    const std::vector<double> still(kSize, 0.7);
+    CHECK(knot_jumps_vjp<double>(still.data(), kStride, kPoints, 2, 1.0, 1e-5, gradient.data()) <= 1e-20);
+    for (const double g : gradient) CHECK(std::abs(g) <= 1e-9);
   }
   TEST_CASE("offset loss: derivatives equal dual numbers, finite where the plain form is NaN") {
     for (const double size : {0.0, 1e-30, 1e-6, 0.1, 3.0})

@@ -118,7 +118,7 @@ TEST_SUITE("train/optimiser") {
     Learner learner(values);
     MotionField motion;  // a Bezier curve of 5 points, the first pinned
     motion.points = 5, motion.first_point = FirstPoint::zero;
-    add_curve_length(values, learner, motion, 0.5f, 1.0f, 1);
+    add_curve_prior(values, learner, motion, {.length = 0.5f}, 1.0f, 1);
     const std::size_t row = kBrickRows + 5;
     const float *p = values.row(row), *g = learner.gradient.values.row(row);
     for (int a = 0; a < 3; ++a) {

@@ -10,6 +10,7 @@
 #include "splinevox/field/model.hpp"
 #include "splinevox/field/row_mask.hpp"
 #include "splinevox/math/adam.hpp"
+#include "splinevox/math/curve_prior.hpp"
 #include "splinevox/render/occupancy.hpp"
 #include "splinevox/render/train_kernel.hpp"
 
@@ -43,7 +44,8 @@ struct StepInput {
   std::span<const double> times;          ///< of the slots, [0, 1]
   std::span<const int> occupancy;         ///< of the slots: which of StepModel::occupancy
   RayLosses losses;
-  float tv_scale, tv_share, curve_length;
+  float tv_scale, tv_share;
+  CurvePrior curves;
   std::uint64_t draw;                     ///< of total variation: levels take draw + 1, ...
   MomentFactors factors;
   float radiance_rate, motion_rate;       ///< what learning rates are multiplied by

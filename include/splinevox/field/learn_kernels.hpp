@@ -6,6 +6,7 @@
 #include "splinevox/core/rng.hpp"
 #include "splinevox/field/lattice_view.hpp"
 #include "splinevox/math/adam.hpp"
+#include "splinevox/math/curve_prior.hpp"
 #include "splinevox/math/shrink.hpp"
 #include "splinevox/math/tv.hpp"
 
@@ -77,27 +78,22 @@ struct TvKernel {
   };
 };
 
-/// Adds the gradient of weight * sum_k |p_{k+1} - p_k|^2 of one row's curve.
-/// @param pinned  the curve starts at a point pinned to zero before the first stored one
-SPLINEVOX_HD inline void curve_length_vjp(const float* row, int stride, int stored_points, bool pinned, float weight, float* gradient) {
-  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
-    for (int a = 0; a < 3; ++a) {
-      const float step = row[stride * k + a] - (k == 0 ? 0.0f : row[stride * (k - 1) + a]);
-      const float d = 2 * weight * step;
-      gradient[stride * k + a] += d;
-      if (k > 0) gradient[stride * (k - 1) + a] -= d;
-    }
+/// Adds the gradient of a prior on one row's curve.
+SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride, int stored_points, bool pinned, float share, float* gradient) {
+  if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
+  if (prior.knots > 0 && prior.spacing > 1) knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
 }
 
-/// One row of a chosen brick: gradient of the squared lengths between successive control points.
-struct CurveLengthKernel {
+/// One row of a chosen brick: gradient of the prior on its curve.
+struct CurvePriorKernel {
   const float* values;
   float* gradient;           ///< added to
   std::uint64_t* touched;
   std::size_t rows;
   int width, stride, stored_points;
   bool pinned;               ///< see curve_length_vjp
-  float weight, share;
+  CurvePrior prior;
+  float share;
   std::uint64_t draw;
 
   SPLINEVOX_HD std::size_t count() const { return rows; }
@@ -105,7 +101,7 @@ struct CurveLengthKernel {
     const int brick = int(row / kBrickRows);
     if (brick == 0 || !chosen_brick(draw, brick, share)) return;
     if (row % 64 == 0) touched[row >> 6] = ~std::uint64_t(0);
-    curve_length_vjp(values + row * width, stride, stored_points, pinned, weight / share, gradient + row * width);
+    curve_prior_vjp(prior, values + row * width, stride, stored_points, pinned, share, gradient + row * width);
   }
 };
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "splinevox/math/adam.hpp"
+#include "splinevox/math/curve_prior.hpp"
 #include "splinevox/train/engine.hpp"
 
 namespace splinevox {
@@ -34,7 +35,7 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
 /// and marks their rows touched. Absent neighbours do not count. @param draw  identifies the random subset.
 void add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw);
 
-/// Adds the gradient of weight * sum over voxels and k of |p_{k+1} - p_k|^2 on the same random bricks.
-void add_curve_length(const Channels& values, Learner& learner, const MotionField& motion, float weight, float share, std::uint64_t draw);
+/// Adds the gradient of a prior on the curves of all voxels, on the same random bricks.
+void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw);
 
 }  // namespace splinevox
