@@ -93,20 +93,51 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
     }' "$results"
 }
 
+beside() {  # PSNR of our presets on the six scenes beside a published method's
+  awk -F ' *\\| *' '
+    BEGIN {
+      scenes = split("bouncingballs hellwarrior jumpingjacks lego mutant trex", scene, " ")
+      for (i = 1; i <= scenes; ++i) { head = head " " scene[i] " |"; line = line " --- |" }
+      print "| |" head " mean | time |"
+      print "| --- |" line " --- | --- |"
+      split("40.73 28.17 34.23 25.02 33.61 32.70", theirs, " ")  # TiNeuVox-B: Fang et al. 2022, table of the D-NeRF scenes
+    }
+    function row(name, values, time, sum, i, out) {
+      for (i = 1; i <= scenes; ++i) { sum += values[i]; out = out sprintf(" %.2f |", values[i]) }
+      printf "| %s |%s %.2f | %s |\n", name, out, sum / scenes, time
+    }
+    $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = $5; ++n[$3] }
+    END {
+      presets = split("fast standard high", preset, " ")
+      for (p = 1; p <= presets; ++p) {
+        if (n[preset[p]] != scenes) continue
+        for (i = 1; i <= scenes; ++i) ours[i] = psnr[preset[p], scene[i]] + 0
+        row("`" preset[p] "`", ours, seconds[preset[p]] " s, two CPU cores")
+      }
+      row("TiNeuVox-B", theirs, "28 min, GPU")
+      for (i = 1; i <= scenes; ++i) ours[i] = psnr["standard", scene[i]] - theirs[i]
+      if (n["standard"] == scenes) row("`standard` above it by", ours, "")
+    }' "$1"
+}
+
+insert() {  # insert FILE MARK LINES : between <!-- MARK --> and <!-- end of MARK -->
+  awk -v mark="$2" -v lines="$3" '
+    $0 == "<!-- " mark " -->" { print; while ((getline line < lines) > 0) print line; skip = 1; next }
+    $0 == "<!-- end of " mark " -->" { skip = 0 }
+    !skip' "$1" > "$1.new" && mv "$1.new" "$1"
+}
+
 write() {
-  local rows file
-  rows=$(mktemp)
+  local rows peers file
+  rows=$(mktemp) peers=$(mktemp)
   table > "$rows"
-  for file in "$root/README.md" "$root/docs/benchmarks.md"; do
-    awk -v rows="$rows" '
-      /<!-- results -->/ { print; while ((getline line < rows) > 0) print line; skip = 1; next }
-      /<!-- end of results -->/ { skip = 0 }
-      !skip' "$file" > "$file.new" && mv "$file.new" "$file"
-  done
+  beside "$rows" > "$peers"
+  for file in "$root/README.md" "$root/docs/benchmarks.md"; do insert "$file" results "$rows"; done
+  insert "$root/docs/benchmarks.md" peers "$peers"
   # Means of the presets that have all six scenes.
   awk -F ' *\\| *' '$2 ~ /^dnerf_/ { n[$3]++; psnr[$3] += $8; memory[$3] += $7 }
     END { for (p in n) if (n[p] == 6 && p != "paper" && p != "nerf_atlas") printf "{\"%s\", %.2f, %.2f},\n", p, psnr[p] / 6, memory[p] / 6 }' "$rows" | sort > "$root/src/app/preset_figures.inc"
-  rm -f "$rows"
+  rm -f "$rows" "$peers"
 }
 
 "$@"
