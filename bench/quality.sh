@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Trains and evaluates scenes, keeps one line per run in bench/results/quality.jsonl, and writes the tables of README.md and
+# Trains and evaluates scenes, keeps one line per run in bench/results/quality.jsonl with its commit and processor, and writes the tables of README.md and
 # docs/benchmarks.md from those lines alone.
 #
 #   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside it; its line
@@ -25,7 +25,7 @@ train() {
       mkdir -p "${run%/*}"
       "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} > "$run.log" 2>&1
       "$splinevox" eval "$run" --data "$data/$scene" --split val >> "$run.log" 2>&1
-      val=$(number "$run/metrics.json" psnr)
+      val=$(number "$run/metrics_val.json" psnr)
       "$splinevox" eval "$run" --data "$data/$scene" --split test >> "$run.log" 2>&1
       keep "$preset" "$scene" "$seed" "$run" "$val"
       echo "$preset $scene seed $seed: $(number "$run/metrics.json" psnr) dB"
@@ -38,15 +38,16 @@ number() {  # number FILE KEY : the first value of a top-level key, indented JSO
 }
 
 keep() {  # keep PRESET SCENE SEED RUN VAL_PSNR : its line among the results; no seconds for runs of given steps
-  local key seconds name
+  local key seconds cpu name
   printf -v key '{"preset": "%s", "scene": "%s", "seed": %d,' "$1" "$2" "$3"
   seconds=$(number "$4/metrics.json" train_seconds)
   grep -qE '^max_time = 0( |$)' "$4/config.toml" && seconds=null
+  cpu=$(awk -F ': ' '/^model name/ { print $2; exit }' /proc/cpuinfo)
   mkdir -p "${results%/*}"
   touch "$results"
   {
     grep -vF "$key" "$results" || true
-    printf '%s "commit": "%s", "cores": %d, "train_seconds": %s' "$key" "$(git -C "$root" rev-parse --short HEAD)" "$(nproc)" "$seconds"
+    printf '%s "commit": "%s", "cpu": "%s", "cores": %d, "train_seconds": %s' "$key" "$(git -C "$root" rev-parse --short HEAD)" "$cpu" "$(nproc)" "$seconds"
     for name in steps peak_memory_bytes psnr ssim ms_ssim; do printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"; done
     printf ', "val_psnr": %s}\n' "$5"
   } | sort > "$results.new"
@@ -64,7 +65,7 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
       return from
     }
     {
-      g = field("preset") " " field("scene")
+      g = field("preset") SUBSEP field("scene") SUBSEP field("cores") " x " field("cpu")
       if (!(g in n)) groups[++count] = g
       psnr = field("psnr") + 0
       if (!n[g]++) lo[g] = hi[g] = psnr
@@ -75,20 +76,20 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
     function mean(key) { return sum[g, key] / n[g] }
     BEGIN {
       keys = split("train_seconds steps peak_memory_bytes psnr ssim ms_ssim val_psnr", key, " ")
-      print "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM | PSNR of the val split |"
-      print "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+      print "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM | PSNR of the val split | processor |"
+      print "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     }
     END {
       presets = split("draft fast standard high paper nerf_atlas", preset, " ")
       for (p = 1; p <= presets; ++p)
         for (i = 1; i <= count; ++i) {
           g = groups[i]
-          split(g, name, " ")
+          split(g, name, SUBSEP)
           if (name[1] != preset[p]) continue
           seconds = mean("train_seconds") ? sprintf("%.0f", mean("train_seconds")) : ""
           spread = n[g] > 1 ? sprintf(" ± %.2f", (hi[g] - lo[g]) / 2) : ""
-          printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f | %.2f |\n", name[2], name[1], n[g], seconds, mean("steps"), mean("peak_memory_bytes") / 1e9,
-                 mean("psnr"), spread, mean("ssim"), mean("ms_ssim"), mean("val_psnr")
+          printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f | %.2f | %s |\n", name[2], name[1], n[g], seconds, mean("steps"), mean("peak_memory_bytes") / 1e9,
+                 mean("psnr"), spread, mean("ssim"), mean("ms_ssim"), mean("val_psnr"), name[3]
         }
     }' "$results"
 }
