@@ -16,7 +16,7 @@ splinevox=${SPLINEVOX:-$root/build/release/src/app/splinevox}
 results=${RESULTS:-$root/bench/results/quality.jsonl}
 
 train() {
-  local data=$1 out=$2 preset=$3 scene seed val
+  local data=$1 out=$2 preset=$3 scene seed
   shift 3
   for seed in ${SEEDS:-1}; do
     for scene in "$@"; do
@@ -25,9 +25,8 @@ train() {
       mkdir -p "${run%/*}"
       "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} > "$run.log" 2>&1
       "$splinevox" eval "$run" --data "$data/$scene" --split val >> "$run.log" 2>&1
-      val=$(number "$run/metrics_val.json" psnr)
       "$splinevox" eval "$run" --data "$data/$scene" --split test >> "$run.log" 2>&1
-      keep "$preset" "$scene" "$seed" "$run" "$val"
+      keep "$preset" "$scene" "$seed" "$run"
       echo "$preset $scene seed $seed: $(number "$run/metrics.json" psnr) dB"
     done
   done
@@ -37,7 +36,7 @@ number() {  # number FILE KEY : the first value of a top-level key, indented JSO
   awk -v key="\"$2\"" '$1 == key ":" { gsub(/[",]/, "", $2); print $2; exit }' "$1"
 }
 
-keep() {  # keep PRESET SCENE SEED RUN VAL_PSNR : its line among the results; no seconds for runs of given steps
+keep() {  # keep PRESET SCENE SEED RUN : its line among the results; no seconds for runs of given steps
   local key seconds cpu name
   printf -v key '{"preset": "%s", "scene": "%s", "seed": %d,' "$1" "$2" "$3"
   seconds=$(number "$4/metrics.json" train_seconds)
@@ -49,7 +48,7 @@ keep() {  # keep PRESET SCENE SEED RUN VAL_PSNR : its line among the results; no
     grep -vF "$key" "$results" || true
     printf '%s "commit": "%s", "cpu": "%s", "cores": %d, "train_seconds": %s' "$key" "$(git -C "$root" rev-parse --short HEAD)" "$cpu" "$(nproc)" "$seconds"
     for name in steps peak_memory_bytes psnr ssim ms_ssim; do printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"; done
-    printf ', "val_psnr": %s}\n' "$5"
+    printf ', "val_psnr": %s}\n' "$(number "$4/metrics_val.json" psnr)"
   } | sort > "$results.new"
   mv "$results.new" "$results"
 }
