@@ -81,7 +81,7 @@ struct TvKernel {
 /// Adds the gradient of a prior on one row's curve.
 SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride, int stored_points, bool pinned, float share, float* gradient) {
   if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
-  if (prior.knots > 0 && prior.spacing > 1) knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
+  if (prior.knots > 0) knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
 }
 
 /// One row of a chosen brick: gradient of the prior on its curve.
