@@ -64,10 +64,13 @@ struct LearnedMirror {
   void regularise(Executor& run, float share, std::uint64_t draw) {
     if (varies) run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(), lattice.view(), width, share, draw});
   }
-  void hold_curves(Executor& run, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw) {
+  /// A prior on this level's curves; on those of `sum` with its gradient here, if it is given, where `among` has a row.
+  template <class Prior>
+  void hold_curves(Executor& run, const MotionField& motion, const Prior& prior, float share, std::uint64_t draw, const float* sum = nullptr,
+                   const std::uint64_t* among = nullptr) {
     if (!prior.any() || !motion.displaces) return;
-    run.for_each(CurvePriorKernel{values.data(), gradient.data(), touched.data(), rows(), width, motion.stride(), motion.stored_points(),
-                                  motion.stored_points() < motion.points, prior, share, draw});
+    run.for_each(CurvePriorKernel<Prior>{sum ? sum : values.data(), gradient.data(), touched.data(), rows(), among, width, motion.stride(),
+                                         motion.stored_points(), motion.stored_points() < motion.points, prior, share, draw});
   }
   void check(Executor& run, std::int64_t* bad_rows, float largest) {
     run.for_each(CheckKernel{gradient.data(), touched.data(), bad_rows, rows(), width, largest});

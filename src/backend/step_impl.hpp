@@ -72,7 +72,7 @@ class Steps final : public StepBackend {
     prepare(in, slots);
     if (!levels_.empty()) make_slices(slots);
     march(in, slots);
-    if (!levels_.empty()) spread(slots);
+    if (!levels_.empty()) spread(in, slots);
     radiance_.regularise(run_, in.tv_share, in.draw);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
       levels_[l].regularise(run_, in.tv_share, in.draw + 1 + l);
@@ -189,7 +189,7 @@ class Steps final : public StepBackend {
   }
 
   /// Gradients of the slices -> of the finest level -> of the coarser ones.
-  void spread(int slots) {
+  void spread(const StepInput& in, int slots) {
     const std::size_t rows = finest().rows();
     if (deterministic_)
       for (int s = 0; s < slots; ++s) {
@@ -200,6 +200,7 @@ class Steps final : public StepBackend {
     run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), weights_.data(), slots, rows, slice_gradients_.data(),
                                levels_.back().gradient.data()});
     run_.for_each(MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), rows / 64});
+    levels_.back().hold_curves(run_, model_.model->motion, in.rest, in.tv_share, in.draw + levels_.size(), collapsed(), active_.data());
     for (std::size_t l = levels_.size() - 1; l > 0; --l)
       run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(), levels_[l - 1].gradient.data(), levels_[l - 1].touched.data(),
                                    levels_[l].lattice.view(), levels_[l - 1].lattice.view(), finest().width});

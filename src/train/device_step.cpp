@@ -35,7 +35,7 @@ StepSums Trainer::State::step_on_device(const RayLosses& losses, const std::vect
   in.rays = batch.rays, in.targets = batch.targets, in.times = times, in.occupancy = grids;
   in.losses = losses;
   in.tv_scale = float(std::pow(double(config.loss.tv_final), progress_now)), in.tv_share = config.loss.tv_share;
-  in.curves = curve_prior();
+  in.curves = curve_prior(), in.rest = rest_prior();
   in.draw = losses.probe_seed;
   in.factors = factors();
   in.radiance_rate = float(cosine_decay(progress_now, config.optimiser.final_radiance));

@@ -133,19 +133,35 @@ void add_total_variation(const Channels& values, Learner& learner, float scale, 
   });
 }
 
-void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw) {
+namespace {
+
+template <class Prior>
+void add_prior(const Channels& values, Learner& learner, const MotionField& motion, const Prior& prior, float share, std::uint64_t draw,
+               std::span<const RowMask> among) {
   if (!prior.any() || !motion.displaces) return;
   const int stride = motion.stride(), stored = motion.stored_points();
   const bool pinned = stored < motion.points;
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
     if (!chosen_brick(draw, brick, share)) return;
-    for (int i = 0; i < kBrickRows; ++i) {
+    const RowMask rows = among.empty() ? RowMask::all() : among[brick];
+    rows.for_each([&](int i) {
       const std::size_t row = std::size_t(brick) * kBrickRows + i;
       curve_prior_vjp(prior, values.row(row), stride, stored, pinned, share, learner.gradient.values.row(row));
-    }
-    learner.gradient.touched[brick].set_all();
+    });
+    learner.gradient.touched[brick] |= rows;
   });
+}
+
+}  // namespace
+
+void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw) {
+  add_prior(values, learner, motion, prior, share, draw, {});
+}
+
+void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const RestPrior& prior, float share, std::uint64_t draw,
+                     std::span<const RowMask> among) {
+  add_prior(values, learner, motion, prior, share, draw, among);
 }
 
 }  // namespace splinevox

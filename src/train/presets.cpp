@@ -4,8 +4,9 @@
 namespace splinevox {
 namespace {
 
-/// On finer motion lattices pictures have less to say to a vertex, so what holds its curve together must be weaker.
-constexpr float kFineCurveLength = 0.02f;
+/// On finer motion lattices pictures have less to say to a vertex, so what holds its curve together must be weaker, and what they do not
+/// ask for must be told to rest (docs/experiments.md).
+void set_fine_curves(LossConfig& loss) { loss.curve_length = 0.02f, loss.curve_rest = 1e-4f; }
 
 /// What our presets share beyond the defaults: view dependence learns fast, and curves of many points are held together by the
 /// length of their polygons, which costs what stands still nothing, and keep only the knots they need (docs/experiments.md).
@@ -38,7 +39,7 @@ Config standard() {
   c.grid.radiance_start = {0, .1f, .2f, .35f, .55f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .04f, .12f, .25f, .6f};
-  c.loss.curve_length = kFineCurveLength;
+  set_fine_curves(c.loss);
   return c;
 }
 
@@ -50,7 +51,7 @@ Config high() {
   c.grid.radiance_start = {0, .05f, .1f, .2f, .35f, .6f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .015f, .05f, .12f, .4f};
-  c.loss.curve_length = kFineCurveLength;
+  set_fine_curves(c.loss);
   c.sampling.rays = 8192;
   return c;
 }

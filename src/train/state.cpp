@@ -338,11 +338,16 @@ CurvePrior Trainer::State::curve_prior() const {
   return {config.loss.curve_length / (edge * edge), config.loss.curve_knots / edge, 1 << halvings, kSoftening * edge};
 }
 
+RestPrior Trainer::State::rest_prior() const {
+  constexpr float kSoftening = 3e-4f;  // edges of the box: what a step of the optimiser leaves at the end
+  return {config.loss.curve_rest / edge, kSoftening * edge};
+}
+
 bool Trainer::State::wild_weights() const {
   const LossConfig& l = config.loss;
   constexpr float kWild = 1e12f;
   const CurvePrior curves = curve_prior();
-  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, curves.length, curves.knots});
+  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, curves.length, curves.knots, rest_prior().weight});
   return !(most / l.tv_share < kWild);
 }
 

@@ -79,9 +79,10 @@ struct Trainer::State {
   /// Empties the canonical cells that the occupancy calls empty.
   void clear_skipped(VoxelModel& model) const;
   void set_rates();
-  /// The configuration's prior on curves, whose lengths are edges of the box, in scene units.
+  /// The configuration's priors on curves, whose lengths are edges of the box, in scene units.
   CurvePrior curve_prior() const;
-  /// Whether the weights of total variation or of the prior on curves could make a gradient unusable on their own.
+  RestPrior rest_prior() const;
+  /// Whether the weights of total variation or of the priors on curves could make a gradient unusable on their own.
   bool wild_weights() const;
   void archive(Archive& a);
 

@@ -57,12 +57,14 @@ StepReport finished(const State& s, StepReport report, double squared_error, dou
   return report;
 }
 
-/// Gradient of the summed level -> gradients of the levels: the finest takes it as it is, each coarser one the transpose of its
-/// prolongation.
-void spread_motion_gradient(Gradient& sum, std::vector<Learner>& learners) {
-  Learner& finest = learners.back();
+/// The finest level takes the gradient of the sum of all levels as it is...
+void take_motion_gradient(Gradient& sum, Learner& finest) {
   std::swap(finest.gradient.values.values, sum.values.values);
   std::swap(finest.gradient.touched, sum.touched);
+}
+
+/// ... and each coarser one the transpose of its prolongation.
+void spread_motion_gradient(std::vector<Learner>& learners) {
   for (std::size_t l = learners.size() - 1; l > 0; --l) {
     const Gradient& fine = learners[l].gradient;
     Gradient& coarse = learners[l - 1].gradient;
@@ -187,11 +189,15 @@ StepReport Trainer::one_step() {
     if (!s.levels.empty() && !sum_over_ranks(*s.ranks, s.motion_gradient)) pass.usable = false;
     lap(s.phases.scatter);
   }
-  if (!s.levels.empty()) spread_motion_gradient(s.motion_gradient, s.level_learners);
+  const MotionField& motion = s.model.motion;
+  if (!s.levels.empty()) {
+    take_motion_gradient(s.motion_gradient, s.level_learners.back());
+    add_curve_prior(motion.levels[0], s.level_learners.back(), motion, s.rest_prior(), c.loss.tv_share, draw + s.levels.size(), s.active);
+    spread_motion_gradient(s.level_learners);
+  }
   lap(s.phases.slices);
   const float tv = float(std::pow(double(c.loss.tv_final), progress));
   add_total_variation(s.model.radiance.raw, s.radiance, tv, c.loss.tv_share, draw);
-  const MotionField& motion = s.model.motion;
   for (std::size_t l = 0; l < s.levels.size(); ++l) {
     add_total_variation(s.levels[l], s.level_learners[l], tv, c.loss.tv_share, draw + 1 + l);
     add_curve_prior(s.levels[l], s.level_learners[l], motion, s.curve_prior(), c.loss.tv_share, draw + 1 + l);

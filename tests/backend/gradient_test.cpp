@@ -70,6 +70,7 @@ TEST_SUITE("backend/gradient") {
   TEST_CASE("a device's gradients are the CPU's to 1e-5 of the largest, for every kernel, with total variation and the priors on curves") {
     constexpr float kTv = 1e-3f;
     constexpr CurvePrior kCurves{.length = 1e-2f, .knots = 1e-2f, .spacing = 2, .softening = 1e-3f};
+    constexpr RestPrior kRest{.weight = 1e-2f, .softening = 1e-3f};
     for (const test::Runner& runner : test::runners()) {
       double worst = 0;
       for (int sh = -1; sh <= 3; ++sh)
@@ -93,6 +94,7 @@ TEST_SUITE("backend/gradient") {
             add_total_variation(model.radiance.raw, radiance, 1, kShare, kDraw);
             if (moves) {
               add_total_variation(model.motion.levels[0], motion, 1, kShare, kDraw + 1);
+              add_curve_prior(model.motion.levels[0], motion, model.motion, kRest, kShare, kDraw + 1, active);
               add_curve_prior(model.motion.levels[0], motion, model.motion, kCurves, kShare, kDraw + 1);
             }
 
@@ -104,7 +106,7 @@ TEST_SUITE("backend/gradient") {
             StepInput in{};
             in.rays = scene.batch.rays, in.targets = scene.batch.targets, in.times = scene.times, in.occupancy = grids;
             in.losses = {scene.sampling.stop, scene.sampling.min_weight, scene.losses, kDraw};
-            in.tv_scale = 1, in.tv_share = kShare, in.curves = kCurves, in.draw = kDraw;
+            in.tv_scale = 1, in.tv_share = kShare, in.curves = kCurves, in.rest = kRest, in.draw = kDraw;
             in.factors = moment_factors(0, 0.99, 1e-8, 1);
             in.largest = kLargestGradient;
             in.behind = behind_on_device;

@@ -127,6 +127,23 @@ TEST_SUITE("train/optimiser") {
     }
     CHECK(g[12] == 0);
   }
+  TEST_CASE("what lets curves rest pulls by its weight at most, touches the rows it may look at and no others") {
+    const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
+    Learner learner(values);
+    MotionField motion;
+    motion.points = 5;
+    std::vector<RowMask> among(values.topology->bricks.size());
+    among[1].set(5), among[1].set(77);
+    add_curve_prior(values, learner, motion, {.weight = 0.5f, .softening = 1e-3f}, 1.0f, 1, among);
+    for (int i = 0; i < kBrickRows; ++i) {
+      const float* g = learner.gradient.values.row(kBrickRows + i);
+      float squares = 0;
+      for (int k = 0; k < values.width; ++k) squares += g[k] * g[k];
+      CHECK(learner.gradient.touched[1].test(i) == among[1].test(i));
+      if (among[1].test(i)) CHECK((squares > 0 && std::sqrt(squares) <= 2 * 0.5f));  // |differences transposed| <= 2
+      else CHECK(squares == 0);
+    }
+  }
 }
 
 TEST_SUITE("train/refine") {

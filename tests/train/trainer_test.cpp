@@ -33,7 +33,7 @@ Config tiny_config(int steps) {
   c.motion.elevate_points = {5}, c.motion.elevate_start = {0.6f};
   c.loss.offset = 1e-3f, c.loss.divergence = 1e-3f, c.loss.divergence_kind = DivergenceKind::hutchinson;
   c.loss.tv_density = 1e-4f, c.loss.tv_color = 1e-4f, c.loss.tv_sh = 1e-4f, c.loss.tv_control = 1e-3f, c.loss.tv_rigidity = 1e-4f;
-  c.loss.curve_length = 1e-4f;
+  c.loss.curve_length = c.loss.curve_rest = 1e-4f;
   c.sampling.frames = 4, c.sampling.rays = 1024, c.sampling.occupancy_every = 7;
   return c;
 }

@@ -45,7 +45,8 @@ struct StepInput {
   std::span<const int> occupancy;         ///< of the slots: which of StepModel::occupancy
   RayLosses losses;
   float tv_scale, tv_share;
-  CurvePrior curves;
+  CurvePrior curves;                      ///< of each level
+  RestPrior rest;                         ///< of the sum of all levels
   std::uint64_t draw;                     ///< of total variation: levels take draw + 1, ...
   MomentFactors factors;
   float radiance_rate, motion_rate;       ///< what learning rates are multiplied by

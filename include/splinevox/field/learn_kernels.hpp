@@ -79,20 +79,25 @@ struct TvKernel {
 };
 
 /// Adds the gradient of a prior on one row's curve.
+SPLINEVOX_HD inline void curve_prior_vjp(const RestPrior& prior, const float* row, int stride, int stored_points, bool pinned, float share, float* gradient) {
+  curve_rest_vjp(row, stride, stored_points, pinned, prior.weight / share, prior.softening, gradient);
+}
 SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride, int stored_points, bool pinned, float share, float* gradient) {
   if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
   if (prior.knots > 0) knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
 }
 
 /// One row of a chosen brick: gradient of the prior on its curve.
+template <class Prior>
 struct CurvePriorKernel {
   const float* values;
   float* gradient;           ///< added to
   std::uint64_t* touched;
   std::size_t rows;
+  const std::uint64_t* among;  ///< rows that may be looked at; null: all
   int width, stride, stored_points;
   bool pinned;               ///< see curve_length_vjp
-  CurvePrior prior;
+  Prior prior;
   float share;
   std::uint64_t draw;
 
@@ -100,8 +105,8 @@ struct CurvePriorKernel {
   SPLINEVOX_HD void operator()(std::size_t row) const {
     const int brick = int(row / kBrickRows);
     if (brick == 0 || !chosen_brick(draw, brick, share)) return;
-    if (row % 64 == 0) touched[row >> 6] = ~std::uint64_t(0);
-    curve_prior_vjp(prior, values + row * width, stride, stored_points, pinned, share, gradient + row * width);
+    if (row % 64 == 0) touched[row >> 6] |= among ? among[row >> 6] : ~std::uint64_t(0);
+    if (!among || test_row(among, row)) curve_prior_vjp(prior, values + row * width, stride, stored_points, pinned, share, gradient + row * width);
   }
 };
 

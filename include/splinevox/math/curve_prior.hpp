@@ -17,6 +17,15 @@ struct CurvePrior {
   constexpr bool any() const { return length > 0 || (knots > 0 && spacing > 1); }
 };
 
+/// What lets a place rest whose motion the pictures do not ask for: along stripes, say. It belongs to the motion as a whole. Weighed on
+/// each level of a sum, a fine level would pay for undoing what a coarse one does next to it.
+struct RestPrior {
+  float weight = 0;     ///< of the length of a curve, 1 / scene unit
+  float softening = 0;  ///< > 0 with weight; curves much shorter than it pay by their square, scene units
+
+  constexpr bool any() const { return weight > 0; }
+};
+
 /// weight * sum_k |p_{k+1} - p_k|^2; adds its gradient.
 ///
 /// @param row     x, y, z of point k at row[stride * k]
@@ -33,6 +42,27 @@ SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_poin
       if (k > 0) gradient[stride * (k - 1) + a] -= d;
     }
   return value;
+}
+
+/// weight * (sqrt(S + s^2) - s), S = sum_k |p_{k+1} - p_k|^2 and s the softening; adds its gradient, at most twice as long as the
+/// weight however far the curve leads: a curve rests or moves as a whole (group lasso: Yuan and Lin 2006).
+///
+/// @param row, pinned  as of curve_length_vjp
+template <class T>
+SPLINEVOX_HD inline T curve_rest_vjp(const T* row, int stride, int stored_points, bool pinned, T weight, T softening, T* gradient) {
+  using std::sqrt;
+  const auto step = [&](int k, int a) { return row[stride * k + a] - (k == 0 ? T(0) : row[stride * (k - 1) + a]); };
+  T squares = 0;
+  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
+    for (int a = 0; a < 3; ++a) squares += step(k, a) * step(k, a);
+  const T length = sqrt(squares + softening * softening);
+  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
+    for (int a = 0; a < 3; ++a) {
+      const T d = weight / length * step(k, a);
+      gradient[stride * k + a] += d;
+      if (k > 0) gradient[stride * (k - 1) + a] -= d;
+    }
+  return weight * squares / (length + softening);  // sqrt - s as printed cancels
 }
 
 /// weight * sum_j (sqrt(|J_j|^2 + s^2) - s) over the knots j of a uniform cubic B-spline that are no multiple of `spacing`, s the

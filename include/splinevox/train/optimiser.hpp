@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "splinevox/math/adam.hpp"
@@ -35,7 +36,10 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
 /// and marks their rows touched. Absent neighbours do not count. @param draw  identifies the random subset.
 void add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw);
 
-/// Adds the gradient of a prior on the curves of all voxels, on the same random bricks.
+/// Adds the gradient of a prior on the curves of voxels, on the same random bricks. @param among  rows that may be looked at, [bricks + 1];
+/// empty: all
 void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw);
+void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const RestPrior& prior, float share, std::uint64_t draw,
+                     std::span<const RowMask> among);
 
 }  // namespace splinevox
