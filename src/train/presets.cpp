@@ -6,7 +6,7 @@ namespace {
 
 /// On finer motion lattices pictures have less to say to a vertex, so what holds its curve together must be weaker, and what they do not
 /// ask for must be told to rest (docs/experiments.md).
-void set_fine_curves(LossConfig& loss) { loss.curve_length = 0.02f, loss.curve_rest = 2e-4f; }
+void set_fine_curves(LossConfig& loss) { loss.curve_length = 0.02f, loss.curve_rest = 1e-4f; }
 
 /// What our presets share beyond the defaults: view dependence learns fast, and curves of many points are held together by the
 /// length of their polygons, which costs what stands still nothing, and keep only the knots they need (docs/experiments.md).
