@@ -51,17 +51,14 @@ SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_poin
 template <class T>
 SPLINEVOX_HD inline T curve_rest_vjp(const T* row, int stride, int stored_points, bool pinned, T weight, T softening, T* gradient) {
   using std::sqrt;
-  const auto step = [&](int k, int a) { return row[stride * k + a] - (k == 0 ? T(0) : row[stride * (k - 1) + a]); };
   T squares = 0;
   for (int k = pinned ? 0 : 1; k < stored_points; ++k)
-    for (int a = 0; a < 3; ++a) squares += step(k, a) * step(k, a);
-  const T length = sqrt(squares + softening * softening);
-  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
     for (int a = 0; a < 3; ++a) {
-      const T d = weight / length * step(k, a);
-      gradient[stride * k + a] += d;
-      if (k > 0) gradient[stride * (k - 1) + a] -= d;
+      const T step = row[stride * k + a] - (k == 0 ? T(0) : row[stride * (k - 1) + a]);
+      squares += step * step;
     }
+  const T length = sqrt(squares + softening * softening);
+  curve_length_vjp(row, stride, stored_points, pinned, weight / (T(2) * length), gradient);
   return weight * squares / (length + softening);  // sqrt - s as printed cancels
 }
 
