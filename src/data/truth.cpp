@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/data/truth.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/exr.hpp"
+#include "splinevox/math/camera.hpp"
 
 namespace splinevox {
 namespace {
+
+constexpr double kMiss = 2;  ///< pixels of the truth that the median point may lie beside its own: a sample lies within one, half floats add a fraction
 
 Vec3 at(const Image& image, int x, int y) {
   const float* p = image.pixel(x, y);
@@ -25,10 +32,16 @@ const Image& vectors(const std::vector<ExrLayer>& layers, const char* name, cons
   return image;
 }
 
-SurfaceFrame read_frame(const std::string& path, double time, float jump) {
+SurfaceFrame read_frame(const std::string& path, const Frame& frame, float jump) {
   const std::vector<ExrLayer> layers = read_exr_layers(path);
   const Image &position = vectors(layers, "position", path), &rest = vectors(layers, "rest", path);
-  SurfaceFrame out{time, {}, {}};
+  SurfaceFrame out{frame.time, {}, {}};
+  std::vector<double> misses;  // of the points, from the pixels they stand in
+  const auto miss = [&](int x, int y) {
+    const Projection seen = project(frame.camera, cast<double>(at(position, x, y)));
+    const double u = seen.u * position.width / frame.camera.width, v = seen.v * position.height / frame.camera.height;
+    return seen.depth > 0 ? std::hypot(u - (x + 0.5), v - (y + 0.5)) : HUGE_VAL;
+  };
   const auto inside = [&](int x, int y) {
     const Vec3 p = at(position, x, y), r = at(rest, x, y);
     for (int v = y - 1; v <= y + 1; ++v)
@@ -41,7 +54,15 @@ SurfaceFrame read_frame(const std::string& path, double time, float jump) {
   };
   for (int y = 1; y + 1 < position.height; ++y)
     for (int x = 1; x + 1 < position.width; ++x)
-      if (inside(x, y)) out.position.push_back(at(position, x, y)), out.rest.push_back(at(rest, x, y));
+      if (inside(x, y)) out.position.push_back(at(position, x, y)), out.rest.push_back(at(rest, x, y)), misses.push_back(miss(x, y));
+  if (misses.empty()) return out;
+  const auto median = misses.begin() + std::ptrdiff_t(misses.size() / 2);
+  std::nth_element(misses.begin(), median, misses.end());
+  if (!(*median <= kMiss))
+    fail({.where = path, .what = "the motion ground truth belongs to another view than '" + frame.name + "'",
+          .expected = fmt::format("positions that this view's camera sees at their own pixels, within {:g}", kMiss),
+          .got = std::isinf(*median) ? std::string("points behind the camera") : fmt::format("the median point {:.0f} pixels away", *median),
+          .hint = "truth is read by the picture's name: score the split whose views it was rendered for, often --split test"});
   return out;
 }
 
@@ -55,7 +76,7 @@ std::vector<SurfaceFrame> read_truth(const std::string& dataset, const Split& sp
     if (!std::filesystem::exists(path))
       fail({.where = path, .what = "there is no motion ground truth for this view", .expected = "an OpenEXR file with layers 'position' and 'rest'",
             .got = "no such file", .hint = "leave out --truth, or make a data set that has it: splinevox synth"});
-    out[f] = read_frame(path, frame.time, jump);
+    out[f] = read_frame(path, frame, jump);
   });
   return out;
 }

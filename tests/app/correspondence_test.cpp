@@ -8,6 +8,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/exr.hpp"
 #include "splinevox/data/image_write.hpp"
+#include "splinevox/math/camera.hpp"
 #include "support/blob_model.hpp"
 #include "support/tiny_dataset.hpp"
 
@@ -68,20 +69,31 @@ TEST_SUITE("app/correspondence") {
   TEST_CASE("surface points are read at pixels away from edges; an absent or wrong file is named") {
     const TempFolder folder;
     std::filesystem::create_directories(folder.path() / "truth");
+    const Camera camera{8, 8, 100, 100, 4, 4, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}, {}};
     Image position(8, 8, 3), rest(8, 8, 4);
     for (int y = 2; y < 8; ++y)
-      for (int x = 0; x < 8; ++x)
-        for (int c = 0; c < 3; ++c) position.pixel(x, y)[c] = 1 + 0.01f * float(x) + (x >= 5 ? 1.0f : 0.0f), rest.pixel(x, y)[c] = 2;
+      for (int x = 0; x < 8; ++x) {
+        const Vec3d seen = (x >= 5 ? 2.0 : 1.0) * camera_ray(camera, x + 0.5, y + 0.5).direction;
+        for (int c = 0; c < 3; ++c) position.pixel(x, y)[c] = float(seen[c]), rest.pixel(x, y)[c] = 2;
+      }
     const std::string path = (folder.path() / "truth/r_7_0000.exr").string();
     write_exr(path, {{"position", position, {"X", "Y", "Z"}}, {"rest", rest, {"R", "G", "B", "A"}}});
     Split split{"test", {}};
-    split.frames.push_back({"r_7", {}, 0.25, {}});
+    split.frames.push_back({"r_7", camera, 0.25, {}});
     const auto frames = read_truth(folder.str(), split, 0.1f);
     REQUIRE(frames.size() == 1);
     CHECK(frames[0].time == 0.25);
     // Rows 3..6 (2 is the edge of what is hit, 7 of the picture), columns 1..3 and 6: 4 and 5 lie at the step.
     CHECK(frames[0].position.size() == 4 * 4);
     CHECK(frames[0].rest.size() == 4 * 4);
+    Split half = split;  // pictures may be read smaller than the truth is
+    half.frames[0].camera = {4, 4, 50, 50, 2, 2, camera.axes, {}, {}};
+    CHECK(read_truth(folder.str(), half, 0.1f)[0].position.size() == 4 * 4);
+    Split other = split;
+    other.frames[0].camera.position = {0.1, 0, 0};
+    CHECK_THROWS_WITH_AS(read_truth(folder.str(), other, 0.1f), doctest::Contains("belongs to another view than 'r_7'"), Error);
+    other.frames[0].camera.position = {0, 0, -9};
+    CHECK_THROWS_WITH_AS(read_truth(folder.str(), other, 0.1f), doctest::Contains("points behind the camera"), Error);
     write_exr(path, {{"position", position, {"X", "Y", "Z"}}});
     CHECK_THROWS_WITH_AS(read_truth(folder.str(), split, 0.1f), doctest::Contains("there is no layer 'rest'"), Error);
     split.frames[0].name = "r_8";

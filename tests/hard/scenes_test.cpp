@@ -153,13 +153,14 @@ TEST_SUITE("hard/scenes") {
   TEST_CASE("H29: pixels of the motion truth that are no numbers are left out, and nothing else changes") {
     const TempFolder folder;
     const double nan = std::nan("");
-    Split split{"test", {Frame{"r_000", {}, 0.5, {}}}};
+    const Camera camera{9, 9, 100, 100, 4.5, 4.5, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}, {}};
+    Split split{"test", {Frame{"r_000", camera, 0.5, {}}}};
     const auto points_with = [&](float poison, bool in_rest) {
       Image position{9, 9, 3}, rest{9, 9, 3};
       for (int y = 0; y < 9; ++y)
         for (int x = 0; x < 9; ++x)
           for (int c = 0; c < 3; ++c)
-            position.pixel(x, y)[c] = 1 + 0.01f * float(x + 9 * y) + float(c),
+            position.pixel(x, y)[c] = float(camera_ray(camera, x + 0.5, y + 0.5).direction[c]),
                               rest.pixel(x, y)[c] = position.pixel(x, y)[c] - 0.5f;
       (in_rest ? rest : position).pixel(4, 5)[1] = poison;
       std::filesystem::create_directories(folder.path() / "truth");

@@ -20,7 +20,8 @@ struct SurfaceFrame {
 /// and `rest` (three channels each, 0 where nothing is hit), one point sample per pixel.
 /// Pixels with an empty neighbour, or with one more than `jump` (scene units) away now or at rest, are left out: renderers blend
 /// both sides of an edge.
-/// Throws Error (Fault::input) naming the file that is absent, damaged or lacks a layer.
+/// Throws Error (Fault::input) naming the file that is absent, damaged, lacks a layer, or whose points the view's camera sees elsewhere
+/// than at their pixels: splits often name their pictures alike, and truth is kept for one of them.
 std::vector<SurfaceFrame> read_truth(const std::string& dataset, const Split& split, float jump);
 
 }  // namespace splinevox
