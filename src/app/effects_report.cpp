@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/report_chart.hpp"
+#include "splinevox/math/basis.hpp"
 
 namespace splinevox::app {
 namespace {
@@ -20,9 +21,17 @@ Json set_json(const EffectSet& e) {
   return {{"motion", e.motion}, {"rigidity", e.rigidity}, {"view", e.view}, {"light", e.light}, {"background", e.background}};
 }
 
+/// Control points of the finished model: more than it starts with.
+int points_at_end(const MotionConfig& motion) {
+  if (motion.basis != BasisKind::bspline) return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
+  int points = motion.points;
+  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = halved_points(points);
+  return points;
+}
+
 }  // namespace
 
-Json effects_json(const EffectChoice& choice, const EffectSet& used, bool forced) {
+Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced) {
   Json j{{"used", set_json(used)}, {"chosen", set_json(choice.chosen)}, {"forced", forced}};
   j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
   j["effects"] = Json::array();
@@ -41,7 +50,7 @@ Json effects_json(const EffectChoice& choice, const EffectSet& used, bool forced
   j["fits"] = Json::array();
   for (const EffectTrial& t : choice.trials)
     j["fits"].push_back({{"effects", to_string(t.effects)}, {"points", t.points}, {"psnr", t.mean()}, {"steps", t.steps}, {"seconds", t.seconds}, {"bytes", t.bytes}});
-  j["control_points"] = {{"chosen", choice.points}, {"compared", Json::array()}};
+  j["control_points"] = {{"chosen", choice.points}, {"at_end", points_at_end(trained.motion)}, {"compared", Json::array()}};
   for (const PointsVerdict& v : choice.points_verdicts)
     j["control_points"]["compared"].push_back({{"more", v.more}, {"fewer", v.fewer}, {"gain_db", v.gain.mean}, {"gain_lo", finite(v.gain.lo)}, {"gain_hi", finite(v.gain.hi)}});
   return j;
@@ -60,7 +69,7 @@ std::string effects_line(const Json& effects) {
   }
   std::string line = "effects: " + (used.empty() ? "none" : used);
   if (!not_used.empty()) line += "; without " + not_used;
-  if (!effects.at("control_points").at("compared").empty()) line += fmt::format("; {} control points", effects.at("control_points").at("chosen").get<int>());
+  if (const Json& points = effects.at("control_points"); !points.at("compared").empty()) line += fmt::format("; {} control points in the end", points.at("at_end").get<int>());
   if (const std::string note = effects.at("note"); !note.empty()) line += " (" + note + ")";
   return line;
 }
