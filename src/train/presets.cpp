@@ -66,7 +66,7 @@ constexpr float tv_weight(float theirs, int channels) { return theirs * kPhotome
 /// What the published methods share: a Bezier curve, and none of what we added.
 Config published() {
   Config c;
-  c.run.max_time = 600;
+  c.run.max_time = 600, c.run.pace = 1;
   c.effects.steps = 0;
   c.run.background_order = -1;
   c.motion.basis = BasisKind::bezier;

@@ -352,7 +352,7 @@ bool Trainer::State::wild_weights() const {
 }
 
 void Trainer::State::archive(Archive& a) {
-  a(step, stage, elevations, seconds_before, phases);
+  a(step, stage, elevations, seconds_before, seconds_at_start, phases);
   a(bounds.box, bounds.hull, model.step, model.radiance.activation, model.radiance.raw, radiance.m, radiance.v, model.motion.points);
   std::uint64_t count = levels.size(), frames = occupancy.size();
   a(count, frames);

@@ -47,6 +47,7 @@ struct Trainer::State {
   int stage = -1;                    ///< radiance stage
   int elevations = 0;                ///< refinements of the curves done: halvings, or degree elevations
   double seconds_before = 0;         ///< of earlier sessions and of loading
+  double seconds_at_start = 0;       ///< of those, used before the first step
   PhaseSeconds phases;
   Batch batch;
   std::vector<Vec3> behind;          ///< gradient of the colour behind each ray, where it is learned

@@ -21,10 +21,20 @@ using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 /// Share of the budget used: of the time, the steps, or whichever of the two is further.
-double progress_of(const Config& config, std::int64_t step, double seconds) {
+double budget_used(const Config& config, std::int64_t step, double seconds) {
   double p = 0;
   if (config.run.max_time > 0) p = std::max(p, seconds / config.run.max_time);
   if (config.run.max_steps > 0) p = std::max(p, double(step) / config.run.max_steps);
+  return std::min(p, 1.0);
+}
+
+/// Where the schedules stand, 0..1: by the clock, by the steps, or by whichever of the two is further.
+template <class State>
+double schedule_position(const State& s) {
+  const RunConfig& run = s.config.run;
+  double p = 0;
+  if (run.max_time > 0) p = std::max(p, clock_progress(s.seconds_before, s.seconds_at_start, run.max_time, run.pace));
+  if (run.max_steps > 0) p = std::max(p, double(s.step) / run.max_steps);
   return std::min(p, 1.0);
 }
 
@@ -49,7 +59,7 @@ StepReport finished(const State& s, StepReport report, double squared_error, dou
   const double rays = double(s.batch.rays.size());
   report.step = s.step;
   report.seconds = s.seconds_before;
-  report.progress = progress_of(s.config, s.step, s.seconds_before);
+  report.progress = budget_used(s.config, s.step, s.seconds_before);
   report.rays = std::int64_t(s.batch.rays.size());
   report.samples = samples;
   report.loss = (squared_error + motion_loss) / rays;
@@ -95,7 +105,7 @@ void Trainer::State::report_discarded(std::int64_t samples, std::int64_t bad_row
                                       StepReport& report) {
   report.bad_rows = bad_rows;
   report.discarded = true;
-  report.seconds = seconds_before, report.progress = progress_of(config, step, seconds_before);
+  report.seconds = seconds_before, report.progress = budget_used(config, step, seconds_before);
   report.rays = std::int64_t(batch.rays.size()), report.samples = samples;
   report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
   std::vector<int> slot(batch.rays.size());
@@ -115,11 +125,12 @@ Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_m
   state_->refine(0);
   state_->seconds_before = seconds_used + since(start);
   if (ranks) state_->seconds_before = ranks->from_first(state_->seconds_before);
+  state_->seconds_at_start = state_->seconds_before;
 }
 
 Trainer::~Trainer() = default;
 
-bool Trainer::done() const { return progress_of(state_->config, state_->step, state_->seconds_before) >= 1; }
+bool Trainer::done() const { return budget_used(state_->config, state_->step, state_->seconds_before) >= 1; }
 
 StepReport Trainer::step() {
   const StepReport report = one_step();
@@ -138,7 +149,7 @@ StepReport Trainer::one_step() {
     clock = now;
   };
   StepReport report;
-  const double progress = progress_of(c, s.step, s.seconds_before);
+  const double progress = schedule_position(s);
   report.stage_changed = s.refine(progress);
   lap(s.phases.refine);
   const int every = s.growing() ? std::max(1, c.sampling.occupancy_every / 2) : c.sampling.occupancy_every;

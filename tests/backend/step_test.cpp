@@ -51,7 +51,7 @@ std::vector<StepReport> reports(const Config& config, std::unique_ptr<StepBacken
 
 /// Blanks the clock readings near the front of a saved state.
 void blank_clocks(std::vector<char>& bytes) {
-  std::fill_n(bytes.begin() + sizeof(std::int64_t) + 2 * sizeof(int), sizeof(double) + sizeof(PhaseSeconds), char(0));
+  std::fill_n(bytes.begin() + sizeof(std::int64_t) + 2 * sizeof(int), 2 * sizeof(double) + sizeof(PhaseSeconds), char(0));
 }
 
 /// Parameters and moments after some steps, on a number of threads.

@@ -40,7 +40,7 @@ struct Opened {
 Opened open(const std::vector<char>& state) {
   std::int64_t step;
   int stage, elevations;
-  double seconds;
+  double seconds, at_start;
   PhaseSeconds phases;
   Box box;
   BitGrid hull;
@@ -48,9 +48,9 @@ Opened open(const std::vector<char>& state) {
   DensityActivation activation;
   Channels raw;
   Archive in(state);
-  in(step, stage, elevations, seconds, phases, box, hull, march, activation, raw);
+  in(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
   Archive again;
-  again(step, stage, elevations, seconds, phases, box, hull, march, activation, raw);
+  again(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
   return {raw, again.take().size()};
 }
 
