@@ -25,7 +25,7 @@ struct LearnedMirror {
   LatticeMirror<Executor> lattice;
   int width = 0;
   Buffer<float> values, m, v, gradient, rate, weight;
-  Buffer<std::uint64_t> touched;
+  Buffer<std::uint64_t> touched, seen;
   std::vector<Buffer<float>> member;
   std::vector<float> threshold, tv;
   bool varies = false;  ///< total variation of this step has weights
@@ -41,6 +41,7 @@ struct LearnedMirror {
     run.upload(rate, from.rate.data(), from.rate.size());
     run.resize(gradient, values.size()), run.zero(gradient);
     run.resize(touched, rows() / 64), run.zero(touched);
+    run.upload(seen, reinterpret_cast<const std::uint64_t*>(from.seen.data()), from.seen.size() * kBrick);
     tv.assign(from.tv.begin(), from.tv.end());
     member.clear(), threshold.clear();
     for (const LearnedRows::Group& group : from.shrink) {
@@ -52,6 +53,7 @@ struct LearnedMirror {
     run.download(values, to.values->values.data());
     run.download(m, to.m->data());
     run.download(v, to.v->data());
+    if (!to.seen.empty()) run.download(seen, to.seen.data()->word);
   }
 
   /// What total variation needs of this step, before any kernel of it is queued.

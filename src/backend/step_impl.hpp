@@ -172,7 +172,8 @@ class Steps final : public StepBackend {
     job.ray_count = int(in.rays.size()), job.rays_per_slot = job.ray_count / slots, job.most_samples = most_samples_;
     job.losses = in.losses;
     job.largest = deterministic_ ? std::min(in.largest, GradientRows::kLargest) : in.largest;
-    job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr, radiance_.touched.data(), radiance_.width};
+    job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr, radiance_.touched.data(), radiance_.width,
+                    model_.radiance.seen.empty() ? nullptr : radiance_.seen.data()};
     job.motion = motion_rows_.data();
     job.behind = in.behind.empty() ? nullptr : behind_.data();
     switch (m.radiance.sh_order) {

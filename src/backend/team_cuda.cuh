@@ -47,6 +47,12 @@ class DeviceTeam {
     for (int d = kLanes / 2; d > 0; d /= 2) v = v + words(v, [d](std::uint32_t w) { SPLINEVOX_DEVICE_BODY(return __shfl_xor_sync(kAll, w, d);) });
     return v;
   }
+  SPLINEVOX_HD float max([[maybe_unused]] const Lanes<float>& x) const {
+    SPLINEVOX_DEVICE_BODY(
+      float most = x.v;
+      for (int d = kLanes / 2; d > 0; d /= 2) most = fmaxf(most, __shfl_xor_sync(kAll, most, d));
+      return most;)
+  }
   SPLINEVOX_HD float product_before([[maybe_unused]] Lanes<float>& x) const {
     SPLINEVOX_DEVICE_BODY(
       for (int d = 1; d < kLanes; d *= 2) {

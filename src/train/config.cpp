@@ -65,6 +65,7 @@ void check_grid(const Config& c) {
       wrong("grid.motion", "has a level that does not halve the one before",
             "each number twice the one before, as 4, 8, 16", config_value::print(g.motion));
   check_starts("grid.motion_start", "grid.motion", g.motion_start, g.motion.size(), false);
+  check_starts("grid.empty_start", "the emptyings", g.empty_start, g.empty_start.size(), false);
   if (!g.box.empty()) {
     if (g.box.size() != 6)
       wrong("grid.box", "has the wrong length", "6 numbers: lo.xyz, hi.xyz, or none", config_value::print(g.box));

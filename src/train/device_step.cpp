@@ -10,6 +10,7 @@ namespace {
 LearnedRows learned(Channels& values, Learner& learner) {
   LearnedRows rows{&values, &learner.m, &learner.v, learner.rate, learner.tv, {}};
   for (const Shrink& s : learner.shrink) rows.shrink.push_back({s.member, s.threshold});
+  rows.seen = learner.gradient.seen;
   return rows;
 }
 

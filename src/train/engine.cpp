@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "splinevox/core/atomic.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/slice.hpp"
@@ -57,7 +58,7 @@ class RayEngine final : public Engine {
 
  public:
   PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
-                 const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed,
+                 const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, float seen_share, std::uint64_t probe_seed,
                  Gradient& radiance, Gradient& motion, std::span<Vec3> behind) override {
     PassResult result;
     auto clock = Clock::now();
@@ -70,8 +71,9 @@ class RayEngine final : public Engine {
     radiance_scatter_.begin(tasks, model.radiance.raw.topology->brick_count() + 1);
     const int motion_bricks = Moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
+    std::uint64_t* const seen = radiance.seen.empty() ? nullptr : radiance.seen.data()->word;
     parallel_for(tasks, [&](int t) {
-      march(field, sampling, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t], behind);
+      march(field, seen, seen_share, sampling, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t], behind);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
       if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
     });
@@ -130,8 +132,8 @@ class RayEngine final : public Engine {
     });
   }
 
-  void march(const FieldView<float>& field, const SamplingConfig& sampling, const Batch& batch, const Batch::Task& task, const BitGrid& occupancy,
-             const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w, std::span<Vec3> behind) {
+  void march(const FieldView<float>& field, std::uint64_t* seen, float seen_share, const SamplingConfig& sampling, const Batch& batch, const Batch::Task& task,
+             const BitGrid& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w, std::span<Vec3> behind) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
     w.rays.clear(), w.first = task.first;
@@ -140,6 +142,7 @@ class RayEngine final : public Engine {
       const RayInput<float>& ray = batch.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
       const Vec3 error = result.rgb - batch.targets[i];
+      if (seen) show(field, w.kernel, seen_share, sampling.min_weight, seen);
       const double squared = dot(error, error);
       if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
       double motion = 0;
@@ -151,6 +154,18 @@ class RayEngine final : public Engine {
         motion = motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
       w.motion_loss += motion;
       w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion});
+    }
+  }
+
+  /// Marks what a ray showed (Gradient::seen). Tasks may mark the same words: the order does not matter.
+  static void show(const FieldView<float>& field, const Kernel& ray, float share, float min_weight, std::uint64_t* seen) {
+    float most = 0;
+    for (int k = 0; k < ray.count; ++k) most = std::max(most, ray.weight[k]);
+    const float enough = std::max(share * most, min_weight);
+    for (int k = 0; k < ray.count; ++k) {
+      if (ray.weight[k] < enough || ray.weight[k] <= 0) continue;
+      const CellRows rows = field.radiance.rows(ray.samples[k].radiance_cell);
+      for (const std::int32_t row : rows.row) atomic_set(seen + (row >> 6), std::uint64_t(1) << (row & 63));
     }
   }
 

@@ -35,6 +35,7 @@ PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
 
 bool sum_over_ranks(Ranks& ranks, Gradient& gradient) {
   ranks.merge({gradient.touched.data()->word, gradient.touched.size() * kBrick});
+  if (!gradient.seen.empty()) ranks.merge({gradient.seen.data()->word, gradient.seen.size() * kBrick});
   const int bricks = int(gradient.touched.size());
   const std::size_t width = std::size_t(gradient.values.width);
   std::vector<std::size_t> start(std::size_t(bricks) + 1, 0);

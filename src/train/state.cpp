@@ -13,17 +13,8 @@
 namespace splinevox {
 namespace {
 
-/// Raw density of what is absent: an alpha of about 1e-6 a step, low enough to be nothing and near enough to learn back from.
-constexpr float kEmptyDensity = -10;
-
 /// Share of the occupied cells below which a part on its own does not hold the box open.
 constexpr float kSmallPart = 1 / 300.0f;
-
-/// Times at most whose occupancy is made by looking.
-constexpr std::size_t kMostLooks = 256;
-
-/// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
-constexpr int kRoom = 16;
 
 /// A window of time is for what moves.
 SamplingConfig sampling_of(const Config& config) {
@@ -83,7 +74,14 @@ bool Trainer::State::refine(double progress_now) {
   const bool spline = config.motion.basis == BasisKind::bspline;
   const int wanted_elevations = changes ? reached(spline ? config.motion.halve_start : config.motion.elevate_start, progress) + 1 : 0;
   const bool elevates = elevations < wanted_elevations;
-  if (stage < wanted || int(levels.size()) < wanted_levels || elevates) bring_home();
+  const int wanted_emptied = reached(config.grid.empty_start, progress) + 1;
+  const bool empties = emptied < wanted_emptied;
+  if (stage < wanted || int(levels.size()) < wanted_levels || elevates || empties) bring_home();
+  if (empties) {
+    empty_unseen();
+    emptied = wanted_emptied;
+    uploaded = false;
+  }
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted && !growing()) tighten_box();
     refresh_occupancy();
@@ -142,6 +140,7 @@ void Trainer::State::start_radiance() {
   model.radiance.raw = make_channels(bricks_near(lattice, bounds.hull), width, row.data());
   for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(i)[0] = kEmptyDensity;
   radiance = Learner(model.radiance.raw);
+  forget_seen();
 }
 
 void Trainer::State::tighten_box() {
@@ -192,15 +191,8 @@ void Trainer::State::refine_radiance(int cells) {
   model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
   model.step = config.sampling.step * lattice.spacing;
   radiance = Learner(model.radiance.raw);
+  forget_seen();
 }
-
-BitGrid Trainer::State::occupied_ever() const {
-  BitGrid all = occupancy.front();
-  for (const BitGrid& frame : occupancy) all |= frame;
-  return all;
-}
-
-BitGrid Trainer::State::swept() const { return occupancy.empty() || growing() ? bounds.hull : dilate(occupied_ever()); }
 
 void Trainer::State::add_level(int cells) {
   const std::vector<float> zero(model.motion.width(), 0.0f);
@@ -228,77 +220,6 @@ void Trainer::State::collapse_levels(const std::vector<RowMask>& rows) {
       if (l > 0) prolong_brick(partial_sums[l - 1], sum, b, mask);
     });
   }
-}
-
-void Trainer::State::find_active() {
-  if (levels.empty()) return;
-  const Topology& t = *levels.back().topology;
-  active.assign(t.bricks.size(), {});
-  active[0].set_all();
-  const BitGrid cells = occupancy.empty() ? bounds.hull : occupied_ever();
-  // A little more than one spacing: rays find cells and vertices by other roundings than this loop.
-  const float spacing = 1.01f * t.lattice.spacing;
-  const Vec3 reach{spacing, spacing, spacing};
-  parallel_for(t.brick_count(), [&](int index) {
-    for (int i = 0; i < kBrickRows; ++i) {
-      const Vec3 x = t.position(index + 1, i);
-      if (cells.any(x - reach, x + reach)) active[index + 1].set(i);
-    }
-  });
-}
-
-std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
-  const OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
-  if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
-  const std::span<const int> trained = sampler.window(progress);
-  // Of a long sequence only some times are looked at, and a frame between two of them has what either has.
-  const std::size_t looks = std::min(trained.size(), kMostLooks);
-  const auto rank = [&](std::size_t look) { return looks > 1 ? look * (trained.size() - 1) / (looks - 1) : 0; };
-  std::vector<BitGrid> seen(looks), out(train.frames.size());
-  constexpr std::size_t kShare = 8;  // looks that share the memory of a slice
-  parallel_for(int((looks + kShare - 1) / kShare), [&](int group) {
-    MotionSlice slice;
-    for (std::size_t i = group * kShare; i < std::min(looks, (group + 1) * kShare); ++i) {
-      fill_slice(model.motion, stored_weights(model.motion, train.frames[trained[rank(i)]].time), slice);
-      seen[i] = frame_occupancy(model, slice, canonical);
-    }
-  });
-  for (std::size_t i = 0; i < looks; ++i) {
-    out[trained[rank(i)]] = seen[i];
-    for (std::size_t r = rank(i) + 1; i + 1 < looks && r < rank(i + 1); ++r) (out[trained[r]] = seen[i]) |= seen[i + 1];
-  }
-  if (trained.size() == out.size()) return out;
-  // Times yet to be trained: what the nearest one trained holds, with room to move.
-  BitGrid before = out[trained.front()], after = out[trained.back()];
-  for (int cells = config.sampling.occupancy_cells / kRoom; cells > 0; --cells) before = dilate(before), after = dilate(after);
-  const double first = train.frames[trained.front()].time;
-  for (std::size_t f = 0; f < out.size(); ++f)
-    if (out[f].bits.empty()) out[f] = train.frames[f].time < first ? before : after;
-  return out;
-}
-
-void Trainer::State::refresh_occupancy() {
-  bring_home();
-  collapse_levels({});
-  occupancy = frame_occupancies(config.sampling.occupancy_alpha);
-  // A time at which nothing is left would never be looked at again: start it over from the hull.
-  for (BitGrid& frame : occupancy)
-    if (frame.count() == 0) frame = bounds.hull;
-  find_active();
-  uploaded = false;
-}
-
-void Trainer::State::clear_skipped(VoxelModel& out) const {
-  const BitGrid canonical = canonical_occupancy(out, config.sampling.occupancy_cells, config.sampling.occupancy_alpha, out.step);
-  if (canonical.count() == 0) return;
-  Channels& raw = out.radiance.raw;
-  const Topology& t = *raw.topology;
-  parallel_for(t.brick_count(), [&](int index) {
-    for (int i = 0; i < kBrickRows; ++i) {
-      const Vec3 x = t.position(index + 1, i);
-      if (!canonical.test(canonical.index(canonical.cell_of(x)))) raw.row(std::size_t(index + 1) * kBrickRows + i)[0] = kEmptyDensity;
-    }
-  });
 }
 
 void Trainer::State::set_rates() {
@@ -366,18 +287,22 @@ void Trainer::State::archive(Archive& a) {
   for (BitGrid& grid : occupancy) a(grid);
   const int background_order = model.background.order;
   a(model.background, background);
+  std::vector<RowMask> seen = radiance.gradient.seen;
+  a(emptied, rays_shown, seen);
   if (!a.reading()) return;
   const auto fits = [](const Channels& c, const Learner& l, int width) {
     return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();
   };
   bool good = model.background.order == background_order && stage >= 0 && stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints && model.motion.points <= kMaxPoints;
   good = good && fits(model.radiance.raw, radiance, radiance_width(config.radiance.sh_order));
+  good = good && seen.size() == (config.grid.empty_start.empty() ? 0 : model.radiance.raw.topology->bricks.size());
   for (std::size_t l = 0; good && l < count; ++l) good = fits(levels[l], level_learners[l], model.motion.width());
   check_fits(good);
   model.box = bounds.box;
   edge = model.box.longest_edge();
   sampler.set_box(bounds.box);
   radiance.gradient = Gradient(model.radiance.raw);
+  radiance.gradient.seen = std::move(seen);
   radiance.rate.assign(model.radiance.raw.width, 0.0f);
   radiance.tv.assign(model.radiance.raw.width, 0.0f);
   fit_lattices();

@@ -17,6 +17,9 @@
 
 namespace splinevox {
 
+/// Raw density of what is absent: an alpha of about 1e-6 a step, low enough to be nothing and near enough to learn back from.
+inline constexpr float kEmptyDensity = -10;
+
 /// Parameters and everything else a run carries from step to step.
 struct Trainer::State {
   State(const Config& config, const Split& train, const TimeMap& time_map);
@@ -46,6 +49,8 @@ struct Trainer::State {
   double progress = 0;               ///< of the last refine
   int stage = -1;                    ///< radiance stage
   int elevations = 0;                ///< refinements of the curves done: halvings, or degree elevations
+  int emptied = 0;                   ///< times that unseen matter was to be emptied
+  std::int64_t rays_shown = 0;       ///< since radiance.gradient.seen was begun
   double seconds_before = 0;         ///< of earlier sessions and of loading
   double seconds_at_start = 0;       ///< of those, used before the first step
   PhaseSeconds phases;
@@ -94,6 +99,10 @@ struct Trainer::State {
   /// Puts the motion levels on lattices of the new box.
   void rebase_levels();
   void start_radiance();
+  /// Empties the canonical rows that no ray has shown, if there were rays enough, and begins to look anew.
+  void empty_unseen();
+  /// Begins to look anew (Gradient::seen).
+  void forget_seen();
   void refine_radiance(int cells);
   void add_level(int cells);
   /// Rates, summed motion, gradients and engine for the lattices as they are now.

@@ -158,6 +158,7 @@ StepReport Trainer::one_step() {
 
   if (!s.device) s.collapse_levels(s.active);
   s.sampler.draw(s.step, progress, s.model.step, s.model.background, s.batch);
+  if (!s.radiance.gradient.seen.empty()) s.rays_shown += std::int64_t(s.batch.rays.size());
   s.behind.resize(s.model.background.learned() ? s.batch.rays.size() : 0);
   if (s.ranks) keep_own_share(*s.ranks, s.batch);
   std::vector<double> times;
@@ -176,7 +177,7 @@ StepReport Trainer::one_step() {
   losses.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
   const std::uint64_t draw = hash64(c.run.seed ^ hash64(std::uint64_t(s.step)));
   if (s.device) {
-    const StepSums sums = s.step_on_device({c.sampling.stop, c.sampling.min_weight, losses, draw}, times, progress);
+    const StepSums sums = s.step_on_device({c.sampling.stop, c.sampling.min_weight, c.grid.seen_share, losses, draw}, times, progress);
     lap(s.phases.rays);
     if (sums.bad_rays + sums.bad_rows > 0) {
       s.report_discarded(sums.samples, sums.bad_rows, s.device->bad_rays(), times, report);
@@ -188,7 +189,7 @@ StepReport Trainer::one_step() {
     lap(s.phases.update);
     return finished(s, report, sums.squared_error, sums.motion_loss, sums.samples);
   }
-  PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, draw,
+  PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, c.grid.seen_share, draw,
                                         s.radiance.gradient, s.motion_gradient, s.behind);
   clock = Clock::now();
   s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;

@@ -18,6 +18,7 @@ namespace {
 
 constexpr int kSlots = 3, kRays = 160;
 constexpr float kShare = 0.5f;
+constexpr float kSeen = 0.6f;
 constexpr std::uint64_t kDraw = 99;
 
 /// A batch of rays through noise, with an occupancy that has holes.
@@ -87,10 +88,12 @@ TEST_SUITE("backend/gradient") {
             Gradient none;
             std::vector<RowMask> active;
             if (moves) motion = learner_of(model.motion.levels[0], kTv), active.assign(model.motion.levels[0].topology->bricks.size(), RowMask::all());
+            radiance.gradient.seen.assign(model.radiance.raw.topology->bricks.size(), {});
+            std::vector<RowMask> seen = radiance.gradient.seen;
             std::vector<Vec3> behind(scene.batch.rays.size()), behind_on_device = behind;
             const PassResult pass = make_engine(sh, moves, kind == 2)
                                         ->run(model, active, model.step, scene.sampling, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied},
-                                              scene.losses, kDraw, radiance.gradient, moves ? motion.gradient : none, behind);
+                                              scene.losses, kSeen, kDraw, radiance.gradient, moves ? motion.gradient : none, behind);
             add_total_variation(model.radiance.raw, radiance, 1, kShare, kDraw);
             if (moves) {
               add_total_variation(model.motion.levels[0], motion, 1, kShare, kDraw + 1);
@@ -101,11 +104,12 @@ TEST_SUITE("backend/gradient") {
             // With beta1 = 0 the first moment after one step is the gradient.
             const auto learned = [](Channels& values, Learner& l) { return LearnedRows{&values, &l.m, &l.v, l.rate, l.tv, {}}; };
             StepModel now{&model, learned(model.radiance.raw, radiance), {}, active, {&scene.occupied, 1}};
+            now.radiance.seen = seen;
             if (moves) now.levels.push_back(learned(model.motion.levels[0], motion));
             const std::vector<int> grids(kSlots, 0);
             StepInput in{};
             in.rays = scene.batch.rays, in.targets = scene.batch.targets, in.times = scene.times, in.occupancy = grids;
-            in.losses = {scene.sampling.stop, scene.sampling.min_weight, scene.losses, kDraw};
+            in.losses = {scene.sampling.stop, scene.sampling.min_weight, kSeen, scene.losses, kDraw};
             in.tv_scale = 1, in.tv_share = kShare, in.curves = kCurves, in.rest = kRest, in.draw = kDraw;
             in.factors = moment_factors(0, 0.99, 1e-8, 1);
             in.largest = kLargestGradient;
@@ -124,6 +128,12 @@ TEST_SUITE("backend/gradient") {
               for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(behind[i][c])), off = std::max(off, std::abs(behind[i][c] - behind_on_device[i][c]));
             CHECK(largest > 0);
             CHECK(off < 1e-5f * largest);
+            int marked = 0, differs = 0;  // a weight next to the threshold may fall on either side of it
+            for (std::size_t b = 1; b < seen.size(); ++b)
+              for (int i = 0; i < kBrickRows; ++i) marked += seen[b].test(i), differs += seen[b].test(i) != radiance.gradient.seen[b].test(i);
+            CHECK(marked > 200);
+            CHECK(marked < int(seen.size()) * kBrickRows / 2);
+            CHECK(differs <= 16);
             worst = std::max(worst, apart(radiance.gradient.values.values, radiance.m));
             CHECK(apart(radiance.gradient.values.values, radiance.m) < 1e-5);
             if (!moves) continue;

@@ -123,7 +123,7 @@ TEST_SUITE("hard/gradients") {
       Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
       std::vector<Vec3> behind(batch.rays.size());
       const PassResult pass = make_engine(1, true, true)->run(model, active, model.step, sampling, batch, times, occupancy,
-                                                        in_float, 77, d_radiance, d_motion, behind);
+                                                        in_float, 1, 77, d_radiance, d_motion, behind);
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
       // The loss is quadratic in the colour behind a ray, so a central difference of any width is exact.

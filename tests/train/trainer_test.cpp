@@ -147,4 +147,27 @@ TEST_SUITE("train/trainer") {
     CHECK(moving > 24);
     CHECK(moving > still + 3);
   }
+  TEST_CASE("matter that no ray shows is emptied, and pictures are as good without it") {
+    Config config = preset("draft");
+    config.run.max_time = 0, config.run.max_steps = 250;
+    config.grid.radiance = {24, 72}, config.grid.radiance_start = {0, 0.3f};
+    config.grid.motion = {4, 8}, config.grid.motion_start = {0.1f, 0.4f};
+    const Dataset& data = moving_ball();
+    const auto learned = [&](std::vector<float> when) {
+      config.grid.empty_start = std::move(when);
+      Trainer trainer(config, *data.find("train"), data.time_map);
+      while (!trainer.done()) trainer.step();
+      return trainer.model();
+    };
+    const auto matter = [](const VoxelModel& model) {
+      int rows = 0;
+      for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) rows += model.radiance.raw.row(r)[0] > 2;
+      return rows;
+    };
+    const VoxelModel full = learned({}), emptied = learned({0.6f, 0.8f});
+    CAPTURE(matter(full));
+    CAPTURE(matter(emptied));
+    CHECK(matter(emptied) < 0.9 * matter(full));
+    CHECK(test_psnr(emptied, *data.find("test")) > test_psnr(full, *data.find("test")) - 0.5);
+  }
 }

@@ -26,6 +26,7 @@ struct LearnedRows {
   AlignedVector<float>*m, *v;        ///< moments
   std::span<const float> rate, tv;   ///< [width]
   std::vector<Group> shrink;         ///< at most UpdateKernel::kGroups
+  std::span<RowMask> seen = {};      ///< Gradient::seen
 };
 
 /// What training has between steps, as a device needs it. With motion, `motion` describes its columns and `levels` are coarse to fine.

@@ -33,5 +33,13 @@ SPLINEVOX_HD inline void atomic_or(std::uint64_t* to, std::uint64_t bits) {
   std::atomic_ref<std::uint64_t>(*to).fetch_or(bits, std::memory_order_relaxed);
 #endif
 }
+/// The same for bits that are mostly set already: reads first, which costs other threads nothing.
+SPLINEVOX_HD inline void atomic_set(std::uint64_t* to, std::uint64_t bits) {
+#if defined(__CUDA_ARCH__)
+  if (bits & ~*static_cast<volatile std::uint64_t*>(to)) atomic_or(to, bits);
+#else
+  if (bits & ~std::atomic_ref<std::uint64_t>(*to).load(std::memory_order_relaxed)) atomic_or(to, bits);
+#endif
+}
 
 }  // namespace splinevox

@@ -49,6 +49,12 @@ class HostTeam {
     }
     return x[0];
   }
+  /// Largest of the lanes, the same in every lane.
+  float max(const Lanes<float>& x) const {
+    float most = x[0];
+    for (int lane = 1; lane < kLanes; ++lane) most = x[lane] > most ? x[lane] : most;
+    return most;
+  }
   /// Product over the lanes before each; returns that over all.
   float product_before(Lanes<float>& x) const {
     for (int d = 1; d < kLanes; d *= 2) {

@@ -19,6 +19,7 @@ struct GradientRows {
   std::int64_t* fixed = nullptr;              ///< [rows * width] used instead of values; null: values are
   std::uint64_t* touched = nullptr;           ///< [rows / 64] one bit per row: RowMask's words
   int width = 0;
+  std::uint64_t* seen = nullptr;              ///< [rows / 64] the same for Gradient::seen; null: not kept
 
   SPLINEVOX_HD void add(std::size_t i, float x) const {
     if (fixed) atomic_add(fixed + i, std::int64_t(double(x) * kUnit));
@@ -40,14 +41,16 @@ struct Stage {
 ///
 /// Eight lanes take one column each and walk eight samples in order. Successive samples of a ray share cells, so they are summed while
 /// the cell stays the same; then one addition per corner covers a row's 32 bytes with eight neighbouring lanes.
-/// @param keep  lanes that have something, one bit each.   @param mark  whether to mark the rows touched.
+/// @param keep  lanes that have something, one bit each.   @param mark  whether to mark the rows touched, and those around the lanes of
+/// `shown` as seen.
 template <bool Slopes, bool Jet, class Team>
 SPLINEVOX_HD void accumulate(const Team& team, const BrickView<float>& view, const typename Team::template Lanes<Place>& places, std::uint32_t keep,
-                             const Stage<Jet>& stage, int offset, int used, bool mark, const GradientRows& out) {
+                             std::uint32_t shown, const Stage<Jet>& stage, int offset, int used, bool mark, const GradientRows& out) {
   team.each([&](int lane) {
     const int column = lane & 7, first = lane & ~7;
     float sum[kCorners] = {};
     Cell run{-1, 0};
+    std::uint32_t shows = 0;
     const auto flush = [&] {
       const CellRows rows = view.rows(run);
       std::int32_t own = 0;
@@ -57,12 +60,15 @@ SPLINEVOX_HD void accumulate(const Team& team, const BrickView<float>& view, con
         sum[c] = 0;
       }
       if (mark && own >= kBrickRows) atomic_or(out.touched + (own >> 6), std::uint64_t(1) << (own & 63));
+      if (mark && shows && own >= kBrickRows) atomic_set(out.seen + (own >> 6), std::uint64_t(1) << (own & 63));
+      shows = 0;
     };
     for (int j = 0; j < Stage<Jet>::kColumns; ++j) {
       const Place at = team.at(places, first + j);
       if (!(keep >> (first + j) & 1)) continue;
       if (run.slot >= 0 && (run.slot != at.cell.slot || run.local != at.cell.local)) flush();
       run = at.cell;
+      shows |= shown >> (first + j) & 1;
       float w[kCorners];
       trilinear_weights(at.fraction, w);
       const float* row = stage.row(first + j);

@@ -10,6 +10,7 @@ namespace splinevox {
 /// What training asks of every ray.
 struct RayLosses {
   float stop = 0, min_weight = 0;  ///< as SamplingConfig
+  float seen_share = 1;            ///< of Gradient::seen
   MotionLoss<float> motion;
   std::uint64_t probe_seed = 0;
 };
@@ -42,7 +43,7 @@ struct TrainKernel {
   const GradientRows* motion;      ///< [slots] of kSliceWidth columns, one mask for all
   Vec3* behind;                    ///< [n] gradient of the colour behind each ray; null: not wanted
 
-  static std::size_t scratch_bytes(int most_samples) { return Stage<Jet>::kBytes + MarchList::bytes(most_samples); }
+  static std::size_t scratch_bytes(int most_samples) { return Stage<Jet>::kBytes + kLanes * sizeof(float) + MarchList::bytes(most_samples); }
 
   template <class Team>
   SPLINEVOX_HD void operator()(int index, const Team& team) const {
@@ -52,9 +53,20 @@ struct TrainKernel {
     const FrameView<float> frame = frames[slot];
     const RowHarmonics<Sh> harmonics(ray.direction);
     const Stage<Jet> stage{reinterpret_cast<float*>(team.scratch())};
-    const MarchList list(team.scratch() + Stage<Jet>::kBytes, most_samples);
+    const MarchList list(team.scratch() + Stage<Jet>::kBytes + kLanes * sizeof(float), most_samples);
     typename Team::template Lanes<Radiance> sample;
-    const Marched m = march<Sh, Moving>(team, ray, field, frame, harmonics, losses.stop, list, sample, [](auto&&...) {});
+    // In memory, because they live as long as the ray, and registers are few: the lanes' largest weights, then what is enough to show.
+    float* const heaviest = reinterpret_cast<float*>(team.scratch() + Stage<Jet>::kBytes);
+    team.each([&](int lane) { heaviest[lane] = 0; });
+    const Marched m = march<Sh, Moving>(team, ray, field, frame, harmonics, losses.stop, list, sample, [&](int lane, auto&&, float w, int) {
+      if (w > heaviest[lane]) heaviest[lane] = w;
+    });
+    if (radiance.seen) {
+      typename Team::template Lanes<float> most;
+      team.each([&](int lane) { most[lane] = heaviest[lane]; });
+      const float enough = losses.seen_share * team.max(most);
+      team.each([&](int lane) { heaviest[lane] = enough; });
+    }
     const Vec3 error = m.rgb + m.transmittance * ray.background - targets[index], d_rgb = 2.0f * error;
 
     float rest = m.transmittance * dot(ray.background, d_rgb);  // of the gradient: what is behind the samples to come
@@ -62,7 +74,6 @@ struct TrainKernel {
       team.each([&](int lane) {
         if (lane == 0) behind[index] = m.transmittance * d_rgb;
       });
-    const Vec3 probe = Jet ? draw_probe(losses.probe_seed, std::size_t(index)) : Vec3{};
     team.sync();
     typename Team::template Lanes<float> value;
     typename Team::template Lanes<bool> bad;
@@ -85,13 +96,14 @@ struct TrainKernel {
       });
       const float all = team.sum_after(later);
 
-      typename Team::template Lanes<bool> keep;
+      typename Team::template Lanes<bool> keep, shows;
       typename Team::template Lanes<SampleGradient<Sh>> gradient;
       typename Team::template Lanes<Place> place;
       team.each([&](int lane) {
         const Radiance& s = sample[lane];
         const float w = s.stored ? before[lane] * s.alpha : 0.0f;
         keep[lane] = s.stored && !(w < losses.min_weight);
+        shows[lane] = keep[lane] && radiance.seen && w > 0 && !(w < heaviest[lane]);
         if (!keep[lane]) return;
         const EmissionAdjoint<float> d = composite_vjp(s.emission, w, before[lane] * s.passed, field.step, rest + later[lane], d_rgb);
         gradient[lane] = sample_vjp(s, d, field, harmonics);
@@ -99,7 +111,7 @@ struct TrainKernel {
           SPLINEVOX_UNROLL for (const float g : p.v) bad[lane] |= !(g < largest && g > -largest);
         place[lane] = s.at;
       });
-      const std::uint32_t kept = team.ballot(keep);
+      const std::uint32_t kept = team.ballot(keep), shown = team.ballot(shows);
       SPLINEVOX_UNROLL for (int k = 0; k < Radiance::kWidth; k += 8) {
         team.sync();
         team.each([&](int lane) {
@@ -108,9 +120,10 @@ struct TrainKernel {
         });
         team.sync();
         constexpr int kUsed = 4 + RowHarmonics<Sh>::kCount;
-        accumulate<false>(team, field.radiance, place, kept, stage, k, kUsed - k < 8 ? kUsed - k : 8, k == 0, radiance);
+        accumulate<false>(team, field.radiance, place, kept, shown, stage, k, kUsed - k < 8 ? kUsed - k : 8, k == 0, radiance);
       }
       if constexpr (Moving) {
+        const Vec3 probe = Jet ? draw_probe(losses.probe_seed, std::size_t(index)) : Vec3{};  // here, where registers are free for it
         team.sync();
         team.each([&](int lane) {
           if (!keep[lane]) return;
@@ -128,7 +141,7 @@ struct TrainKernel {
           place[lane] = s.observed;
         });
         team.sync();
-        accumulate<Jet>(team, field.motion, place, kept, stage, 0, kMotionColumns, true, motion[slot]);
+        accumulate<Jet>(team, field.motion, place, kept, 0, stage, 0, kMotionColumns, true, motion[slot]);
       }
       rest += all;
     }

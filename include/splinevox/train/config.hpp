@@ -35,6 +35,8 @@ struct GridConfig {
   float box_margin = 0.05f;    ///< added around the visual hull, share of its longest edge
   float box_alpha = 0.1f;      ///< at a new stage the box shrinks to where one step has at least this alpha at some time
   std::vector<float> box;      ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
+  std::vector<float> empty_start;  ///< progress at which canonical matter that no ray has shown since the one before is emptied
+  float seen_share = 0.25f;    ///< of the heaviest sample of a ray: from this weight on a sample shows what is there
 };
 
 struct RadianceConfig {
@@ -138,6 +140,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("grid.box_margin", c.grid.box_margin, "margin around the visual hull, share of its longest edge", 0, 1);
   visit("grid.box_alpha", c.grid.box_alpha, "alpha per step the box must keep when it shrinks at a new stage", 0, 1);
   visit("grid.box", c.grid.box, "lo.xyz, hi.xyz of the scene box; empty = automatic", -inf, inf);
+  visit("grid.empty_start", c.grid.empty_start, "progress at which matter that no ray has shown is emptied", 0, 1);
+  visit("grid.seen_share", c.grid.seen_share, "share of a ray's heaviest sample from which on a sample shows what is there", 1e-3, 1);
   visit("radiance.sh_order", c.radiance.sh_order, "spherical harmonic order of the view rescale, -1 = none", -1, 3);
   visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
   visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);

@@ -33,12 +33,13 @@ class Engine {
   /// @param active     rows of the motion level that a sample may read, [bricks + 1]; the others are not contracted.
   /// @param times      model time of each frame slot of the batch, [0, 1].
   /// @param occupancy  of each frame slot.
-  /// @param radiance   gradient of model.radiance.raw, accumulated.
+  /// @param seen_share  of Gradient::seen.
+  /// @param radiance   gradient of model.radiance.raw, accumulated; marks what was seen, if it has a mask for that.
   /// @param motion     gradient of the collapsed motion level, accumulated; ignored when nothing moves.
   /// @param behind     gets the gradient of the colour behind each ray of the batch's tasks, [rays]; empty: not wanted.
   virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling,
                          const Batch& batch, const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
-                         const MotionLoss<float>& losses, std::uint64_t probe_seed,
+                         const MotionLoss<float>& losses, float seen_share, std::uint64_t probe_seed,
                          Gradient& radiance, Gradient& motion, std::span<Vec3> behind) = 0;
   /// Rays of the last batch whose loss or gradient was not finite, in order.
   virtual std::vector<int> bad_rays() const = 0;
