@@ -11,6 +11,7 @@
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/render/field_view.hpp"
+#include "splinevox/render/has_matter.hpp"
 #include "splinevox/render/scatter.hpp"
 #include "splinevox/render/specialise.hpp"
 
@@ -142,7 +143,7 @@ class RayEngine final : public Engine {
       const RayInput<float>& ray = batch.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
       const Vec3 error = result.rgb - batch.targets[i];
-      if (seen) show(field, w.kernel, seen_share, sampling.min_weight, seen);
+      if (seen && has_matter(batch.targets[i], ray.background)) show(field, w.kernel, seen_share, sampling.min_weight, seen);
       const double squared = dot(error, error);
       if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
       double motion = 0;

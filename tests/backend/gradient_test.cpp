@@ -43,6 +43,7 @@ struct Scene {
         const Ray ray{{2.5, uniform(random), uniform(random)}, normalize(Vec3d{-1, 0.3 * uniform(random), 0.3 * uniform(random)})};
         batch.rays.push_back(clip_ray(ray, model.box, model.step, 0.3f, Vec3{0.2f, 0.5f, 0.8f}));
         batch.targets.push_back({float(0.5 + 0.5 * uniform(random)), 0.4f, 0.9f});
+        if (i % 4 == 0) batch.targets.back() = batch.rays.back().background;
       }
     }
     if (jet) losses.offset = 0.02f, losses.offset_rigidity = 0.3f, losses.offset_softening = 1e-3f, losses.divergence = 0.03f;
@@ -142,5 +143,25 @@ TEST_SUITE("backend/gradient") {
           }
       std::printf("%s: gradients differ from the CPU's by %.1e of the largest at most\n", runner.name.c_str(), worst);
     }
+  }
+  TEST_CASE("a ray shows the rows around its heaviest samples, and none where the picture has the colour of the background") {
+    Scene scene(1, false, false);
+    VoxelModel& model = scene.model;
+    const auto marks = [&] {
+      Gradient radiance(model.radiance.raw), none;
+      radiance.seen.assign(model.radiance.raw.topology->bricks.size(), {});
+      std::vector<Vec3> behind(scene.batch.rays.size());
+      make_engine(1, false, false)
+          ->run(model, {}, model.step, scene.sampling, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied}, scene.losses, kSeen, kDraw, radiance, none, behind);
+      int marked = 0;
+      for (const RowMask& brick : radiance.seen)
+        for (int i = 0; i < kBrickRows; ++i) marked += brick.test(i);
+      return marked;
+    };
+    CHECK(marks() > 200);
+    for (std::size_t i = 0; i < scene.batch.rays.size(); ++i) scene.batch.targets[i] = scene.batch.rays[i].background;
+    CHECK(marks() == 0);
+    for (int i = 0; i < 16; ++i) scene.batch.targets[i].z += 0.02f;  // some of them pass through the box
+    CHECK(marks() >= kCorners);
   }
 }

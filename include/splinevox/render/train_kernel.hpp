@@ -2,6 +2,7 @@
 #pragma once
 
 #include "splinevox/render/accumulate.hpp"
+#include "splinevox/render/has_matter.hpp"
 #include "splinevox/render/march.hpp"
 #include "splinevox/render/motion_loss.hpp"
 
@@ -64,7 +65,8 @@ struct TrainKernel {
     if (radiance.seen) {
       typename Team::template Lanes<float> most;
       team.each([&](int lane) { most[lane] = heaviest[lane]; });
-      const float enough = losses.seen_share * team.max(most);
+      const float all = team.max(most), never = 2;  // no weight is beyond 1
+      const float enough = has_matter(targets[index], ray.background) ? losses.seen_share * all : never;
       team.each([&](int lane) { heaviest[lane] = enough; });
     }
     const Vec3 error = m.rgb + m.transmittance * ray.background - targets[index], d_rgb = 2.0f * error;

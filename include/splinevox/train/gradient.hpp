@@ -15,7 +15,8 @@ struct Gradient {
   Channels values;
   std::vector<RowMask> touched;  ///< [bricks + 1]
   /// [bricks + 1] rows that rays have shown, over many steps; empty: not kept. A ray shows the rows around those of its samples whose weight
-  /// T alpha is at least min_weight and `seen_share` of its largest: of smoke every sample, of a surface none behind it.
+  /// T alpha is at least min_weight and `seen_share` of its largest: of smoke every sample, of a surface none behind it; of fog none, where
+  /// the picture has nothing but background (has_matter).
   std::vector<RowMask> seen;
 
   explicit Gradient(const Channels& of);
