@@ -3,25 +3,25 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <optional>
 
 #include "app/command.hpp"
 #include "app/evaluate.hpp"
+#include "app/export_report.hpp"
+#include "app/join_ranks.hpp"
+#include "app/shares.hpp"
 #include "app/signals.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/process.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox::app {
 namespace {
 
 struct ExportVerb {
-  std::string run, out, frames = "1-120", device = "auto", clusters;
+  std::string run, out, frames = "1-120", device = "auto", clusters, share;
   ExportOptions options;
   bool full = false, afresh = false, quiet = false, json = false;
   int threads = 0;
@@ -48,10 +48,33 @@ std::optional<int> parse_clusters(const std::string& text) {
   return int(v[0]);
 }
 
-Json file_json(const ManifestFile& file) {
-  Json out{{"file", file.name}, {"bytes", file.digest.size}};
-  for (const auto& [key, value] : file.figures) out[key] = value;
-  return out;
+/// Makes the frames of options.share. @return 0, or the exit code of an interruption
+int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, int processes) {
+  const FolderLock lock(o.out, "exporting into", o.options.share.whole());
+  ExportReport report(talk, o.options);
+  const ExportResult result = export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& frame, int done, int total) {
+    report.add(frame, done, total);
+    return stop_signal() == 0;
+  });
+  if (!result.finished && stop_signal() != 0) {
+    fmt::print(stderr, "interrupted after {} frames; the same command goes on from there\n", result.frames.size());
+    return 128 + stop_signal();
+  }
+  report.summarise(result, o.out, processes);
+  return 0;
+}
+
+/// Each process its own share of the frames, and then the first what makes them a sequence.
+int export_together(ExportVerb& o, const Run& run, ExportReport::Talk talk, Ranks& ranks) {
+  o.options.share = {ranks.rank(), ranks.count()};
+  const bool bar = ranks.first() && talk == ExportReport::Talk::bar;
+  const double mine = export_share(o, run, bar ? talk : ExportReport::Talk::quiet, 1);
+  const std::vector<double> codes = ranks.gather({&mine, 1});  // returns when all have ended
+  const double code = *std::max_element(codes.begin(), codes.end());
+  if (code != 0 || !ranks.first()) return int(code);
+  o.options.share = {};
+  o.options.resume = true;
+  return export_share(o, run, bar ? ExportReport::Talk::summary : talk, ranks.count());
 }
 
 int export_run(ExportVerb& o) {
@@ -61,63 +84,16 @@ int export_run(ExportVerb& o) {
   o.options.clusters = parse_clusters(o.clusters);
   o.options.half = !o.full;
   o.options.resume = !o.afresh;
+  if (!o.share.empty()) o.options.share = chosen_share(o.share);
   validate(o.options);
+  const std::unique_ptr<Ranks> ranks = o.share.empty() ? join_ranks("export") : nullptr;
   const Run run = open_run(o.run);
   probe_output_folder(o.out);
-  const FolderLock lock(o.out, "exporting into");
   catch_stop_signals();
-  const bool bar = !o.quiet && !o.json && ::isatty(STDERR_FILENO);
-  double bytes = 0, speed = 0, writing = 0;
-  int kept = 0;
-  const auto start = std::chrono::steady_clock::now();
-  const double cpu = processor_seconds();
-  const ExportResult result = export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& f, int done, int total) {
-    bytes += double(f.file.digest.size);
-    for (const ManifestFile& file : f.beside) bytes += double(file.digest.size);
-    kept += f.kept ? 1 : 0;
-    writing += f.cpu_writing;
-    const auto look = [&](const ManifestFile& file) {
-      if (const auto s = file.figures.find("max_speed"); s != file.figures.end()) speed = std::max(speed, s->second);
-    };
-    look(f.file);
-    std::for_each(f.beside.begin(), f.beside.end(), look);
-    if (o.json) {
-      Json line{
-          {"frame", f.frame}, {"time", f.time}, {"file", f.file.name}, {"bytes", f.file.digest.size}, {"kept", f.kept}};
-      line["seconds"] = f.seconds;
-      line["seconds_writing"] = f.seconds_writing, line["cpu_writing"] = f.cpu_writing;
-      if (o.options.clusters) {
-        line["files"] = Json::array({file_json(f.file)});
-        for (const ManifestFile& file : f.beside) line["files"].push_back(file_json(file));
-      } else {
-        for (const auto& [key, value] : f.file.figures) line[key] = value;
-        for (const ManifestFile& file : f.beside)
-          for (const auto& [key, value] : file.figures) line[key] = value;
-      }
-      fmt::print("{}\n", line.dump());
-      std::fflush(stdout);
-    }
-    if (bar) fmt::print(stderr, "\r{} of {} frames{}", done, total, done == total ? "\n" : "");
-    return stop_signal() == 0;
-  });
-  if (!result.finished && stop_signal() != 0) {
-    fmt::print(stderr, "interrupted after {} frames; the same command goes on from there\n", result.frames.size());
-    return 128 + stop_signal();
-  }
-  if (o.quiet || o.json) return 0;
-  fmt::print("{}: {} frames, {:.1f} MB, profile {}", o.out, result.frames.size(), bytes / 1e6, o.options.profile);
-  if (kept > 0) fmt::print(", {} of them were there already", kept);
-  if (speed > 0) fmt::print(", fastest {:.3g} scene units a second", speed);
-  fmt::print("\n");
-  for (std::size_t c = 0; c < result.clusters.size(); ++c)
-    fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share,
-               c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));
-  if (const auto fresh = double(result.frames.size()) - kept; fresh > 0) {
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), used = processor_seconds() - cpu;
-    fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n", fresh / seconds, used / fresh, 100 * writing / used);
-  }
-  if (o.options.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", o.out);
-  return 0;
+  using Talk = ExportReport::Talk;
+  const Talk talk = o.quiet ? Talk::quiet : o.json ? Talk::json : ::isatty(STDERR_FILENO) ? Talk::bar : Talk::summary;
+  if (ranks) return export_together(o, run, talk, *ranks);
+  return export_share(o, run, talk, 1);
 }
 
 }  // namespace
@@ -150,6 +126,7 @@ Action export_command(CLI::App& verb) {
   verb.add_flag("--full", o->full, "32-bit floats instead of 16");
   verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");
   verb.add_option("--frames-at-once", e.frames_at_once, "frames in the making at a time, 0 = what threads and free memory allow")->capture_default_str();
+  add_share(verb, o->share);
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
   add_threads(verb, o->threads);

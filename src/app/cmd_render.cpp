@@ -13,6 +13,7 @@
 #include "app/edit_session.hpp"
 #include "app/evaluate.hpp"
 #include "app/film.hpp"
+#include "app/shares.hpp"
 #include "splinevox/backend/pictures.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/nearest.hpp"
@@ -24,7 +25,7 @@ namespace {
 const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigidity", "cluster"};
 
 struct RenderVerb {
-  std::string run, out, layers = "rgb", format = "png", device = "auto";
+  std::string run, out, layers = "rgb", format = "png", device = "auto", share;
   CameraRequest cameras;
   double fps = 24;
   int threads = 0;
@@ -62,6 +63,9 @@ int render(const RenderVerb& o) {
   if (o.format != "png" && o.format != "exr" && o.format != "mp4")
     fail(
         {"--format", "there is no such format", "png, exr or mp4", o.format, nearest(o.format, {"png", "exr", "mp4"})});
+  const Share share = chosen_share(o.share);
+  if (o.format == "mp4" && !share.whole())
+    fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out", o.format, "ffmpeg makes a film of pictures, too"});
   const Run run = open_run(o.run);
   const std::vector<Shot> shots = plan_shots(run, o.cameras);
   probe_output_folder(o.out);
@@ -71,7 +75,9 @@ int render(const RenderVerb& o) {
   std::optional<Renderer> part_renderer;
   if (parts) part_renderer.emplace(colours, make_pictures(device, colours));
   std::map<std::string, Film> films;
-  for (std::size_t i = 0; i < shots.size(); ++i) {
+  const std::int64_t own = (std::int64_t(shots.size()) + share.count - 1 - share.index) / share.count;
+  std::int64_t done = 0;
+  for (std::size_t i = std::size_t(share.index); i < shots.size(); i += std::size_t(share.count)) {
     Rendered r = renderer.render(shots[i].camera, shots[i].time);
     const Image part_picture = parts ? clamped(part_renderer->render(shots[i].camera, shots[i].time).rgb) : Image();
     if (o.format == "exr") write_layers(fmt::format("{}/frame_{:04}.exr", o.out, i + 1), r, part_picture, layers);
@@ -86,12 +92,12 @@ int render(const RenderVerb& o) {
           films.try_emplace(layer, fmt::format("{}/{}.mp4", o.out, layer), picture.width, picture.height, o.fps).first;
       film->second.add(picture);
     }
-    if (!o.quiet && ::isatty(STDERR_FILENO))
-      fmt::print(stderr, "\r{} of {} pictures{}", i + 1, shots.size(), i + 1 == shots.size() ? "\n" : "");
+    ++done;
+    if (!o.quiet && ::isatty(STDERR_FILENO) && share.index == 0) fmt::print(stderr, "\r{} of {} pictures{}", done, own, done == own ? "\n" : "");
   }
   for (auto& [layer, film] : films) film.finish();
   if (!o.quiet)
-    fmt::print("{}: {} pictures of {}x{}, {} as {}, on {}\n", o.out, shots.size(), shots[0].camera.width,
+    fmt::print("{}: {} pictures of {}x{}, {} as {}, on {}\n", o.out, done, shots[0].camera.width,
                shots[0].camera.height, fmt::join(layers, ", "), o.format, describe(device));
   return 0;
 }
@@ -118,6 +124,7 @@ Action render_command(CLI::App& verb) {
   verb.add_option("--fps", o->fps, "pictures a second of a film")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
+  add_share(verb, o->share);
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
   add_device(verb, o->device);

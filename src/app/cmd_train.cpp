@@ -84,7 +84,7 @@ void summarise(const Json& j, const RunFolder& folder) {
 }
 
 int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_point start) {
-  const std::unique_ptr<Ranks> ranks = join_ranks();
+  const std::unique_ptr<Ranks> ranks = join_ranks("train");
   const bool writes = !ranks || ranks->first();
   Progress progress(writes ? choose_talk(o.quiet, o.json) : Talk::quiet);
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);

@@ -57,11 +57,11 @@ void remove_leftovers(const std::string& folder) {
 
 }  // namespace
 
-FolderLock::FolderLock(const std::string& folder, const char* doing) {
+FolderLock::FolderLock(const std::string& folder, const char* doing, bool alone) {
   descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor_ < 0) return;
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0) {
-    remove_leftovers(folder);
+  if (::flock(descriptor_, (alone ? LOCK_EX : LOCK_SH) | LOCK_NB) == 0) {
+    if (alone) remove_leftovers(folder);
     return;
   }
   if (errno != EWOULDBLOCK) return;

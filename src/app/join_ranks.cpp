@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/join_ranks.hpp"
 
-#include <cstdlib>
 #include <string>
 
+#include "app/shares.hpp"
 #include "splinevox/core/error.hpp"
 
 #ifdef SPLINEVOX_MPI
@@ -14,14 +14,6 @@
 #endif
 
 namespace splinevox::app {
-
-Place launched_place() {
-  for (const auto& [rank, count] : {std::pair{"OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"}, {"PMI_RANK", "PMI_SIZE"}}) {
-    const char *r = std::getenv(rank), *n = std::getenv(count);
-    if (r && n && std::atoi(n) > 1) return {std::atoi(r), std::atoi(n)};
-  }
-  return {};
-}
 
 #ifdef SPLINEVOX_MPI
 namespace {
@@ -85,17 +77,17 @@ class MpiRanks final : public Ranks {
 
 }  // namespace
 
-std::unique_ptr<Ranks> join_ranks() {
-  if (launched_place().count == 1) return nullptr;
+std::unique_ptr<Ranks> join_ranks(const char*) {
+  if (launched_share().whole()) return nullptr;
   return std::make_unique<MpiRanks>();
 }
 
 #else
 
-std::unique_ptr<Ranks> join_ranks() {
-  const Place place = launched_place();
-  if (place.count > 1)
-    fail({"train", "there are several processes, and this build cannot let them train together", "a build with SPLINEVOX_MPI=ON", std::to_string(place.count) + " processes", "one process without mpirun"});
+std::unique_ptr<Ranks> join_ranks(const char* verb) {
+  const Share share = launched_share();
+  if (!share.whole())
+    fail({verb, "there are several processes, and this build cannot let them work together", "a build with SPLINEVOX_MPI=ON", std::to_string(share.count) + " processes", "one process without mpirun"});
   return nullptr;
 }
 

@@ -78,16 +78,24 @@ std::map<std::string, std::string> describe(const VoxelModel& model, const Expor
   return info;
 }
 
-/// Frames that an export with the same description listed, whether it ended or was interrupted.
+/// Frames that exports with the same description listed, whether they ended or were interrupted, of the whole or of shares.
 std::vector<ManifestFile> finished_frames(const std::string& folder, const std::map<std::string, std::string>& info) {
-  for (const char* name : {kPartialManifestName, kManifestName}) {
+  std::vector<std::string> names = partial_manifests(folder);
+  names.push_back(kManifestName);
+  std::vector<ManifestFile> files;
+  for (const std::string& name : names) {
     try {
       const Manifest manifest = read_manifest(folder, name);
-      if (manifest.kind == "export" && manifest.info == info) return manifest.files;
+      if (manifest.kind == "export" && manifest.info == info) files.insert(files.end(), manifest.files.begin(), manifest.files.end());
     } catch (const Error&) {  // none, or not one of ours: nothing is kept
     }
   }
-  return {};
+  return files;
+}
+
+std::string partial_name(const Share& share) {
+  if (share.whole()) return kPartialManifestName;
+  return "manifest.partial." + std::to_string(share.index + 1) + "of" + std::to_string(share.count) + ".json";
 }
 
 bool intact(const std::string& folder, const ManifestFile& file) {
@@ -191,8 +199,8 @@ class Sequence {
     for (const std::string& prefix : part_prefixes(clusters()))
       for (const std::string& name : {frame_name(out.frame, profile_), mesh_name(out.frame, options_.mesh_format)}) {
         if (!options_.mesh && name != frame_name(out.frame, profile_)) continue;
-        const auto found = std::find_if(finished_.begin(), finished_.end(), [&](const ManifestFile& f) { return f.name == prefix + name; });
-        if (found == finished_.end() || !intact(folder_, *found)) return false;
+        const auto found = std::find_if(finished_.begin(), finished_.end(), [&](const ManifestFile& f) { return f.name == prefix + name && intact(folder_, f); });
+        if (found == finished_.end()) return false;
         files.push_back(*found);
       }
     out.file = files[0];
@@ -228,6 +236,8 @@ void validate(const ExportOptions& o) {
           .hint = "install libnanovdb-dev, configure and build again, or choose another profile"});
   check(o.first >= 0 && o.first <= o.last && o.last < 1'000'000, "--frames", "FIRST-LAST, 0 <= FIRST <= LAST < 1000000",
         std::to_string(o.first) + "-" + std::to_string(o.last));
+  check(o.share.count >= 1 && o.share.index >= 0 && o.share.index < o.share.count, "--share", "K/N, 1 <= K <= N",
+        std::to_string(o.share.index + 1) + "/" + std::to_string(o.share.count));
   check(o.fps > 0 && o.fps <= 1000, "--fps", "a number in (0, 1000]", text(o.fps));
   check(o.seconds >= 0 && std::isfinite(o.seconds), "--seconds", "a number > 0, or 0 for the length of the sequence",
         text(o.seconds));
@@ -268,17 +278,20 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   make_folder(folder);
 
   Sequence sequence(model, folder, options);
-  const int total = sequence.total();
+  std::vector<int> own;
+  for (int i = 0; i < sequence.total(); ++i)
+    if (options.share.holds(i)) own.push_back(i);
+  const int total = int(own.size());
   Manifest manifest{"export", sequence.info(), {}};
   ExportResult result;
   if (sequence.parts()) result.clusters = sequence.parts()->clusters;
   std::vector<ExportedFrame> frames(std::size_t(total), ExportedFrame{});
-  const auto work = [&](int i) { frames[std::size_t(i)] = sequence.frame(i); };
+  const auto work = [&](int i) { frames[std::size_t(i)] = sequence.frame(own[std::size_t(i)]); };
   const auto finish = [&](int i) {
     const ExportedFrame& frame = frames[std::size_t(i)];
     manifest.files.push_back(frame.file);
     manifest.files.insert(manifest.files.end(), frame.beside.begin(), frame.beside.end());
-    if (!frame.kept) write_manifest(folder, manifest, kPartialManifestName);
+    if (!frame.kept || !options.share.whole()) write_manifest(folder, manifest, partial_name(options.share));
     result.frames.push_back(frame);
     return !progress || progress(frame, i + 1, total);
   };
@@ -287,12 +300,12 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   for (; at_once == 0 && going && done < total && sequence.frame_bytes() == 0; ++done) work(done), going = finish(done);
   if (at_once == 0) at_once = frames_that_fit(sequence.frame_bytes());
   if (going) in_order(total - done, at_once, [&](int i) { work(done + i); }, [&](int i) { return finish(done + i); });
-  if (int(result.frames.size()) < total) return result;
+  result.finished = int(result.frames.size()) == total;
+  if (!result.finished || !options.share.whole()) return result;
   if (options.controls) manifest.files.push_back({kControlsName, write_controls((fs::path(folder) / kControlsName).string(), model), {}});
   for (ManifestFile& file : write_sidecar(folder, model, options, sequence.lattice(), sequence.clusters())) manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);
-  remove_quietly(fs::path(folder) / kPartialManifestName);
-  result.finished = true;
+  for (const std::string& name : partial_manifests(folder)) remove_quietly(fs::path(folder) / name);
   return result;
 }
 

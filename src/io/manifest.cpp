@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/io/manifest.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -138,6 +139,17 @@ FileDigest write_manifest(const std::string& folder, const Manifest& manifest, c
   return write_file(path, {text});
 }
 
+std::vector<std::string> partial_manifests(const std::string& folder) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    if (name.starts_with("manifest.partial.") && name.ends_with(".json")) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 Manifest read_manifest(const std::string& folder, const std::string& name) {
   const std::string path = join(folder, name);
   return parse(path, read_file(path, kMaxBytes));
@@ -145,11 +157,11 @@ Manifest read_manifest(const std::string& folder, const std::string& name) {
 
 std::vector<FileCheck> verify(const std::string& folder) {
   namespace fs = std::filesystem;
-  if (!fs::exists(fs::path(folder) / kManifestName) && fs::exists(fs::path(folder) / kPartialManifestName))
+  if (const auto partial = partial_manifests(folder); !partial.empty() && !fs::exists(fs::path(folder) / kManifestName))
     fail({.where = folder,
           .what = "holds an export that was not finished",
           .expected = kManifestName,
-          .got = kPartialManifestName,
+          .got = partial.front(),
           .hint = "run the export again: the frames that are there are kept"});
   const Manifest manifest = read_manifest(folder);
   std::vector<FileCheck> checks;

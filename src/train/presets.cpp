@@ -37,6 +37,7 @@ Config standard() {
   Config c = ours();
   c.preset = "standard";
   c.run.max_time = 285;  // and 5 minutes with loading and saving
+  c.run.late_cost = 3.6;
   c.grid.radiance = {40, 64, 96, 128, 192};
   c.grid.radiance_start = {0, .1f, .2f, .35f, .55f};
   c.grid.motion = {4, 8, 16, 32, 64};
@@ -49,6 +50,7 @@ Config high() {
   Config c = ours();
   c.preset = "high";
   c.run.max_time = 1200;
+  c.run.late_cost = 3.6;
   c.grid.radiance = {40, 64, 96, 144, 192, 256};
   c.grid.radiance_start = {0, .05f, .1f, .2f, .35f, .6f};
   c.grid.motion = {4, 8, 16, 32, 64};
@@ -68,7 +70,7 @@ constexpr float tv_weight(float theirs, int channels) { return theirs * kPhotome
 /// What the published methods share: a Bezier curve, and none of what we added.
 Config published() {
   Config c;
-  c.run.max_time = 600, c.run.pace = 1;
+  c.run.max_time = 600, c.run.late_cost = 1;
   c.effects.steps = 0;
   c.run.background_order = -1;
   c.motion.basis = BasisKind::bezier;

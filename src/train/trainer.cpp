@@ -33,7 +33,7 @@ template <class State>
 double schedule_position(const State& s) {
   const RunConfig& run = s.config.run;
   double p = 0;
-  if (run.max_time > 0) p = std::max(p, clock_progress(s.seconds_before, s.seconds_at_start, run.max_time, run.pace));
+  if (run.max_time > 0) p = std::max(p, clock_progress(s.seconds_before, s.seconds_at_start, run.max_time, run.late_cost));
   if (run.max_steps > 0) p = std::max(p, double(s.step) / run.max_steps);
   return std::min(p, 1.0);
 }

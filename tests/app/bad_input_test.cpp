@@ -49,6 +49,9 @@ TEST_SUITE("app/bad input") {
         {{"eval", run}, "there is no such run", "splinevox train --out"},
         {{"render", run, "--out", run, "--layers", "rgbb"}, "there is no layer 'rgbb'", "rgb"},
         {{"render", run, "--out", run, "--format", "gif"}, "there is no such format", "png, exr or mp4"},
+        {{"render", run, "--out", run, "--share", "5/4"}, "this is not a share", "1/4 is the first of four"},
+        {{"export", run, "--out", run, "--share", "half"}, "'half' is not a number", "K/N"},
+        {{"render", run, "--out", run, "--format", "mp4", "--share", "1/2"}, "a film is written by one process", "png or exr"},
         {{"info", run}, "there is nothing of that name", "a run, a .vdb file or a data set"},
         {{"report", run, "--out", temp.str() + "/page.html"}, "there is no such run", ""},
     };

@@ -38,6 +38,15 @@ check "it had not finished" grep -q '"finished": false' half/metrics.json
 ranks 2 train scene --out half --resume --threads 1 --quiet
 check "the same bits" cmp two/model.vdb half/model.vdb
 
+echo "frames and pictures in shares"
+"$program" export two --out frames --frames 1-5 --threads 1 --quiet
+ranks 2 export two --out frames2 --frames 1-5 --threads 1 >told
+check "two ranks export the same files" diff -r frames frames2
+check "and one of them tells so" test "$(grep -c 'made by 2 processes' told)" = 1
+"$program" render two --out views --camera dataset:test --threads 1 --quiet
+ranks 2 render two --out views2 --camera dataset:test --threads 1 --quiet
+check "two ranks render the same pictures" diff -r views views2
+
 echo "an error ends all ranks, with its exit code"
 code=0
 ranks 2 train nowhere --out none --quiet 2>errors || code=$?

@@ -88,12 +88,20 @@ TEST_SUITE("app/run") {
                    "--size", "20"})
               .code == 0);
     CHECK(fs::exists(scene.path("own") + "/rgb_0002.png"));
+    CHECK(program({"render", run.string(), "--out", scene.path("shared"), "--camera", "dataset:test", "--share", "2/2"}).code == 0);
+    CHECK_FALSE(fs::exists(scene.path("shared") + "/rgb_0001.png"));
+    CHECK(slurp(scene.path("shared") + "/rgb_0002.png") == slurp(scene.path("views") + "/rgb_0002.png"));
 
     const Ended exported =
         program({"export", run.string(), "--out", scene.path("vdb"), "--frames", "1-2", "--fps", "24"});
     CAPTURE(exported.err);
     CHECK(exported.code == 0);
     CHECK(program({"verify", scene.path("vdb")}).code == 0);
+    for (const char* share : {"1/2", "2/2"})
+      CHECK(program({"export", run.string(), "--out", scene.path("shares"), "--frames", "1-2", "--share", share}).code == 0);
+    CHECK(program({"verify", scene.path("shares")}).code == 2);
+    CHECK(contains(program({"export", run.string(), "--out", scene.path("shares"), "--frames", "1-2"}).out, "2 of them were there already"));
+    CHECK(slurp(scene.path("shares") + "/manifest.json") == slurp(scene.path("vdb") + "/manifest.json"));
 
     write_text(scene.path("points.csv"), "id, x,y, z\na,0.1,0.2,0.3\nb, -0.1, 0, 0.5\n");
     const Ended track = program({"track", run.string(), "--points", scene.path("points.csv"), "--from", "0.5", "--to", "0,0.5,1", "--out", scene.path("tracks.csv")});

@@ -121,20 +121,22 @@ TEST_SUITE("hard/storage") {
         last = rate;
       }
     }
-    for (const double pace : {0.1, 0.75, 1.0})
+    for (const double late_cost : {1.0, 3.6, 100.0})
       for (const double start : {0.0, 7.25, 60.0, 90.0}) {  // loading may have taken all there was
-        CHECK(clock_progress(start, start, 60, pace) == (start < 60 ? 0 : 1));
-        CHECK(clock_progress(60, start, 60, pace) == 1);
-        CHECK(clock_progress(1e9, start, 60, pace) == 1);
+        CHECK(clock_progress(start, start, 60, late_cost) == (start < 60 ? 0 : 1));
+        CHECK(clock_progress(60, start, 60, late_cost) == 1);
+        CHECK(clock_progress(1e9, start, 60, late_cost) == 1);
         double last = 0;
         for (int i = 0; i <= 1000; ++i) {
-          const double progress = clock_progress(0.06 * i, start, 60, pace);
+          const double progress = clock_progress(0.06 * i, start, 60, late_cost);
           CHECK(progress >= last);
           CHECK(progress <= 1);
           last = progress;
         }
       }
     CHECK(clock_progress(35, 10, 60, 1) == doctest::Approx(0.5));
+    CHECK(clock_progress(10 + 50 * (0.5 * 0.5 + 0.5 * 0.25), 10, 60, 3) == doctest::Approx(0.5));  // a = 1/2
+    CHECK(clock_progress(10 + 50e-12, 10, 60, 3) == doctest::Approx(2e-12).epsilon(1e-9));
     Config c = short_run();
     c.run.max_steps = 0;
     CHECK_THROWS_AS(validate(c), Error);  // no end

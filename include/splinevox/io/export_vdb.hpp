@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "splinevox/core/share.hpp"
 #include "splinevox/field/cluster.hpp"
 #include "splinevox/io/manifest.hpp"
 
@@ -30,6 +31,7 @@ struct ExportOptions {
   double mesh_alpha = 0.25;            ///< it runs where a voxel has this opacity, (min_alpha, 1)
   std::optional<int> clusters;         ///< files of their own for each part that moves alike: how many, 2..16, 0 to choose
   int frames_at_once = 0;              ///< frames in the making at a time; 0: as many as there are threads and memory is free
+  Share share;                         ///< of the frames; a share ends without a manifest, and an export of the whole takes its frames over
   bool resume = true;                  ///< keep frames that an earlier export with the same model and settings finished
 };
 
@@ -51,7 +53,7 @@ using ExportProgress = std::function<bool(const ExportedFrame& frame, int done, 
 struct ExportResult {
   std::vector<ExportedFrame> frames;
   std::vector<MotionClusters::Cluster> clusters;  ///< if the options ask for them
-  bool finished = false;  ///< all frames and the manifest are written
+  bool finished = false;  ///< all frames of the share are written, and of the whole the manifest
 };
 
 /// Names of the profiles, for help texts and messages.
@@ -80,7 +82,9 @@ void validate(const ExportOptions& options);
 /// With `clusters`, cluster_0_frame_0001.vdb and so on instead: the density of one part each. They add up to the whole, voxel by
 /// voxel, because what is split is the frame that was baked.
 /// With `controls`, motion.vdb holds the model's control points and rigidity as grids, in no profile's names.
-/// The same model and options give the same bytes for any number of threads and of frames at once. Every file is written atomically.
+/// With a `share` of the frames only these are written, by as many processes as like side by side into one folder, each with a list of its own
+/// (partial_manifests); then one export of the whole keeps what they wrote, writes what is missing, and the rest.
+/// The same model and options give the same bytes for any number of threads, of shares and of frames at once. Every file is written atomically.
 /// Throws Error: Fault::input for bad options, Fault::output if a file cannot be written.
 ExportResult export_vdb(const VoxelModel& model, const std::string& folder, const ExportOptions& options,
                         const ExportProgress& progress = {});

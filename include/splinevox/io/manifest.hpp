@@ -34,6 +34,10 @@ ManifestFile manifest_entry(const std::string& folder, const std::string& name);
 /// Writes `folder`/`name` atomically. Write it last: it is what says that everything else is there.
 FileDigest write_manifest(const std::string& folder, const Manifest& manifest, const std::string& name = kManifestName);
 
+/// Names of the lists that exports which have not ended left in a folder: kPartialManifestName, and manifest.partial.1of4.json of the first of
+/// four shares. Empty also where there is no such folder.
+std::vector<std::string> partial_manifests(const std::string& folder);
+
 /// Throws Error (Fault::input) naming file and field if it is missing, malformed, newer, or lists a path outside the
 /// folder.
 Manifest read_manifest(const std::string& folder, const std::string& name = kManifestName);

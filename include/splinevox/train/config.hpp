@@ -17,7 +17,7 @@ enum class BackgroundKind { fixed, random };  ///< what training composites rays
 /// Length and repeatability of a run.
 struct RunConfig {
   double max_time = 60;  ///< seconds training may take; schedules are laid out over it. 0: max_steps decides
-  double pace = 0.7;    ///< by the clock, the schedules stand at that power of the share of the time since the first step; 1: in even shares
+  double late_cost = 2.6;  ///< by the clock, how much dearer than the first step the last one is taken to be: schedules run ahead (clock_progress)
   int max_steps = 0;     ///< optimiser steps; 0: max_time decides. Both given: whichever ends first
   std::uint64_t seed = 1;
   int downscale = 1;                     ///< block size of the area filter on the images
@@ -126,7 +126,7 @@ template <class C, class Visit>
 void visit_config(C& c, Visit&& visit) {
   constexpr double inf = 1e30;
   visit("run.max_time", c.run.max_time, "seconds of training, 0 = run.max_steps decides", 0, 1e7);
-  visit("run.pace", c.run.pace, "by the clock: power of the share of the time at which the schedules stand", 0.1, 1);
+  visit("run.late_cost", c.run.late_cost, "by the clock: how much dearer than the first step the last one is taken to be", 1, 100);
   visit("run.max_steps", c.run.max_steps, "optimiser steps, 0 = run.max_time decides", 0, 1e9);
   visit("run.seed", c.run.seed, "seed of every random draw", 0, 9e15);
   visit("run.downscale", c.run.downscale, "KxK pixel blocks are averaged", 1, 64);
