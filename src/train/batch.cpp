@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "by_time.hpp"
 #include "splinevox/core/parallel.hpp"
@@ -124,6 +125,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.tasks.clear();
   const int per_frame = patches * 4;
   const bool random = config_.background == BackgroundKind::random && !background.learned();
+  // A target of 1 is a lower bound (65535 times the float 1 / 65535 is 1); the float before it is as good a target as any other.
+  const float most = config_.clipped ? std::numeric_limits<float>::infinity() : std::nextafter(1.0f, 0.0f);
   for (int f = 0; f < frames; ++f)
     for (int first = 0; first < per_frame; first += kTaskRays)
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
@@ -147,7 +150,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const std::uint16_t* rgba = frame.image.pixel(x, y);
         const float alpha = rgba[3] * (1 / 65535.0f);
-        for (int c = 0; c < 3; ++c) out.targets[r][c] = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c];
+        for (int c = 0; c < 3; ++c) out.targets[r][c] = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);
       }
   });
 }

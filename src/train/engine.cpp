@@ -10,6 +10,7 @@
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/slice.hpp"
+#include "splinevox/math/photometric.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/has_matter.hpp"
 #include "splinevox/render/scatter.hpp"
@@ -142,7 +143,7 @@ class RayEngine final : public Engine {
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = batch.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
-      const Vec3 error = result.rgb - batch.targets[i];
+      const Vec3 error = photometric_error(result.rgb, batch.targets[i]);
       if (seen && has_matter(batch.targets[i], ray.background)) show(field, w.kernel, seen_share, sampling.min_weight, seen);
       const double squared = dot(error, error);
       if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;

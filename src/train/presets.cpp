@@ -78,6 +78,7 @@ Config published() {
   c.optimiser.beta2 = 0.999f, c.optimiser.shrink = 0;
   c.loss.tv_final = 1;
   c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;
+  c.sampling.clipped = false;
   return c;
 }
 

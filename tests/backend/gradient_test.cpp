@@ -44,6 +44,7 @@ struct Scene {
         batch.rays.push_back(clip_ray(ray, model.box, model.step, 0.3f, Vec3{0.2f, 0.5f, 0.8f}));
         batch.targets.push_back({float(0.5 + 0.5 * uniform(random)), 0.4f, 0.9f});
         if (i % 4 == 0) batch.targets.back() = batch.rays.back().background;
+        if (i % 8 == 3) batch.rays.back().background = {1.6f, 1.6f, 0.4f}, batch.targets.back() = {1, 0.7f, 1};  // clipped
       }
     }
     if (jet) losses.offset = 0.02f, losses.offset_rigidity = 0.3f, losses.offset_softening = 1e-3f, losses.divergence = 0.03f;

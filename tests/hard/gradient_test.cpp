@@ -8,6 +8,7 @@
 #include "hard/measured.hpp"
 #include "hard/scenes.hpp"
 #include "splinevox/core/rng.hpp"
+#include "splinevox/math/photometric.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/scatter.hpp"
 #include "splinevox/train/engine.hpp"
@@ -56,7 +57,7 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
         const RayInput<double> ray{cast<double>(in.origin), cast<double>(in.direction), in.count,
                                    cast<double>(in.background)};
         const auto result = kernel.forward(ray, field, frame, stop);
-        const Vec3d error = result.rgb - cast<double>(batch.targets[i]);
+        const Vec3d error = photometric_error(result.rgb, cast<double>(batch.targets[i]));
         out.value += dot(error, error);
         const std::size_t first = records.motion.size();
         backward(kernel, ray, result, field, 2.0 * error, 0.0, records);

@@ -14,6 +14,7 @@
 #include "splinevox/math/curve_prior.hpp"
 #include "splinevox/math/divergence.hpp"
 #include "splinevox/math/offset.hpp"
+#include "splinevox/math/photometric.hpp"
 #include "splinevox/math/sh.hpp"
 #include "splinevox/math/trilinear.hpp"
 #include "splinevox/math/tv.hpp"
@@ -163,6 +164,11 @@ TEST_SUITE("math/losses") {
     CHECK(knot_jumps_vjp<double>(still.data(), kStride, kPoints, 2, 1.0, 1e-5, gradient.data()) <= 1e-20);
     CHECK(curve_rest_vjp<double>(still.data(), kStride, kPoints, false, 1.0, 1e-5, gradient.data()) == 0);
     for (const double g : gradient) CHECK(std::abs(g) <= 1e-9);
+  }
+  TEST_CASE("a colour beyond what a picture can show is no error, one below it is") {
+    CHECK(photometric_error(Vec3{1.5f, 0.75f, 0.5f}, Vec3{1, 1, 0.25f}) == Vec3{0, -0.25f, 0.25f});
+    CHECK(photometric_error(Vec3{1, 1.25f, 2}, Vec3{1, std::nextafter(1.0f, 0.0f), 0}) == Vec3{0, 1.25f - std::nextafter(1.0f, 0.0f), 2});
+    CHECK(std::isnan(photometric_error(Vec3{std::nanf(""), 0, 0}, Vec3{1, 1, 1}).x));  // still found and discarded
   }
   TEST_CASE("offset loss: derivatives equal dual numbers, finite where the plain form is NaN") {
     for (const double size : {0.0, 1e-30, 1e-6, 0.1, 3.0})

@@ -10,6 +10,7 @@
 #include "splinevox/math/divergence.hpp"
 #include "splinevox/math/light.hpp"
 #include "splinevox/math/offset.hpp"
+#include "splinevox/math/photometric.hpp"
 #include "splinevox/math/view_factor.hpp"
 #include "splinevox/render/backward.hpp"
 #include "splinevox/render/scatter.hpp"
@@ -62,6 +63,7 @@ struct TinyScene {
       ray.background = {0.3, 0.6, 0.9};
       rays.push_back(ray);
       targets.push_back({0.5 + 0.5 * uniform(random), 0.5, 0.2});
+      if (i == 5) rays.back().background.x = 3, targets.back().x = targets.back().z = 1;  // clipped: brighter in red, darker in blue
       probes.push_back({1, i % 2 ? -1.0 : 1.0, 1});
     }
   }
@@ -161,7 +163,8 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
     }
     for (int c = 0; c < 3; ++c) {
       const T e = color[c] + transmittance * T(in.background[c]) - T(scene.targets[ray][c]);
-      total += e * e;
+      const bool clipped = scene.targets[ray][c] >= 1 && value_of(e) > 0;
+      if (!clipped) total += e * e;
     }
   }
   return total;
@@ -189,7 +192,7 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
     ray.origin = cast<Real>(scene.rays[i].origin), ray.direction = cast<Real>(scene.rays[i].direction);
     ray.count = scene.rays[i].count, ray.background = cast<Real>(scene.rays[i].background);
     const auto result = kernel.forward(ray, field, frame, Real(stop));
-    const Vec3T<Real> error = result.rgb - cast<Real>(scene.targets[i]);
+    const Vec3T<Real> error = photometric_error(result.rgb, cast<Real>(scene.targets[i]));
     value += dot(error, error);
     const std::size_t first = records.motion.size();
     backward(kernel, ray, result, field, Real(2) * error, Real(0), records);

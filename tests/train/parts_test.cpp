@@ -230,6 +230,17 @@ TEST_SUITE("train/bounds and batches") {
     sampler.draw(4, 1, 0.02f, {}, b);
     CHECK(a.targets != b.targets);
 
+    // What a picture shows as 1 is a target of 1, which means 1 or more; without `clipped` it is the float before it.
+    Split white = train;
+    for (Frame& frame : white.frames) std::fill(frame.image.rgba.begin(), frame.image.rgba.end(), std::uint16_t(65535));
+    for (const bool clipped : {true, false}) {
+      SamplingConfig as = config;
+      as.clipped = clipped, as.carve = 0;
+      BatchSampler(white, bounds.box, as, 9).draw(0, 1, 0.02f, {}, b);
+      for (const Vec3& target : b.targets)
+        for (int c = 0; c < 3; ++c) CHECK(target[c] == (clipped ? 1.0f : std::nextafter(1.0f, 0.0f)));
+    }
+
     // A window of time: the middle frames first, all of them in the end.
     config.window = 0.25f, config.window_full = 0.5f;
     const BatchSampler growing(train, bounds.box, config, 9);

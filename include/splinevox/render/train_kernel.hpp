@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "splinevox/math/photometric.hpp"
 #include "splinevox/render/accumulate.hpp"
 #include "splinevox/render/has_matter.hpp"
 #include "splinevox/render/march.hpp"
@@ -69,7 +70,7 @@ struct TrainKernel {
       const float enough = has_matter(targets[index], ray.background) ? losses.seen_share * all : never;
       team.each([&](int lane) { heaviest[lane] = enough; });
     }
-    const Vec3 error = m.rgb + m.transmittance * ray.background - targets[index], d_rgb = 2.0f * error;
+    const Vec3 error = photometric_error(m.rgb + m.transmittance * ray.background, targets[index]), d_rgb = 2.0f * error;
 
     float rest = m.transmittance * dot(ray.background, d_rgb);  // of the gradient: what is behind the samples to come
     if (behind)

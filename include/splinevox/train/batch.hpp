@@ -19,7 +19,7 @@ struct Batch {
   };
   std::vector<int> frames;              ///< training frame of each slot
   std::vector<RayInput<float>> rays;    ///< grouped by frame slot
-  std::vector<Vec3> targets;            ///< [rays] composited over the ray's background
+  std::vector<Vec3> targets;            ///< [rays] composited over the ray's background; 1: or more (math/photometric.hpp)
   std::vector<Task> tasks;              ///< fixed cut of the rays into pieces of work, none across frames
 };
 

@@ -96,6 +96,7 @@ struct SamplingConfig {
   float stop = 1e-3f;              ///< transmittance at which a training ray ends
   float min_weight = 1e-3f;        ///< samples with a smaller share in the pixel get no gradient
   BackgroundKind background = BackgroundKind::random;
+  bool clipped = true;             ///< pictures end at 1: where they show 1, more is no error
   int occupancy_cells = 64;        ///< cells along the longest edge of the space-time occupancy
   int occupancy_every = 500;       ///< steps between refreshes
   float occupancy_alpha = 0.01f;   ///< alpha of one step below which a cell is skipped
@@ -197,6 +198,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
   visit("sampling.min_weight", c.sampling.min_weight, "samples with a smaller share in the pixel get no gradient", 0, 0.1);
   visit("sampling.background", c.sampling.background, "fixed or random", 0, 1);
+  visit("sampling.clipped", c.sampling.clipped, "what pictures show as 1 is 1 or more", 0, 1);
   visit("sampling.occupancy_cells", c.sampling.occupancy_cells, "cells of the space-time occupancy", 8, 256);
   visit("sampling.occupancy_every", c.sampling.occupancy_every, "steps between occupancy refreshes", 1, 1e6);
   visit("sampling.occupancy_alpha", c.sampling.occupancy_alpha, "alpha per step below which a cell is skipped", 0, 1);
