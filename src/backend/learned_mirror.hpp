@@ -70,7 +70,7 @@ struct LearnedMirror {
   template <class Prior>
   void hold_curves(Executor& run, const MotionField& motion, const Prior& prior, float share, std::uint64_t draw, const float* sum = nullptr,
                    const std::uint64_t* among = nullptr) {
-    if (!prior.any() || !motion.displaces) return;
+    if (!prior.any()) return;
     run.for_each(CurvePriorKernel<Prior>{sum ? sum : values.data(), gradient.data(), touched.data(), rows(), among, width, motion.stride(),
                                          motion.stored_points(), motion.stored_points() < motion.points, prior, share, draw});
   }

@@ -85,7 +85,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.25f, 0.25f};
   c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
   c.grid.empty_start.clear();
-  c.loss.curve_length = c.loss.curve_rest = 0;  // weigh on few points more than on many
+  c.loss.curve_length = c.loss.curve_light = c.loss.curve_rest = 0;  // weigh on few points more than on many
   c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
   c.sampling.window = 1;  // every fit learns from the same pictures
   c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;

@@ -138,7 +138,7 @@ namespace {
 template <class Prior>
 void add_prior(const Channels& values, Learner& learner, const MotionField& motion, const Prior& prior, float share, std::uint64_t draw,
                std::span<const RowMask> among) {
-  if (!prior.any() || !motion.displaces) return;
+  if (!prior.any()) return;
   const int stride = motion.stride(), stored = motion.stored_points();
   const bool pinned = stored < motion.points;
   parallel_for(values.topology->brick_count(), [&](int index) {

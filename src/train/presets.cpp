@@ -9,14 +9,15 @@ namespace {
 void set_fine_curves(LossConfig& loss) { loss.curve_length = 0.02f, loss.curve_rest = 1e-4f; }
 
 /// What our presets share beyond the defaults: view dependence learns fast, and curves of many points are held together by the
-/// length of their polygons, which costs what stands still nothing, and keep only the knots they need. Matter that nothing shows is
-/// emptied, because motion would carry it into views that no picture was taken from (docs/experiments.md).
+/// length of their polygons, which costs what stands still nothing, and keep only the knots they need. Light changes slowly.
+/// Matter that nothing shows is emptied, because motion would carry it into views that no picture was taken from (docs/experiments.md).
 Config ours() {
   Config c;
   c.optimiser.lr_sh = 0.05f;
   c.motion.halve_start = {.3f};
   c.grid.empty_start = {.54f, .7f, .8f};
   c.loss.curve_length = 0.075f;
+  c.loss.curve_light = 1e-3f;
   c.loss.curve_knots = 3e-4f;
   return c;
 }

@@ -72,7 +72,7 @@ double apart(const AlignedVector<float>& a, const AlignedVector<float>& b) {
 TEST_SUITE("backend/gradient") {
   TEST_CASE("a device's gradients are the CPU's to 1e-5 of the largest, for every kernel, with total variation and the priors on curves") {
     constexpr float kTv = 1e-3f;
-    constexpr CurvePrior kCurves{.length = 1e-2f, .knots = 1e-2f, .spacing = 2, .softening = 1e-3f};
+    constexpr CurvePrior kCurves{.length = 1e-2f, .light = 2e-2f, .light_lane = 3, .knots = 1e-2f, .spacing = 2, .softening = 1e-3f};
     constexpr RestPrior kRest{.weight = 1e-2f, .softening = 1e-3f};
     for (const test::Runner& runner : test::runners()) {
       double worst = 0;

@@ -149,6 +149,8 @@ TEST_SUITE("math/losses") {
     };
     for (const bool pinned : {false, true}) slopes_agree([&]<class T>(const T* row, T* gradient) { return curve_length_vjp<T>(row, kStride, kPoints, pinned, T(0.3), gradient); });
     for (const bool pinned : {false, true})
+      slopes_agree([&]<class T>(const T* row, T* gradient) { return curve_length_vjp<T, 1>(row + 3, kStride, kPoints, pinned, T(0.3), gradient + 3); });
+    for (const bool pinned : {false, true})
       slopes_agree([&]<class T>(const T* row, T* gradient) { return curve_rest_vjp<T>(row, kStride, kPoints, pinned, T(0.3), T(1e-2), gradient); });
     for (const int spacing : {2, 4}) slopes_agree([&]<class T>(const T* row, T* gradient) { return knot_jumps_vjp<T>(row, kStride, kPoints, spacing, T(0.3), T(1e-2), gradient); });
 

@@ -84,6 +84,7 @@ SPLINEVOX_HD inline void curve_prior_vjp(const RestPrior& prior, const float* ro
 }
 SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride, int stored_points, bool pinned, float share, float* gradient) {
   if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
+  if (prior.light > 0) curve_length_vjp<float, 1>(row + prior.light_lane, stride, stored_points, pinned, prior.light / share, gradient + prior.light_lane);
   if (prior.knots > 0) knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
 }
 

@@ -10,11 +10,13 @@ namespace splinevox {
 /// What holds the curves of many control points together where pictures do not say otherwise.
 struct CurvePrior {
   float length = 0;     ///< weight of squared lengths between control points, 1 / scene units^2
+  float light = 0;      ///< weight of squared differences of the raw light between control points
+  int light_lane = 0;   ///< where a control point keeps its raw light
   float knots = 0;      ///< weight of jumps at knots that halving brought in, 1 / scene unit
   int spacing = 1;      ///< of the knots that were there before: 2 to the number of halvings
   float softening = 0;  ///< > 0 with knots; jumps much shorter than it pay by their square, scene units
 
-  constexpr bool any() const { return length > 0 || (knots > 0 && spacing > 1); }
+  constexpr bool any() const { return length > 0 || light > 0 || (knots > 0 && spacing > 1); }
 };
 
 /// What lets a place rest whose motion the pictures do not ask for: along stripes, say. It belongs to the motion as a whole. Weighed on
@@ -28,13 +30,14 @@ struct RestPrior {
 
 /// weight * sum_k |p_{k+1} - p_k|^2; adds its gradient.
 ///
-/// @param row     x, y, z of point k at row[stride * k]
+/// @tparam Lanes  3: of a place, 1: of the raw light
+/// @param row     the lanes of point k at row[stride * k]
 /// @param pinned  the curve starts at a point pinned to zero before the first stored one
-template <class T>
+template <class T, int Lanes = 3>
 SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_points, bool pinned, T weight, T* gradient) {
   T value = 0;
   for (int k = pinned ? 0 : 1; k < stored_points; ++k)
-    for (int a = 0; a < 3; ++a) {
+    for (int a = 0; a < Lanes; ++a) {
       const T step = row[stride * k + a] - (k == 0 ? T(0) : row[stride * (k - 1) + a]);
       const T d = T(2) * weight * step;
       value += weight * step * step;

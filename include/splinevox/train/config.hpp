@@ -79,6 +79,7 @@ struct LossConfig {
   DivergenceKind divergence_kind = DivergenceKind::analytic;
   bool ramp = false;              ///< multiply offset and divergence by 1/100 -> 1 over the run, as the released code
   float curve_length = 0;         ///< weight of the squared lengths between control points, in edges of the box, all voxels
+  float curve_light = 0;          ///< weight of the squared differences of the raw light between control points, all voxels
   float curve_knots = 0;          ///< weight of the jumps at knots that halving brought in, in edges of the box, all voxels
   float curve_rest = 0;           ///< weight of the lengths of the curves that all levels make together, in edges of the box, all voxels
 };
@@ -184,6 +185,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.divergence_kind", c.loss.divergence_kind, "analytic or hutchinson", 0, 1);
   visit("loss.ramp", c.loss.ramp, "ramp offset and divergence from 1/100 to 1", 0, 1);
   visit("loss.curve_length", c.loss.curve_length, "squared lengths between control points", 0, inf);
+  visit("loss.curve_light", c.loss.curve_light, "squared differences of the raw light between control points", 0, inf);
   visit("loss.curve_knots", c.loss.curve_knots, "bspline: jumps of the third derivative at knots that halving brought in", 0, inf);
   visit("loss.curve_rest", c.loss.curve_rest, "lengths of the curves as wholes, all levels together: what need not move rests", 0, inf);
   visit("sampling.frames", c.sampling.frames, "training images per step", 1, 64);
