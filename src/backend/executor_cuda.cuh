@@ -4,7 +4,9 @@
 #include <cuda_runtime.h>
 
 #include <cstddef>
+#include <memory>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 #include "backend/team_cuda.cuh"
@@ -37,6 +39,13 @@ __global__ void __launch_bounds__(kTeamsPerBlock * kLanes, 2) team_kernel(int n,
   const int within = int(threadIdx.x) / kLanes, i = int(blockIdx.x) * kTeamsPerBlock + within;
   if (i < n) kernel(i, DeviceTeam(scratch + within * scratch_bytes));
 }
+
+struct DestroyGraph {
+  void operator()(cudaGraph_t graph) const { cudaGraphDestroy(graph); }
+  void operator()(cudaGraphExec_t graph) const { cudaGraphExecDestroy(graph); }
+};
+using RecordedGraph = std::unique_ptr<std::remove_pointer_t<cudaGraph_t>, DestroyGraph>;
+using ReadyGraph = std::unique_ptr<std::remove_pointer_t<cudaGraphExec_t>, DestroyGraph>;
 
 /// HostExecutor's counterpart: a stream of one device. Nothing but download waits.
 class CudaExecutor {
@@ -94,6 +103,34 @@ class CudaExecutor {
     check_cuda(cudaStreamSynchronize(stream_), "a kernel");
   }
 
+  /// What `queue` queues, as one graph with one launch in place of each kernel's own. The graph of the time before is kept and only its
+  /// numbers are changed, where the kernels are the same ones. `queue` must neither wait nor take memory.
+  template <class Queue>
+  void together(Queue&& queue) {
+    check_cuda(cudaStreamBeginCapture(stream_, cudaStreamCaptureModeRelaxed), "recording a step");
+    cudaGraph_t recorded = nullptr;
+    try {
+      queue();
+    } catch (...) {  // the stream has to be as it was
+      cudaStreamEndCapture(stream_, &recorded);
+      RecordedGraph{recorded};
+      throw;
+    }
+    check_cuda(cudaStreamEndCapture(stream_, &recorded), "recording a step");
+    const RecordedGraph graph(recorded);
+    cudaGraphExecUpdateResultInfo why{};
+    if (ready_ && cudaGraphExecUpdate(ready_.get(), graph.get(), &why) != cudaSuccess) {
+      cudaGetLastError();  // other kernels than before: no error, but a graph to be made anew
+      ready_.reset();
+    }
+    if (!ready_) {
+      cudaGraphExec_t made = nullptr;
+      check_cuda(cudaGraphInstantiate(&made, graph.get(), 0), "making a step's graph");
+      ready_.reset(made);
+    }
+    check_cuda(cudaGraphLaunch(ready_.get(), stream_), "starting a step");
+  }
+
   template <class Kernel>
   void for_each(const Kernel& kernel) {
     const std::size_t n = kernel.count();
@@ -116,6 +153,7 @@ class CudaExecutor {
  private:
   static constexpr std::size_t kSharedByDefault = 48 * 1024;
   cudaStream_t stream_ = nullptr;
+  ReadyGraph ready_;
 };
 
 }  // namespace splinevox

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "backend/field_mirror.hpp"
@@ -38,7 +39,7 @@ class Steps final : public StepBackend {
   explicit Steps(bool deterministic) : deterministic_(deterministic) {}
 
   void upload(const StepModel& model) override {
-    model_ = model;
+    model_ = model, fresh_ = true;
     const VoxelModel& m = *model.model;
     most_samples_ = most_samples(m.box, m.step);
     if (most_samples_ > MarchList::kMostSamples)
@@ -70,18 +71,10 @@ class Steps final : public StepBackend {
   StepSums run(const StepInput& in) override {
     const int slots = int(in.times.size());
     prepare(in, slots);
-    if (!levels_.empty()) make_slices(slots);
-    march(in, slots);
-    if (!levels_.empty()) spread(in, slots);
-    radiance_.regularise(run_, in.tv_share, in.draw);
-    for (std::size_t l = 0; l < levels_.size(); ++l) {
-      levels_[l].regularise(run_, in.tv_share, in.draw + 1 + l);
-      levels_[l].hold_curves(run_, model_.model->motion, in.curves, in.tv_share, in.draw + 1 + l);
-    }
-    radiance_.check(run_, totals_.data() + 1, in.largest);
-    for (auto& level : levels_) level.check(run_, totals_.data() + 1, in.largest);
-    radiance_.update(run_, totals_.data(), in.factors, in.radiance_rate);
-    for (auto& level : levels_) level.update(run_, totals_.data(), in.factors, in.motion_rate);
+    if (std::exchange(fresh_, false))
+      queue(in, slots);
+    else
+      run_.together([&] { queue(in, slots); });
 
     std::int64_t t[5];
     run_.download(totals_, t);
@@ -104,6 +97,21 @@ class Steps final : public StepBackend {
   template <class T>
   void clear(Buffer<T>& buffer, std::size_t n) {
     run_.resize(buffer, n), run_.zero(buffer);
+  }
+  /// All kernels of a step.
+  void queue(const StepInput& in, int slots) {
+    if (!levels_.empty()) make_slices(slots);
+    march(in, slots);
+    if (!levels_.empty()) spread(in, slots);
+    radiance_.regularise(run_, in.tv_share, in.draw);
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      levels_[l].regularise(run_, in.tv_share, in.draw + 1 + l);
+      levels_[l].hold_curves(run_, model_.model->motion, in.curves, in.tv_share, in.draw + 1 + l);
+    }
+    radiance_.check(run_, totals_.data() + 1, in.largest);
+    for (auto& level : levels_) level.check(run_, totals_.data() + 1, in.largest);
+    radiance_.update(run_, totals_.data(), in.factors, in.radiance_rate);
+    for (auto& level : levels_) level.update(run_, totals_.data(), in.factors, in.motion_rate);
   }
   const LearnedMirror<Executor>& finest() const { return levels_.back(); }
   /// The sum of all levels on the finest lattice: with one level, that level.
@@ -210,6 +218,7 @@ class Steps final : public StepBackend {
   const bool deterministic_;
   StepModel model_{};
   int most_samples_ = 0;
+  bool fresh_ = true;  ///< the next step is the first since an upload: kernels are loaded when they first start, which a recording could not do
   Executor run_;
   LearnedMirror<Executor> radiance_;
   std::vector<LearnedMirror<Executor>> levels_;

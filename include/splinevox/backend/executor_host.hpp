@@ -49,6 +49,12 @@ class HostExecutor {
     if (from.size() > 0) std::memcpy(static_cast<void*>(to), from.data(), from.size() * sizeof(T));
   }
 
+  /// Calls `queue`; an executor may start all that it queues at once.
+  template <class Queue>
+  void together(Queue&& queue) {
+    queue();
+  }
+
   /// Calls kernel(i) for every i below kernel.count().
   template <class Kernel>
   void for_each(const Kernel& kernel) {
