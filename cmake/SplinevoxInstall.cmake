@@ -48,6 +48,7 @@ else()
   endif()
   set(pc_requires "OpenEXR libpng libjpeg zlib fmt tbb")
 endif()
+file(RELATIVE_PATH pc_up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(${PROJECT_SOURCE_DIR}/cmake/splinevox.pc.in ${PROJECT_BINARY_DIR}/splinevox.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/splinevox.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 

@@ -7,7 +7,11 @@ build=$1 out=$2
 limit_mb=60
 programs=("$build/src/app/splinevox" "$build/tests/backend/test_backend")
 command -v patchelf >/dev/null || { echo "bundle.sh needs patchelf" >&2; exit 1; }
-rm -rf "$out"
+if [[ -n $(ls -A "$out" 2>/dev/null) && ! -x $out/bin/splinevox ]]; then
+  echo "bundle.sh: $out holds something else than a bundle: give a folder that is new or empty" >&2
+  exit 2
+fi
+rm -rf -- "$out"
 mkdir -p "$out/bin" "$out/lib"
 for program in "${programs[@]}"; do
   install -s "$program" "$out/bin/"

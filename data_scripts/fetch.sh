@@ -23,8 +23,12 @@ sum() { sha256sum "$archive" | cut -d' ' -f1; }
 
 # What is whole already is not asked for again; what is longer than it should be is no beginning of anything.
 if [[ ! -f $archive || $expected == - || $(sum) != "$expected" ]]; then
-  # A server that has nothing to add to a whole file says so with an error.
-  curl --location --fail --show-error --continue-at - --output "$archive" "$address" || [[ -f $archive ]] || exit 1
+  code=0
+  curl --location --fail --show-error --continue-at - --output "$archive" "$address" || code=$?
+  case $code in
+    0 | 22 | 33 | 36) [[ -f $archive ]] || exit 1 ;;  # a server that has nothing to add to a whole file says so with an error
+    *) echo "fetch.sh: curl ended with $code; the same command goes on where it stopped" >&2; exit 1 ;;
+  esac
 fi
 got=$(sum)
 if [[ $expected != - && $got != "$expected" ]]; then

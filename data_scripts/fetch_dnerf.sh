@@ -8,7 +8,8 @@ folder=${1:?usage: fetch_dnerf.sh FOLDER}
 address=${DNERF_URL:-https://www.dropbox.com/s/0bf6fl0ye2vz3vr/data.zip?dl=1}
 command -v curl >/dev/null && command -v unzip >/dev/null || { echo "please install curl and unzip" >&2; exit 1; }
 mkdir -p "$folder"
-curl --location --fail --continue-at - --output "$folder/data.zip" "$address"
-unzip -t -q "$folder/data.zip" || { echo "$folder/data.zip is damaged: delete it and try again" >&2; exit 1; }
+whole() { unzip -t -q "$folder/data.zip" > /dev/null 2>&1; }
+whole || curl --location --fail --continue-at - --output "$folder/data.zip" "$address"  # of a whole file there is nothing to continue
+whole || { echo "$folder/data.zip is damaged: delete it and try again" >&2; exit 1; }
 unzip -n -q "$folder/data.zip" -d "$folder"
 find "$folder" -name transforms_train.json -printf '%h\n' | sort
