@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "data/film_read.hpp"
 #include "data/message_text.hpp"
@@ -45,7 +44,7 @@ Json lens_json(const Camera& c) {
   if (c.lens.kind == Distortion::Kind::none) return j;
   const bool fisheye = c.lens.kind == Distortion::Kind::fisheye;
   j["camera_model"] = fisheye ? "OPENCV_FISHEYE" : "OPENCV";
-  for (std::size_t i = 0; i < 4; ++i) j["k" + std::to_string(i + 1)] = c.lens.k[i];
+  for (std::size_t i = 0; i < 4; ++i) j[fmt::format("k{}", i + 1)] = c.lens.k[i];
   if (!fisheye) j["p1"] = c.lens.p[0], j["p2"] = c.lens.p[1];
   return j;
 }
@@ -54,16 +53,6 @@ Json matrix_json(const std::array<double, 16>& m) {
   Json matrix = Json::array();
   for (std::size_t row = 0; row < 4; ++row) matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3]});
   return matrix;
-}
-
-/// A name that no frame of the split has yet, with nothing in it that a path could trip over.
-std::string free_name(const std::string& name, std::set<std::string>& taken) {
-  std::string plain;
-  for (const char c : name) plain += (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '_' ? c : '_';
-  if (plain.empty()) plain = "r";
-  std::string unique = plain;
-  for (int i = 2; !taken.insert(unique).second; ++i) unique = fmt::format("{}_{}", plain, i);
-  return unique;
 }
 
 std::vector<char> png_of(const Image16& picture) {
@@ -75,13 +64,9 @@ std::vector<char> png_of(const Image16& picture) {
 
 /// Where a split's pictures go, relative to the folder, with their endings.
 std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
-  std::set<std::string> taken;
+  const std::vector<std::string> names = frame_names(raw, plan);
   std::vector<std::string> paths;
-  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
-    const std::string name = raw.frames[i].name.empty() ? plan.paths[i].stem().string() : raw.frames[i].name;
-    const std::string ending = plan.film() ? ".png" : plan.paths[i].extension().string();
-    paths.push_back("./" + raw.name + "/" + free_name(name, taken) + ending);
-  }
+  for (std::size_t i = 0; i < names.size(); ++i) paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i], plan.film() ? ".png" : plan.paths[i].extension().string()));
   return paths;
 }
 

@@ -33,10 +33,8 @@ Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
 /// Frames with everything but their pictures.
 Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map) {
   Split split{raw.name, {}};
-  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
-    const std::string& name = raw.frames[i].name;
-    split.frames.push_back({name.empty() ? plan.paths[i].stem().string() : name, camera_of(raw, i, plan), model_time(raw, i, map), {}});
-  }
+  const std::vector<std::string> names = frame_names(raw, plan);
+  for (std::size_t i = 0; i < raw.frames.size(); ++i) split.frames.push_back({names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}});
   return split;
 }
 

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 #include <exception>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "data/film_read.hpp"
 #include "data/fingerprint.hpp"
@@ -132,7 +134,30 @@ std::vector<Image16> decode_films(const PicturePlan& plan) {
   return images;
 }
 
+/// Without characters that mean something in a path, to any system.
+std::string plain(std::string name) {
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < 0x20 || std::strchr("/\\:*?\"<>|\x7f", c) != nullptr) c = '_';
+  return name.empty() || name[0] == '.' ? std::string("_").append(name) : name;
+}
+
 }  // namespace
+
+std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& plan) {
+  std::vector<std::string> names;
+  std::map<std::string, int> frames;
+  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
+    names.push_back(plain(raw.frames[i].name.empty() ? plan.paths[i].stem().string() : raw.frames[i].name));
+    ++frames[names.back()];
+  }
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (frames[names[i]] > 1) names[i] = plain(plan.paths[i].parent_path().filename().string()) + "_" + names[i];  // cam01/0007.png and cam02/0007.png
+    const std::string name = names[i];
+    for (int k = 2; !taken.insert(names[i]).second; ++k) names[i] = name + "_" + std::to_string(k);
+  }
+  return names;
+}
 
 std::vector<Image16> decode(const PicturePlan& plan) {
   if (plan.film()) return decode_films(plan);

@@ -22,6 +22,9 @@ struct PicturePlan {
   bool film() const { return !film_frame.empty() && film_frame[0] >= 0; }
 };
 
+/// A name for each frame, as its own file's or what the data set calls it, that no other frame of the split has and no path can trip over.
+std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& plan);
+
 /// "400 x 300".
 std::string size_text(const PictureSize& size);
 

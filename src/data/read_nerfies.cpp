@@ -145,6 +145,7 @@ RawScene read_nerfies(const fs::path& folder) {
   if (scene.splits.empty() || scene.splits[0].name != "train")
     fail({where, "there are no training frames", "names in 'train_ids'", "none", ""});
   if (scene.splits.size() == 1) {
+    sort_by_time(scene.splits[0]);
     RawScene held = hold_out(std::move(scene.splits[0]));
     scene.splits = std::move(held.splits), scene.notes.insert(scene.notes.end(), held.notes.begin(), held.notes.end());
   } else {

@@ -15,17 +15,20 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+/// "./images/a.png" and "images/a.png" are one file.
+std::string as_listed(const std::string& path) { return fs::path(path).lexically_normal().generic_string(); }
+
 /// {train,val,test}_filenames, where the file has them: which split a picture belongs to.
 std::map<std::string, std::string> read_split_lists(const json& file, const std::string& where) {
   std::map<std::string, std::string> split_of;
-  for (const char* split : {"train", "val", "test"}) {
+  for (const char* split : {"train", "test", "val"}) {  // where val and test are the same: test
     const std::string field = std::string(split) + "_filenames";
     const auto found = file.find(field);
     if (found == file.end()) continue;
     if (!found->is_array()) fail({where, "'" + field + "' is not a list", "an array of file paths", shown(*found), ""});
     for (const json& name : *found) {
       if (!name.is_string()) fail({where, "'" + field + "' holds something else than paths", "file paths as in 'frames'", shown(name), ""});
-      split_of.emplace(name.get<std::string>(), split);
+      split_of.emplace(as_listed(name.get<std::string>()), split);
     }
   }
   return split_of;
@@ -38,10 +41,10 @@ RawScene by_lists(RawSplit all, const std::map<std::string, std::string>& split_
   for (const char* name : {"train", "val", "test"}) {
     RawSplit split{name, all.file, all.timed, {}};
     for (const RawFrame& frame : all.frames)
-      if (const auto found = split_of.find(frame.file_path); found != split_of.end() && found->second == name) split.frames.push_back(frame);
+      if (const auto found = split_of.find(as_listed(frame.file_path)); found != split_of.end() && found->second == name) split.frames.push_back(frame);
     if (!split.frames.empty()) scene.splits.push_back(std::move(split));
   }
-  for (const RawFrame& frame : all.frames) nowhere += split_of.count(frame.file_path) == 0;
+  for (const RawFrame& frame : all.frames) nowhere += split_of.count(as_listed(frame.file_path)) == 0;
   if (nowhere > 0) scene.notes.push_back(std::to_string(nowhere) + " of " + std::to_string(all.frames.size()) + " frames are in none of the lists of file names and are left out");
   if (scene.splits.empty() || scene.splits[0].name != "train")
     fail({all.file, "no frame is in 'train_filenames'", "file paths as in 'frames'", "none that match", "remove the lists of file names: every eighth frame is then held out"});

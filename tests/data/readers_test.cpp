@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <random>
+#include <set>
 
 #include "data/expect_error.hpp"
 #include "data/layouts.hpp"
@@ -125,6 +126,24 @@ TEST_SUITE("data/readers") {
     CHECK(count_of(lists, "train") == 2);
     CHECK(count_of(lists, "test") == 1);
     CHECK(lists.notes[0] == "13 of 16 frames are in none of the lists of file names and are left out");
+    write_text(file, "{\"train_filenames\": [\"./images/frame_0000.png\", \"images/frame_0015.png\"], \"val_filenames\": [\"images/frame_0007.png\"], \"test_filenames\": [\"images/frame_0007.png\"], " + text.substr(1));
+    const Dataset same = load_dataset(folder.str());
+    CHECK(count_of(same, "train") == 2);
+    CHECK(count_of(same, "test") == 1);
+    CHECK(!same.find("val"));
+
+    write_text(file, text);
+    fs::create_directories(folder.path() / "other");
+    std::string twice = text;
+    twice.replace(twice.find("images/frame_0001"), 17, "other/frame_0000");
+    fs::copy_file(folder.path() / "images/frame_0001.png", folder.path() / "other/frame_0000.png");
+    write_text(file, twice);
+    std::set<std::string> names;
+    const Dataset cams = load_dataset(folder.str());
+    for (const char* split : {"train", "test"})
+      for (const Frame& frame : cams.find(split)->frames) names.insert(frame.name);
+    CHECK(names.size() == kCameras);
+    CHECK((names.contains("other_frame_0000") && names.contains("images_frame_0000") && names.contains("frame_0002")));
 
     for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].time = double(i / 4);
     write_nerfstudio(folder.path(), cameras);
