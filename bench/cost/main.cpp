@@ -141,7 +141,11 @@ int main(int argc, char** argv) {
   CLI::App* curve = words.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
   curve->add_option("RUN", runs, "runs")->required();
   curve->add_option("--out", o.out, "SVG file")->required();
-  CLI11_PARSE(words, argc, argv);
+  try {
+    words.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return words.exit(error) == 0 ? 0 : 2;  // --help is no mistake
+  }
   return app::exit_code_of("splinevox-bench", [&] {
     if (!*curve) return run(o);
     if (!(std::ofstream(o.out) << curves(runs))) fail_output({o.out, "this file could not be written", "", "a full disk?", ""});

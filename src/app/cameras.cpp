@@ -26,9 +26,11 @@ constexpr int kOrbitShots = 60;
 std::vector<double> parse_times(const std::string& text) {
   const char* expected = "T, or A:B:N with N >= 1: N times from A to B in the model's 0..1";
   const std::vector<double> v = numbers(text, ':', "--times", expected);
-  if (v.size() == 1) return v;
+  if (v.size() == 1 && v[0] >= 0 && v[0] <= 1) return v;
   if (v.size() != 3 || v[2] < 1 || v[2] > 1e6 || v[2] != std::floor(v[2]))
     fail({"--times", "this is not a range of times", expected, text, "--times 0:1:60"});
+  if (std::min(v[0], v[1]) < 0 || std::max(v[0], v[1]) > 1)
+    fail({"--times", "there is no such time in the model", "times from 0, the first moment of the training pictures, to 1, the last", text, "--times 0:1:60"});
   std::vector<double> times;
   for (int i = 0; i < int(v[2]); ++i) times.push_back(v[2] > 1 ? v[0] + (v[1] - v[0]) * i / (v[2] - 1) : v[0]);
   return times;
@@ -65,7 +67,7 @@ std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
   for (const Frame& f : data.find(split)->frames) shots.push_back({f.camera, std::clamp(f.time, 0.0, 1.0)});
   if (parts.size() < 3) return shots;
   const std::vector<double> index = numbers(parts[2], ',', "--camera", "dataset:SPLIT:INDEX");
-  if (index[0] < 0 || index[0] >= double(shots.size()) || index[0] != std::floor(index[0]))
+  if (index.size() != 1 || index[0] < 0 || index[0] >= double(shots.size()) || index[0] != std::floor(index[0]))
     fail({"--camera", fmt::format("the {} split has no frame {}", split, parts[2]),
           fmt::format("a number in [0, {}]", shots.size() - 1), request.camera, ""});
   return {shots[std::size_t(index[0])]};
@@ -137,7 +139,7 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request) {
   if (times.empty()) return shots;
   std::vector<Shot> planned;
   for (std::size_t i = 0; i < times.size(); ++i)
-    planned.push_back({shots[i * shots.size() / times.size()].camera, std::clamp(times[i], 0.0, 1.0)});
+    planned.push_back({shots[i * shots.size() / times.size()].camera, times[i]});
   return planned;
 }
 

@@ -60,7 +60,7 @@ int edit(const EditVerb& o, const std::vector<Asked>& asked) {
   Manifest manifest{"run", {{"splinevox", kVersion}, {"edited", "yes"}}, {}};
   manifest.files.push_back({"config.toml", write_file(folder.file("config.toml"), {read_text(from + "/config.toml")}), {}});
   manifest.files.push_back({"model.vdb", save_model(folder.file("model.vdb"), session.model(), notes), {}});
-  manifest.files.push_back({kEditHistory, write_file(folder.file(kEditHistory), {Json{{"history", steps}}.dump(2) + "\n"}), {}});
+  manifest.files.push_back({kEditHistory, write_file(folder.file(kEditHistory), {json_text({{"history", steps}}, 2) + "\n"}), {}});
   write_manifest(folder.path(), manifest);
   if (!o.quiet) fmt::print("{}\n", folder.path());
   return 0;

@@ -24,6 +24,7 @@ struct EvalOptions {
   std::string run, data, split = "test", images, device = "auto";
   int threads = 0;
   bool json = false, truth = false;
+  Otherwise otherwise;
 };
 
 /// The figures of a split into the run: those of the test split join what training left in metrics.json, others get a
@@ -40,7 +41,7 @@ void save(const Run& run, const Json& result) {
   Json merged = result;  // the figures of interest first
   for (const auto& [key, value] : metrics.items())
     if (!merged.contains(key)) merged[key] = value;
-  write_file(path, {merged.dump(2) + "\n"});
+  write_file(path, {json_text(merged, 2) + "\n"});
 }
 
 Json truth_figures(const MotionScore& s) {
@@ -72,7 +73,7 @@ void print_truth(const MotionScore& s) {
 
 int evaluate(const EvalOptions& o) {
   const Device device = choose_device(o.device);
-  const Run run = open_run(o.run);
+  const Run run = open_run(o.run, o.otherwise);
   const Dataset data = open_split(run, o.data, o.split);
   if (!o.images.empty()) probe_output_folder(o.images);
   std::vector<SurfaceFrame> truth;  // read before the views are rendered: an absent file should be told at once
@@ -112,9 +113,9 @@ int evaluate(const EvalOptions& o) {
                     {"eval_data", fs::absolute(data.path).lexically_normal().string()}};
   MotionScore motion;
   if (o.truth) motion = score_motion(run.model, truth), result["truth"] = truth_figures(motion);
-  save(run, result);
+  if (!o.otherwise.any()) save(run, result);  // the run keeps figures of its own pictures
   if (o.json)
-    fmt::print("{}\n", result.dump(2));
+    fmt::print("{}\n", json_text(result, 2));
   else
     fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", result["psnr"].get<double>(),
                ssim_sum / n, ms_ssim_sum / n, frames.size());
@@ -131,6 +132,7 @@ Action eval_command(CLI::App& verb) {
   verb.add_option("--split", o->split, "whose pictures to compare with")->type_name("{test,val,train}")->capture_default_str();
   verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
+  add_otherwise(verb, o->otherwise);
   verb.add_flag("--json", o->json, "the figures as JSON on stdout");
   add_threads(verb, o->threads);
   add_device(verb, o->device);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -54,11 +55,11 @@ int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, i
   ExportReport report(talk, o.options);
   const ExportResult result = export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& frame, int done, int total) {
     report.add(frame, done, total);
-    return stop_signal() == 0;
+    return !stop_asked();
   });
-  if (!result.finished && stop_signal() != 0) {
+  if (!result.finished && stop_asked()) {
     fmt::print(stderr, "interrupted after {} frames; the same command goes on from there\n", result.frames.size());
-    return 128 + stop_signal();
+    return kInterrupted;
   }
   report.summarise(result, o.out, processes);
   return 0;
@@ -88,6 +89,9 @@ int export_run(ExportVerb& o) {
   validate(o.options);
   const std::unique_ptr<Ranks> ranks = o.share.empty() ? join_ranks("export") : nullptr;
   const Run run = open_run(o.run);
+  std::error_code ignored;
+  if (std::filesystem::exists(o.out + "/config.toml", ignored))
+    fail({o.out, "this is the folder of a run, and an export would replace the list of its files", "a folder of its own", "", "--out " + o.out + "/vdb"});
   probe_output_folder(o.out);
   catch_stop_signals();
   using Talk = ExportReport::Talk;

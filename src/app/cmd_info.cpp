@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <memory>
 
@@ -55,24 +56,32 @@ bool same_family(const Json& a, const Json& b) {
   return true;
 }
 
+/// How large voxels are and where voxel (0, 0, 0) is.
+std::string transform_text(const Json& grid) {
+  if (!grid["linear"].get<bool>()) return "not linear";
+  const auto v = grid["voxel_size"].get<std::array<double, 3>>(), o = grid["origin"].get<std::array<double, 3>>();
+  const std::string size = v[0] == v[1] && v[1] == v[2] ? fmt::format("{:.6g}", v[0]) : fmt::format("{:.6g} x {:.6g} x {:.6g}", v[0], v[1], v[2]);
+  return fmt::format("{} from ({:.5g}, {:.5g}, {:.5g})", size, o[0], o[1], o[2]);
+}
+
 void print_vdb(const Json& j) {
   fmt::print("{}: {:.2f} MB, {}{}\n", j["file"].get<std::string>(), j["bytes"].get<double>() / 1e6,
              j["version"].get<std::string>(), j["sealed"].get<bool>() ? ", checksum right" : "");
-  fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>10} {:>16}\n", "grid", "type", "class", "active", "leaves",
-             "memory", "voxel");
+  fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>10}           {:<44}voxels\n", "grid", "type", "class", "active", "leaves", "memory", "voxel size and origin");
   const Json& grids = j["grids"];
   for (std::size_t i = 0; i < grids.size();) {
     const Json& g = grids[i];
     std::size_t next = i + 1;  // sh0, sh1, ... or control_0, control_1, ... of one shape share a line
     while (next < grids.size() && same_family(g, grids[next])) ++next;
     std::string name = g["name"].get<std::string>();
-    if (next > i + 1) name += ".." + number_of(grids[next - 1]["name"].get<std::string>());
+    const bool several = next > i + 1;
+    if (several) name += ".." + number_of(grids[next - 1]["name"].get<std::string>());
     i = next;
     const Json &lo = g["bounds"][0], &hi = g["bounds"][1];
-    fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>7.1f} MB {:>11.6f}{}  ", name,
+    fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>7.1f} MB{:5} {:4} {:<44}", name,
                g["type"].get<std::string>(), g["class"].get<std::string>(), g["active_voxels"].get<std::uint64_t>(),
                g["leaves"].get<std::uint64_t>(), g["memory_bytes"].get<double>() / 1e6,
-               g["voxel_size"][0].get<double>(), g["half"].get<bool>() ? " half" : "     ");
+               several ? " each" : "", g["half"].get<bool>() ? "half" : "", transform_text(g));
     if (lo[0] <= hi[0])
       fmt::print("[{} {} {}] to [{} {} {}]", lo[0].dump(), lo[1].dump(), lo[2].dump(), hi[0].dump(), hi[1].dump(),
                  hi[2].dump());
@@ -147,7 +156,7 @@ int info(const std::string& path, bool json) {
   else
     j = dataset_json(path);
   if (json)
-    fmt::print("{}\n", j.dump(2));
+    fmt::print("{}\n", json_text(j, 2));
   else
     print(j);
   return 0;

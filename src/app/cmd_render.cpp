@@ -27,6 +27,7 @@ const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigi
 struct RenderVerb {
   std::string run, out, layers = "rgb", format = "png", device = "auto", share;
   CameraRequest cameras;
+  Otherwise otherwise;
   double fps = 24;
   int threads = 0;
   bool quiet = false;
@@ -66,7 +67,7 @@ int render(const RenderVerb& o) {
   const Share share = chosen_share(o.share);
   if (o.format == "mp4" && !share.whole())
     fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out", o.format, "ffmpeg makes a film of pictures, too"});
-  const Run run = open_run(o.run);
+  const Run run = open_run(o.run, o.otherwise);
   const std::vector<Shot> shots = plan_shots(run, o.cameras);
   probe_output_folder(o.out);
   Renderer renderer(run.model, make_pictures(device, run.model));
@@ -124,6 +125,7 @@ Action render_command(CLI::App& verb) {
   verb.add_option("--fps", o->fps, "pictures a second of a film")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
+  add_otherwise(verb, o->otherwise);
   add_share(verb, o->share);
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);

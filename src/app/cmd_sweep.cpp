@@ -48,7 +48,7 @@ int sweep(const SweepVerb& o) {
     write_file(o.out + "/table.md", {sweep_table(tasks)});
     if (!o.quiet) fmt::print("{}{}/table.csv\n", sweep_table(tasks), o.out);
   }
-  if (stop_signal() != 0) return 128 + stop_signal();
+  if (stop_asked()) return kInterrupted;
   return failed.empty() ? 0 : 1;
 }
 

@@ -3,10 +3,12 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "app/command.hpp"
 #include "app/support.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 
 namespace splinevox::app {
@@ -34,6 +36,8 @@ Action synth_command(CLI::App& verb) {
   return [o] {
     SynthScene::open(o->scene, o->synth.look);  // a wrong name is found before a folder is made
     probe_output_folder(o->out);
+    if (!std::filesystem::is_empty(o->out))  // another data set's transforms files have the same names
+      fail({o->out, "this folder is not empty", "an empty folder, or a name that is free", "", "another folder for --out"});
     return with_threads(o->threads, [&] {
       const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
       write_synth(o->scene, o->out, o->synth, [&](int done, int total) {

@@ -65,7 +65,7 @@ std::string json(const PointTable& table, double from, const std::vector<std::st
     }
     points.push_back(std::move(point));
   }
-  return Json{{"points", points}}.dump(1) + "\n";
+  return json_text({{"points", points}}, 1) + "\n";
 }
 
 int run_track(const TrackVerb& o) {

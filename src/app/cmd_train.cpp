@@ -16,6 +16,7 @@
 #include "app/train_session.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/atomic_file.hpp"
+#include "splinevox/io/manifest.hpp"
 
 namespace fs = std::filesystem;
 
@@ -65,7 +66,7 @@ void settle_effects(Config& config, bool forced, const Dataset& data, const RunF
   const Json effects = effects_json(choice, config, used, forced);
   progress.note(effects_line(effects));
   if (!writes) return;
-  write_file(folder.file("effects.json"), {effects.dump(2) + "\n"});
+  write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
 }
 
 void summarise(const Json& j, const RunFolder& folder) {
@@ -83,6 +84,20 @@ void summarise(const Json& j, const RunFolder& folder) {
   fmt::print("model: {}\n", folder.file("model.vdb"));
 }
 
+/// Whether a run has had its budget and saved what came of it.
+bool has_ended(const RunFolder& folder) {
+  if (!folder.has("metrics.json") || !folder.has("model.vdb")) return false;
+  const Json metrics = read_json(folder.file("metrics.json"));
+  return metrics.is_object() && metrics.value("finished", false);
+}
+
+/// Leaves such a run as it is, with what `eval` wrote about it.
+int leave(const RunFolder& folder, Progress& progress) {
+  progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));
+  if (progress.talk() == Talk::json) fmt::print("{}\n", json_text(read_json(folder.file("metrics.json"))));
+  return 0;
+}
+
 int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_point start) {
   const std::unique_ptr<Ranks> ranks = join_ranks("train");
   const bool writes = !ranks || ranks->first();
@@ -96,18 +111,28 @@ int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_
   bool checkpoint = o.resume && folder.has("config.toml") &&
                           (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
   if (ranks) checkpoint = ranks->from_first(checkpoint) != 0;
-  Config saved;
+  const bool known = o.resume && folder.has("config.toml");
+  Config saved;  // as it trains
   RunRecord record;
-  if (checkpoint) read_run_config(folder.path(), saved, record);
-  Config config = effective_config(o, checkpoint ? &saved : nullptr);
-  if (o.resume && !checkpoint)
-    progress.note(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
+  if (known) read_run_config(folder.path(), saved, record);
+  Config before = saved;  // as it was asked for
+  if (known && folder.has(kAskedConfig)) read_config(before, folder.file(kAskedConfig));
+  const Config asked = effective_config(o, known ? &before : nullptr);
+  Config config = checkpoint ? saved : asked;
+  bool finished = known && has_ended(folder);
+  if (ranks) finished = ranks->from_first(finished) != 0;
+  if (o.resume && !checkpoint && !finished) {
+    const std::string afresh = fmt::format("there is no checkpoint in {}: starting afresh", folder.path());
+    if (progress.talk() == Talk::json) fmt::print("{}\n", json_text({{"note", afresh}}));
+    progress.note(afresh);
+  }
 
   LoadOptions load;
   load.downscale = config.run.downscale;
   load.splits = {"train"}, load.if_there = {"val"};
   const Dataset data = load_dataset(o.dataset, load);
-  if (checkpoint) check_same_run(folder, saved, config, record, data);
+  if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
+  if (finished) return leave(folder, progress);
   greet(data, config, device, progress);
   if (!checkpoint) {
     settle_bounds(config, data, progress);
@@ -115,6 +140,9 @@ int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(), data.fingerprint,
               data.time_map};
     if (writes) {
+      std::error_code ignored;
+      for (const char* name : {"metrics.json", kManifestName, kAskedConfig}) fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone
+      if (!config_difference(asked, config).empty()) write_file(folder.file(kAskedConfig), {write_config(asked)});
       write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
       write_file(folder.file("metrics.jsonl"), {std::string()});
     }
@@ -122,19 +150,19 @@ int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   TrainSession session({config, data, folder, used, checkpoint, ranks.get(), device, o.deterministic}, progress);
   Json figures = session.run();
-  if (!writes) return session.stopped_by() ? 128 + session.stopped_by() : 0;
+  if (!writes) return session.interrupted() ? kInterrupted : 0;
   figures["threads"] = tbb::this_task_arena::max_concurrency();
   figures["device"] = describe(device);
   if (!figures["finished"].get<bool>()) {
     if (progress.talk() == Talk::json)
-      fmt::print("{}\n", Json{{"interrupted", true}, {"step", figures["steps"]}}.dump());
+      fmt::print("{}\n", json_text({{"interrupted", true}, {"step", figures["steps"]}}));
     progress.note(fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume",
                               figures["steps"].get<std::int64_t>()));
-    write_file(folder.file("metrics.json"), {figures.dump(2) + "\n"});
-    return 128 + session.stopped_by();
+    write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
+    return kInterrupted;
   }
-  write_file(folder.file("metrics.json"), {figures.dump(2) + "\n"});
-  if (progress.talk() == Talk::json) fmt::print("{}\n", figures.dump());
+  write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
+  if (progress.talk() == Talk::json) fmt::print("{}\n", json_text(figures));
   if (progress.talk() == Talk::bar || progress.talk() == Talk::lines) summarise(figures, folder);
   return 0;
 }

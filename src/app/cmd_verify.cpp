@@ -28,7 +28,7 @@ Action verify_command(CLI::App& verb) {
       if (!o->json) fmt::print("{:<4} {}{}{}\n", c.ok ? "ok" : "BAD", data::printable(c.file), c.ok ? "" : ": ", c.problem);
     }
     if (o->json)
-      fmt::print("{}\n", Json{{"folder", o->folder}, {"bad", bad}, {"files", files}}.dump(2));
+      fmt::print("{}\n", json_text({{"folder", o->folder}, {"bad", bad}, {"files", files}}, 2));
     else
       fmt::print("{} of {} files are whole\n", checks.size() - std::size_t(bad), checks.size());
     return bad ? 2 : 0;

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "app/colours.hpp"
+#include "app/train_options.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/io/model_vdb.hpp"
@@ -37,6 +38,20 @@ Run open_run(const std::string& path) {
   while (run.path.size() > 1 && run.path.back() == '/') run.path.pop_back();
   read_run_config(run.path, run.config, run.record);
   run.model = load_model(run.path + "/model.vdb", &run.notes);
+  return run;
+}
+
+void add_otherwise(CLI::App& verb, Otherwise& o) {
+  verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures, if not as in training")->check(CLI::Range(1, 64));
+  verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, if not what it was in training");
+}
+
+Run open_run(const std::string& path, const Otherwise& otherwise) {
+  Run run = open_run(path);
+  if (otherwise.downscale) run.config.run.downscale = *otherwise.downscale;
+  if (!otherwise.background) return run;
+  const std::vector<float> c = parse_background(*otherwise.background);
+  run.model.background = {.color = {c[0], c[1], c[2]}};
   return run;
 }
 

@@ -26,6 +26,17 @@ struct Run {
 };
 /// Throws Error (input).
 Run open_run(const std::string& path);
+
+/// What a verb may be told instead of what the run says.
+struct Otherwise {
+  std::optional<int> downscale;
+  std::optional<std::string> background;
+  bool any() const { return downscale || background; }
+};
+void add_otherwise(CLI::App& verb, Otherwise& otherwise);
+/// open_run, changed accordingly. Throws Error (input).
+Run open_run(const std::string& path, const Otherwise& otherwise);
+
 /// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale and time map.
 Dataset open_split(const Run& run, const std::string& dataset, const std::string& split);
 

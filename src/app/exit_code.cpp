@@ -25,7 +25,7 @@ int run(const char* program, const std::function<int()>& work) {
   } catch (const Error& error) {
     return say(program, error.what(), error.fault == Fault::input ? 2 : 1);
   } catch (const std::bad_alloc&) {
-    return say(program, "out of memory\n  try:      --downscale 2, or fewer cells: --set grid.radiance=40,64,96", 1);
+    return say(program, "out of memory\n  try:      --downscale 2, or fewer cells: --set grid.radiance=40,64,96 --set grid.radiance_start=0,.15,.5", 1);
   } catch (const std::exception& error) {
     return say(program, error.what(), 1);
   }

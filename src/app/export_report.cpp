@@ -48,7 +48,7 @@ void ExportReport::print_line(const ExportedFrame& f) const {
     for (const ManifestFile& file : f.beside)
       for (const auto& [key, value] : file.figures) line[key] = value;
   }
-  fmt::print("{}\n", line.dump());
+  fmt::print("{}\n", json_text(line));
   std::fflush(stdout);
 }
 
@@ -67,6 +67,9 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
   for (std::size_t c = 0; c < result.clusters.size(); ++c)
     fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share,
                c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));
+  if (!result.others.empty())
+    fmt::print("left by an earlier export and not of this sequence: {}{}; delete what a program would load with the folder\n", result.others.front(),
+               result.others.size() > 1 ? fmt::format(" to {} ({} files)", result.others.back(), result.others.size()) : "");
   if (const auto fresh = double(result.frames.size()) - kept_; fresh > 0) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(), used = processor_seconds() - cpu_;
     fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n", fresh / seconds, used / fresh, 100 * writing_ / used);

@@ -19,7 +19,8 @@ extern char** environ;
 
 namespace splinevox::app {
 
-Film::Film(const std::string& path, int width, int height, double fps) : path_(path), width_(width), height_(height) {
+Film::Film(const std::string& path, int width, int height, double fps)
+    : path_(path), draft_(fmt::format("{}.{}.tmp", path, ::getpid())), width_(width), height_(height) {
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) fail_output({path, "no pipe to ffmpeg", "", std::strerror(errno), ""});
   // yuv420p wants even sides; libx264 at 18 is visually lossless
@@ -48,7 +49,9 @@ Film::Film(const std::string& path, int width, int height, double fps) : path_(p
                                           "yuv420p",
                                           "-movflags",
                                           "+faststart",
-                                          "file:" + path};
+                                          "-f",
+                                          "mp4",
+                                          "file:" + draft_};
   std::vector<char*> arguments;
   for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
   arguments.push_back(nullptr);
@@ -67,14 +70,16 @@ Film::Film(const std::string& path, int width, int height, double fps) : path_(p
 }
 
 Film::Film(Film&& other) noexcept
-    : path_(other.path_), process_(other.process_), pipe_(other.pipe_), width_(other.width_), height_(other.height_) {
+    : path_(other.path_), draft_(other.draft_), process_(other.process_), pipe_(other.pipe_), width_(other.width_), height_(other.height_) {
   other.process_ = -1;
   other.pipe_ = -1;
 }
 
 Film::~Film() {
   if (pipe_ >= 0) ::close(pipe_);
-  if (process_ > 0) ::waitpid(process_, nullptr, 0);
+  if (process_ <= 0) return;
+  ::waitpid(process_, nullptr, 0);
+  ::unlink(draft_.c_str());  // ffmpeg takes the end of the pictures for the end of the film
 }
 
 void Film::add(const Image& picture) {
@@ -95,10 +100,16 @@ void Film::add(const Image& picture) {
 void Film::finish() {
   ::close(pipe_);
   pipe_ = -1;
-  int status = 0;
-  ::waitpid(process_, &status, 0);
+  int status = -1;
+  while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+  }
   process_ = -1;
-  if (status != 0) fail_output({path_, "ffmpeg could not write the film", "", "", "its message is above"});
+  const int file = status == 0 ? ::open(draft_.c_str(), O_RDONLY | O_CLOEXEC) : -1;
+  const bool whole = file >= 0 && ::fsync(file) == 0;
+  if (file >= 0) ::close(file);
+  if (whole && ::rename(draft_.c_str(), path_.c_str()) == 0) return;
+  ::unlink(draft_.c_str());
+  fail_output({path_, "ffmpeg could not write the film", "", "", "its message is above"});
 }
 
 }  // namespace splinevox::app

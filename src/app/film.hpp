@@ -24,7 +24,7 @@ class Film {
   void finish();
 
  private:
-  std::string path_;
+  std::string path_, draft_;  ///< what ffmpeg writes takes its name when it is whole
   pid_t process_ = -1;
   int pipe_ = -1, width_ = 0, height_ = 0;
 };

@@ -65,8 +65,7 @@ int explain(const CLI::App& app, const CLI::ParseError& error) {
     hint = nearest(word, known);
     break;
   }
-  fmt::print(stderr, "splinevox: {}{}: {}\n", verb.get_name(), verbs.empty() ? "see the options with --help" : "",
-             text);
+  fmt::print(stderr, "splinevox{}: {}\n", verbs.empty() ? "" : " " + verb.get_name(), text);
   if (!hint.empty()) fmt::print(stderr, "  try:      {}\n", hint);
   fmt::print(stderr, "  help:     splinevox {}--help\n", verbs.empty() ? "" : verb.get_name() + " ");
   return 2;

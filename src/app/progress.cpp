@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "splinevox/math/metrics.hpp"
+
 namespace splinevox::app {
 namespace {
 
@@ -52,6 +54,7 @@ Json Progress::step(const StepReport& r, double held_psnr) {
   rays_ += r.rays;
   samples_ += r.samples;
   loss_ += r.loss;
+  squared_error_ += double(r.rays) * std::pow(10, -r.psnr / 10);
   return r.seconds - since_ < kReportEvery && r.progress < 1 ? Json() : report(held_psnr);
 }
 
@@ -60,18 +63,18 @@ Json Progress::rest(double held_psnr) { return steps_ > 0 ? report(held_psnr) : 
 Json Progress::report(double held_psnr) {
   const double loss = loss_ / double(steps_), took = last_.seconds - since_;
   Json j{{"step", last_.step}, {"seconds", last_.seconds}, {"progress", last_.progress}, {"loss", loss}};
-  j["psnr"] = loss > 0 ? -10 * std::log10(loss) : 100.0;
+  j["psnr"] = capped_psnr(-10 * std::log10(squared_error_ / double(rays_)));
   if (std::isfinite(held_psnr)) j["held_psnr"] = held_psnr;
   j.update({{"rays", rays_}, {"samples", samples_}, {"rays_per_second", took > 1e-6 ? double(rays_) / took : 0.0}});
   steps_ = rays_ = samples_ = 0;
-  loss_ = 0;
+  loss_ = squared_error_ = 0;
   since_ = last_.seconds;
   draw(j);
   return j;
 }
 
 void Progress::draw(const Json& j) {
-  if (talk_ == Talk::json) try_print(stdout, j.dump() + "\n");
+  if (talk_ == Talk::json) try_print(stdout, json_text(j) + "\n");
   if (talk_ == Talk::json || talk_ == Talk::quiet) return;
   const double progress = last_.progress;
   if (talk_ == Talk::lines && last_.seconds - spoken_ < kLineEvery && progress < 1) return;

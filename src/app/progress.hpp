@@ -43,7 +43,8 @@ class Progress {
   bool drawn_ = false;
   StepReport last_;
   std::int64_t steps_ = 0, rays_ = 0, samples_ = 0;  ///< since the last report
-  double loss_ = 0, since_ = -1, spoken_ = -1e9;
+  double loss_ = 0, squared_error_ = 0;              ///< likewise; the latter per channel, of all rays
+  double since_ = -1, spoken_ = -1e9;
 };
 
 }  // namespace splinevox::app

@@ -73,7 +73,7 @@ std::string line_chart(const ChartText& text, const std::vector<Series>& series)
     chart["series"].push_back({{"name", s.name}, {"color", s.colour}, {"mark", mark}, {"points", thin(s, text.log_y)}});
   }
   return fmt::format("<figure class=\"chart\"><figcaption>{0}</figcaption><div><canvas role=\"img\" aria-label=\"{0}\" data-chart=\"{1}\"></canvas></div></figure>",
-                     escape(text.title), escape(chart.dump()));
+                     escape(text.title), escape(json_text(chart)));
 }
 
 std::string chart_scripts() { return fmt::format("<script>{}</script><script>{}</script>", kChartJs, kGlue); }

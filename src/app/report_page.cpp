@@ -103,7 +103,7 @@ std::string charts(const std::vector<ReportRun>& runs) {
   }
   std::string html = "<div class=\"charts\">";
   html += line_chart({"PSNR against seconds of training", "seconds", "PSNR [dB]"}, psnr);
-  html += line_chart({"Loss against seconds of training", "seconds", "mean squared error", true}, loss);
+  html += line_chart({"Loss against seconds of training", "seconds", "loss of a ray", true}, loss);
   if (std::any_of(frames.begin(), frames.end(), [](const Series& s) { return !s.points.empty(); }))
     html += line_chart({"Views not trained on, against their time", "time in the scene", "PSNR [dB]"}, frames);
   return html + "</div>";

@@ -6,7 +6,6 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <iterator>
 
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -36,11 +35,12 @@ RunFolder::~RunFolder() {
   if (made_) ::rmdir(path_.c_str());  // does nothing unless the folder is empty
 }
 
-/// A run that was killed before it wrote config.toml leaves effects.json, which is made from the data and stands first.
+/// A run that was killed before it wrote config.toml leaves what stands before it, and nothing else.
 void RunFolder::remove_unfinished() {
   std::error_code ignored;
-  const auto entries = std::distance(fs::directory_iterator(path_), fs::directory_iterator());
-  if (entries == 1 && has("effects.json")) fs::remove(file("effects.json"), ignored);
+  for (const fs::directory_entry& e : fs::directory_iterator(path_))
+    if (e.path().filename() != kEffects && e.path().filename() != kAskedConfig) return;
+  for (const char* name : {kEffects, kAskedConfig}) fs::remove(file(name), ignored);
 }
 
 bool RunFolder::has(const std::string& name) const {
@@ -58,7 +58,7 @@ void check_run(const std::string& path) {
 }
 
 std::string record_text(const RunRecord& record) {
-  const auto quoted = [](const std::string& text) { return Json(text).dump(); };
+  const auto quoted = [](const std::string& text) { return json_text(text); };
   return fmt::format(
       "\n[record]  # written by the program, not read as configuration\n"
       "splinevox = {}\ncompiler = {}\ndataset = {}\nfingerprint = \"{:016x}\"\n"

@@ -12,6 +12,8 @@
 namespace splinevox::app {
 
 inline constexpr const char* kCheckpoint = "checkpoint.bin";
+inline constexpr const char* kEffects = "effects.json";
+inline constexpr const char* kAskedConfig = "asked.toml";  ///< configuration before effects and the box were settled, where that changed it
 inline constexpr const char* kEditHistory = "edit.json";  ///< only a run that `edit` made has it
 
 /// What a run remembers beside its configuration: the [record] table of config.toml.

@@ -11,8 +11,8 @@ namespace {
 volatile std::sig_atomic_t g_stop = 0;
 
 extern "C" void on_signal(int signal) {
-  if (g_stop != 0) ::_exit(128 + signal);
-  g_stop = signal;
+  if (g_stop == signal) ::_exit(1);
+  if (g_stop == 0) g_stop = signal;  // another kind is the same wish by another way: a batch system's, and that of the pool it stops
 }
 
 }  // namespace
@@ -27,6 +27,6 @@ void catch_stop_signals() {
   std::signal(SIGTERM, on_signal);
 }
 
-int stop_signal() { return g_stop; }
+bool stop_asked() { return g_stop != 0; }
 
 }  // namespace splinevox::app

@@ -6,9 +6,11 @@ namespace splinevox::app {
 /// A full disk, a file size limit or a closed pipe becomes an error of the write and not a signal.
 void ignore_write_signals();
 
-/// From now on the first SIGINT or SIGTERM only asks to stop; a second one ends the process at once.
+constexpr int kInterrupted = 130;  ///< exit code of a verb that was asked to stop, and saved what it had
+
+/// From now on the first SIGINT or SIGTERM only asks to stop; a second one of its kind ends the process at once, with exit code 1.
 void catch_stop_signals();
-/// The signal that asked to stop, 0 if none did.
-int stop_signal();
+/// Whether a signal asked to stop.
+bool stop_asked();
 
 }  // namespace splinevox::app

@@ -57,6 +57,7 @@ std::vector<double> numbers(const std::string& text, char separator, const std::
       fail({option, fmt::format("'{}' is not a number", part), expected, text, ""});
     values.push_back(v);
   }
+  if (values.empty()) fail({option, "there is no number", expected, text, ""});
   return values;
 }
 
@@ -95,6 +96,8 @@ std::string read_text(const std::string& path) {
 Json read_json(const std::string& path) {
   return data::read_ordered_json(path, path);
 }
+
+std::string json_text(const Json& json, int indent) { return json.dump(indent, ' ', false, Json::error_handler_t::replace); }
 
 std::string duration(double seconds) {
   if (seconds < 10) return fmt::format("{:.1f} s", seconds);

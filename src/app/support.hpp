@@ -41,6 +41,9 @@ Json read_json(const std::string& path);
 /// "" if there is none.
 std::string read_text(const std::string& path);
 
+/// What fmt::print and files get of JSON: bytes that are not UTF-8 (names of files may hold any) become U+FFFD instead of an exception.
+std::string json_text(const Json& json, int indent = -1);
+
 /// "1:23" or "4.2 s".
 std::string duration(double seconds);
 

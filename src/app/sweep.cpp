@@ -167,7 +167,7 @@ std::string sweep_commands(const std::vector<SweepTask>& tasks) {
 
 std::string slurm_script(const std::string& description, const std::string& out, std::size_t tasks, int threads) {
   const auto whole = [](const std::string& p) { return fs::absolute(p).lexically_normal().string(); };
-  return fmt::format("#!/bin/bash\n#SBATCH --job-name=splinevox\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n#SBATCH --output={}/slurm_%a.log\n"
+  return fmt::format("#!/bin/bash\n#SBATCH --job-name=splinevox\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n#SBATCH --output=\"{}/slurm_%a.log\"\n"
                      "cd {} && exec {} sweep {} --out {} --task \"$SLURM_ARRAY_TASK_ID\" --threads \"${{SLURM_CPUS_PER_TASK:-{}}}\"\n",
                      tasks - 1, std::max(threads, 1), whole(out), shell_word(fs::current_path().string()), shell_word(fs::read_symlink("/proc/self/exe").string()),
                      shell_word(whole(description)), shell_word(out), std::max(threads, 1));

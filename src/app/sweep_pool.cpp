@@ -15,6 +15,7 @@
 
 #include "app/signals.hpp"
 #include "app/sweep.hpp"
+#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 
 extern char** environ;
@@ -50,6 +51,11 @@ constexpr std::chrono::milliseconds kLook{50};
 /// What is still to do for a task: training, then evaluation. Empty: nothing.
 std::vector<std::string> next_words(const SweepTask& t, int threads) {
   const SweepState s = state_of(t);
+  const std::string path = t.run + ".words", asked = fmt::format("{}\n", fmt::join(t.train, "\n"));
+  if (!s.trained)
+    write_file(path, {asked});
+  else if (const std::string trained = read_text(path); !trained.empty() && trained != asked)
+    fail({t.run, "was trained with other words than this sweep has for it", "the same description, or another name for the setting", "see " + path, "another --out"});
   if (s.done) return {};
   std::vector<std::string> words = s.trained ? std::vector<std::string>{"eval", t.run} : t.train;
   words.insert(words.end(), {"--threads", std::to_string(threads)});
@@ -67,20 +73,25 @@ std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const st
     const SweepTask& t = tasks[task];
     const std::vector<std::string> words = next_words(t, threads);
     if (words.empty()) return false;
-    running[start(words, out + "/" + t.name + ".log")] = task;
+    try {
+      running[start(words, out + "/" + t.name + ".log")] = task;
+    } catch (const Error&) {  // the others would go on without anyone who could stop them
+      for (const auto& [process, other] : running) ::kill(process, SIGINT);
+      throw;
+    }
     return true;
   };
   const auto tell = [&](const SweepTask& t, const std::string& what) {
     ++ended;
     if (!quiet) fmt::print("{} of {}  {}: {}\n", ended, tasks.size(), t.name, what), std::fflush(stdout);
   };
-  while (!running.empty() || (next < tasks.size() && stop_signal() == 0)) {
-    while (next < tasks.size() && int(running.size()) < jobs && stop_signal() == 0) {
+  while (!running.empty() || (next < tasks.size() && !stop_asked())) {
+    while (next < tasks.size() && int(running.size()) < jobs && !stop_asked()) {
       if (!go_on(next)) tell(tasks[next], "was done");
       ++next;
     }
     if (running.empty()) continue;
-    if (stop_signal() != 0 && !std::exchange(told, true))
+    if (stop_asked() && !std::exchange(told, true))
       for (const auto& [process, task] : running) ::kill(process, SIGINT);
     int status = 0;
     const pid_t process = ::waitpid(-1, &status, WNOHANG);
@@ -92,7 +103,7 @@ std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const st
     running.erase(process);
     const SweepTask& t = tasks[task];
     const bool good = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-    if (stop_signal() != 0) continue;
+    if (stop_asked()) continue;
     if (!good || !state_of(t).trained) {
       failed.push_back(t.name);
       tell(t, fmt::format("failed, see {}/{}.log", out, t.name));

@@ -78,16 +78,16 @@ double TrainSession::clock() const {
 
 /// Ranks hear signals at different steps, and must stop at the same one.
 bool TrainSession::go_on() {
-  stopped_by_ = stop_signal();
+  interrupted_ = stop_asked();
   if (setup_.ranks) {
-    const double mine = stopped_by_;
-    for (const double theirs : setup_.ranks->gather({&mine, 1})) stopped_by_ = std::max(stopped_by_, int(theirs));
+    const double mine = interrupted_;
+    for (const double theirs : setup_.ranks->gather({&mine, 1})) interrupted_ |= theirs != 0;
   }
-  return stopped_by_ == 0 && !trainer_.done();
+  return !interrupted_ && !trainer_.done();
 }
 
 Json TrainSession::run() {
-  checkpoint_at_ = clock();
+  checkpoint_at_ = stepped_at_ = clock();
   while (go_on()) {
     step();
     if (!writes()) continue;
@@ -97,7 +97,7 @@ Json TrainSession::run() {
     const bool due = clock() - checkpoint_at_ > std::max(kCheckpointEvery, checkpoint_cost_ / kCheckpointShare);
     if (due && !writing_.valid()) start_checkpoint();
   }
-  if (!writes()) return figures(stopped_by_ != 0);
+  if (!writes()) return figures();
   report(progress_.rest(held_psnr_));
   progress_.finish();
   const double start = clock();
@@ -109,22 +109,22 @@ Json TrainSession::run() {
                                        {"dataset", fs::path(setup_.data.path).filename().string()}});
   finish_checkpoint();
   saving_ = clock() - start;
-  const bool interrupted = stopped_by_ != 0;
-  if (!interrupted) render_held_view();
+  if (!interrupted_) render_held_view();
   save_manifest(model);
-  return figures(interrupted);
+  return figures();
 }
 
 void TrainSession::step() {
   const double start = clock();
   try {
-    last_ = trainer_.step();
+    last_ = trainer_.step(start - stepped_at_);
   } catch (const Error& error) {
     if (error.fault == Fault::numeric && writes()) save_replay();
     if (error.fault == Fault::numeric && setup_.ranks) setup_.ranks->from_first(0);  // who leaves early ends the one that saves
     throw;
   }
-  stepping_ += clock() - start;
+  stepped_at_ = clock();
+  stepping_ += stepped_at_ - start;
   ++steps_;
   rays_ += last_.rays;
   samples_ += last_.samples;
@@ -147,7 +147,7 @@ void TrainSession::save_replay() {
   Json replay{{"checkpoint", kCheckpoint}, {"step", last_.step}, {"seed", setup_.config.run.seed}, {"discarded", Json::array()}};
   for (const StepReport& r : bad) replay["discarded"].push_back(discarded_json(r, *setup_.data.find("train")));
   const std::string path = setup_.folder.file("replay.json");
-  write_file(path, {replay.dump(2) + "\n"});
+  write_file(path, {json_text(replay, 2) + "\n"});
   save_manifest(model);
   progress_.note(fmt::format("the steps and their rays are in {}; --resume meets them again", path));
 }
@@ -156,7 +156,7 @@ void TrainSession::save_replay() {
 void TrainSession::report(const Json& line) {
   if (line.is_null() || !writes()) return;
   std::ofstream out(setup_.folder.file("metrics.jsonl"), std::ios::app);
-  if (!(out << line.dump() << "\n" << std::flush)) ++lines_lost_;
+  if (!(out << json_text(line) << "\n" << std::flush)) ++lines_lost_;
 }
 
 /// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
@@ -196,6 +196,8 @@ void TrainSession::resume() {
           "another folder for --out"});
   if (!saved.note.empty()) progress_.note("note: " + saved.note);
   trainer_.restore(saved.bytes);
+  std::error_code ignored;
+  fs::remove(setup_.folder.file(kManifestName), ignored);  // it lists files as they will soon not be
   last_.step = std::int64_t(saved.header.step);
   last_.seconds = trainer_.seconds();
   cut_metrics(setup_.folder.file("metrics.jsonl"), last_.step);
@@ -242,14 +244,15 @@ void TrainSession::save_manifest(const FileDigest& model) {
                     manifest_entry(folder.path(), "metrics.jsonl"),
                     {"model.vdb", model, {}},
                     {kCheckpoint, checkpoint_digest_, {{"step", double(last_.step)}}}};
-  if (folder.has("effects.json")) manifest.files.push_back(manifest_entry(folder.path(), "effects.json"));
+  for (const char* name : {kAskedConfig, kEffects})
+    if (folder.has(name)) manifest.files.push_back(manifest_entry(folder.path(), name));
   write_manifest(folder.path(), manifest);
 }
 
-Json TrainSession::figures(bool interrupted) const {
+Json TrainSession::figures() const {
   const PhaseSeconds p = trainer_.phases();
   const double in_ray_loop = p.rays, all = std::max(stepping_, 1e-9);
-  Json j{{"steps", last_.step}, {"train_seconds", last_.seconds}, {"finished", !interrupted}};
+  Json j{{"steps", last_.step}, {"train_seconds", last_.seconds}, {"finished", !interrupted_}};
   j["preset"] = setup_.config.preset;
   j["seed"] = setup_.config.run.seed;
   j["loss"] = last_.loss;

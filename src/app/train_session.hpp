@@ -34,8 +34,8 @@ class TrainSession {
 
   /// Until the budget is spent or a signal asks to stop; saves either way. Returns the figures of metrics.json.
   Json run();
-  /// The signal that made `run` end, 0 if none did.
-  int stopped_by() const { return stopped_by_; }
+  /// Whether a signal made `run` end.
+  bool interrupted() const { return interrupted_; }
 
  private:
   double clock() const;
@@ -51,7 +51,7 @@ class TrainSession {
   void start_checkpoint();
   void finish_checkpoint();
   void save_manifest(const FileDigest& model);
-  Json figures(bool interrupted) const;
+  Json figures() const;
 
   Setup setup_;
   Progress& progress_;
@@ -60,13 +60,14 @@ class TrainSession {
   bool held_is_training_ = false;
   double held_psnr_ = std::numeric_limits<double>::quiet_NaN();
   double held_cost_ = 0, held_spent_ = 0, held_step_ = -1;
+  double stepped_at_ = 0;                ///< when the last step ended
   double checkpoint_at_ = 0, checkpoint_cost_ = 0, saving_ = 0;
   std::future<FileDigest> writing_;  ///< a checkpoint on its way to the disk
   std::int64_t written_step_ = -1;   ///< of the last checkpoint that was begun
   FileDigest checkpoint_digest_;
   StepReport last_;
   std::int64_t discarded_ = 0, lines_lost_ = 0;  ///< steps that were not finite; lines that metrics.jsonl did not take
-  int stopped_by_ = 0;
+  bool interrupted_ = false;
   std::int64_t steps_ = 0, samples_ = 0, rays_ = 0;  ///< of this session
   double stepping_ = 0;                  ///< seconds of this session in Trainer::step
 };

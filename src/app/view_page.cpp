@@ -21,7 +21,7 @@ Json camera_json(const Camera& c) {
 /// JSON that may stand inside a script element: no byte of it can end one.
 std::string embedded(const Json& json) {
   std::string out;
-  for (const char c : json.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+  for (const char c : json_text(json)) {
     if (c == '<') out += "\\u003c";
     else out += c;
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
+#include <mutex>
 
 #include "app/train_options.hpp"
 #include "python/convert.hpp"
@@ -23,7 +24,17 @@ struct Learning {
   }
   std::shared_ptr<Dataset> data;
   std::unique_ptr<Trainer> trainer;
+  std::mutex mutex;  ///< of the trainer; waited for without the interpreter's lock, never held while calling back
 };
+
+/// Calls work(trainer) while no other thread uses the trainer.
+template <class Work>
+void alone(Learning& l, const Work& work) {
+  released([&] {
+    const std::lock_guard lock(l.mutex);
+    work(*l.trainer);
+  });
+}
 
 /// Until the budget is spent or the callback returns False. Takes the interpreter's lock only to call back and to hear Ctrl-C.
 bool run(Learning& l, const py::object& callback, int every) {
@@ -31,9 +42,15 @@ bool run(Learning& l, const py::object& callback, int every) {
   bool stopped = false;
   released([&] {
     auto listened = Clock::now();
-    for (std::int64_t since = 1; !stopped && !l.trainer->done(); ++since) {
-      const StepReport report = l.trainer->step();
-      const bool call = !callback.is_none() && (since % every == 0 || l.trainer->done());
+    for (std::int64_t since = 1; !stopped; ++since) {
+      StepReport report;
+      bool done = false;
+      {
+        const std::lock_guard lock(l.mutex);
+        if (l.trainer->done()) return;
+        report = l.trainer->step(), done = l.trainer->done();
+      }
+      const bool call = !callback.is_none() && (since % every == 0 || done);
       if (!call && Clock::now() - listened < kListenEvery) continue;
       const py::gil_scoped_acquire lock;
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -74,15 +91,14 @@ Config make_config(std::optional<std::string> preset, const std::string& file, c
   return app::effective_config(o, nullptr);
 }
 
-py::dict phases_of(const Trainer& t) {
-  const PhaseSeconds p = t.phases();
+py::dict phases_of(const PhaseSeconds& p) {
   return py::dict(py::arg("slices") = p.slices, py::arg("rays") = p.rays, py::arg("scatter") = p.scatter, py::arg("regularise") = p.regularise,
                   py::arg("update") = p.update, py::arg("occupancy") = p.occupancy, py::arg("refine") = p.refine);
 }
 
-std::shared_ptr<VoxelModel> model_of(const Trainer& t) {
+std::shared_ptr<VoxelModel> model_of(Learning& l) {
   auto model = std::make_shared<VoxelModel>();
-  released([&] { *model = t.model(); });
+  alone(l, [&](const Trainer& t) { *model = t.model(); });
   return model;
 }
 
@@ -91,23 +107,37 @@ void bind_trainer(py::module_& m) {
       .def(py::init<std::shared_ptr<Dataset>, const Config&>(), py::arg("dataset"), py::arg("config"))
       .def("step", [](Learning& l) {
              StepReport r;
-             released([&] { r = l.trainer->step(); });
+             alone(l, [&](Trainer& t) { r = t.step(); });
              return r;
            }, "One step.")
       .def("train", &run, "Steps until the budget is spent, with the interpreter free for other threads. callback(report) is called every `every` steps and after the last; "
            "if it returns False training stops. True if the budget is spent. After KeyboardInterrupt the trainer is as it was after its last step.",
            py::arg("callback") = py::none(), py::arg("every") = 10)
-      .def_property_readonly("done", [](const Learning& l) { return l.trainer->done(); }, "whether the budget is spent")
-      .def_property_readonly("seconds", [](const Learning& l) { return l.trainer->seconds(); }, "of the budget spent so far")
-      .def_property_readonly("phases", [](const Learning& l) { return phases_of(*l.trainer); }, "seconds in each part of a step")
-      .def("model", [](const Learning& l) { return model_of(*l.trainer); }, "The model as it is now: a copy.")
-      .def("save", [](const Learning& l) {
-             const std::vector<char> bytes = l.trainer->save();
+      .def_property_readonly("done", [](Learning& l) {
+             bool done = false;
+             alone(l, [&](const Trainer& t) { done = t.done(); });
+             return done;
+           }, "whether the budget is spent")
+      .def_property_readonly("seconds", [](Learning& l) {
+             double seconds = 0;
+             alone(l, [&](const Trainer& t) { seconds = t.seconds(); });
+             return seconds;
+           }, "of the budget spent so far")
+      .def_property_readonly("phases", [](Learning& l) {
+             PhaseSeconds phases;
+             alone(l, [&](const Trainer& t) { phases = t.phases(); });
+             return phases_of(phases);
+           }, "seconds in each part of a step")
+      .def("model", &model_of, "The model as it is now: a copy.")
+      .def("save", [](Learning& l) {
+             std::vector<char> bytes;
+             alone(l, [&](const Trainer& t) { bytes = t.save(); });
              return py::bytes(bytes.data(), bytes.size());
            }, "Everything that restore needs to go on in the same bits.")
       .def("restore", [](Learning& l, const py::bytes& bytes) {
              const std::string_view view = bytes;
-             l.trainer->restore({view.begin(), view.end()});
+             const std::vector<char> own(view.begin(), view.end());
+             alone(l, [&](Trainer& t) { t.restore(own); });
            }, "Goes back to what save of a trainer with the same data and configuration gave.", py::arg("bytes"));
 }
 
@@ -147,7 +177,7 @@ void bind_train(py::module_& m) {
   m.def("train", [](std::shared_ptr<Dataset> data, const Config& config, const py::object& callback, int every) {
           Learning l(std::move(data), config);
           run(l, callback, every);
-          return model_of(*l.trainer);
+          return model_of(l);
         }, "A trained model; see Trainer.train.", py::arg("dataset"), py::arg("config"), py::arg("callback") = py::none(), py::arg("every") = 10);
 }
 

@@ -107,7 +107,7 @@ inline std::vector<std::string> keys() {
 
 [[noreturn]] inline void unknown_key(const std::string& where, const std::string& key) {
   const std::string near = nearest(key, keys());
-  fail({where, "there is no setting '" + key + "'", "one of the keys that `splinevox train --help-config` lists", key,
+  fail({where, "there is no setting '" + key + "'", "one of the keys that `splinevox train --list-settings` prints", key,
         near + "  (the nearest known key)"});
 }
 

@@ -37,7 +37,7 @@ Config fast() { return ours(); }
 Config standard() {
   Config c = ours();
   c.preset = "standard";
-  c.run.max_time = 285;  // and 5 minutes with loading and saving
+  c.run.max_time = 295;  // and 5 minutes with saving
   c.run.late_cost = 3.6;
   c.grid.radiance = {40, 64, 96, 128, 192};
   c.grid.radiance_start = {0, .1f, .2f, .35f, .55f};
@@ -50,7 +50,7 @@ Config standard() {
 Config high() {
   Config c = ours();
   c.preset = "high";
-  c.run.max_time = 1200;
+  c.run.max_time = 1785;  // and 30 minutes with saving
   c.run.late_cost = 3.6;
   c.grid.radiance = {40, 64, 96, 144, 192, 256};
   c.grid.radiance_start = {0, .05f, .1f, .2f, .35f, .6f};
@@ -142,7 +142,7 @@ const std::vector<Preset>& presets() {
       {"draft", "a first look: 15 seconds, up to 96 cells", draft()},
       {"fast", "the default: 60 seconds, up to 144 cells", fast()},
       {"standard", "better for longer: 5 minutes, up to 192 cells", standard()},
-      {"high", "the best we know: 20 minutes, up to 256 cells", high()},
+      {"high", "the best we know: 30 minutes, up to 256 cells", high()},
       {"paper", "the paper's method to the letter: Bezier of 5 points, its losses and weights; 10 minutes", paper()},
       {"nerf_atlas",
        "the released code's choices: 64 cells, black background, order 3 harmonics (its own: 4); 10 minutes",

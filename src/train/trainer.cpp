@@ -132,9 +132,11 @@ Trainer::~Trainer() = default;
 
 bool Trainer::done() const { return budget_used(state_->config, state_->step, state_->seconds_before) >= 1; }
 
-StepReport Trainer::step() {
-  const StepReport report = one_step();
+StepReport Trainer::step(double seconds_outside) {
+  StepReport report = one_step();
+  state_->seconds_before += seconds_outside;
   if (state_->ranks) state_->seconds_before = state_->ranks->from_first(state_->seconds_before);  // clocks differ, schedules must not
+  report.seconds = state_->seconds_before;
   return report;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -200,17 +201,92 @@ TEST_SUITE("app/run") {
     const Ended other = program({"train", scene.path("other"), "--out", scene.path("run"), "--resume"});
     CHECK(other.code == 2);
     CHECK(contains(other.err, "other training data"));
-    const Ended same = program({"train", scene.data, "--out", scene.path("run"), "--resume"});
-    CAPTURE(same.err);
-    CHECK(same.code == 0);
-    CHECK(slurp(scene.path("run") + "/model.vdb") == model);
+    REQUIRE(program({"eval", scene.path("run")}).code == 0);
+    const std::string metrics = slurp(scene.path("run") + "/metrics.json");
+    // Finished is finished, with a checkpoint and without: neither the model nor what eval found is made anew.
+    for (const bool gone : {false, true}) {
+      if (gone) fs::remove(scene.path("run") + "/checkpoint.bin");
+      const Ended same = program({"train", scene.data, "--out", scene.path("run"), "--resume"});
+      CAPTURE(same.err);
+      CHECK(same.code == 0);
+      CHECK(contains(same.err, "is finished"));
+      CHECK(slurp(scene.path("run") + "/model.vdb") == model);
+      CHECK(slurp(scene.path("run") + "/metrics.json") == metrics);
+      CHECK(program({"train", scene.path("other"), "--out", scene.path("run"), "--resume"}).code == 2);
+    }
   }
 
-  TEST_CASE("--resume without a checkpoint starts afresh and says so") {
+  TEST_CASE("the words that began a run resume it, also where effects and the box were settled otherwise") {
     const Scene scene;
+    const std::vector<std::string> words = scene.train("run", "20", {"--quiet", "--set", "run.background_order=2", "--resume"});
+    REQUIRE(program(words).code == 0);  // pictures with alpha have no background to learn
+    CHECK(contains(slurp(scene.path("run") + "/config.toml"), "background_order = -1"));
+    CHECK(contains(slurp(scene.path("run") + "/asked.toml"), "background_order = 2"));
+    CHECK(program({"verify", scene.path("run")}).code == 0);
+    const Ended again = program(words);
+    CAPTURE(again.err);
+    CHECK(again.code == 0);
+    CHECK(program(scene.train("run", "20", {"--quiet", "--set", "run.background_order=1", "--resume"})).code == 2);
+  }
+
+  TEST_CASE("the psnr of a report is that of its rays' mean squared error per channel") {
+    const Scene scene;
+    REQUIRE(program(scene.train("run", "60", {"--quiet"})).code == 0);
+    std::stringstream lines(slurp(scene.path("run") + "/metrics.jsonl"));
+    int reports = 0;
+    for (std::string line; std::getline(lines, line);) {
+      const Json j = Json::parse(line);
+      if (!j.contains("loss")) continue;
+      ++reports;
+      // The loss sums three channels and adds what motion costs; rays of different steps weigh a little differently.
+      CHECK(j["psnr"].get<double>() > -10 * std::log10(j["loss"].get<double>() / 3) - 0.5);
+    }
+    CHECK(reports > 0);
+  }
+
+  TEST_CASE("eval and render take another downscale and background, and the run keeps its own figures") {
+    const Scene scene;
+    REQUIRE(program(scene.train("run", "20", {"--quiet"})).code == 0);
+    const std::string metrics = slurp(scene.path("run") + "/metrics.json"), manifest = slurp(scene.path("run") + "/manifest.json");
+    CHECK(program({"render", scene.path("run"), "--out", scene.path("none"), "--camera", "dataset:test:,"}).code == 2);
+    CHECK(program({"render", scene.path("run"), "--out", scene.path("none"), "--times", "0:2:2"}).code == 2);
+    CHECK(program({"track", scene.path("run"), "--points", "none.csv", "--to", ",", "--out", scene.path("t.csv")}).code == 2);
+    CHECK(program({"synth", "ball", "--out", scene.data, "--frames", "2"}).code == 2);
+    CHECK(program({"export", scene.path("run"), "--out", scene.path("run")}).code == 2);
+    CHECK(slurp(scene.path("run") + "/manifest.json") == manifest);
+    const Ended half = program({"eval", scene.path("run"), "--downscale", "2", "--background", "black", "--json"});
+    CAPTURE(half.err);
+    REQUIRE(half.code == 0);
+    CHECK(Json::parse(half.out)["frames"].size() == 3);
+    CHECK(slurp(scene.path("run") + "/metrics.json") == metrics);
+    const Ended render = program({"render", scene.path("run"), "--out", scene.path("small"), "--camera", "dataset:test:0", "--downscale", "3"});
+    CHECK(contains(render.out, "of 8x8"));
+    CHECK(program({"eval", scene.path("run"), "--background", "mauve"}).code == 2);
+  }
+
+  TEST_CASE("verify says of a run that has not ended that it has not") {
+    const Scene scene;
+    REQUIRE(program(scene.train("run", "5", {"--quiet"})).code == 0);
+    fs::remove(scene.path("run") + "/manifest.json");
+    const Ended e = program({"verify", scene.path("run")});
+    CHECK(e.code == 2);
+    CHECK(contains(e.err, "--resume goes on"));
+  }
+
+  TEST_CASE("--resume without a checkpoint starts afresh with the run's own settings, and says so") {
+    const Scene scene;
+    const std::string afresh = "there is no checkpoint in " + scene.path("run") + ": starting afresh";
     const Ended e = program(scene.train("run", "5", {"--resume"}));
     CHECK(e.code == 0);
-    CHECK(contains(e.err, "there is no checkpoint in " + scene.path("run") + ": starting afresh"));
+    CHECK(contains(e.err, afresh));
+    // As if it had been killed before its first checkpoint.
+    for (const char* name : {"checkpoint.bin", "model.vdb", "metrics.json", "manifest.json"}) fs::remove(scene.path("run") + "/" + name);
+    const Ended again = program({"train", scene.data, "--out", scene.path("run"), "--resume", "--json"});
+    CAPTURE(again.err);
+    CHECK(again.code == 0);
+    CHECK(contains(again.out, afresh));
+    CHECK(contains(slurp(scene.path("run") + "/config.toml"), "preset = \"draft\""));
+    CHECK(Json::parse(slurp(scene.path("run") + "/metrics.json"))["steps"] == 5);
   }
 
   TEST_CASE("interrupted and resumed ends in the same bits as never interrupted") {
@@ -239,8 +315,10 @@ TEST_SUITE("app/run") {
   TEST_CASE("a disk that fills up is an error, and nothing already saved is lost") {
     const Scene scene;
     REQUIRE(program(scene.train("run", "5", {"--quiet"})).code == 0);
-    const std::string model = slurp(scene.path("run") + "/model.vdb"),
-                      metrics = slurp(scene.path("run") + "/metrics.json");
+    const std::string model = slurp(scene.path("run") + "/model.vdb");
+    std::string metrics = slurp(scene.path("run") + "/metrics.json");
+    metrics.replace(metrics.find("true", metrics.find("\"finished\"")), 4, "false");  // a run that is finished would be left alone
+    write_text(scene.path("run") + "/metrics.json", metrics);
     const std::string command = "ulimit -f 16; exec '" + std::string(SPLINEVOX_PROGRAM) + "' train '" + scene.data +
                                 "' --out '" + scene.path("run") + "' --resume --quiet";
     const Ended e = Started({"sh", "-c", command}).wait();

@@ -72,7 +72,7 @@ int train(const Options& o) {
   const Json figures = session.run();
   write_file(folder.file("metrics.json"), {figures.dump(2) + "\n"});
   if (!o.quiet) fmt::print("{}\n", o.json ? figures.dump() : figures.dump(2));
-  return app::stop_signal() ? 128 + app::stop_signal() : 0;
+  return app::stop_asked() ? app::kInterrupted : 0;
 }
 
 Dataset split_of(const MlpRun& run, const Options& o) {
@@ -144,6 +144,10 @@ int splinevox::mlp::run_command_line(int argc, char** argv) {
     verb->add_option("--data", o.dataset), verb->add_option("--split", o.split)->capture_default_str();
   }
   r->add_option("--out", o.out, "folder")->required();
-  CLI11_PARSE(words, argc, argv);
+  try {
+    words.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return words.exit(error) == 0 ? 0 : 2;  // --help is no mistake
+  }
   return app::exit_code_of("splinevox-mlp", [&] { return *t ? train(o) : *e ? evaluate(o) : render(o); });
 }

@@ -121,7 +121,7 @@ Json MlpSession::run() {
     return p;
   };
   const std::int64_t rays = std::int64_t(settings_.crops) * settings_.crop * settings_.crop;
-  while (used() < 1 && app::stop_signal() == 0) {
+  while (used() < 1 && !app::stop_asked()) {
     const double start = now();
     StepReport report;
     report.progress = used();
@@ -141,7 +141,7 @@ Json MlpSession::run() {
   }
   progress_.finish();
   save();
-  const bool interrupted = app::stop_signal() != 0;
+  const bool interrupted = app::stop_asked();
   if (!interrupted) measure_due(true);
   return {{"kind", name(settings_.kind)}, {"finished", !interrupted}, {"steps", step_}, {"train_seconds", seconds_}, {"cpu_time", settings_.cpu_time},
           {"rays_per_second", double(rays) * double(step_) / seconds_}, {"peak_memory_bytes", peak_memory()},

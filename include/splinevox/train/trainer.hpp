@@ -60,7 +60,8 @@ class Trainer {
   bool done() const;
   /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the next one draws other rays.
   /// After kMostDiscarded of them in a row the step counter goes back to the last good step and Error (Fault::numeric) is thrown.
-  StepReport step();
+  /// `seconds_outside`: of the budget, that went by between the last step and this one (pictures to look at, copies of the state).
+  StepReport step(double seconds_outside = 0);
   /// Reports of the last steps, as far as they were discarded in a row.
   const std::vector<StepReport>& discarded() const;
 
