@@ -170,12 +170,13 @@ def set_up_camera(scene, path):
     """A pinhole camera from JSON: w, h, fl_x, fl_y, cx, cy in pixels, transform_matrix camera to world, OpenGL axes."""
     with open(path) as f:
         c = json.load(f)
-    w, h = c["w"], c["h"]
+    w, h = int(c["w"]), int(c["h"])
+    aspect = c["fl_x"] / c["fl_y"]
     data = bpy.data.cameras.new("splinevox")
     data.sensor_fit = "HORIZONTAL"
     data.lens = c["fl_x"] * data.sensor_width / w
     data.shift_x = (0.5 * w - c["cx"]) / w
-    data.shift_y = (c["cy"] - 0.5 * h) / w
+    data.shift_y = (c["cy"] - 0.5 * h) * aspect / w
     data.clip_start, data.clip_end = 1e-3, 1e4
     camera = bpy.data.objects.new("splinevox camera", data)
     camera.matrix_world = Matrix(c["transform_matrix"])
@@ -183,7 +184,8 @@ def set_up_camera(scene, path):
     scene.camera = camera
     scene.render.resolution_x, scene.render.resolution_y = w, h
     scene.render.resolution_percentage = 100
-    scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = 1, c["fl_x"] / c["fl_y"]
+    # Blender takes neither below 1.
+    scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(1, 1 / aspect), max(1, aspect)
 
 
 def render(scene, path, frame, samples):

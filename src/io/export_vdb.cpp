@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "core/hash.hpp"
 #include "io/exact_text.hpp"
@@ -120,6 +121,21 @@ void make_folder(const std::string& folder) {
                  .expected = "a folder to write to",
                  .got = error ? error.message() : "a file",
                  .hint = "choose another --out"});
+}
+
+/// Names in the folder that are frames' by their beginning and not in the list: who loads the folder as a sequence would load them too.
+std::vector<std::string> other_frames(const std::string& folder, const Manifest& manifest) {
+  std::set<std::string> listed;
+  for (const ManifestFile& file : manifest.files) listed.insert(file.name);
+  std::vector<std::string> others;
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string name = entry.path().filename().string();
+    const bool frame = name.starts_with("frame_") || name.starts_with("mesh_") || name.starts_with("cluster_");
+    if (frame && listed.count(name) == 0) others.push_back(name);
+  }
+  std::sort(others.begin(), others.end());
+  return others;
 }
 
 /// How many frames may be in the making, if one takes `bytes`: more than threads would be of no use.
@@ -305,6 +321,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   if (options.controls) manifest.files.push_back({kControlsName, write_controls((fs::path(folder) / kControlsName).string(), model), {}});
   for (ManifestFile& file : write_sidecar(folder, model, options, sequence.lattice(), sequence.clusters())) manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);
+  result.others = other_frames(folder, manifest);
   for (const std::string& name : partial_manifests(folder)) remove_quietly(fs::path(folder) / name);
   return result;
 }

@@ -163,6 +163,12 @@ std::vector<FileCheck> verify(const std::string& folder) {
           .expected = kManifestName,
           .got = partial.front(),
           .hint = "run the export again: the frames that are there are kept"});
+  if (!fs::exists(fs::path(folder) / kManifestName))
+    fail({.where = folder,
+          .what = "has no list of its files to check them by",
+          .expected = kManifestName,
+          .got = fs::is_directory(folder) ? "none" : "no such folder",
+          .hint = "a run has one once it ended or was interrupted (train ... --resume goes on), an export once all its frames are there"});
   const Manifest manifest = read_manifest(folder);
   std::vector<FileCheck> checks;
   for (const ManifestFile& file : manifest.files) checks.push_back(check_file(folder, file));

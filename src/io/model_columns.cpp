@@ -6,8 +6,8 @@
 namespace splinevox {
 
 std::vector<ModelColumn> radiance_columns(const RadianceField& radiance) {
-  std::vector<ModelColumn> columns{{"density", 0, 1, "density before its activation"},
-                                   {"rgb", 1, 3, "colour before the sigmoid"}};
+  std::vector<ModelColumn> columns{{"density", 0, 1, "density before its activation", kDensityActivation},
+                                   {"rgb", 1, 3, "colour before the sigmoid", "sigmoid"}};
   for (int j = 0; j < radiance.sh_count(); ++j)
     columns.push_back({"sh" + std::to_string(j), 4 + j, 1, "spherical-harmonic coefficient of the view rescale"});
   return columns;
@@ -20,11 +20,11 @@ std::vector<ModelColumn> motion_columns(const MotionField& motion) {
     columns.push_back({"control_" + std::to_string(k + skipped), motion.stride() * k, 3,
                        "control point of the displacement to canonical, scene units"});
   if (motion.rigidity)
-    columns.push_back({"rigidity", motion.rigidity_column(), 1, "rigidity before the sigmoid: 1 moves, 0 is static"});
+    columns.push_back({"rigidity", motion.rigidity_column(), 1, "rigidity before the sigmoid: 1 moves, 0 is static", "sigmoid"});
   if (motion.light)
     for (int k = 0; k < motion.stored_points(); ++k)
       columns.push_back({"light_" + std::to_string(k + skipped), motion.stride() * k + motion.light_lane(), 1,
-                         "control point of the light before its gain 2 sigmoid"});
+                         "control point of the light before its gain 2 sigmoid", "2 sigmoid"});
   return columns;
 }
 

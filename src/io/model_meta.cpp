@@ -71,7 +71,7 @@ std::size_t choice(const NamedMeta& in, const std::string& key, const char* cons
 }
 
 constexpr const char* kFirstPoints[] = {"zero", "free"};
-constexpr const char* kActivations[] = {"softplus"};
+constexpr const char* kActivations[] = {kDensityActivation};
 constexpr const char* kSwitch[] = {"off", "on"};
 
 void put_shape(VdbMeta& meta, const Channels& channels) {

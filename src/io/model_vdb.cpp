@@ -103,6 +103,8 @@ VdbGrid to_grid(const Channels& channels, const ModelColumn& column, const VdbMe
   grid.half = half;
   grid.meta = meta;
   grid.meta["role"] = column.role;
+  grid.meta["activation"] = column.activation;
+  if (column.activation != kDensityActivation) grid.meta.erase("activation_scale"), grid.meta.erase("activation_shift");
   for (int c = 0; c < column.width; ++c) grid.background[c] = channels.row(0)[column.first + c];
   grid.leaves.reserve(std::size_t(topology.brick_count()));
   for (int b = 1; b <= topology.brick_count(); ++b) grid.leaves.push_back(kBrick * topology.bricks[b]);
@@ -122,15 +124,21 @@ FileDigest save_model(const std::string& path, const VoxelModel& model, const Mo
                  .hint = ""});
   VdbFile file;
   file.meta = model_meta(model);
+  VoxelModel probe;  // what the reader would refuse is not written
+  parse_model_meta({path, file.meta}, probe);
   for (const auto& [key, value] : notes) file.meta[std::string(kNotePrefix) + key] = value;
   const VdbMeta radiance = radiance_meta(model.radiance);
+  parse_radiance_meta({path, radiance}, probe.radiance);
   for (const ModelColumn& column : radiance_columns(model.radiance))
     file.grids.push_back(to_grid(model.radiance.raw, column, radiance, half));
   if (!model.motion.levels.empty()) {
     const VdbMeta motion = motion_meta(model.motion);
+    parse_motion_meta({path, motion}, probe.motion);
     for (const ModelColumn& column : motion_columns(model.motion))
       file.grids.push_back(to_grid(model.motion.levels[0], column, motion, half));
   }
+  for (VdbGrid& grid : file.grids)  // for programs that keep grids and not the file's own table
+    for (const char* key : {"splinevox_model", "time_map", "background"}) grid.meta[key] = file.meta[key];
   return write_vdb(path, file);
 }
 

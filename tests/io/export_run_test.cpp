@@ -41,6 +41,13 @@ std::string message_of(const ExportOptions& options) {
 }  // namespace
 
 TEST_SUITE("io/export_run") {
+  TEST_CASE("a shorter export says which frames of a longer one are left beside it") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    CHECK(export_vdb(model, scratch.folder(), options_for(3)).others.empty());
+    CHECK(export_vdb(model, scratch.folder(), options_for(1)).others == std::vector<std::string>{"frame_0002.vdb", "frame_0003.vdb"});
+  }
+
   TEST_CASE("profiles differ in names and place only; the files say what they are") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);

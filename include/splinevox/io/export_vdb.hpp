@@ -53,6 +53,7 @@ using ExportProgress = std::function<bool(const ExportedFrame& frame, int done, 
 struct ExportResult {
   std::vector<ExportedFrame> frames;
   std::vector<MotionClusters::Cluster> clusters;  ///< if the options ask for them
+  std::vector<std::string> others;  ///< names of frames in the folder that an earlier export left and this sequence does not have
   bool finished = false;  ///< all frames of the share are written, and of the whole the manifest
 };
 
