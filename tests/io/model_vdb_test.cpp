@@ -185,7 +185,10 @@ TEST_SUITE("io/model_vdb") {
       CHECK(grid.voxel_size.x == doctest::Approx(channels.topology->lattice.spacing));
       CHECK(length(grid.origin - cast<double>(channels.topology->lattice.origin)) < 1e-12);
       CHECK(grid.half);
-      CHECK(grid.meta.at(motion ? "basis" : "activation") == (motion ? "bezier" : "softplus"));
+      const std::string activation = grid.name == "density" ? "softplus" : grid.name == "rgb" || grid.name == "rigidity" ? "sigmoid" : "linear";
+      CHECK(grid.meta.at("activation") == activation);
+      CHECK(grid.meta.count("basis") == std::size_t(motion));
+      if (motion) CHECK(grid.meta.at("basis") == "bezier");
       CHECK(grid.meta.count("role") == 1);
     }
     const VoxelModel half = load_model(scratch.path("model.vdb"));
