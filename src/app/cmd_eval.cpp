@@ -52,6 +52,7 @@ Json truth_figures(const MotionScore& s) {
           {"voxel", s.voxel},
           {"correspondence", figures(s.canonical)},
           {"track", figures(s.tracked)},
+          {"track_far", figures(s.tracked_far)},
           {"track_folded_share", s.folded},
           {"static_pairs", s.still_pairs},
           {"static_moved_share", s.still_moved},
@@ -66,6 +67,7 @@ void print_truth(const MotionScore& s) {
   };
   line("correspondence error", s.canonical);
   line("track error", s.tracked);
+  line("over half of all time", s.tracked_far);
   fmt::print("{:<28} {:.1f}%\n", "tracks flagged as folded", 100 * s.folded);
   fmt::print("{:<28} {:.2f}% of {} pairs by more than half a voxel ({:.4f})\n", "static surface moved", 100 * s.still_moved, s.still_pairs, 0.5 * s.voxel);
   fmt::print("{:<28} {:.2f}% of {} pairs\n", "moving surface left still", 100 * s.moving_missed, s.moving_pairs);

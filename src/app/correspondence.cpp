@@ -58,7 +58,7 @@ struct Pair {
 
 /// What one frame adds to the score.
 struct Tally {
-  std::vector<float> canonical, tracked;
+  std::vector<float> canonical, tracked, tracked_far;
   std::size_t folded = 0, still = 0, still_moved = 0, moving = 0, moving_missed = 0;
 };
 
@@ -131,12 +131,15 @@ class Scorer {
     std::vector<double> times;
     for (const SurfaceFrame& g : frames_) times.push_back(g.time);
     const auto tracked = track(model_, points, frames_[f].time, times);
-    for (std::size_t g = 0; g < frames_.size(); ++g)
+    for (std::size_t g = 0; g < frames_.size(); ++g) {
+      const bool far = std::abs(times[g] - times[f]) >= kFar;
       for (const Pair& p : pairs[g]) {
         const TrackedPoint& t = tracked[g][p.point];
         out.tracked.push_back(length(t.position - frames_[g].position[p.other]));
+        if (far) out.tracked_far.push_back(out.tracked.back());
         out.folded += t.folded;
       }
+    }
   }
 
   const VoxelModel& model_;
@@ -157,6 +160,7 @@ MotionScore score_motion(const VoxelModel& model, const std::vector<SurfaceFrame
   for (const Tally& t : tallies) {
     all.canonical.insert(all.canonical.end(), t.canonical.begin(), t.canonical.end());
     all.tracked.insert(all.tracked.end(), t.tracked.begin(), t.tracked.end());
+    all.tracked_far.insert(all.tracked_far.end(), t.tracked_far.begin(), t.tracked_far.end());
     all.folded += t.folded;
     all.still += t.still, all.still_moved += t.still_moved, all.moving += t.moving, all.moving_missed += t.moving_missed;
   }
@@ -166,6 +170,7 @@ MotionScore score_motion(const VoxelModel& model, const std::vector<SurfaceFrame
   out.canonical = distances(std::move(all.canonical));
   out.folded = share(all.folded, all.tracked.size());
   out.tracked = distances(std::move(all.tracked));
+  out.tracked_far = distances(std::move(all.tracked_far));
   out.still_pairs = all.still, out.still_moved = share(all.still_moved, all.still);
   out.moving_pairs = all.moving, out.moving_missed = share(all.moving_missed, all.moving);
   return out;

@@ -23,6 +23,7 @@ struct MotionScore {
   double voxel = 0;          ///< of the radiance lattice, scene units
   Distances canonical;       ///< |x + Delta(x, t) - (y + Delta(y, s))| over pairs (x, t), (y, s): 0 where motion is right
   Distances tracked;         ///< |x carried from t to s - y| over pairs; includes kSameRest
+  Distances tracked_far;     ///< those of them whose times are at least kFar apart
   double folded = 0;         ///< share of tracked points flagged on the way, [0, 1]
   std::size_t still_pairs = 0, moving_pairs = 0;
   double still_moved = 0;    ///< share of pairs on static surface whose displacement differs by more than half a voxel
@@ -30,6 +31,7 @@ struct MotionScore {
 };
 
 inline constexpr double kSameRest = 0.002;    ///< of the box's longest edge
+inline constexpr double kFar = 0.5;           ///< model time
 inline constexpr double kTrulyMoves = 0.02;   ///< of the box's longest edge
 
 /// Distance between neighbouring pixels' surface points above which read_truth takes them for two surfaces, share of the box.

@@ -47,6 +47,8 @@ TEST_SUITE("app/correspondence") {
     CHECK(s.canonical.count == 3 * 2 * 500);
     CHECK(s.canonical.p90 < 1e-5);
     CHECK(s.tracked.p90 < 1e-4);
+    CHECK(s.tracked_far.count == 2 * 2 * 500);  // 0 and 0.3 are too near
+    CHECK(s.tracked_far.p90 < 1e-4);
     CHECK(s.folded == 0);
     CHECK(s.still_pairs == 0);
     CHECK(s.moving_pairs == s.canonical.count);
