@@ -58,8 +58,8 @@ void check_grid(const Config& c) {
     if (g.radiance[i] < g.radiance[i - 1])
       wrong("grid.radiance", "gets coarser", "numbers that do not decrease", config_value::print(g.radiance));
   check_starts("grid.radiance_start", "grid.radiance", g.radiance_start, g.radiance.size(), true);
-  if (c.motion.enabled && g.motion.empty())
-    wrong("grid.motion", "is empty", "at least one level, or motion.enabled = false", "[]");
+  if ((c.motion.enabled || c.motion.light) && g.motion.empty())
+    wrong("grid.motion", "is empty", "at least one level, or motion.enabled = false and motion.light = false", "[]");
   for (std::size_t i = 1; i < g.motion.size(); ++i)
     if (g.motion[i] != 2 * g.motion[i - 1])
       wrong("grid.motion", "has a level that does not halve the one before",
@@ -145,7 +145,7 @@ void validate(const Config& config) {
   if (config.run.background.size() != 3)
     wrong("run.background", "has the wrong length", "3 numbers: r, g, b", config_value::print(config.run.background));
   check_grid(config);
-  if (config.motion.enabled) check_motion(config.motion);
+  if (config.motion.enabled || config.motion.light) check_motion(config.motion);
   if (config.sampling.rays < 4 * config.sampling.frames)
     wrong("sampling.rays", "is too small for sampling.frames",
           fmt::format("at least one 2 x 2 patch for each of {} frames", config.sampling.frames),

@@ -78,7 +78,7 @@ bool Trainer::State::refine(double progress_now) {
   const bool empties = emptied < wanted_emptied;
   if (stage < wanted || int(levels.size()) < wanted_levels || elevates || empties) bring_home();
   if (empties) {
-    empty_unseen();
+    if (stage >= 0) empty_unseen();  // before the first stage there is nothing
     emptied = wanted_emptied;
     uploaded = false;
   }

@@ -149,10 +149,14 @@ TEST_SUITE("train/config") {
     endless.run.max_time = 0;
     CHECK(contains(message([&] { validate(endless); }), "the run would have no end"));
     Config still;
-    still.motion.enabled = false;
+    still.motion.enabled = still.motion.light = false;
     still.grid.motion.clear();
     still.grid.motion_start.clear();
     CHECK_NOTHROW(validate(still));
+    Config lit;  // light has curves of its own
+    lit.motion.enabled = false;
+    lit.motion.points = kMaxPoints, lit.motion.halve_start = {.3f};
+    CHECK(contains(message([&] { validate(lit); }), "motion."));
   }
 
   TEST_CASE("edit distance counts insertions, deletions and replacements") {

@@ -56,7 +56,7 @@ class Scatter {
     std::uint32_t* next = counts_.data() + std::size_t(task) * bins_;
     for (std::uint32_t i = 0; i < t.size; ++i)
       for_bricks(t.records[i].cell, view, [&](std::int32_t brick, int x, int y, int z) {
-        entries_[next[t.bin_offset + brick]++] = {i, std::uint16_t(task), std::uint16_t((x + 1) << 8 | (y + 1) << 4 | (z + 1))};
+        entries_[next[t.bin_offset + brick]++] = {i, std::uint32_t(task), std::uint32_t((x + 1) << 8 | (y + 1) << 4 | (z + 1))};
       });
   }
   bool empty(int bin) const { return begin_[bin] == begin_[bin + 1]; }
@@ -78,7 +78,7 @@ class Scatter {
   static constexpr int kAhead = 6;
   struct Entry {
     std::uint32_t index;
-    std::uint16_t task, local;  ///< local: base vertex relative to the bin's brick, -1..7 per axis, plus 1, 4 bits each
+    std::uint32_t task : 20, local : 12;  ///< local: base vertex relative to the bin's brick, -1..7 per axis, plus 1, 4 bits each
   };
   struct Task {
     const Rec* records = nullptr;
