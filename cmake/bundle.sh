@@ -28,7 +28,7 @@ cat > "$out/test-gpu" <<'END'
 exec "$(dirname "$0")/bin/test_backend" "$@"
 END
 chmod +x "$out/test-gpu"
-glibc=$(ldd --version | head -1 | grep -o '[0-9.]*$')
+glibc=$(ldd --version | awk 'NR == 1 {print $NF}')  # reads to the end: head would stop ldd with a signal now and then
 cat > "$out/README" <<END
 splinevox and the libraries it needs. Runs on x86-64 Linux with glibc $glibc or newer; a CUDA driver is used where there is one.
   bin/splinevox train DATASET --out RUN --device cuda

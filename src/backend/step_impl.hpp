@@ -17,7 +17,7 @@ namespace splinevox {
 
 /// The sum of a step's rays, by as many threads as there are rays: in fixed point, so that their order does not matter.
 struct OutcomeKernel {
-  static constexpr double kUnit = 0x1p32;
+  static constexpr double kUnit = 0x1p32, kMost = 0x1p62;  ///< all rays together
   const RayOutcome* outcomes;
   std::size_t rays;
   std::int64_t* sums;  ///< bad rays, bad rows, samples, squared error and motion loss in kUnit
@@ -27,8 +27,13 @@ struct OutcomeKernel {
     const RayOutcome& o = outcomes[i];
     atomic_add(sums + 2, std::int64_t(o.samples));
     if (!o.usable) return atomic_add(sums, std::int64_t(1));
-    atomic_add(sums + 3, std::int64_t(double(o.squared_error) * kUnit));
-    atomic_add(sums + 4, std::int64_t(double(o.motion_loss) * kUnit));
+    atomic_add(sums + 3, fixed(o.squared_error));
+    atomic_add(sums + 4, fixed(o.motion_loss));
+  }
+  /// What is too large for a sum of as many rays counts as the largest that is not.
+  SPLINEVOX_HD std::int64_t fixed(float loss) const {
+    const double units = double(loss) * kUnit, most = kMost / double(rays);
+    return std::int64_t(units < most ? units : most);
   }
 };
 

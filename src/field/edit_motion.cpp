@@ -6,6 +6,7 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
+#include "splinevox/math/activation.hpp"
 
 namespace splinevox {
 namespace {
@@ -117,7 +118,7 @@ void visit_shown(const VoxelModel& model, double parameter, int stride, const st
         Shown s;
         s.x = lattice.position(stride * Int3{slab, y, z});
         s.warp = sampler.warp(s.x);
-        s.weight = -std::expm1(-sampler.radiance(s.x + s.warp.displacement).density * lattice.spacing);
+        s.weight = one_minus_exp_neg(sampler.radiance(s.x + s.warp.displacement).density * lattice.spacing);
         if (s.weight >= kFaint) visit(slab, s);
       }
   });

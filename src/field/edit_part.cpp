@@ -3,11 +3,14 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <string>
 
+#include "splinevox/core/error.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/edit_cluster.hpp"
 #include "splinevox/field/edit_motion.hpp"
 #include "splinevox/field/locate.hpp"
+#include "splinevox/math/activation.hpp"
 #include "splinevox/math/sh.hpp"
 
 namespace splinevox {
@@ -52,6 +55,21 @@ Int3 brick_limit(const Lattice& l) {
   Int3 n;
   for (int a = 0; a < 3; ++a) n[a] = (l.size[a] + kBrick - 1) / kBrick;
   return n;
+}
+
+/// Refuses a box whose lattice could not be stored, before anything is counted in whole numbers.
+void check_room(const Lattice& lattice, const Box& box) {
+  double bricks = 1;
+  bool fits = true;
+  for (int a = 0; a < 3; ++a) {
+    const double end = double(lattice.origin[a]) + double(lattice.size[a]) * lattice.spacing;
+    const double vertices = (std::max(double(box.hi[a]), end) - std::min(box.lo[a], lattice.origin[a])) / lattice.spacing + 3 * kBrick;
+    fits = fits && vertices <= kMostVertices;
+    bricks *= vertices / kBrick + 3;
+  }
+  if (!fits || bricks > kMostBricks)
+    fail({"edit", "the part would lie too far away for one volume to hold both", std::to_string(kMostVertices) + " voxels along an axis at most", "more",
+          "move it less far, or export it alone and place it in the scene"});
 }
 
 /// The channels on a lattice grown by whole bricks until it covers `box`, with the bricks around `places` (reached by a step of
@@ -173,7 +191,7 @@ void carry_motion(MotionField& next, const MotionField& motion, const std::vecto
 /// Where the parts' places should look and where they do; and whether the places they left show anything that is not there.
 void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<Place>& places, const RigidMotion& g, PartEdit& out) {
   const double voxel = next.radiance.raw.topology->lattice.spacing;
-  const auto opacity = [&](const FrameSampler& s, Vec3 x) { return -std::expm1(-s.radiance(s.canonical(x)).density * float(voxel)); };
+  const auto opacity = [&](const FrameSampler& s, Vec3 x) { return one_minus_exp_neg(s.radiance(s.canonical(x)).density * float(voxel)); };
   DistanceSum error;
   double ghosts = 0;
   for (std::size_t first = 0; first < places.size();) {
@@ -209,6 +227,8 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
       for (const Vec3& q : {seen.back(), canonical.back()}) next.box.lo = min(next.box.lo, q - margin), next.box.hi = max(next.box.hi, q + margin);
     }
   }
+  check_room(lattice, next.box);
+  if (!model.motion.levels.empty()) check_room(model.motion.levels[0].topology->lattice, next.box);
   next.radiance.raw = grown(model.radiance.raw, next.box, canonical);
   if (!model.motion.levels.empty()) next.motion.levels[0] = grown(model.motion.levels[0], next.box, seen);
 
@@ -224,7 +244,7 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
       const Vec3 q = carried(p.canonical);
       const int label = clusters.at(q);
       const bool own = label >= 0 && chosen[std::size_t(label)];
-      if (!own && -std::expm1(-still.radiance(q).density * lattice.spacing) >= kDense) covered += p.weight;
+      if (!own && one_minus_exp_neg(still.radiance(q).density * lattice.spacing) >= kDense) covered += p.weight;
     } else {
       others += p.weight;
       if (!rows.empty() && touches(view, rows, p.x)) disturbed += p.weight;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "splinevox/math/activation.hpp"
 #include "splinevox/math/srgb.hpp"
 #include "splinevox/math/velocity.hpp"
 
@@ -165,7 +166,7 @@ BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice,
 }
 
 /// The density that makes one voxel this opaque.
-float density_of(double alpha, const Lattice& lattice) { return float(-std::log1p(-alpha) / lattice.spacing); }
+float density_of(double alpha, const Lattice& lattice) { return float(optical_depth(alpha) / lattice.spacing); }
 
 }  // namespace
 

@@ -59,7 +59,7 @@ ExportReach::ExportReach(const VoxelModel& model, float min_density) : model_(mo
   bricks_ = t.dims - Int3{2, 2, 2};
   // softplus is monotone, and trilinear interpolation stays within its corners: a brick matters if one raw value does.
   const float raw_min =
-      float(std::log(std::expm1(double(min_density) / field.activation.scale))) - field.activation.shift - 1e-3f;
+      float(inverse_softplus(double(min_density) / field.activation.scale)) - field.activation.shift - 1e-3f;
   const bool all = field.raw.row(0)[0] >= raw_min;
   std::vector<char> dense(std::size_t(t.brick_count()) + 1, 0);
   parallel_for(t.brick_count() + 1, [&](int b) {

@@ -13,9 +13,8 @@
 namespace splinevox {
 namespace {
 
-constexpr int kMaxVertices = 1 << 13, kMaxWidth = padded_width(4 * kMaxPoints + 1);  // per axis; floats per row
+constexpr int kMaxWidth = padded_width(4 * kMaxPoints + 1);  // floats per row
 constexpr std::size_t kMaxKnots = 1 << 16;             // of a time curve
-constexpr double kMaxTable = 1 << 28;                  // bricks of a lattice
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
   fail({.where = in.where,
@@ -113,12 +112,12 @@ FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& colu
   bool ok = v[3] > 0;
   for (int a = 0; a < 3; ++a) {
     const float n = v[std::size_t(4 + a)];
-    ok = ok && n >= 2 && n <= float(kMaxVertices) && n == std::floor(n);
+    ok = ok && n >= 2 && n <= float(kMostVertices) && n == std::floor(n);
     shape.lattice.size[a] = ok ? int(n) : 2;
     table *= n / kBrick + 3;
   }
-  if (!ok || table > kMaxTable)
-    bad(in, "lattice", "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMaxVertices),
+  if (!ok || table > kMostBricks)
+    bad(in, "lattice", "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMostVertices),
         quoted(in, "lattice"));
   const int least = padded_width(columns);
   shape.width = integer(in, "row_width", least, kMaxWidth);

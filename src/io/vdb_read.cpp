@@ -90,7 +90,7 @@ Parsed parse(const std::string& path, const VdbLimits& limits) {
   const VdbScan scan = scan_vdb(path, bytes, limits);
   if (!scan.sealed) {
     // Nobody vouches for these bytes, and OpenVDB 10 can crash, hang or ask for any amount of memory on damaged ones
-    // (numerics 0.3, 0.4): a child process goes first.
+    // (docs/reliability.md): a child process goes first.
     const std::string trouble = run_in_child(
         [&] {
           try {

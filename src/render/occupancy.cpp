@@ -164,9 +164,9 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
   const Topology& topology = *field.raw.topology;
   const Lattice& lattice = topology.lattice;
   BitGrid grid(model.box, cells);
-  // alpha >= a  <=>  softplus(raw + shift) >= -log(1 - a) / (scale step)  <=>  raw >= log(expm1(that)) - shift.
-  const double depth = -std::log1p(-double(alpha)) / (double(field.activation.scale) * step);
-  const float threshold = float(std::log(std::expm1(depth)) - field.activation.shift);
+  // alpha >= a  <=>  softplus(raw + shift) >= -log(1 - a) / (scale step)  <=>  raw >= inverse_softplus(that) - shift.
+  const double depth = optical_depth(alpha) / (double(field.activation.scale) * step);
+  const float threshold = float(inverse_softplus(depth) - field.activation.shift);
   for (int b = 1; b <= topology.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       if (!(field.raw.row(std::size_t(b) * kBrickRows + i)[0] >= threshold)) continue;

@@ -21,13 +21,16 @@ constexpr float kBusyShare = 0.9f;   ///< of the patches, taken near the silhoue
 /// Random streams, one per kind of draw.
 enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4 };
 
+/// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
+int blocks_along(int pixels) { return (pixels + 1) / 2; }
+
 /// Per 2 x 2 block the distance to the nearest one with any alpha, in blocks along the longer axis, at most 255: one sweep down and one
 /// up, each from the neighbours already known.
 std::vector<std::uint8_t> clearance(const Image16& image) {
-  const int w = image.width / 2, h = image.height / 2;
+  const int w = blocks_along(image.width), h = blocks_along(image.height);
   std::vector<std::uint8_t> out(std::size_t(w) * h, 255);
-  for (int y = 0; y < 2 * h; ++y)
-    for (int x = 0; x < 2 * w; ++x)
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
       if (image.pixel(x, y)[3] > 0) out[std::size_t(y / 2) * w + x / 2] = 0;
   const auto lower = [&](int x, int y, int u, int v) {
     if (u < 0 || v < 0 || u >= w || v >= h) return;
@@ -78,7 +81,7 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
 BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame) const {
   const auto blocks = [&](int f) {
     const Image16& image = train_.frames[f].image;
-    return std::uint32_t(std::max(1, image.width / 2) * std::max(1, image.height / 2));
+    return std::uint32_t(blocks_along(image.width) * blocks_along(image.height));
   };
   const Rng carve(seed_, kCarve + 16 * step), patch(seed_, kPatch + 16 * step);
   if (carve.uniform(3 * number) < config_.carve) {
@@ -141,7 +144,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
       for (int k = 0; k < 4; ++k) {
         const std::size_t r = std::size_t(f) * per_frame + 4 * p + k;
         const Frame& frame = train_.frames[drawn[p].frame];
-        const std::uint32_t block = drawn[p].block, w = std::uint32_t(std::max(1, frame.image.width / 2));
+        const std::uint32_t block = drawn[p].block, w = std::uint32_t(blocks_along(frame.image.width));
         const int x = std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1);
         const int y = std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1);
         const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);

@@ -12,7 +12,6 @@
 #include "splinevox/field/slice.hpp"
 #include "splinevox/math/photometric.hpp"
 #include "splinevox/render/field_view.hpp"
-#include "splinevox/render/has_matter.hpp"
 #include "splinevox/render/scatter.hpp"
 #include "splinevox/render/specialise.hpp"
 
@@ -59,9 +58,8 @@ class RayEngine final : public Engine {
   }
 
  public:
-  PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling, const Batch& batch, const std::vector<double>& times,
-                 const std::vector<const BitGrid*>& occupancy, const MotionLoss<float>& losses, float seen_share, std::uint64_t probe_seed,
-                 Gradient& radiance, Gradient& motion, std::span<Vec3> behind) override {
+  PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const Batch& batch, const std::vector<double>& times,
+                 const std::vector<const BitGrid*>& occupancy, const RayLosses& losses, Gradient& radiance, Gradient& motion, std::span<Vec3> behind) override {
     PassResult result;
     auto clock = Clock::now();
     const FieldView<float> field = view_field(model, step);
@@ -75,7 +73,7 @@ class RayEngine final : public Engine {
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
     std::uint64_t* const seen = radiance.seen.empty() ? nullptr : radiance.seen.data()->word;
     parallel_for(tasks, [&](int t) {
-      march(field, seen, seen_share, sampling, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, probe_seed, workers_[t], behind);
+      march(field, seen, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, workers_[t], behind);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
       if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
     });
@@ -134,36 +132,36 @@ class RayEngine final : public Engine {
     });
   }
 
-  void march(const FieldView<float>& field, std::uint64_t* seen, float seen_share, const SamplingConfig& sampling, const Batch& batch, const Batch::Task& task,
-             const BitGrid& occupancy, const MotionLoss<float>& losses, std::uint64_t probe_seed, Worker& w, std::span<Vec3> behind) {
+  void march(const FieldView<float>& field, std::uint64_t* seen, const Batch& batch, const Batch::Task& task, const BitGrid& occupancy,
+             const RayLosses& losses, Worker& w, std::span<Vec3> behind) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
     w.rays.clear(), w.first = task.first;
     const FrameView<float> frame{Moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = batch.rays[i];
-      const RayResult<float> result = w.kernel.forward(ray, field, frame, sampling.stop);
+      const RayResult<float> result = w.kernel.forward(ray, field, frame, losses.stop);
       const Vec3 error = photometric_error(result.rgb, batch.targets[i]);
-      if (seen && has_matter(batch.targets[i], ray.background)) show(field, w.kernel, seen_share, sampling.min_weight, seen);
+      if (seen && has_matter(batch.targets[i], ray.background, losses.faintest)) show(field, w.kernel, losses, seen);
       const double squared = dot(error, error);
       if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
       double motion = 0;
       w.squared_error += squared;
       w.samples += w.kernel.count, w.visited += w.kernel.visited;
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
-      backward(w.kernel, ray, result, field, 2.0f * error, sampling.min_weight, w.records);
+      backward(w.kernel, ray, result, field, 2.0f * error, losses.min_weight, w.records);
       if constexpr (Jet)
-        motion = motion_losses(w.kernel, field, frame, losses, draw_probe(probe_seed, i), sampling.min_weight, first, w.records);
+        motion = motion_losses(w.kernel, field, frame, losses.motion, draw_probe(losses.probe_seed, i), losses.min_weight, first, w.records);
       w.motion_loss += motion;
       w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion});
     }
   }
 
   /// Marks what a ray showed (Gradient::seen). Tasks may mark the same words: the order does not matter.
-  static void show(const FieldView<float>& field, const Kernel& ray, float share, float min_weight, std::uint64_t* seen) {
+  static void show(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses, std::uint64_t* seen) {
     float most = 0;
     for (int k = 0; k < ray.count; ++k) most = std::max(most, ray.weight[k]);
-    const float enough = std::max(share * most, min_weight);
+    const float enough = std::max(losses.seen_share * most, losses.min_weight);
     for (int k = 0; k < ray.count; ++k) {
       if (ray.weight[k] < enough || ray.weight[k] <= 0) continue;
       const CellRows rows = field.radiance.rows(ray.samples[k].radiance_cell);

@@ -4,6 +4,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <vector>
 
 #include "by_time.hpp"
@@ -70,47 +71,54 @@ struct Silhouette {
 
 enum View : char { kOutside, kInside, kUnseen };
 
-/// What one picture says of every cell: its centre lies in the silhouette, beside it, or out of a picture that shows only part.
-std::vector<char> look(const Frame& frame, const BitGrid& grid) {
-  const Vec3d middle = cast<double>(grid.center({grid.size.x / 2, grid.size.y / 2, grid.size.z / 2}));
-  const double distance = length(frame.camera.position - middle);
-  const int grow = 2 + int(0.9 * grid.cell * frame.camera.fx / std::max(distance, 1e-9));
-  const Silhouette silhouette(frame.image, grow);
-  std::vector<char> out(grid.cells(), silhouette.complete ? kOutside : kUnseen);
-  Int3 c;
-  std::size_t i = 0;
-  for (c.x = 0; c.x < grid.size.x; ++c.x)
-    for (c.y = 0; c.y < grid.size.y; ++c.y)
-      for (c.z = 0; c.z < grid.size.z; ++c.z, ++i) {
-        const Projection p = project(frame.camera, cast<double>(grid.center(c)));
-        if (p.depth <= 0 || p.u < 0 || p.v < 0 || p.u >= frame.camera.width || p.v >= frame.camera.height) continue;
-        const std::size_t block = std::size_t(p.v) / Silhouette::kBlock * silhouette.width + std::size_t(p.u) / Silhouette::kBlock;
-        out[i] = silhouette.inside[block] ? kInside : kOutside;
-      }
-  return out;
-}
+/// A picture that says of any place whether it lies in the silhouette, beside it, or out of a picture that shows only part.
+class Watch {
+ public:
+  Watch(const Frame& frame, const BitGrid& grid) : camera_(frame.camera), silhouette_(frame.image, grow(frame.camera, grid)) {}
+
+  View operator()(const Vec3d& x) const {
+    const Projection p = project(camera_, x);
+    if (p.depth <= 0 || p.u < 0 || p.v < 0 || p.u >= camera_.width || p.v >= camera_.height) return silhouette_.complete ? kOutside : kUnseen;
+    const std::size_t block = std::size_t(p.v) / Silhouette::kBlock * silhouette_.width + std::size_t(p.u) / Silhouette::kBlock;
+    return silhouette_.inside[block] ? kInside : kOutside;
+  }
+
+ private:
+  /// Half a cell's diagonal in pixels, and a little.
+  static int grow(const Camera& camera, const BitGrid& grid) {
+    const Vec3d middle = cast<double>(grid.center({grid.size.x / 2, grid.size.y / 2, grid.size.z / 2}));
+    return 2 + int(std::min(0.9 * grid.cell * camera.fx / std::max(length(camera.position - middle), 1e-9), 1e6));
+  }
+  Camera camera_;
+  Silhouette silhouette_;
+};
 
 /// Cells that in some window of neighbouring times no view sees outside the silhouette and most see inside.
 BitGrid swept_hull(const Split& train, const Box& box, int cells) {
   const std::vector<int> by_time = frames_by_time(train);
   const int n = int(by_time.size());
   // A window is a twentieth of the frames: longer clips what moves fast, shorter leaves the hull loose.
-  const int window = std::min(n, std::clamp(n / 20, 3, 9));
+  constexpr int kLongest = 9, kWord = 32;
+  const int window = std::min(n, std::clamp(n / 20, 3, kLongest));
   BitGrid hull(box, cells);
-  std::vector<std::vector<char>> views(n);
-  parallel_for(n, [&](int f) { views[f] = look(train.frames[by_time[f]], hull); });
+  std::vector<std::unique_ptr<const Watch>> watches(n);
+  parallel_for(n, [&](int f) { watches[f] = std::make_unique<const Watch>(train.frames[by_time[f]], hull); });
+  // By words, each of which one thread owns, and through all times at once: only the views of a window are kept.
   parallel_for(int(hull.bits.size()), [&](int word) {
-    for (std::size_t i = std::size_t(word) * 32; i < std::min(hull.cells(), std::size_t(word) * 32 + 32); ++i) {
-      int inside = 0, outside = 0;
-      for (int f = 0; f < n; ++f) {
-        inside += views[f][i] == kInside, outside += views[f][i] == kOutside;
-        if (f >= window) inside -= views[f - window][i] == kInside, outside -= views[f - window][i] == kOutside;
-        if (f + 1 >= window && outside == 0 && 2 * inside > window) {
-          hull.set(i);
-          break;
-        }
+    const std::size_t first = std::size_t(word) * kWord;
+    const int count = int(std::min<std::size_t>(kWord, hull.cells() - first));
+    Vec3d place[kWord];
+    for (int k = 0; k < count; ++k) place[k] = cast<double>(hull.center(hull.cell_at(first + k)));
+    View seen[kLongest][kWord];
+    int inside[kWord] = {}, outside[kWord] = {};
+    for (int f = 0; f < n; ++f)
+      for (int k = 0; k < count; ++k) {
+        View& view = seen[f % window][k];
+        if (f >= window) inside[k] -= view == kInside, outside[k] -= view == kOutside;
+        view = (*watches[f])(place[k]);
+        inside[k] += view == kInside, outside[k] += view == kOutside;
+        if (f + 1 >= window && outside[k] == 0 && 2 * inside[k] > window) hull.set(first + k);
       }
-    }
   });
   return hull;
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where matter is, to which rays and motion confine themselves, and where it is for no reason.
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
@@ -37,7 +39,9 @@ void Trainer::State::find_active() {
   active[0].set_all();
   const BitGrid cells = occupancy.empty() ? bounds.hull : occupied_ever();
   // A little more than one spacing: rays find cells and vertices by other roundings than this loop.
-  const float spacing = 1.01f * t.lattice.spacing;
+  const Box& box = model.box;
+  const float farthest = std::max({std::abs(box.lo.x), std::abs(box.lo.y), std::abs(box.lo.z), std::abs(box.hi.x), std::abs(box.hi.y), std::abs(box.hi.z)});
+  const float spacing = 1.01f * t.lattice.spacing + 4 * std::numeric_limits<float>::epsilon() * farthest;
   const Vec3 reach{spacing, spacing, spacing};
   parallel_for(t.brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {

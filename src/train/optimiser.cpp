@@ -19,9 +19,9 @@ Eight root(const Eight& v) {
   for (int i = 0; i < 8; ++i) out[i] = std::sqrt(v[i]);
   return out;
 }
-Eight flush(const Eight& v) {
+Eight flush(const Eight& v, float least) {
   const Eight magnitude = v < 0 ? -v : v;
-  return magnitude < kLeastMoment ? Eight{} : v;
+  return magnitude < least ? Eight{} : v;
 }
 
 bool all_zero(const Eight& v) {

@@ -105,7 +105,7 @@ Config paper() {
   return c;
 }
 
-/// What the released code does (method.md, section 2): one dense-equivalent lattice of 64 cells, black background, one
+/// What the released code does: one dense-equivalent lattice of 64 cells, black background, one
 /// rate 1e-2 -> 5e-5, four control points of which the first is zero. Its spherical harmonics are of order 4; ours end at
 /// 3. Its divergence term has no gradient, so here it is 0. Use --downscale 3 on 400-pixel images for its image size.
 Config nerf_atlas() {

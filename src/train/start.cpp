@@ -12,6 +12,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/math/logit.hpp"
+#include "splinevox/math/sh.hpp"
 #include "splinevox/math/view_factor.hpp"
 
 namespace splinevox {
@@ -99,7 +100,7 @@ Config in_units_of(float brightness, Config config) {
 Vec3 starting_color(const RadianceConfig& config, const Shown& shown) {
   constexpr float kDarkest = 1e-5f;
   if (!shown.dark()) return {};
-  const float view = config.sh_order >= 0 ? view_factor(0.28209479f * config.initial_sh).value : 1;
+  const float view = config.sh_order >= 0 ? view_factor(float(kSh0) * config.initial_sh).value : 1;
   Vec3 raw;
   for (int c = 0; c < 3; ++c) {
     const float share = std::clamp(shown.mean[c] / view, kDarkest, 0.5f);

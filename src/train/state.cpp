@@ -7,6 +7,7 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
+#include "splinevox/math/activation.hpp"
 #include "splinevox/math/schedule.hpp"
 #include "splinevox/train/ranks.hpp"
 
@@ -131,7 +132,7 @@ void Trainer::State::start_radiance() {
   model.step = config.sampling.step * lattice.spacing;
   // One step of the first lattice has alpha initial_alpha at raw density 0: softplus(shift) = -log(1 - alpha).
   model.radiance.activation.scale = 1 / model.step;
-  model.radiance.activation.shift = float(std::log(std::expm1(-std::log1p(-double(config.radiance.initial_alpha)))));
+  model.radiance.activation.shift = float(inverse_softplus(optical_depth(config.radiance.initial_alpha)));
   const int width = radiance_width(config.radiance.sh_order);
   std::vector<float> row(width, 0.0f);
   const Vec3 color = starting_color(config.radiance, shown);

@@ -172,14 +172,17 @@ StepReport Trainer::one_step() {
   lap(s.phases.slices);
 
   const double ramp = c.loss.ramp ? std::pow(0.01, 1 - progress) : 1.0;
-  MotionLoss<float> losses;
-  losses.offset = float(c.loss.offset * ramp), losses.offset_rigidity = c.loss.offset_rigidity;
-  losses.offset_softening = 1e-4f * s.model.step;
-  losses.divergence = float(c.loss.divergence * ramp);
-  losses.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
+  RayLosses losses;
+  losses.stop = c.sampling.stop, losses.min_weight = c.sampling.min_weight;
+  losses.seen_share = c.grid.seen_share, losses.faintest = kHalfLevel * s.unit;
+  losses.motion.offset = float(c.loss.offset * ramp), losses.motion.offset_rigidity = c.loss.offset_rigidity;
+  losses.motion.offset_softening = 1e-4f * s.model.step;
+  losses.motion.divergence = float(c.loss.divergence * ramp);
+  losses.motion.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
   const std::uint64_t draw = hash64(c.run.seed ^ hash64(std::uint64_t(s.step)));
+  losses.probe_seed = draw;
   if (s.device) {
-    const StepSums sums = s.step_on_device({c.sampling.stop, c.sampling.min_weight, c.grid.seen_share, losses, draw}, times, progress);
+    const StepSums sums = s.step_on_device(losses, times, progress);
     lap(s.phases.rays);
     if (sums.bad_rays + sums.bad_rows > 0) {
       s.report_discarded(sums.samples, sums.bad_rows, s.device->bad_rays(), times, report);
@@ -191,8 +194,7 @@ StepReport Trainer::one_step() {
     lap(s.phases.update);
     return finished(s, report, sums.squared_error, sums.motion_loss, sums.samples);
   }
-  PassResult pass = s.engine->run(s.model, s.active, s.model.step, c.sampling, s.batch, times, occupancy, losses, c.grid.seen_share, draw,
-                                        s.radiance.gradient, s.motion_gradient, s.behind);
+  PassResult pass = s.engine->run(s.model, s.active, s.model.step, s.batch, times, occupancy, losses, s.radiance.gradient, s.motion_gradient, s.behind);
   clock = Clock::now();
   s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;
   s.seconds_before += pass.slice_seconds + pass.ray_seconds + pass.scatter_seconds;
@@ -258,6 +260,7 @@ void Trainer::restore(const std::vector<char>& bytes) {
   Archive archive(bytes);
   state_->home = true, state_->uploaded = false;
   state_->archive(archive);
+  if (!archive.exhausted()) fail({"checkpoint", "the training state goes on after its end", "a state written by the same version and configuration", "more bytes", ""});
 }
 
 }  // namespace splinevox

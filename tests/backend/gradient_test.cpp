@@ -18,7 +18,6 @@ namespace {
 
 constexpr int kSlots = 3, kRays = 160;
 constexpr float kShare = 0.5f;
-constexpr float kSeen = 0.6f;
 constexpr std::uint64_t kDraw = 99;
 
 /// A batch of rays through noise, with an occupancy that has holes.
@@ -27,8 +26,7 @@ struct Scene {
   Batch batch;
   std::vector<double> times{0.0, 0.35, 1.0};
   BitGrid occupied;
-  MotionLoss<float> losses;
-  SamplingConfig sampling;
+  RayLosses losses;
 
   Scene(int sh, bool moves, bool jet) : model(test::noisy_model(21, 6, FirstPoint::zero, BasisKind::bezier, sh, true, true)), occupied(model.box, 16) {
     if (!moves) model.motion.levels.clear();
@@ -47,8 +45,8 @@ struct Scene {
         if (i % 8 == 3) batch.rays.back().background = {1.6f, 1.6f, 0.4f}, batch.targets.back() = {1, 0.7f, 1};  // clipped
       }
     }
-    if (jet) losses.offset = 0.02f, losses.offset_rigidity = 0.3f, losses.offset_softening = 1e-3f, losses.divergence = 0.03f;
-    sampling.stop = 0, sampling.min_weight = 1e-3f;
+    if (jet) losses.motion = {.offset = 0.02f, .offset_rigidity = 0.3f, .offset_softening = 1e-3f, .divergence = 0.03f};
+    losses.min_weight = 1e-3f, losses.seen_share = 0.6f, losses.probe_seed = kDraw;
   }
 };
 
@@ -94,8 +92,8 @@ TEST_SUITE("backend/gradient") {
             std::vector<RowMask> seen = radiance.gradient.seen;
             std::vector<Vec3> behind(scene.batch.rays.size()), behind_on_device = behind;
             const PassResult pass = make_engine(sh, moves, kind == 2)
-                                        ->run(model, active, model.step, scene.sampling, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied},
-                                              scene.losses, kSeen, kDraw, radiance.gradient, moves ? motion.gradient : none, behind);
+                                        ->run(model, active, model.step, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied},
+                                              scene.losses, radiance.gradient, moves ? motion.gradient : none, behind);
             add_total_variation(model.radiance.raw, radiance, 1, kShare, kDraw);
             if (moves) {
               add_total_variation(model.motion.levels[0], motion, 1, kShare, kDraw + 1);
@@ -111,7 +109,7 @@ TEST_SUITE("backend/gradient") {
             const std::vector<int> grids(kSlots, 0);
             StepInput in{};
             in.rays = scene.batch.rays, in.targets = scene.batch.targets, in.times = scene.times, in.occupancy = grids;
-            in.losses = {scene.sampling.stop, scene.sampling.min_weight, kSeen, scene.losses, kDraw};
+            in.losses = scene.losses;
             in.tv_scale = 1, in.tv_share = kShare, in.curves = kCurves, in.rest = kRest, in.draw = kDraw;
             in.factors = moment_factors(0, 0.99, 1e-8, 1);
             in.largest = kLargestGradient;
@@ -153,7 +151,7 @@ TEST_SUITE("backend/gradient") {
       radiance.seen.assign(model.radiance.raw.topology->bricks.size(), {});
       std::vector<Vec3> behind(scene.batch.rays.size());
       make_engine(1, false, false)
-          ->run(model, {}, model.step, scene.sampling, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied}, scene.losses, kSeen, kDraw, radiance, none, behind);
+          ->run(model, {}, model.step, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied}, scene.losses, radiance, none, behind);
       int marked = 0;
       for (const RowMask& brick : radiance.seen)
         for (int i = 0; i < kBrickRows; ++i) marked += brick.test(i);

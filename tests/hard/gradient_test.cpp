@@ -107,8 +107,7 @@ TEST_SUITE("hard/gradients") {
       }
       const Split& train = *ball().find("train");
       SamplingConfig sampling;
-      sampling.frames = 4, sampling.rays = 512, sampling.growth = 1, sampling.stop = 0, sampling.min_weight = 0,
-      sampling.carve = 0;
+      sampling.frames = 4, sampling.rays = 512, sampling.growth = 1, sampling.carve = 0;
       const BatchSampler sampler(train, model.box, sampling, 3);
       Batch batch;
       sampler.draw(1, 1, model.step, {}, batch);
@@ -120,11 +119,10 @@ TEST_SUITE("hard/gradients") {
       const std::vector<RowMask> active(model.motion.levels[0].topology->bricks.size(), RowMask::all());
       const MotionLoss<double> loss{
           .offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
-      const MotionLoss<float> in_float{0.02f, 0.3f, 1e-3f, 0.01f, spline};
+      const RayLosses asked{.motion = {0.02f, 0.3f, 1e-3f, 0.01f, spline}, .probe_seed = 77};
       Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
       std::vector<Vec3> behind(batch.rays.size());
-      const PassResult pass = make_engine(1, true, true)->run(model, active, model.step, sampling, batch, times, occupancy,
-                                                        in_float, 1, 77, d_radiance, d_motion, behind);
+      const PassResult pass = make_engine(1, true, true)->run(model, active, model.step, batch, times, occupancy, asked, d_radiance, d_motion, behind);
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
       // The loss is quadratic in the colour behind a ray, so a central difference of any width is exact.

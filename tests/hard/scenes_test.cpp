@@ -43,6 +43,17 @@ TEST_SUITE("hard/scenes") {
     const double dark = quality(trained(config, repainted(train(), dim)), repainted(held(), dim), 100);
     measured_least("H30 dark minus bright, over black", dark - bright, -1, "dB");
   }
+  TEST_CASE("H30: pixels times 0.001 are less than half a level of 8 bits, and not taken for emptiness") {
+    Config config = short_run();
+    config.run.background = {0, 0, 0};
+    config.grid.empty_start = {0.5f, 0.8f};
+    const auto dim = [](double(&v)[4]) {
+      for (int c = 0; c < 3; ++c) v[c] *= 0.001;
+    };
+    const double bright = quality(trained(config, train()), held());
+    const double dark = quality(trained(config, repainted(train(), dim)), repainted(held(), dim), 1000);
+    measured_least("H30 a thousandth minus bright, over black", dark - bright, -2, "dB");
+  }
   TEST_CASE("H32: all white, opaque: the picture is white") {
     const auto white = [](double(&v)[4]) { std::fill_n(v, 4, 1.0); };
     measured_least("H32 all white",

@@ -23,7 +23,7 @@ struct PlainRoot {
 };
 /// Moments too small to matter; see adam_step.
 struct PlainFlush {
-  SPLINEVOX_HD float operator()(float x) const { return (x < 0 ? -x : x) < kLeastMoment ? 0.0f : x; }
+  SPLINEVOX_HD float operator()(float x, float least) const { return (x < 0 ? -x : x) < least ? 0.0f : x; }
 };
 
 /// One pack of one row of a chosen brick: gradient of total variation, its own term and those of the three vertices below it.

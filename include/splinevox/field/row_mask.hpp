@@ -9,7 +9,7 @@
 namespace splinevox {
 
 /// One bit per row of a brick: which rows got a gradient. Rows without are left alone by the optimiser, so rounding does not
-/// move what no ray has seen (numerics 0.8).
+/// move what no ray has seen.
 struct RowMask {
   std::uint64_t word[kBrick] = {};  ///< word x, bit y * 8 + z
   bool any() const {

@@ -12,6 +12,10 @@ namespace splinevox {
 inline constexpr int kBrick = 8;                           ///< vertices per brick edge: OpenVDB's leaf
 inline constexpr int kBrickRows = kBrick * kBrick * kBrick;  ///< rows per brick
 
+/// What is stored and read back (io/model_vdb.hpp) has no more: vertices of an axis, bricks of a lattice with the ring around them.
+inline constexpr int kMostVertices = 1 << 13;
+inline constexpr double kMostBricks = 1 << 28;
+
 /// Regular lattice of vertices: vertex ijk sits at origin + spacing * ijk, as in OpenVDB
 /// (a voxel's value is at its index, not half a voxel beside it).
 struct Lattice {

@@ -54,10 +54,10 @@ struct VdbLimits {
 /// Writes a .vdb that any VDB program opens (Blosc, grid offsets, statistics), atomically: see write_file. The bytes
 /// depend on the content only (the file's unique id is a hash of it). The file ends in a 24-byte seal, which other
 /// programs never look at: a checksum of all that stands before, since VDB itself has none and OpenVDB accepts damaged
-/// files (numerics 0.3).
+/// files (docs/reliability.md).
 ///
 /// OpenVDB serialises into memory here and write_file puts the bytes on disk, because openvdb::io::File::write returns
-/// without error on a full disk (numerics 0.1).
+/// without error on a full disk.
 FileDigest write_vdb(const std::string& path, const VdbFile& file);
 
 /// Reads the float and Vec3s grids of a .vdb. Whatever is truncated, damaged or foreign gives Error (Fault::input)

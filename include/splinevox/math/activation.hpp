@@ -101,4 +101,10 @@ SPLINEVOX_INLINE Activated<T> softplus(T x) {
   return {(x > T(0) ? x : T(0)) + log1p_unit(e), x < T(0) ? e * inv : inv};
 }
 
+/// The x at which softplus(x) = y, y > 0. The plain log(exp(y) - 1) is infinite from 710 on.
+inline double inverse_softplus(double y) { return y + std::log(-std::expm1(-y)); }
+
+/// The optical depth, density times length, that has this alpha in [0, 1): the inverse of one_minus_exp_neg.
+inline double optical_depth(double alpha) { return -std::log1p(-alpha); }
+
 }  // namespace splinevox

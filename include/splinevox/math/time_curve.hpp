@@ -24,7 +24,7 @@ struct TimeCurve {
   bool identity() const { return knots.empty(); }
   friend bool operator==(const TimeCurve&, const TimeCurve&) = default;
 
-  /// Parameter at a time, clamped to [0, 1]. At a jump: the value after it.
+  /// Parameter at a time, clamped to [0, 1]. At a jump: the value after it; at one at 1, which nothing follows, before it.
   double operator()(double t) const {
     t = std::clamp(t, 0.0, 1.0);
     if (identity()) return t;

@@ -25,6 +25,7 @@ struct BitGrid {
   void set(std::size_t i) { bits[i >> 5] |= 1u << (i & 31); }
   void clear(std::size_t i) { bits[i >> 5] &= ~(1u << (i & 31)); }
   std::size_t index(Int3 c) const { return (std::size_t(c.x) * size.y + c.y) * size.z + c.z; }
+  Int3 cell_at(std::size_t index) const { return {int(index / size.z / size.y), int(index / size.z % size.y), int(index % size.z)}; }
   Vec3 center(Int3 c) const { return origin + cell * (cast<float>(c) + Vec3{0.5f, 0.5f, 0.5f}); }
   /// Cell of a position, clamped to the grid.
   Int3 cell_of(Vec3 x) const {

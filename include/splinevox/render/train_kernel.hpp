@@ -3,19 +3,10 @@
 
 #include "splinevox/math/photometric.hpp"
 #include "splinevox/render/accumulate.hpp"
-#include "splinevox/render/has_matter.hpp"
 #include "splinevox/render/march.hpp"
-#include "splinevox/render/motion_loss.hpp"
+#include "splinevox/render/ray_losses.hpp"
 
 namespace splinevox {
-
-/// What training asks of every ray.
-struct RayLosses {
-  float stop = 0, min_weight = 0;  ///< as SamplingConfig
-  float seen_share = 1;            ///< of Gradient::seen
-  MotionLoss<float> motion;
-  std::uint64_t probe_seed = 0;
-};
 
 /// What a ray gave besides gradients.
 struct RayOutcome {
@@ -67,7 +58,7 @@ struct TrainKernel {
       typename Team::template Lanes<float> most;
       team.each([&](int lane) { most[lane] = heaviest[lane]; });
       const float all = team.max(most), never = 2;  // no weight is beyond 1
-      const float enough = has_matter(targets[index], ray.background) ? losses.seen_share * all : never;
+      const float enough = has_matter(targets[index], ray.background, losses.faintest) ? losses.seen_share * all : never;
       team.each([&](int lane) { heaviest[lane] = enough; });
     }
     const Vec3 error = photometric_error(m.rgb + m.transmittance * ray.background, targets[index]), d_rgb = 2.0f * error;

@@ -68,7 +68,7 @@ struct OptimiserConfig {
   float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
 };
 
-/// Weights of the loss terms (Eq. 8 and 9). The photometric term is the mean over rays of the squared RGB error.
+/// Weights of the loss terms (Eq. 8 and 9). The photometric term is the sum over rays of the squared RGB error.
 struct LossConfig {
   float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-2f, tv_rigidity = 0, tv_light = 1e-4f;
   float tv_final = 0.003f;        ///< share of the total variation weights left at the end; they decay exponentially

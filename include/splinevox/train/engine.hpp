@@ -9,6 +9,7 @@
 #include "splinevox/field/row_mask.hpp"
 #include "splinevox/render/backward.hpp"
 #include "splinevox/render/occupancy.hpp"
+#include "splinevox/render/ray_losses.hpp"
 #include "splinevox/train/batch.hpp"
 #include "splinevox/train/gradient.hpp"
 
@@ -33,14 +34,12 @@ class Engine {
   /// @param active     rows of the motion level that a sample may read, [bricks + 1]; the others are not contracted.
   /// @param times      model time of each frame slot of the batch, [0, 1].
   /// @param occupancy  of each frame slot.
-  /// @param seen_share  of Gradient::seen.
   /// @param radiance   gradient of model.radiance.raw, accumulated; marks what was seen, if it has a mask for that.
   /// @param motion     gradient of the collapsed motion level, accumulated; ignored when nothing moves.
   /// @param behind     gets the gradient of the colour behind each ray of the batch's tasks, [rays]; empty: not wanted.
-  virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const SamplingConfig& sampling,
+  virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step,
                          const Batch& batch, const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
-                         const MotionLoss<float>& losses, float seen_share, std::uint64_t probe_seed,
-                         Gradient& radiance, Gradient& motion, std::span<Vec3> behind) = 0;
+                         const RayLosses& losses, Gradient& radiance, Gradient& motion, std::span<Vec3> behind) = 0;
   /// Rays of the last batch whose loss or gradient was not finite, in order.
   virtual std::vector<int> bad_rays() const = 0;
 };
