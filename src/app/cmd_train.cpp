@@ -103,8 +103,6 @@ int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_
   const bool writes = !ranks || ranks->first();
   Progress progress(writes ? choose_talk(o.quiet, o.json) : Talk::quiet);
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
-  if (ranks && device != Device::cpu)
-    fail({"--device", "processes under mpirun train on their CPUs", "cpu, or auto", o.device, "--device cpu, or one process with the device"});
   if (folder.has(kEditHistory))
     fail({folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with", "a run that `splinevox train` made", "an edited run",
           "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});

@@ -28,12 +28,17 @@ class MpiRanks final : public Ranks {
       fail({"MPI", "this MPI library cannot be called from a program with threads", "MPI_THREAD_SERIALIZED", std::to_string(given), "another MPI library"});
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &count_);
+    MPI_Comm machine;
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine);
+    MPI_Comm_rank(machine, &local_);
+    MPI_Comm_free(&machine);
   }
   ~MpiRanks() override {
     if (std::uncaught_exceptions() == 0) MPI_Finalize();
   }
   int rank() const override { return rank_; }
   int count() const override { return count_; }
+  int local() const override { return local_; }
 
   void merge(std::span<std::uint64_t> words) override {
     timed(words.size_bytes(), [&] { return MPI_Allreduce(MPI_IN_PLACE, words.data(), int(words.size()), MPI_UINT64_T, MPI_BOR, MPI_COMM_WORLD); });
@@ -72,7 +77,7 @@ class MpiRanks final : public Ranks {
     traffic.bytes += std::int64_t(bytes);
     traffic.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
-  int rank_ = 0, count_ = 1;
+  int rank_ = 0, count_ = 1, local_ = 0;
 };
 
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "splinevox/train/ranks.hpp"
+#include "splinevox/core/ranks.hpp"
 
 namespace splinevox::app {
 

@@ -64,7 +64,7 @@ TrainSession::TrainSession(const Setup& setup, Progress& progress)
     : setup_(setup),
       progress_(progress),
       trainer_(setup.config, *setup.data.find("train"), setup.data.time_map, setup.seconds_used, setup.ranks,
-               setup.device == Device::cpu ? nullptr : make_step(setup.device, setup.deterministic)) {
+               setup.device == Device::cpu ? nullptr : make_step(setup.device, setup.deterministic, setup.ranks)) {
   if (setup_.resume) resume();
   const Split* split = setup_.data.find("val");
   held_is_training_ = !split || split->frames.empty();

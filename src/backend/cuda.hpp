@@ -12,6 +12,6 @@ namespace splinevox::cuda {
 
 CudaFound find();
 std::unique_ptr<PictureMaker> make_pictures(const VoxelModel& model);
-std::unique_ptr<StepBackend> make_step(bool deterministic);
+std::unique_ptr<StepBackend> make_step(bool deterministic, Ranks* ranks);
 
 }  // namespace splinevox::cuda

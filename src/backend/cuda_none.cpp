@@ -5,6 +5,6 @@ namespace splinevox::cuda {
 
 CudaFound find() { return {false, false, "", "a build without CUDA"}; }
 std::unique_ptr<PictureMaker> make_pictures(const VoxelModel&) { return nullptr; }
-std::unique_ptr<StepBackend> make_step(bool) { return nullptr; }
+std::unique_ptr<StepBackend> make_step(bool, Ranks*) { return nullptr; }
 
 }  // namespace splinevox::cuda

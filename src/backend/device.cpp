@@ -24,6 +24,6 @@ std::unique_ptr<PictureMaker> make_pictures(Device device, const VoxelModel& mod
   return device == Device::cuda ? cuda::make_pictures(model) : nullptr;
 }
 
-std::unique_ptr<StepBackend> make_step(Device, bool deterministic) { return cuda::make_step(deterministic); }
+std::unique_ptr<StepBackend> make_step(Device, bool deterministic, Ranks* ranks) { return cuda::make_step(deterministic, ranks); }
 
 }  // namespace splinevox

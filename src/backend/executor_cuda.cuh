@@ -3,6 +3,7 @@
 
 #include <cuda_runtime.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -17,6 +18,7 @@ namespace splinevox {
 /// Throws Error where a CUDA call failed. @param what  what was being done
 inline void check_cuda(cudaError_t code, const char* what) {
   if (code == cudaSuccess) return;
+  cudaGetLastError();  // or the next kernel would report it again
   const bool memory = code == cudaErrorMemoryAllocation;
   throw Error({"CUDA", std::string(what) + " failed", "", std::string(cudaGetErrorName(code)) + ": " + cudaGetErrorString(code),
                memory ? "a smaller preset, coarser lattices (--set grid...), or --device cpu" : "--device cpu; compute-sanitizer says more"},
@@ -30,14 +32,14 @@ __global__ void __launch_bounds__(256) each_kernel(std::size_t n, const __grid_c
   if (i < n) kernel(i);
 }
 
-inline constexpr int kTeamsPerBlock = 4;
+inline constexpr int kTeamsPerBlock = 4;  ///< fewer where their scratch would not fit
 
-/// One warp per element, each with scratch of its own in shared memory.
+/// One warp (a row of the block) per element, each with scratch of its own in shared memory.
 template <class Kernel>
 __global__ void __launch_bounds__(kTeamsPerBlock * kLanes, 2) team_kernel(int n, const __grid_constant__ Kernel kernel, unsigned scratch_bytes) {
   extern __shared__ __align__(16) char scratch[];
-  const int within = int(threadIdx.x) / kLanes, i = int(blockIdx.x) * kTeamsPerBlock + within;
-  if (i < n) kernel(i, DeviceTeam(scratch + within * scratch_bytes));
+  const int i = int(blockIdx.x * blockDim.y + threadIdx.y);
+  if (i < n) kernel(i, DeviceTeam(scratch + threadIdx.y * scratch_bytes));
 }
 
 struct DestroyGraph {
@@ -50,7 +52,13 @@ using ReadyGraph = std::unique_ptr<std::remove_pointer_t<cudaGraphExec_t>, Destr
 /// HostExecutor's counterpart: a stream of one device. Nothing but download waits.
 class CudaExecutor {
  public:
-  CudaExecutor() { check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "making a stream"); }
+  CudaExecutor() {
+    int device = 0, most = 0;
+    check_cuda(cudaGetDevice(&device), "finding the device");
+    check_cuda(cudaDeviceGetAttribute(&most, cudaDevAttrMaxSharedMemoryPerBlockOptin, device), "asking for its shared memory");
+    most_shared_ = std::size_t(most);
+    check_cuda(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking), "making a stream");
+  }
   ~CudaExecutor() { cudaStreamDestroy(stream_); }
   CudaExecutor(const CudaExecutor&) = delete;
   CudaExecutor& operator=(const CudaExecutor&) = delete;
@@ -91,16 +99,18 @@ class CudaExecutor {
   void zero(Buffer<T>& buffer) {
     if (buffer.size_ > 0) check_cuda(cudaMemsetAsync(buffer.data_, 0, buffer.size_ * sizeof(T), stream_), "clearing memory");
   }
-  /// From pageable memory the copy is staged before this returns, so `from` may change at once.
+  /// `from` must stay as it is until wait().
   template <class T>
   void upload(Buffer<T>& to, const T* from, std::size_t n) {
     resize(to, n);
     if (n > 0) check_cuda(cudaMemcpyAsync(to.data_, from, n * sizeof(T), cudaMemcpyHostToDevice, stream_), "copying to the device");
   }
+  /// For all that was queued.
+  void wait() { check_cuda(cudaStreamSynchronize(stream_), "a kernel or a copy"); }
   template <class T>
   void download(const Buffer<T>& from, T* to) {
     if (from.size_ > 0) check_cuda(cudaMemcpyAsync(to, from.data_, from.size_ * sizeof(T), cudaMemcpyDeviceToHost, stream_), "copying from the device");
-    check_cuda(cudaStreamSynchronize(stream_), "a kernel");
+    wait();
   }
 
   /// What `queue` queues, as one graph with one launch in place of each kernel's own. The graph of the time before is kept and only its
@@ -113,6 +123,7 @@ class CudaExecutor {
       queue();
     } catch (...) {  // the stream has to be as it was
       cudaStreamEndCapture(stream_, &recorded);
+      cudaGetLastError();
       RecordedGraph{recorded};
       throw;
     }
@@ -131,6 +142,8 @@ class CudaExecutor {
     check_cuda(cudaGraphLaunch(ready_.get(), stream_), "starting a step");
   }
 
+  cudaStream_t stream() const { return stream_; }
+
   template <class Kernel>
   void for_each(const Kernel& kernel) {
     const std::size_t n = kernel.count();
@@ -142,17 +155,21 @@ class CudaExecutor {
   void for_teams(int n, const Kernel& kernel, std::size_t scratch_bytes) {
     if (n == 0) return;
     scratch_bytes = (scratch_bytes + 15) / 16 * 16;
-    const std::size_t shared = kTeamsPerBlock * scratch_bytes;
+    const std::size_t teams = std::min<std::size_t>(kTeamsPerBlock, most_shared_ / scratch_bytes), shared = teams * scratch_bytes;
+    if (teams == 0)
+      fail({"CUDA", "a ray has too many samples for the shared memory of this device", std::to_string(most_shared_) + " bytes", std::to_string(scratch_bytes) + " bytes",
+            "a larger sampling.step, or --device cpu"});
     if (shared > kSharedByDefault)
       check_cuda(cudaFuncSetAttribute(team_kernel<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, int(shared)),
                  "asking for shared memory (rays with very many samples)");
-    team_kernel<<<unsigned((n + kTeamsPerBlock - 1) / kTeamsPerBlock), kTeamsPerBlock * kLanes, shared, stream_>>>(n, kernel, unsigned(scratch_bytes));
+    team_kernel<<<unsigned((n + teams - 1) / teams), dim3(kLanes, unsigned(teams)), shared, stream_>>>(n, kernel, unsigned(scratch_bytes));
     check_cuda(cudaGetLastError(), "starting a kernel");
   }
 
  private:
   static constexpr std::size_t kSharedByDefault = 48 * 1024;
   cudaStream_t stream_ = nullptr;
+  std::size_t most_shared_ = 0;  ///< bytes a block can ask for
   ReadyGraph ready_;
 };
 

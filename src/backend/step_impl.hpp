@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,7 @@ namespace splinevox {
 
 /// The sum of a step's rays, by as many threads as there are rays: in fixed point, so that their order does not matter.
 struct OutcomeKernel {
-  static constexpr double kUnit = 0x1p32, kMost = 0x1p62;  ///< all rays together
+  static constexpr double kUnit = 0x1p32, kMost = 0x1p54;  ///< all rays together; room for 2^8 ranks
   const RayOutcome* outcomes;
   std::size_t rays;
   std::int64_t* sums;  ///< bad rays, bad rows, samples, squared error and motion loss in kUnit
@@ -38,10 +39,13 @@ struct OutcomeKernel {
 };
 
 /// StepBackend on any executor.
-template <class Executor>
+/// @tparam Peers  adds up what the ranks' executors computed: sum(executor, buffer) of numbers, merge(executor, buffer) of masks, on all ranks alike.
+template <class Executor, class Peers>
 class Steps final : public StepBackend {
  public:
-  explicit Steps(bool deterministic) : deterministic_(deterministic) {}
+  Steps(bool deterministic, Ranks* ranks) : deterministic_(deterministic) {
+    if (ranks) peers_.emplace(*ranks);
+  }
 
   void upload(const StepModel& model) override {
     model_ = model, fresh_ = true;
@@ -66,6 +70,7 @@ class Steps final : public StepBackend {
     all.reserve(words);
     for (const BitGrid& grid : model.occupancy) all.insert(all.end(), grid.bits.begin(), grid.bits.end());
     run_.upload(bits_, all.data(), all.size());
+    run_.wait();
   }
 
   void download() override {
@@ -76,7 +81,7 @@ class Steps final : public StepBackend {
   StepSums run(const StepInput& in) override {
     const int slots = int(in.times.size());
     prepare(in, slots);
-    if (std::exchange(fresh_, false))
+    if (std::exchange(fresh_, false) || peers_)
       queue(in, slots);
     else
       run_.together([&] { queue(in, slots); });
@@ -107,6 +112,11 @@ class Steps final : public StepBackend {
   void queue(const StepInput& in, int slots) {
     if (!levels_.empty()) make_slices(slots);
     march(in, slots);
+    if (peers_) {
+      peers_->sum(run_, totals_);
+      add_up(radiance_);
+      if (!model_.radiance.seen.empty()) peers_->merge(run_, radiance_.seen);
+    }
     if (!levels_.empty()) spread(in, slots);
     radiance_.regularise(run_, in.tv_share, in.draw);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
@@ -118,6 +128,9 @@ class Steps final : public StepBackend {
     radiance_.update(run_, totals_.data(), in.factors, in.radiance_rate);
     for (auto& level : levels_) level.update(run_, totals_.data(), in.factors, in.motion_rate);
   }
+  /// The gradient of all ranks' rays in place of ours. Whole arrays: untouched rows are zero, and picking out the others would cost
+  /// more than their bytes do between devices.
+  void add_up(LearnedMirror<Executor>& rows) { peers_->sum(run_, rows.gradient), peers_->merge(run_, rows.touched); }
   const LearnedMirror<Executor>& finest() const { return levels_.back(); }
   /// The sum of all levels on the finest lattice: with one level, that level.
   const float* collapsed() const { return levels_.size() > 1 ? sums_.back().data() : finest().values.data(); }
@@ -161,6 +174,7 @@ class Steps final : public StepBackend {
     run_.upload(frames_, frames.data(), frames.size());
     run_.upload(motion_rows_, rows.data(), rows.size());
     run_.zero(totals_);
+    run_.wait();
   }
 
   /// Levels -> their sum -> a slice per slot.
@@ -214,6 +228,7 @@ class Steps final : public StepBackend {
     run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), weights_.data(), slots, rows, slice_gradients_.data(),
                                levels_.back().gradient.data()});
     run_.for_each(MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), rows / 64});
+    if (peers_) add_up(levels_.back());
     levels_.back().hold_curves(run_, model_.model->motion, in.rest, in.tv_share, in.draw + levels_.size(), collapsed(), active_.data());
     for (std::size_t l = levels_.size() - 1; l > 0; --l)
       run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(), levels_[l - 1].gradient.data(), levels_[l - 1].touched.data(),
@@ -225,6 +240,7 @@ class Steps final : public StepBackend {
   int most_samples_ = 0;
   bool fresh_ = true;  ///< the next step is the first since an upload: kernels are loaded when they first start, which a recording could not do
   Executor run_;
+  std::optional<Peers> peers_;                   ///< after run_: parted from before it goes
   LearnedMirror<Executor> radiance_;
   std::vector<LearnedMirror<Executor>> levels_;
   std::vector<Buffer<float>> sums_;              ///< of the levels up to each but the first

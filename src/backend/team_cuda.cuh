@@ -8,7 +8,7 @@
 
 namespace splinevox {
 
-/// HostTeam's counterpart: the threads of a warp. Bodies are for the device alone; nvcc wants to see them from host code as well, because
+/// HostTeam's counterpart: the threads of a warp, which is a row of its block. Bodies are for the device alone; nvcc wants to see them from host code as well, because
 /// kernels are compiled for both.
 #if defined(__CUDA_ARCH__)
 #define SPLINEVOX_DEVICE_BODY(...) __VA_ARGS__
@@ -78,7 +78,7 @@ class DeviceTeam {
 
  private:
   static constexpr unsigned kAll = 0xffffffffu;
-  SPLINEVOX_HD static int lane() { SPLINEVOX_DEVICE_BODY(return int(threadIdx.x & (kLanes - 1));) }
+  SPLINEVOX_HD static int lane() { SPLINEVOX_DEVICE_BODY(return int(threadIdx.x);) }
   /// Applies op to every 32-bit word of a value.
   template <class T, class Op>
   SPLINEVOX_HD static T words(T x, Op op) {

@@ -17,10 +17,17 @@ void keep_own_share(const Ranks& ranks, Batch& batch) {
   batch.tasks = std::move(own);
 }
 
-void sum_over_ranks(Ranks& ranks, std::span<double> numbers) {
-  const std::vector<double> all = ranks.gather(numbers);
-  std::fill(numbers.begin(), numbers.end(), 0.0);
-  for (std::size_t i = 0; i < all.size(); ++i) numbers[i % numbers.size()] += all[i];
+void keep_own_rays(const Ranks& ranks, Batch& batch) {
+  const std::size_t slots = batch.frames.size(), drawn = batch.rays.size() / slots;
+  const std::size_t first = drawn * std::size_t(ranks.rank()) / std::size_t(ranks.count()), last = drawn * std::size_t(ranks.rank() + 1) / std::size_t(ranks.count());
+  const std::size_t own = last - first;
+  batch.tasks.clear();
+  for (std::size_t slot = 0; slot < slots; ++slot) {  // to the front, so nothing is overwritten that is still to be moved
+    std::copy_n(batch.rays.begin() + std::ptrdiff_t(slot * drawn + first), own, batch.rays.begin() + std::ptrdiff_t(slot * own));
+    std::copy_n(batch.targets.begin() + std::ptrdiff_t(slot * drawn + first), own, batch.targets.begin() + std::ptrdiff_t(slot * own));
+    batch.tasks.push_back({int(slot), int(slot * own), int((slot + 1) * own)});
+  }
+  batch.rays.resize(slots * own), batch.targets.resize(slots * own);
 }
 
 PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
@@ -51,16 +58,7 @@ bool sum_over_ranks(Ranks& ranks, Gradient& gradient) {
   AlignedVector<float> all(start.back() * width);
   parallel_for(bricks, [&](int b) { each_row(b, [&](const float* row, std::size_t at) { std::copy_n(row, width, all.data() + at); }); });
 
-  // Each rank adds up one piece, so that nobody's links carry more than twice the gradient, however many there are.
-  std::vector<std::size_t> ends(std::size_t(ranks.count()) + 1);
-  for (int k = 0; k <= ranks.count(); ++k) ends[k] = start.back() * std::size_t(k) / std::size_t(ranks.count()) * width;
-  const std::size_t own = ends[ranks.rank()], piece = ends[ranks.rank() + 1] - own;
-  AlignedVector<float> pieces(piece * std::size_t(ranks.count()));
-  ranks.exchange(all, ends, pieces);
-  std::copy_n(pieces.data(), piece, all.data() + own);
-  for (int k = 1; k < ranks.count(); ++k)
-    for (std::size_t i = 0; i < piece; ++i) all[own + i] += pieces[std::size_t(k) * piece + i];
-  ranks.collect(all, ends);
+  sum_over_ranks(ranks, std::span<float>(all));
 
   std::atomic<bool> good = true;
   parallel_for(bricks, [&](int b) {

@@ -56,11 +56,10 @@ StepReport give_up_after_many(State& s, const StepReport& report) {
 /// The report of a step that was made.
 template <class State>
 StepReport finished(const State& s, StepReport report, double squared_error, double motion_loss, std::int64_t samples) {
-  const double rays = double(s.batch.rays.size());
+  const double rays = double(report.rays);
   report.step = s.step;
   report.seconds = s.seconds_before;
   report.progress = budget_used(s.config, s.step, s.seconds_before);
-  report.rays = std::int64_t(s.batch.rays.size());
   report.samples = samples;
   report.loss = (squared_error + motion_loss) / rays;
   report.psnr = -10 * std::log10(std::max(1e-10, squared_error / (3.0 * rays)));
@@ -106,7 +105,7 @@ void Trainer::State::report_discarded(std::int64_t samples, std::int64_t bad_row
   report.bad_rows = bad_rows;
   report.discarded = true;
   report.seconds = seconds_before, report.progress = budget_used(config, step, seconds_before);
-  report.rays = std::int64_t(batch.rays.size()), report.samples = samples;
+  report.samples = samples;
   report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
   std::vector<int> slot(batch.rays.size());
   for (const Batch::Task& task : batch.tasks) std::fill(slot.begin() + task.first, slot.begin() + task.last, task.frame);
@@ -160,9 +159,10 @@ StepReport Trainer::one_step() {
 
   if (!s.device) s.collapse_levels(s.active);
   s.sampler.draw(s.step, progress, s.model.step, s.model.background, s.batch);
-  if (!s.radiance.gradient.seen.empty()) s.rays_shown += std::int64_t(s.batch.rays.size());
+  report.rays = std::int64_t(s.batch.rays.size());
+  if (!s.radiance.gradient.seen.empty()) s.rays_shown += report.rays;
+  if (s.ranks) s.device ? keep_own_rays(*s.ranks, s.batch) : keep_own_share(*s.ranks, s.batch);
   s.behind.resize(s.model.background.learned() ? s.batch.rays.size() : 0);
-  if (s.ranks) keep_own_share(*s.ranks, s.batch);
   std::vector<double> times;
   std::vector<const BitGrid*> occupancy;
   for (const int f : s.batch.frames) {

@@ -21,7 +21,7 @@ struct Runner {
 
 inline const std::vector<Runner>& runners() {
   static const std::vector<Runner> list = [] {
-    std::vector<Runner> out{{"host", make_host_pictures, make_host_step}};
+    std::vector<Runner> out{{"host", make_host_pictures, [](bool d) { return make_host_step(d); }}};
     const CudaFound cuda = find_cuda();
     if (cuda.usable)
       out.push_back({cuda.name, [](const VoxelModel& m) { return make_pictures(Device::cuda, m); }, [](bool d) { return make_step(Device::cuda, d); }});

@@ -9,6 +9,7 @@
 #include <exception>
 #include <thread>
 
+#include "splinevox/backend/step.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
 
@@ -31,6 +32,7 @@ class ThreadRanks final : public Ranks {
   ThreadRanks(Room& room, int rank) : room_(room), rank_(rank) {}
   int rank() const override { return rank_; }
   int count() const override { return int(room_.given.size()); }
+  int local() const override { return rank_; }
   void merge(std::span<std::uint64_t> words) override {
     const std::vector<std::uint64_t> mine(words.begin(), words.end());
     meet(mine.data(), mine.size(), [&](int, const void* theirs) {
@@ -101,17 +103,20 @@ struct Trained {
   VoxelModel model;
 };
 
-Trained train(const Config& config, Ranks* ranks, const Dataset& data = scene()) {
-  Trainer trainer(config, *data.find("train"), data.time_map, 0, ranks);
+enum class By { trainer, device };
+
+/// @param by  who makes the steps: the trainer's own code, or the device's kernels on the host's threads, with sums in fixed point
+Trained train(const Config& config, Ranks* ranks, const Dataset& data = scene(), By by = By::trainer) {
+  Trainer trainer(config, *data.find("train"), data.time_map, 0, ranks, by == By::device ? make_host_step(true, ranks) : nullptr);
   Trained out;
   while (!trainer.done()) out.loss.push_back(trainer.step().loss);
   out.model = trainer.model();
   return out;
 }
 
-std::vector<Trained> train_with(int count, const Config& config, const Dataset& data = scene()) {
+std::vector<Trained> train_with(int count, const Config& config, const Dataset& data = scene(), By by = By::trainer) {
   std::vector<Trained> out(static_cast<std::size_t>(count));
-  together(count, [&](ThreadRanks& ranks) { out[std::size_t(ranks.rank())] = train(config, &ranks, data); });
+  together(count, [&](ThreadRanks& ranks) { out[std::size_t(ranks.rank())] = train(config, &ranks, data, by); });
   return out;
 }
 
@@ -194,5 +199,29 @@ TEST_SUITE("train/ranks") {
     for (std::size_t i = 1; i < 10; ++i) CHECK(two[0].loss[i] == doctest::Approx(one.loss[i]).epsilon(1e-2));
     CHECK(two[0].loss.back() == doctest::Approx(one.loss.back()).epsilon(0.2));
     CHECK(two[0].model.radiance.raw.topology->brick_count() == one.model.radiance.raw.topology->brick_count());
+  }
+
+  TEST_CASE("devices add up their gradients: no rank parts, as many give the same bits again, and against one only rounding differs") {
+    const Config config = small_config(40);
+    const Trained one = train(config, nullptr, scene(), By::device);
+    const std::vector<Trained> two = train_with(2, config, scene(), By::device), again = train_with(2, config, scene(), By::device);
+    CHECK(same_bits(two[0], two[1]));
+    CHECK(same_bits(two[0], again[0]));
+    CHECK(two[0].loss[0] == doctest::Approx(one.loss[0]).epsilon(1e-7));  // in units of 2^-32
+    for (std::size_t i = 1; i < 10; ++i) CHECK(two[0].loss[i] == doctest::Approx(one.loss[i]).epsilon(1e-2));
+    CHECK(two[0].loss.back() == doctest::Approx(one.loss.back()).epsilon(0.2));
+    const std::vector<Trained> three = train_with(3, config, scene(), By::device);  // shares of unequal size
+    CHECK(same_bits(three[0], three[1]));
+    CHECK(same_bits(three[0], three[2]));
+    CHECK(three[0].loss[0] == doctest::Approx(one.loss[0]).epsilon(1e-7));
+  }
+
+  TEST_CASE("a background is learned from the rays of all devices") {
+    const Config config = small_config(20);
+    const std::vector<Trained> two = train_with(2, config, scene(true), By::device);
+    const Background one = train(config, nullptr, scene(true), By::device).model.background, &both = two[0].model.background;
+    REQUIRE(one.learned());
+    CHECK(both == two[1].model.background);
+    for (int j = 0; j < one.count(); ++j) CHECK(both.raw[j].y == doctest::Approx(one.raw[j].y).epsilon(0.05).scale(0.1));
   }
 }

@@ -43,6 +43,7 @@ class HostExecutor {
     resize(to, n);
     if (n > 0) std::memcpy(static_cast<void*>(to.data()), from, n * sizeof(T));
   }
+  void wait() {}
   /// Waits for what was queued before.
   template <class T>
   void download(const Buffer<T>& from, T* to) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "splinevox/backend/device.hpp"
+#include "splinevox/core/ranks.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/field/row_mask.hpp"
 #include "splinevox/math/adam.hpp"
@@ -78,9 +79,11 @@ class StepBackend {
 
 /// @param deterministic  gradients have the same bits in every run (GradientRows, fixed point); otherwise sums depend on the order in
 /// which rays happen to arrive, in their last bits. @pre the device is there (choose_device) and not the CPU, whose step is Trainer's own.
-std::unique_ptr<StepBackend> make_step(Device device, bool deterministic);
+/// @param ranks  who makes the steps together, each of its own rays on a device of its own; null: nobody else. Gradients are added up from
+/// device to device. Throws Error (input) where they cannot be, or a machine has fewer devices than ranks.
+std::unique_ptr<StepBackend> make_step(Device device, bool deterministic, Ranks* ranks = nullptr);
 
 /// The device's kernels on the calling arena's threads: what tests run where there is no device.
-std::unique_ptr<StepBackend> make_host_step(bool deterministic);
+std::unique_ptr<StepBackend> make_host_step(bool deterministic, Ranks* ranks = nullptr);
 
 }  // namespace splinevox

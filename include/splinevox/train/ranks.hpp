@@ -1,51 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
+#include "splinevox/core/ranks.hpp"
 #include "splinevox/train/engine.hpp"
 
 namespace splinevox {
 
-/// Processes that train one model together: each has all of it, computes its share of every batch, and adds up the others'. What they
-/// send each other goes through here; MPI stands behind it in app/ranks_mpi.cpp. Every call is made by all ranks, in the same order.
-class Ranks {
- public:
-  virtual ~Ranks() = default;
-  virtual int rank() const = 0;   ///< of this process, 0 .. count() - 1
-  virtual int count() const = 0;
-  /// words |= those of every other rank.
-  virtual void merge(std::span<std::uint64_t> words) = 0;
-  /// What every rank gave, in their order; all give equally many. [count() * mine.size()]
-  virtual std::vector<double> gather(std::span<const double> mine) = 0;
-  /// Piece k of `mine`, values [ends[k], ends[k + 1]), goes to rank k. @param got  this rank's piece from every rank, in their order.
-  virtual void exchange(std::span<const float> mine, std::span<const std::size_t> ends, std::span<float> got) = 0;
-  /// Every rank's own piece of `all` to every rank.
-  virtual void collect(std::span<float> all, std::span<const std::size_t> ends) = 0;
-
-  /// A number as rank 0 has it.
-  double from_first(double mine) { return gather({&mine, 1})[0]; }
-  bool first() const { return rank() == 0; }
-
-  /// What this rank has sent so far, and what it has spent on sending and waiting.
-  struct Traffic {
-    std::int64_t bytes = 0;
-    double seconds = 0;
-  } traffic;
-};
-
 /// Leaves of a batch what this rank is to compute: every count-th piece of work. All ranks have drawn the same one.
 void keep_own_share(const Ranks& ranks, Batch& batch);
+/// The same for a device, which wants equally many rays of every frame: of each frame's rays one piece in a row.
+void keep_own_rays(const Ranks& ranks, Batch& batch);
 
 /// What all ranks have computed of one batch, added up in the order of the ranks: the same bits on all of them, and on every repetition with
 /// as many. Against one rank, floats are added in another order.
 PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine);
 /// The same for a gradient; sends only rows that some rank has touched. False if a sum is not usable.
 bool sum_over_ranks(Ranks& ranks, Gradient& gradient);
-/// The same for a few numbers.
-void sum_over_ranks(Ranks& ranks, std::span<double> numbers);
 
 }  // namespace splinevox

@@ -47,9 +47,9 @@ struct StepReport {
 class Trainer {
  public:
   /// `train` must outlive the trainer. `seconds_used`: seconds of the budget spent before training (loading data).
-  /// `ranks`: processes to train with (train/ranks.hpp), each with a trainer of the same config and data; outlives the trainer.
+  /// `ranks`: processes to train with (core/ranks.hpp), each with a trainer of the same config and data; outlives the trainer.
   /// `device`: what makes the steps instead of the calling arena's threads (backend/step.hpp); null: they do. Batches are drawn and
-  /// lattices changed on the threads either way. Not both: ranks add up gradients that a device keeps to itself.
+  /// lattices changed on the threads either way. With both, the device was made for these ranks.
   Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0, Ranks* ranks = nullptr,
           std::unique_ptr<StepBackend> device = nullptr);
   ~Trainer();
