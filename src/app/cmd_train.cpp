@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "app/command.hpp"
 #include "app/effects_report.hpp"
@@ -98,8 +99,10 @@ int leave(const RunFolder& folder, Progress& progress) {
   return 0;
 }
 
-int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_point start) {
+int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   const std::unique_ptr<Ranks> ranks = join_ranks("train");
+  const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
+  std::unique_ptr<StepBackend> steps = device == Device::cpu ? nullptr : make_step(device, o.deterministic, ranks.get());  // what it lacks is told first
   const bool writes = !ranks || ranks->first();
   Progress progress(writes ? choose_talk(o.quiet, o.json) : Talk::quiet);
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
@@ -146,7 +149,7 @@ int train(const TrainOptions& o, Device device, std::chrono::steady_clock::time_
     }
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  TrainSession session({config, data, folder, used, checkpoint, ranks.get(), device, o.deterministic}, progress);
+  TrainSession session({config, data, folder, used, checkpoint, ranks.get(), device, std::move(steps)}, progress);
   Json figures = session.run();
   if (!writes) return session.interrupted() ? kInterrupted : 0;
   figures["threads"] = tbb::this_task_arena::max_concurrency();
@@ -180,10 +183,9 @@ Action train_command(CLI::App& verb) {
       if (value.empty())
         fail({"train", fmt::format("{} is missing", name), "splinevox train DATASET --out RUN", "",
               "splinevox train --help"});
-    const Device device = choose_device(options->device);
     if (!options->resume) effective_config(*options, nullptr);  // wrong settings are found before anything is touched
     catch_stop_signals();
-    return with_threads(options->threads, [&] { return train(*options, device, start); });
+    return with_threads(options->threads, [&] { return train(*options, start); });
   };
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <system_error>
+#include <utility>
 
 #include "app/signals.hpp"
 #include "app/support.hpp"
@@ -60,11 +61,10 @@ void cut_metrics(const std::string& path, std::int64_t step) {
 
 }  // namespace
 
-TrainSession::TrainSession(const Setup& setup, Progress& progress)
-    : setup_(setup),
+TrainSession::TrainSession(Setup setup, Progress& progress)
+    : setup_(std::move(setup)),
       progress_(progress),
-      trainer_(setup.config, *setup.data.find("train"), setup.data.time_map, setup.seconds_used, setup.ranks,
-               setup.device == Device::cpu ? nullptr : make_step(setup.device, setup.deterministic, setup.ranks)) {
+      trainer_(setup_.config, *setup_.data.find("train"), setup_.data.time_map, setup_.seconds_used, setup_.ranks, std::move(setup_.steps)) {
   if (setup_.resume) resume();
   const Split* split = setup_.data.find("val");
   held_is_training_ = !split || split->frames.empty();

@@ -4,12 +4,14 @@
 #include <chrono>
 #include <future>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "app/progress.hpp"
 #include "app/run_folder.hpp"
 #include "splinevox/backend/device.hpp"
+#include "splinevox/backend/step.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/io/checkpoint.hpp"
 #include "splinevox/train/ranks.hpp"
@@ -27,10 +29,10 @@ class TrainSession {
     double seconds_used;  ///< of the budget, before this
     bool resume;          ///< there is a checkpoint to go on from
     Ranks* ranks;         ///< who trains with us, if any; only the first of them writes
-    Device device;        ///< makes steps and pictures
-    bool deterministic;   ///< see make_step
+    Device device;        ///< makes pictures
+    std::unique_ptr<StepBackend> steps;  ///< makes steps; null: the threads do
   };
-  TrainSession(const Setup& setup, Progress& progress);
+  TrainSession(Setup setup, Progress& progress);
 
   /// Until the budget is spent or a signal asks to stop; saves either way. Returns the figures of metrics.json.
   Json run();

@@ -3,10 +3,22 @@
 
 #include "backend/cuda.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/ranks.hpp"
 
 namespace splinevox {
 
 CudaFound find_cuda() { return cuda::find(); }
+
+Device choose_device(const std::string& name, Ranks& ranks) {
+  if (name != "cpu") cuda::take(ranks.local());
+  const Device device = choose_device(name);
+  const double mine = device == Device::cuda;
+  for (const double theirs : ranks.gather({&mine, 1}))
+    if (theirs != mine)
+      fail({"--device", "some processes found a CUDA device and others none", "all of them alike", describe(device) + " in process " + std::to_string(ranks.rank()),
+            "--device cpu, or machines that all have one"});
+  return device;
+}
 
 Device choose_device(const std::string& name) {
   if (name == "cpu") return Device::cpu;

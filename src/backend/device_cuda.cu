@@ -4,6 +4,7 @@
 #include <string>
 
 #include "backend/cuda.hpp"
+#include "splinevox/core/error.hpp"
 
 namespace splinevox::cuda {
 namespace {
@@ -13,15 +14,25 @@ __global__ void probe_kernel() {}
 
 }  // namespace
 
+void take(int local) {
+  int count = 0;
+  if (cudaGetDeviceCount(&count) == cudaSuccess && count > 1 && local >= count)
+    fail({"--device", "there are more processes on this machine than CUDA devices", std::to_string(count) + " at most", std::to_string(local + 1) + " or more",
+          "fewer processes a machine, or --device cpu"});
+  if (count > 1) cudaSetDevice(local);
+  cudaGetLastError();  // find() tells
+}
+
 CudaFound find() {
   CudaFound found;
   found.built = true;
-  int count = 0;
+  int count = 0, own = 0;
   cudaError_t code = cudaGetDeviceCount(&count);
   if (code == cudaSuccess && count == 0) code = cudaErrorNoDevice;
   cudaDeviceProp device{};
   cudaFuncAttributes attributes;
-  if (code == cudaSuccess) code = cudaGetDeviceProperties(&device, 0);
+  if (code == cudaSuccess) code = cudaGetDevice(&own);
+  if (code == cudaSuccess) code = cudaGetDeviceProperties(&device, own);
   if (code == cudaSuccess) code = cudaFuncGetAttributes(&attributes, probe_kernel);
   if (code != cudaSuccess) {
     cudaGetLastError();  // or the next call would report it again

@@ -49,7 +49,7 @@ struct DestroyGraph {
 using RecordedGraph = std::unique_ptr<std::remove_pointer_t<cudaGraph_t>, DestroyGraph>;
 using ReadyGraph = std::unique_ptr<std::remove_pointer_t<cudaGraphExec_t>, DestroyGraph>;
 
-/// HostExecutor's counterpart: a stream of one device. Nothing but download waits.
+/// HostExecutor's counterpart: a stream of one device. Nothing but wait and download waits.
 class CudaExecutor {
  public:
   CudaExecutor() {

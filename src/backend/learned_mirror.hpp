@@ -27,7 +27,7 @@ struct LearnedMirror {
   Buffer<float> values, m, v, gradient, rate, weight;
   Buffer<std::uint64_t> touched, seen;
   std::vector<Buffer<float>> member;
-  std::vector<float> threshold, tv;
+  std::vector<float> threshold, tv, tv_weight;  ///< of total variation: of the model, and of this step
   bool varies = false;  ///< total variation of this step has weights
 
   std::size_t rows() const { return lattice.topology->rows(); }
@@ -58,10 +58,10 @@ struct LearnedMirror {
 
   /// What total variation needs of this step, before any kernel of it is queued.
   void prepare(Executor& run, float scale, float share) {
-    std::vector<float> w(tv.size());
+    tv_weight.resize(tv.size());
     varies = false;
-    for (std::size_t k = 0; k < w.size(); ++k) w[k] = scale * tv[k] / share, varies |= w[k] > 0;
-    run.upload(weight, w.data(), w.size());
+    for (std::size_t k = 0; k < tv.size(); ++k) tv_weight[k] = scale * tv[k] / share, varies |= tv_weight[k] > 0;
+    run.upload(weight, tv_weight.data(), tv_weight.size());
   }
   void regularise(Executor& run, float share, std::uint64_t draw) {
     if (varies) run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(), lattice.view(), width, share, draw});

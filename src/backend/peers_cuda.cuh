@@ -12,19 +12,11 @@
 #include <nccl.h>
 
 #include <cstring>
+#include <exception>
+#include <vector>
 #endif
 
 namespace splinevox {
-
-/// Makes the calling thread's device that of its rank: one of its own, because two ranks cannot meet on one.
-inline void take_own_device(const Ranks& ranks) {
-  int devices = 0;
-  check_cuda(cudaGetDeviceCount(&devices), "counting devices");
-  if (ranks.local() >= devices)
-    fail({"--device", "there are more processes on this machine than CUDA devices", std::to_string(devices) + " at most", std::to_string(ranks.local() + 1) + " or more",
-          "fewer processes a machine, or --device cpu"});
-  check_cuda(cudaSetDevice(ranks.local()), "taking a device");
-}
 
 #if __has_include(<nccl.h>)
 
@@ -75,10 +67,12 @@ struct UniteMasksKernel {
 };
 
 /// The ranks of a CudaExecutor's step: their devices send each other what they have, in the order of the stream, and the hosts do not wait.
-/// A sum is made once and sent to all, so it has the same bits everywhere, which is what keeps ranks from parting.
+/// A sum is made once and sent to all, so it has the same bits everywhere, which is what keeps ranks from parting. (NCCL's algorithms do that
+/// between devices of one kind.)
 class CudaPeers {
  public:
   explicit CudaPeers(Ranks& ranks) : ranks_(ranks) {
+    refuse_shared_devices();
     ncclUniqueId id{};
     static_assert(sizeof id % sizeof(std::uint64_t) == 0);
     std::uint64_t words[sizeof id / sizeof(std::uint64_t)] = {};
@@ -87,7 +81,10 @@ class CudaPeers {
     std::memcpy(&id, words, sizeof id);
     nccl_.check(nccl_.init(&all_, ranks.count(), id, ranks.rank()), "meeting the other devices");
   }
-  ~CudaPeers() { nccl_.destroy(all_); }
+  /// After an error the others may be anywhere, and parting would wait for them; the end of the process does not.
+  ~CudaPeers() {
+    if (std::uncaught_exceptions() == 0) nccl_.destroy(all_);
+  }
   CudaPeers(const CudaPeers&) = delete;
   CudaPeers& operator=(const CudaPeers&) = delete;
 
@@ -102,6 +99,24 @@ class CudaPeers {
   }
 
  private:
+  /// Two ranks cannot meet on one device: NCCL may wait for ever.
+  void refuse_shared_devices() {
+    int own = 0;
+    cudaDeviceProp device{};
+    check_cuda(cudaGetDevice(&own), "finding the device");
+    check_cuda(cudaGetDeviceProperties(&device, own), "asking what the device is");
+    double name[2];  // 16 bytes that no other device has, as whole numbers of 32 bits
+    std::uint32_t words[4];
+    static_assert(sizeof words == sizeof device.uuid);
+    std::memcpy(words, &device.uuid, sizeof words);
+    for (int i = 0; i < 2; ++i) name[i] = double(words[2 * i]) * 0x1p21 + double(words[2 * i + 1] >> 11);
+    const std::vector<double> all = ranks_.gather(name);
+    for (int a = 0; a < ranks_.count(); ++a)
+      for (int b = 0; b < a; ++b)
+        if (all[2 * a] == all[2 * b] && all[2 * a + 1] == all[2 * b + 1])
+          fail({"--device", "two processes have the same CUDA device", "a device for each", "processes " + std::to_string(b) + " and " + std::to_string(a) + " share one",
+                "fewer processes a machine, or --device cpu"});
+  }
   void reduce(CudaExecutor& run, void* numbers, std::size_t n, ncclDataType_t type) {
     nccl_.check(nccl_.all_reduce(numbers, numbers, n, type, ncclSum, all_, run.stream()), "adding up gradients");
     ranks_.traffic.bytes += std::int64_t(2 * (ranks_.count() - 1) * n * (type == ncclFloat ? sizeof(float) : sizeof(std::int64_t)) / std::size_t(ranks_.count()));

@@ -7,7 +7,6 @@
 namespace splinevox::cuda {
 
 std::unique_ptr<StepBackend> make_step(bool deterministic, Ranks* ranks) {
-  if (ranks) take_own_device(*ranks);
   return std::make_unique<Steps<CudaExecutor, CudaPeers>>(deterministic, ranks);
 }
 

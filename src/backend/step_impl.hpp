@@ -146,8 +146,8 @@ class Steps final : public StepBackend {
     for (auto& level : levels_) level.prepare(run_, in.tv_scale, in.tv_share);
     const MotionField& motion = model_.model->motion;
     std::size_t slice = 0;  // floats
+    std::vector<SlotWeights> weights;
     if (!levels_.empty()) {
-      std::vector<SlotWeights> weights;
       for (const double t : in.times) {
         SlotWeights s{stored_weights(motion, t), 0, motion.stored_points()};
         while (s.last > 0 && s.w[s.last - 1] == 0) --s.last;

@@ -37,7 +37,8 @@ StepSums Trainer::State::step_on_device(const RayLosses& losses, const std::vect
   in.losses = losses;
   in.tv_scale = float(std::pow(double(config.loss.tv_final), progress_now)), in.tv_share = config.loss.tv_share;
   in.curves = curve_prior(), in.rest = rest_prior();
-  in.draw = losses.probe_seed;
+  in.draw = losses.probe_seed;  // of the rows, the same on all ranks
+  if (ranks) in.losses.probe_seed = hash64(in.draw + std::uint64_t(ranks->rank()));  // a device counts its own rays from 0
   in.factors = factors();
   in.radiance_rate = float(cosine_decay(progress_now, config.optimiser.final_radiance));
   in.motion_rate = float(cosine_decay(progress_now, config.optimiser.final_motion));

@@ -65,7 +65,7 @@ void brick_total_variation(const Channels& values, int brick, const float* weigh
         const float* ny = neighbour(padded.row[x + 1][y + 2][z + 1]);
         const float* nz = neighbour(padded.row[x + 1][y + 1][z + 2]);
         for (int k = 0; k < values.width; k += 8) {
-          const auto term = tv_term(load<Eight>(self + k), load<Eight>(nx + k), load<Eight>(ny + k), load<Eight>(nz + k), 1e-10f, root);
+          const auto term = tv_term(load<Eight>(self + k), load<Eight>(nx + k), load<Eight>(ny + k), load<Eight>(nz + k), kTvSoftening, root);
           const Eight w = load<Eight>(weight + k);
           const auto add = [&](int cx, int cy, int cz, const Eight& d) {
             if (!inside(cx, cy, cz)) return;

@@ -46,7 +46,7 @@ StepReport give_up_after_many(State& s, const StepReport& report) {
   s.step -= Trainer::kMostDiscarded;
   std::string got = std::to_string(report.bad_rows) + " rows of the gradient";
   if (!report.bad_rays.empty()) got += ", from ray " + std::to_string(report.bad_rays[0].index) + " of training view " + std::to_string(report.bad_rays[0].frame) + " first";
-  else got += ", from no ray: from a regulariser";
+  else got += s.ranks ? ", from no ray of this process" : ", from no ray: from a regulariser";
   throw Error({"step " + std::to_string(s.step + 1),
                std::to_string(Trainer::kMostDiscarded) + " steps in a row were not finite; the model is as it was before them",
                "finite losses and gradients", got, "smaller weights of losses and smaller learning rates (--set loss... and optimiser...)"},

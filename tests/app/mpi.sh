@@ -13,7 +13,7 @@ check() { echo "$1"; shift; "$@" || { echo "  that is not so: $*"; exit 1; }; }
 rm -rf "$folder" && mkdir -p "$folder"
 cd "$folder"
 "$program" synth dancer --out scene --frames 12 --size 48 --quiet
-common=(train scene --preset draft --max-steps 80 --effects all --set sampling.rays=1024 --set grid.radiance=12,20 --set grid.radiance_start=0,0.5 --threads 1 --quiet)
+common=(train scene --device cpu --preset draft --max-steps 80 --effects all --set sampling.rays=1024 --set grid.radiance=12,20 --set grid.radiance_start=0,0.5 --threads 1 --quiet)
 
 "$program" "${common[@]}" --out one
 ranks 2 "${common[@]}" --out two
@@ -35,7 +35,7 @@ done
 kill -TERM "$(pgrep -P $launcher | tail -n 1)"
 wait $launcher || true
 check "it had not finished" grep -q '"finished": false' half/metrics.json
-ranks 2 train scene --out half --resume --threads 1 --quiet
+ranks 2 train scene --device cpu --out half --resume --threads 1 --quiet
 check "the same bits" cmp two/model.vdb half/model.vdb
 
 echo "frames and pictures in shares"

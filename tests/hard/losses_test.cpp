@@ -76,7 +76,7 @@ TEST_SUITE("hard/losses") {
     Worst value, gradient;
     for (double size = 1e-12; size < 10; size *= 3) {
       const float v = 0.5f, x = float(0.5 + size), y = float(0.5 - 0.3 * size), z = float(0.5 + 0.7 * size);
-      const auto tv = tv_term(v, x, y, z, 1e-10f, root);
+      const auto tv = tv_term(v, x, y, z, kTvSoftening, root);
       const Long dx = Long(v) - x, dy = Long(v) - y, dz = Long(v) - z, s = dx * dx + dy * dy + dz * dz;
       if (s == 0) {
         CHECK(tv.value == 0);

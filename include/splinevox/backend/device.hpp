@@ -5,6 +5,8 @@
 
 namespace splinevox {
 
+class Ranks;
+
 /// Where the kernels run.
 enum class Device { cpu, cuda };
 
@@ -20,6 +22,9 @@ CudaFound find_cuda();
 /// The device that `--device NAME` means: "cpu", "cuda", or "auto", which is cuda where it is built in and a device is there.
 /// Throws Error (input) for another name, and for cuda where it cannot be had.
 Device choose_device(const std::string& name);
+/// The same for a process that trains with others: a device of its own, of the kind that all of them have. Throws Error (input) where a
+/// machine has fewer devices than processes, or only some of them have one.
+Device choose_device(const std::string& name, Ranks& ranks);
 /// For reports: "cpu", or "cuda: " and the device's name.
 std::string describe(Device device);
 

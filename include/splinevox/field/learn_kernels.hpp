@@ -74,7 +74,7 @@ struct TvKernel {
       self = read(own), x = read(k.lattice.row_of({v.x + 1, v.y, v.z})), y = read(k.lattice.row_of({v.x, v.y + 1, v.z})),
       z = read(k.lattice.row_of({v.x, v.y, v.z + 1}));
     }
-    SPLINEVOX_HD TvTerm<float> at(int c) const { return tv_term(self[c], x[c], y[c], z[c], 1e-10f, PlainRoot()); }
+    SPLINEVOX_HD TvTerm<float> at(int c) const { return tv_term(self[c], x[c], y[c], z[c], kTvSoftening, PlainRoot()); }
   };
 };
 

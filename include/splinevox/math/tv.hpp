@@ -13,6 +13,9 @@ struct TvTerm {
   V value, d_self, d_x, d_y, d_z;
 };
 
+/// eps of the optimiser: differences of stored values below 1e-5 are no edges.
+inline constexpr float kTvSoftening = 1e-10f;
+
 /// Isotropic total variation of one component at one voxel:  sqrt(dx^2 + dy^2 + dz^2 + eps) - sqrt(eps), d* = v - v*.
 ///
 /// Source: Spline-NeRF, Eq. 9, without the mean over voxels. One eps in value and derivatives, so the gradient is the

@@ -79,16 +79,8 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
     const auto v = trilinear_with_gradient(s.warp.fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),
                                            corner(6), corner(7));
     const Real inv = field.motion.inv_spacing, w = ray.weight[i];
-    MotionJet<Real> jet;
-    jet.delta = {v.value[0], v.value[1], v.value[2]};
-    const Four* slope[3] = {&v.dx, &v.dy, &v.dz};
-    for (int j = 0; j < 3; ++j) {
-      jet.d_delta[j] = inv * Vec3T<Real>{(*slope[j])[0], (*slope[j])[1], (*slope[j])[2]};
-      jet.d_rho[j] = inv * (*slope[j])[3];
-    }
-    jet.r = ray.r[i], jet.r1 = ray.r_slope[i], jet.r2 = jet.r1 * (1 - 2 * jet.r);
     auto& record = out.motion[next++];
-    value += motion_loss_sample(jet, loss, probe, w, inv, record.g, record.h);
+    value += motion_loss_sample(motion_jet(v, inv, ray.r[i], ray.r_slope[i]), loss, probe, w, inv, record.g, record.h);
   }
   return value;
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "splinevox/core/pack.hpp"
 #include "splinevox/core/rng.hpp"
 #include "splinevox/math/divergence.hpp"
 #include "splinevox/math/offset.hpp"
@@ -21,6 +22,22 @@ struct MotionLoss {
 SPLINEVOX_HD inline Vec3 draw_probe(std::uint64_t seed, std::size_t ray) {
   const std::uint64_t bits = Rng(seed, 5).bits(ray);
   return {bits & 1 ? 1.0f : -1.0f, bits & 2 ? 1.0f : -1.0f, bits & 4 ? 1.0f : -1.0f};
+}
+
+/// What the motion losses look at, from the slice as it was interpolated.
+/// @param v    Delta_0 and raw rigidity, and their derivatives along the fractions of a cell.   @param inv  1 / spacing of the motion lattice.
+/// @param r    sigmoid of raw rigidity.   @param r1  its derivative.
+template <class Real, class Interpolated>
+SPLINEVOX_INLINE MotionJet<Real> motion_jet(const Interpolated& v, Real inv, Real r, Real r1) {
+  MotionJet<Real> jet;
+  jet.delta = {v.value[0], v.value[1], v.value[2]};
+  const decltype(v.dx)* const slope[3] = {&v.dx, &v.dy, &v.dz};
+  SPLINEVOX_UNROLL for (int j = 0; j < 3; ++j) {
+    jet.d_delta[j] = inv * Vec3T<Real>{(*slope[j])[0], (*slope[j])[1], (*slope[j])[2]};
+    jet.d_rho[j] = inv * (*slope[j])[3];
+  }
+  jet.r = r, jet.r1 = r1, jet.r2 = r1 * (1 - 2 * r);
+  return jet;
 }
 
 /// Offset and divergence losses of one sample: returns their value and adds their gradients. Visibility weights are constants here, as

@@ -149,16 +149,7 @@ struct TrainKernel {
  private:
   SPLINEVOX_HD MotionJet<float> jet_of(const Radiance& s, const FrameView<float>& frame) const {
     const TrilinearValue<Pack> v = gather_pack(field.motion.rows(s.observed.cell), s.observed.fraction, frame.slice, kSliceWidth, 0);
-    const float inv = field.motion.inv_spacing;
-    MotionJet<float> jet;
-    jet.delta = {v.value[0], v.value[1], v.value[2]};
-    const Pack* slope[3] = {&v.dx, &v.dy, &v.dz};
-    SPLINEVOX_UNROLL for (int j = 0; j < 3; ++j) {
-      jet.d_delta[j] = inv * Vec3{(*slope[j])[0], (*slope[j])[1], (*slope[j])[2]};
-      jet.d_rho[j] = inv * (*slope[j])[3];
-    }
-    jet.r = s.r, jet.r1 = s.r_slope, jet.r2 = jet.r1 * (1 - 2 * jet.r);
-    return jet;
+    return motion_jet(v, field.motion.inv_spacing, s.r, s.r_slope);
   }
 };
 

@@ -23,7 +23,7 @@ struct PhaseSeconds {
 /// A ray whose loss or gradient was not finite: enough to find it again.
 struct BadRay {
   int frame = 0;                       ///< of the training split
-  std::int64_t index = 0;              ///< within the step's batch
+  std::int64_t index = 0;              ///< within the step's batch; of a rank's device, within that rank's rays
   Vec3 origin{}, direction{}, target{};  ///< scene units, unit length, linear colour
   double time = 0;                     ///< of the model
 };
