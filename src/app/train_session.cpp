@@ -12,7 +12,6 @@
 #include "app/signals.hpp"
 #include "app/support.hpp"
 #include "splinevox/backend/pictures.hpp"
-#include "splinevox/backend/step.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/process.hpp"
 #include "splinevox/data/image_write.hpp"
@@ -28,7 +27,6 @@ namespace splinevox::app {
 namespace {
 
 constexpr double kHeldShare = 0.025;       // of training time, for pictures of the held view
-constexpr double kCheckpointEvery = 30;    // seconds
 constexpr double kCheckpointShare = 0.02;  // of training time at most
 
 /// A stable hash of a text (FNV-1a, 64 bit).
@@ -94,7 +92,7 @@ Json TrainSession::run() {
     if (held_view_due(last_.seconds)) render_held_view();
     if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
       finish_checkpoint();
-    const bool due = clock() - checkpoint_at_ > std::max(kCheckpointEvery, checkpoint_cost_ / kCheckpointShare);
+    const bool due = clock() - checkpoint_at_ > std::max(setup_.config.run.checkpoint_every, checkpoint_cost_ / kCheckpointShare);
     if (due && !writing_.valid()) start_checkpoint();
   }
   if (!writes()) return figures();
@@ -253,6 +251,8 @@ Json TrainSession::figures() const {
   const PhaseSeconds p = trainer_.phases();
   const double in_ray_loop = p.rays, all = std::max(stepping_, 1e-9);
   Json j{{"steps", last_.step}, {"train_seconds", last_.seconds}, {"finished", !interrupted_}};
+  const int most = setup_.config.run.max_steps;
+  j["ended"] = interrupted_ ? "signal" : most > 0 && last_.step >= most ? "steps" : "time";
   j["preset"] = setup_.config.preset;
   j["seed"] = setup_.config.run.seed;
   j["loss"] = last_.loss;

@@ -14,7 +14,7 @@ void sum_over_ranks(Ranks& ranks, std::span<double> numbers) {
 void sum_over_ranks(Ranks& ranks, std::span<float> numbers) {
   const std::size_t count = std::size_t(ranks.count()), rank = std::size_t(ranks.rank());
   std::vector<std::size_t> ends(count + 1);
-  for (std::size_t k = 0; k <= count; ++k) ends[k] = numbers.size() * k / count;
+  for (std::size_t k = 0; k <= count; ++k) ends[k] = ranks.share_begin(numbers.size(), int(k));
   const std::size_t own = ends[rank], piece = ends[rank + 1] - own;
   std::vector<float> pieces(piece * count);
   ranks.exchange(numbers, ends, pieces);

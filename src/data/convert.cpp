@@ -49,9 +49,10 @@ Json lens_json(const Camera& c) {
   return j;
 }
 
-Json matrix_json(const std::array<double, 16>& m) {
+Json matrix_json(const std::array<double, 16>& m, const Vec3d& shift) {
+  const double add[4] = {shift.x, shift.y, shift.z, 0};
   Json matrix = Json::array();
-  for (std::size_t row = 0; row < 4; ++row) matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3]});
+  for (std::size_t row = 0; row < 4; ++row) matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3] + add[row]});
   return matrix;
 }
 
@@ -88,7 +89,7 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
 
 }  // namespace
 
-void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress) {
+void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress, const Vec3d& shift) {
   const fs::path folder(target);
   check_target(path, folder);
   OpenScene open = open_scene(path, {});
@@ -104,13 +105,14 @@ void convert_dataset(const std::string& path, const std::string& target, const C
       const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width, plan.sizes[i].height, raw.where(i));
       Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
       frame.update(lens_json(camera));
-      frame["transform_matrix"] = matrix_json(raw.frames[i].matrix);
+      frame["transform_matrix"] = matrix_json(raw.frames[i].matrix, shift);
       frames.push_back(std::move(frame));
     }
     Json file{{"source", open.format}};
+    if (shift != Vec3d{}) file["shift"] = {shift.x, shift.y, shift.z};
     if (raw.name == "train" && open.scene.box) {
       const Box& b = *open.scene.box;
-      file["scene_box"] = {{b.lo.x, b.lo.y, b.lo.z}, {b.hi.x, b.hi.y, b.hi.z}};
+      file["scene_box"] = {{b.lo.x + shift.x, b.lo.y + shift.y, b.lo.z + shift.z}, {b.hi.x + shift.x, b.hi.y + shift.y, b.hi.z + shift.z}};
     }
     file["frames"] = std::move(frames);
     files.push_back(std::move(file));

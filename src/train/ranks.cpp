@@ -19,8 +19,7 @@ void keep_own_share(const Ranks& ranks, Batch& batch) {
 
 void keep_own_rays(const Ranks& ranks, Batch& batch) {
   const std::size_t slots = batch.frames.size(), drawn = batch.rays.size() / slots;
-  const std::size_t first = drawn * std::size_t(ranks.rank()) / std::size_t(ranks.count()), last = drawn * std::size_t(ranks.rank() + 1) / std::size_t(ranks.count());
-  const std::size_t own = last - first;
+  const std::size_t first = ranks.share_begin(drawn, ranks.rank()), own = ranks.share_begin(drawn, ranks.rank() + 1) - first;
   batch.tasks.clear();
   for (std::size_t slot = 0; slot < slots; ++slot) {  // to the front, so nothing is overwritten that is still to be moved
     std::copy_n(batch.rays.begin() + std::ptrdiff_t(slot * drawn + first), own, batch.rays.begin() + std::ptrdiff_t(slot * own));

@@ -40,8 +40,7 @@ void check_place(const Box& box, int cells) {
         fmt::format("a distance of at most {:.3g} for cells of {:.3g} scene units",
                     0.25f * cell / std::numeric_limits<float>::epsilon(), cell),
         fmt::format("a box around {}, {:.3g} wide", text(c), box.longest_edge()),
-        fmt::format("subtract {} from the position in every transform_matrix (its last column), of all splits",
-                    text(c))});
+        fmt::format("subtract {} from every position: splinevox convert DATASET --out NEW --shift={:.9g},{:.9g},{:.9g}", text(c), -c.x, -c.y, -c.z)});
 }
 
 SceneBounds bounds_of(const Config& config, const Split& train, const Shown& shown) {

@@ -247,6 +247,24 @@ TEST_SUITE("data/readers") {
     CHECK_FALSE(fs::exists(folder.path() / "inside"));
   }
 
+  TEST_CASE("H14: a scene in coordinates of a map is brought near the origin, cameras to a unit of rounding there") {
+    const TempFolder folder, out;
+    write_moving_ball(folder.path());
+    const Vec3d away{500'000, -4'000'000, 250.5};
+    convert_dataset(folder.str(), out.str() + "/map", {}, away);
+    convert_dataset(out.str() + "/map", out.str() + "/near", {}, -1.0 * away);
+    const Dataset plain = load_dataset(folder.str()), map = load_dataset(out.str() + "/map"), near = load_dataset(out.str() + "/near");
+    for (const char* split : {"train", "val", "test"})
+      for (std::size_t i = 0; i < plain.find(split)->frames.size(); ++i) {
+        const Camera &p = plain.find(split)->frames[i].camera, &m = map.find(split)->frames[i].camera, &n = near.find(split)->frames[i].camera;
+        for (int axis = 0; axis < 3; ++axis) {
+          CHECK(m.position[axis] == p.position[axis] + away[axis]);
+          CHECK(std::abs(n.position[axis] - p.position[axis]) <= 4e6 * 0x1p-53);
+        }
+        CHECK(n.axes == p.axes);
+      }
+  }
+
   TEST_CASE("DyNeRF: films by ffmpeg, the first the test view") {
     if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) {
       MESSAGE("skipped: there is no ffmpeg");

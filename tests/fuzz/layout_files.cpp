@@ -16,16 +16,59 @@ using test::TempFolder;
 const ColmapLens kLens{"OPENCV", 4, {11, 12, 5.5, 4.25, -0.12, 0.03, 0.002, -0.003}};
 constexpr int kFew = 3;
 
-std::string text_of(const std::filesystem::path& path) { return read_file(path.string()); }
+/// A data set of one program's layout; `file` of it is what the fuzzer writes.
+struct Layout {
+  const char *name, *file;
+  void (*write)(const std::filesystem::path& folder);
+};
 
-/// The folder `name` of this process with a data set that `write` makes once; then the file in it gets the bytes and all is read.
-template <class Write>
-int load_with(const std::string& name, const std::string& file, const Write& write, const std::uint8_t* data, std::size_t size) {
-  const std::filesystem::path set = std::filesystem::path(folder()) / name;
-  if (!std::filesystem::exists(set)) write(set);
-  put(name + "/" + file, data, size);
+template <void (*Write)(const std::filesystem::path&, const test::Cameras&)>
+void few(const std::filesystem::path& folder) {
+  Write(folder, test::true_cameras({}, kFew));
+}
+template <void (*Write)(const std::filesystem::path&, const test::Cameras&, const ColmapLens&)>
+void few_with_lens(const std::filesystem::path& folder) {
+  Write(folder, test::true_cameras({}, kFew), kLens);
+}
+
+constexpr Layout kLlff{"llff", "poses_bounds.npy", few<test::write_llff>};
+constexpr Layout kNrnerf{"nrnerf", "precomputed.json", few<test::write_nrnerf>};
+constexpr Layout kNerfstudio{"nerfstudio", "transforms.json", few<test::write_nerfstudio>};
+constexpr Layout kGibson{"gibson", "transform_train.json", few<test::write_gibson>};
+constexpr Layout kNerfiesLists{"nerfies_lists", "dataset.json", few<test::write_nerfies>};
+constexpr Layout kNerfiesCamera{"nerfies_camera", "camera/000_0000.json", few<test::write_nerfies>};
+constexpr Layout kColmapText{"colmap_text", "sparse/0/images.txt", few_with_lens<test::write_colmap_text>};
+constexpr Layout kColmapTextCameras{"colmap_text_cameras", "sparse/0/cameras.txt", few_with_lens<test::write_colmap_text>};
+constexpr Layout kColmapTextPoints{"colmap_text_points", "sparse/0/points3D.txt", few_with_lens<test::write_colmap_text>};
+constexpr Layout kColmapBinary{"colmap_binary", "sparse/0/images.bin", few_with_lens<test::write_colmap_binary>};
+constexpr Layout kColmapBinaryCameras{"colmap_binary_cameras", "sparse/0/cameras.bin", few_with_lens<test::write_colmap_binary>};
+constexpr Layout kColmapBinaryPoints{"colmap_binary_points", "sparse/0/points3D.bin", few_with_lens<test::write_colmap_binary>};
+
+/// The folder of this process with the data set, written once; the file in it gets the bytes and all is read.
+template <const Layout& L>
+int read_with(const std::uint8_t* data, std::size_t size) {
+  const std::filesystem::path set = std::filesystem::path(folder()) / L.name;
+  if (!std::filesystem::exists(set)) L.write(set);
+  put(std::string(L.name) + "/" + L.file, data, size);
   return verdict([&] { load_dataset(set.string()); });
 }
+
+template <const Layout& L>
+std::vector<std::string> seeds_of() {
+  const TempFolder set;
+  L.write(set.path());
+  return {read_file((set.path() / L.file).string())};
+}
+
+std::vector<std::string> npy_seeds() {
+  std::vector<std::string> seeds = seeds_of<kLlff>();
+  const test::Bytes single = test::npy_bytes(kFew, 17, test::llff_rows(test::true_cameras({}, kFew), 4), "<f4");
+  seeds.emplace_back(single.begin(), single.end());
+  return seeds;
+}
+
+template <const Layout& L>
+constexpr Target target{L.name, read_with<L>, seeds_of<L>};
 
 }  // namespace
 
@@ -38,33 +81,19 @@ std::vector<std::string> jpeg_seeds() {
   return {test::jpeg_bytes(), test::jpeg_bytes({20, 11, 1}), test::jpeg_bytes({33, 17, 3, 70, true}), test::jpeg_bytes({16, 8, 4})};
 }
 
-int npy(const std::uint8_t* data, std::size_t size) {
-  return load_with("llff", "poses_bounds.npy", [](const std::filesystem::path& p) { test::write_llff(p, test::true_cameras({}, kFew)); }, data, size);
-}
-
-std::vector<std::string> npy_seeds() {
-  const test::Bytes wide = test::npy_bytes(kFew, 17, test::llff_rows(test::true_cameras({}, kFew), 4)), single = test::npy_bytes(kFew, 17, test::llff_rows(test::true_cameras({}, kFew), 4), "<f4");
-  return {{wide.begin(), wide.end()}, {single.begin(), single.end()}};
-}
-
-int colmap_text(const std::uint8_t* data, std::size_t size) {
-  return load_with("colmap_text", "sparse/0/images.txt", [](const std::filesystem::path& p) { test::write_colmap_text(p, test::true_cameras({}, kFew), kLens); }, data, size);
-}
-
-std::vector<std::string> colmap_text_seeds() {
-  const TempFolder set;
-  test::write_colmap_text(set.path(), test::true_cameras({}, kFew), kLens);
-  return {text_of(set.path() / "sparse/0/images.txt")};
-}
-
-int colmap_binary(const std::uint8_t* data, std::size_t size) {
-  return load_with("colmap_binary", "sparse/0/images.bin", [](const std::filesystem::path& p) { test::write_colmap_binary(p, test::true_cameras({}, kFew), kLens); }, data, size);
-}
-
-std::vector<std::string> colmap_binary_seeds() {
-  const TempFolder set;
-  test::write_colmap_binary(set.path(), test::true_cameras({}, kFew), kLens);
-  return {text_of(set.path() / "sparse/0/images.bin")};
+std::vector<Target> layout_targets() {
+  return {{"npy", read_with<kLlff>, npy_seeds},
+          target<kNrnerf>,
+          target<kNerfstudio>,
+          target<kGibson>,
+          target<kNerfiesLists>,
+          target<kNerfiesCamera>,
+          target<kColmapText>,
+          target<kColmapTextCameras>,
+          target<kColmapTextPoints>,
+          target<kColmapBinary>,
+          target<kColmapBinaryCameras>,
+          target<kColmapBinaryPoints>};
 }
 
 }  // namespace splinevox::fuzz

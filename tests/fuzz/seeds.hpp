@@ -9,9 +9,6 @@ namespace splinevox::fuzz {
 std::vector<std::string> dataset_seeds();
 std::vector<std::string> png_seeds();
 std::vector<std::string> jpeg_seeds();
-std::vector<std::string> npy_seeds();
-std::vector<std::string> colmap_text_seeds();
-std::vector<std::string> colmap_binary_seeds();
 std::vector<std::string> exr_seeds();
 std::vector<std::string> model_seeds();
 std::vector<std::string> checkpoint_seeds();

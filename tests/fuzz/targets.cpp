@@ -72,22 +72,23 @@ int verdict(const std::function<void()>& parse) {
 }
 
 const std::vector<Target>& targets() {
-  static const std::vector<Target> all = {
-      {"dataset_json", dataset_json, dataset_seeds},
-      {"png", png, png_seeds, mend_png},
-      {"jpeg", jpeg, jpeg_seeds},
-      {"npy", npy, npy_seeds},
-      {"colmap_text", colmap_text, colmap_text_seeds},
-      {"colmap_binary", colmap_binary, colmap_binary_seeds},
-      {"exr", exr, exr_seeds},
-      {"model_vdb", model_vdb, model_seeds},
-      {"checkpoint", checkpoint, checkpoint_seeds, mend_checkpoint},
-      {"training_state", training_state, state_seeds},
-      {"manifest", manifest, manifest_seeds},
-      {"config_toml", config_toml, config_seeds},
-      {"camera_path", camera_path, camera_seeds},
-      {"points_csv", points_csv, points_seeds},
-  };
+  static const std::vector<Target> all = [] {
+    std::vector<Target> list = {
+        {"dataset_json", dataset_json, dataset_seeds},
+        {"png", png, png_seeds, mend_png},
+        {"jpeg", jpeg, jpeg_seeds},
+        {"exr", exr, exr_seeds},
+        {"model_vdb", model_vdb, model_seeds},
+        {"checkpoint", checkpoint, checkpoint_seeds, mend_checkpoint},
+        {"training_state", training_state, state_seeds},
+        {"manifest", manifest, manifest_seeds},
+        {"config_toml", config_toml, config_seeds},
+        {"camera_path", camera_path, camera_seeds},
+        {"points_csv", points_csv, points_seeds},
+    };
+    for (const Target& layout : layout_targets()) list.push_back(layout);
+    return list;
+  }();
   return all;
 }
 

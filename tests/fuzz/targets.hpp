@@ -43,9 +43,6 @@ void mend_checkpoint(std::string& file);
 int dataset_json(const std::uint8_t*, std::size_t);
 int png(const std::uint8_t*, std::size_t);
 int jpeg(const std::uint8_t*, std::size_t);
-int npy(const std::uint8_t*, std::size_t);
-int colmap_text(const std::uint8_t*, std::size_t);
-int colmap_binary(const std::uint8_t*, std::size_t);
 int exr(const std::uint8_t*, std::size_t);
 int model_vdb(const std::uint8_t*, std::size_t);
 int checkpoint(const std::uint8_t*, std::size_t);
@@ -54,5 +51,7 @@ int manifest(const std::uint8_t*, std::size_t);
 int config_toml(const std::uint8_t*, std::size_t);
 int camera_path(const std::uint8_t*, std::size_t);
 int points_csv(const std::uint8_t*, std::size_t);
+/// A target for each file that poses are read from in the layouts of other programs.
+std::vector<Target> layout_targets();
 
 }  // namespace splinevox::fuzz

@@ -119,7 +119,7 @@ TEST_SUITE("hard/volume") {
     std::mt19937 random(10);
     std::uniform_real_distribution<float> uniform(-1, 1);
     Worst error;
-    for (int trial = 0; trial < 2000; ++trial) {
+    for (int trial = 0; trial < 20000; ++trial) {
       Column<float> column(64);
       for (int i = 0; i < 64; ++i)
         column.set(i, raw_of(std::pow(10.0, -1 + uniform(random))), uniform(random), uniform(random), uniform(random));

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <sys/mount.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -14,27 +16,58 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Hash of every file below a folder, by relative path.
+/// Files that a run of the same words may or may not have: pictures of the way, and the checkpoint before the last.
+bool by_chance(const std::string& path) { return path.find("/preview/") != std::string::npos || path.ends_with(".prev"); }
+
+/// Hash of every file below a folder that has to be there, by relative path.
 std::map<std::string, FileDigest> files_of(const std::string& folder) {
   std::map<std::string, FileDigest> out;
   if (!fs::exists(folder)) return out;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file()) out[fs::relative(entry.path(), folder)] = digest_file(entry.path());
+    if (entry.is_regular_file() && !by_chance(entry.path())) out[fs::relative(entry.path(), folder)] = digest_file(entry.path());
   return out;
 }
 
-/// Files whose bytes hold the time of day or the clock: only those of other names are compared.
-bool tells_time(const std::string& path) {
+/// Files whose bytes hold the time of day, the clock or the folder's own name: only the others are compared.
+bool differs_anyway(const std::string& path) {
   const std::string name = fs::path(path).filename();
+  for (const char* of_sweep : {"tasks.txt", "array.sh", "table.csv", "table.md"})
+    if (name == of_sweep) return true;
   return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") || name.ends_with("manifest.json") ||
-         name.ends_with(".partial.json") || name.ends_with(".html");
+         name.ends_with(".partial.json") || name.ends_with(".html") || name.ends_with(".log") || name.ends_with(".words");
 }
 
 struct Writer {
   std::string name;
   std::vector<std::string> words;  ///< without --out OUT
-  std::string file;                ///< of the folder that OUT is within; empty: OUT is the folder
+  std::string file{};              ///< of the folder that OUT is within; empty: OUT is the folder
+  const char* option = "--out";
+  bool listed = false;  ///< `verify` can tell whether it is whole
 };
+
+/// A file system of so many bytes over a folder, while it lives. `mounted` is false where this process may not mount one.
+class SmallDisk {
+ public:
+  SmallDisk(const std::string& folder, std::uint64_t bytes) : folder_(folder) {
+    fs::create_directories(folder);
+    mounted = ::mount("tmpfs", folder.c_str(), "tmpfs", 0, ("size=" + std::to_string(bytes)).c_str()) == 0;
+  }
+  ~SmallDisk() {
+    if (mounted) ::umount2(folder_.c_str(), MNT_DETACH);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  bool mounted = false;
+
+ private:
+  std::string folder_;
+};
+
+std::uint64_t total(const std::map<std::string, FileDigest>& files) {
+  std::uint64_t sum = 0;
+  for (const auto& [name, digest] : files) sum += digest.size;
+  return sum;
+}
 
 /// From no room at all to nearly enough, geometrically from 64 bytes on.
 std::vector<std::int64_t> limits_up_to(std::uint64_t largest, int count) {
@@ -51,21 +84,32 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
   const Scene scene(o);
   const std::string log = o.out + "/disk.log", points = scene.path("points.csv");
   std::ofstream(points) << "x,y,z\n0.1,0.2,0.3\n0,0,0\n";
-  const std::string run = scene.path("run");
+  const std::string run = scene.path("run"), tasks = scene.path("sweep.toml");
+  std::ofstream(tasks) << "datasets = [\"" << scene.path("data") << "\"]\npresets = [\"draft\"]\ntrain = [\"--max-steps\", \"5\"]\n"
+                       << "[settings]\nsmall = [\"sampling.rays=128\", \"grid.radiance=8,12,16\", \"motion.points=4\", \"effects.steps=0\"]\n";
+  const auto frames = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = scene.export_words();
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  };
   const std::vector<Writer> writers = {
-      {"train", scene.train_words(), ""},
-      {"export", scene.export_words(), ""},
-      {"render png",
-       {o.program, "render", run, "--camera", "orbit", "--times", "0:1:3", "--size", "24", "--layers", "rgb,depth",
-        "--format", "png"},
-       ""},
-      {"render exr",
-       {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24", "--format", "exr"},
-       ""},
-      {"track csv", {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, "tracks.csv"},
-      {"track json", {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, "tracks.json"},
-      {"synth", {o.program, "synth", "ball", "--size", "12", "--frames", "3"}, ""},
-      {"report", {o.program, "report", run}, "page.html"},
+      {.name = "train", .words = scene.train_words(), .listed = true},
+      {.name = "sweep", .words = {o.program, "sweep", tasks, "--quiet"}},
+      {.name = "edit", .words = {o.program, "edit", run, "--reverse", "--quiet"}, .listed = true},
+      {.name = "export", .words = scene.export_words(), .listed = true},
+      {.name = "export, mesh and rig", .words = frames({"--mesh", "--controls"}), .listed = true},
+      {.name = "export usd", .words = frames({"--profile", "usd"}), .listed = true},
+      {.name = "export nanovdb", .words = frames({"--profile", "nanovdb"}), .listed = true},
+      {.name = "render png",
+       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:3", "--size", "24", "--layers", "rgb,depth", "--format", "png"}},
+      {.name = "render exr", .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24", "--format", "exr"}},
+      {.name = "eval", .words = {o.program, "eval", run}, .option = "--images"},
+      {.name = "track csv", .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, .file = "tracks.csv"},
+      {.name = "track json", .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, .file = "tracks.json"},
+      {.name = "view", .words = {o.program, "view", run}, .file = "page.html"},
+      {.name = "report", .words = {o.program, "report", run}, .file = "page.html"},
+      {.name = "synth", .words = {o.program, "synth", "ball", "--size", "12", "--frames", "3"}},
+      {.name = "convert", .words = {o.program, "convert", scene.path("data"), "--quiet"}},
   };
   std::vector<Line> lines;
   for (const Writer& w : writers) {
@@ -74,7 +118,7 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
     const auto execute = [&](const std::string& folder, std::int64_t limit) {
       fs::create_directories(folder);
       std::vector<std::string> words = w.words;
-      words.insert(words.end(), {"--out", w.file.empty() ? folder + "/out" : folder + "/" + w.file});
+      words.insert(words.end(), {w.option, w.file.empty() ? folder + "/out" : folder + "/" + w.file});
       return Process(words, log, limit).wait();
     };
     const std::string reference = scene.path("reference"), out = scene.path("out");
@@ -84,9 +128,9 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
     std::uint64_t largest = 0;
     for (const auto& [name, digest] : good) largest = std::max(largest, digest.size);
     const double each = since(begin), share = seconds / double(writers.size());
-    for (const std::int64_t limit : limits_up_to(largest, std::clamp(int(share / std::max(each, 0.01)), 4, 256))) {
-      fs::remove_all(out);
-      const int code = execute(out, limit);
+    int full = 0;  // of them on a full disk
+    const auto trial = [&](std::int64_t file_limit, const std::string& room) {
+      const int code = execute(out, file_limit);
       ++line.tried;
       std::string wrong;
       if (code > 128 || code < 0) wrong = "ended by a signal or not at all", ++(code < 0 ? line.hangs : line.crashes);
@@ -94,17 +138,30 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
         const auto same = good.find(name);
         if (name.ends_with(".tmp"))
           wrong = "left " + name, ++line.lost;
-        else if (!tells_time(name) && same != good.end() && !(same->second == digest))
+        else if (!differs_anyway(name) && same != good.end() && !(same->second == digest))
           wrong = "left " + name + " damaged", ++line.lost;
       }
-      if (code == 0 && files_of(out).size() != good.size())
+      if (code == 0 && (files_of(out).size() != good.size() || (w.listed && Process({o.program, "verify", out + "/out"}, log).wait() != 0)))
         wrong = "said that all was well and it was not", ++line.lost;
-      if (wrong.empty()) continue;
-      line.note = wrong + " at " + std::to_string(limit) + " bytes";
+      if (wrong.empty()) return;
+      line.note = wrong + " with " + room;
       fs::copy_file(log, o.out + "/disk_" + std::to_string(lines.size()) + ".log",
                     fs::copy_options::overwrite_existing);
+    };
+    const int tries = std::clamp(int(share / std::max(each, 0.01)) / 2, 2, 128);
+    for (const std::int64_t limit : limits_up_to(largest, tries)) {
+      fs::remove_all(out);
+      trial(limit, std::to_string(limit) + " bytes for a file");
+    }
+    for (const std::int64_t limit : limits_up_to(total(good), tries)) {
+      fs::remove_all(out);
+      const SmallDisk disk(out, std::uint64_t(std::max<std::int64_t>(limit, 1)));  // 0 would be no limit
+      if (!disk.mounted) break;
+      trial(-1, std::to_string(limit) + " bytes for all files");
+      ++full;
     }
     line.seconds = since(begin);
+    if (line.note.empty()) line.note = full > 0 ? std::to_string(full) + " of them on a small disk" : "by limits on the size of a file: no disk may be mounted here";
     lines.push_back(line);
   }
   return lines;

@@ -10,6 +10,7 @@
 
 #include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/io/checkpoint.hpp"
 #include "torture/scene.hpp"
 #include "torture/trial.hpp"
 
@@ -20,6 +21,7 @@ namespace {
 
 constexpr int kMostKills = 4;  // of one run before it is let to its end
 constexpr int kEvents = 40;    // on files, about as many as a job has
+constexpr int kStopped = 130;  // exit code of a program that was asked to and saved what it had
 
 /// Whether a folder's files are all there and whole, by the program's own word.
 bool whole(const Options& o, const std::string& folder, const std::string& log) {
@@ -58,7 +60,7 @@ bool kill_while_writing(Process& process, const std::string& folder, int nth) {
       at += ssize_t(sizeof event + event.len);
     }
     if (seen >= nth)
-      process.kill(), killed = true;
+      process.send(SIGKILL), killed = true;
     else if (process.ended())
       break;
     else if (n <= 0)
@@ -66,6 +68,16 @@ bool kill_while_writing(Process& process, const std::string& folder, int nth) {
   }
   ::close(watch);
   return killed;
+}
+
+/// Whether a run's folder has a checkpoint from before its end, to go on from.
+bool in_the_middle(const std::string& folder) {
+  try {
+    const std::uint64_t step = read_checkpoint(folder + "/checkpoint.bin").header.step;
+    return step > 0 && step < std::uint64_t(Scene::kSteps);
+  } catch (const Error&) {
+    return false;
+  }
 }
 
 /// What is killed, how it is begun and gone on with, and the files that must come out as if it never had been.
@@ -89,7 +101,7 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
     throw std::runtime_error("the program cannot do it without being killed, see " + log);
   double length = since(first);
   std::mt19937_64 random(o.seed);
-  std::uint64_t drafts = 0, ends = 0;
+  std::uint64_t drafts = 0, ends = 0, stops = 0, resumed = 0;
   while (since(begin) < seconds) {
     fs::remove_all(out);
     const std::string kept = o.out + "/lost_" + job.name + "_" + std::to_string(line.lost + 1);
@@ -102,20 +114,28 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
     const int kills = 1 + int(random() % kMostKills);
     for (int k = 0; k < kills; ++k) {
       fs::create_directories(out);
+      resumed += in_the_middle(out);
       Process process(words(out), log);
+      std::uniform_real_distribution<double> moment(0, 1.1 * length);
       int code = -1;
-      if (random() % 2) {
-        std::uniform_real_distribution<double> moment(0, 1.1 * length);
-        code = process.wait(moment(random));  // kills it
-      } else if (kill_while_writing(process, out, 1 + int(random() % kEvents))) {
-        code = process.wait() == 128 + SIGKILL ? -1 : 0;
-      } else {
-        code = process.wait();
+      switch (random() % 3) {
+        case 0:
+          code = process.wait(moment(random));  // kills it
+          break;
+        case 1:
+          ::usleep(useconds_t(1e6 * moment(random)));
+          if (!process.ended()) process.send(SIGTERM);
+          code = process.wait();
+          if (code == kStopped || code == 128 + SIGTERM) code = 0, ++stops;  // the latter: before it listens
+          break;
+        default:
+          code = kill_while_writing(process, out, 1 + int(random() % kEvents)) && process.wait() == 128 + SIGKILL ? -1 : process.wait();
       }
       if (code == -1) ++line.tried;
       must(code == -1 || code == 0, "start " + std::to_string(k) + " ended with " + std::to_string(code));
       drafts += std::uint64_t(drafts_in(out));
     }
+    resumed += in_the_middle(out);
     const Clock::time_point last = Clock::now();
     must(Process(words(out), log).wait() == 0, "the last start failed");
     length = 0.7 * length + 0.3 * std::max(since(last), 0.05);  // other programs come and go
@@ -132,7 +152,8 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
   }
   line.seconds = since(begin);
   line.note = std::to_string(ends) + " runs ended as one that was left alone, bit for bit, but for those lost; " +
-              std::to_string(drafts) + " kills hit a file half written";
+              std::to_string(drafts) + " kills hit a file half written; " + std::to_string(stops) + " were asked to stop besides";
+  if (resumed > 0) line.note += "; " + std::to_string(resumed) + " starts went on from the middle";
   return line;
 }
 

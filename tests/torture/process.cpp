@@ -29,7 +29,7 @@ Process::Process(std::vector<std::string> words, const std::string& log, std::in
   ::_exit(127);
 }
 
-void Process::kill() { ::kill(process_, SIGKILL); }
+void Process::send(int signal) { ::kill(process_, signal); }
 
 bool Process::ended() {
   if (!ended_) ended_ = ::waitpid(process_, &status_, WNOHANG) == process_;
@@ -40,7 +40,7 @@ int Process::wait(double seconds) {
   const Clock::time_point start = Clock::now();
   while (!ended()) {
     if (since(start) > seconds) {
-      kill(), ::waitpid(process_, &status_, 0);
+      send(SIGKILL), ::waitpid(process_, &status_, 0);
       ended_ = true;
       return -1;
     }

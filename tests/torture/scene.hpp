@@ -13,6 +13,7 @@ namespace splinevox::torture {
 /// A small data set and a run of it, made by the program itself; removed at the end.
 class Scene {
  public:
+  static constexpr int kSteps = 100;  ///< of training
   explicit Scene(const Options& o) : program_(o.program), folder_(folder_of(o)) {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
@@ -37,7 +38,9 @@ class Scene {
             "--preset",
             "draft",
             "--max-steps",
-            "40",
+            std::to_string(kSteps),
+            "--set",
+            "run.checkpoint_every=0",
             "--set",
             "sampling.rays=128",
             "--set",

@@ -19,7 +19,7 @@ struct Options {
   std::string out;      ///< folder for lines, table and what broke
   double seconds = 60;
   std::uint64_t seed = 1;
-  std::int64_t soak_steps = 200'000;  ///< at most, within its share of the time
+  std::int64_t soak_steps = 200'000;  ///< at most, within its share of the time; all of them in an hour or more
 };
 
 struct Line {
@@ -38,7 +38,7 @@ inline double since(Clock::time_point start) { return std::chrono::duration<doub
 Line try_inputs(const Options& o, const fuzz::Target& target, double seconds);
 /// Micro-scenes with random numbers: the float kernel against the double one.
 Line try_float_double(const Options& o, double seconds);
-/// The program killed (SIGKILL) at random moments, gone on with, and compared with a run that was left alone.
+/// The program killed (SIGKILL) or asked to stop (SIGTERM) at random moments, gone on with, and compared with a run that was left alone.
 std::vector<Line> try_kills(const Options& o, double seconds);
 /// Every verb that writes, with room for so many bytes a file only.
 std::vector<Line> try_full_disk(const Options& o, double seconds);
@@ -53,7 +53,7 @@ class Process {
  public:
   /// @param file_bytes  no file can grow beyond that; negative: any size.
   Process(std::vector<std::string> words, const std::string& log, std::int64_t file_bytes = -1);
-  void kill();
+  void send(int signal);
   /// Whether it has; wait() still tells how.
   bool ended();
   /// Exit code, 128 + signal if a signal ended it, -1 if it took more than `seconds` and was killed.

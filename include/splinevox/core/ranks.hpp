@@ -28,6 +28,8 @@ class Ranks {
   /// A number as rank 0 has it.
   double from_first(double mine) { return gather({&mine, 1})[0]; }
   bool first() const { return rank() == 0; }
+  /// Where rank k's even share of n things begins; for k = count() that is n.
+  std::size_t share_begin(std::size_t n, int k) const { return n * std::size_t(k) / std::size_t(count()); }
 
   /// What this rank has sent so far, and what it has spent on sending and waiting.
   struct Traffic {

@@ -74,6 +74,8 @@ using ConvertProgress = std::function<void(int done, int total)>;
 /// box. Times and cameras are those of the source to the last bit of a double.
 ///
 /// The transforms files are written last. Throws Error: Fault::input as load_dataset, or if `folder` exists and is not empty; Fault::output.
-void convert_dataset(const std::string& path, const std::string& folder, const ConvertProgress& progress = {});
+/// @param shift  added to every position, scene units: models hold positions as floats, so a scene in coordinates of a map must come nearer
+///               to the origin first (numerics H14). Stands in the files as `shift`.
+void convert_dataset(const std::string& path, const std::string& folder, const ConvertProgress& progress = {}, const Vec3d& shift = {});
 
 }  // namespace splinevox

@@ -19,6 +19,7 @@ struct RunConfig {
   double max_time = 60;  ///< seconds training may take; schedules are laid out over it. 0: max_steps decides
   double late_cost = 2.6;  ///< by the clock, how much dearer than the first step the last one is taken to be: schedules run ahead (clock_progress)
   int max_steps = 0;     ///< optimiser steps; 0: max_time decides. Both given: whichever ends first
+  double checkpoint_every = 30;  ///< seconds between checkpoints; more where they would cost over a 50th of the time
   std::uint64_t seed = 1;
   int downscale = 1;                     ///< block size of the area filter on the images
   std::vector<float> background{1, 1, 1};  ///< colour behind the scene, [3] in [0, 1]
@@ -130,6 +131,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("run.max_time", c.run.max_time, "seconds of training, 0 = run.max_steps decides", 0, 1e7);
   visit("run.late_cost", c.run.late_cost, "by the clock: how much dearer than the first step the last one is taken to be", 1, 100);
   visit("run.max_steps", c.run.max_steps, "optimiser steps, 0 = run.max_time decides", 0, 1e9);
+  visit("run.checkpoint_every", c.run.checkpoint_every, "seconds between checkpoints, more where each takes long", 0, 1e7);
   visit("run.seed", c.run.seed, "seed of every random draw", 0, 9e15);
   visit("run.downscale", c.run.downscale, "KxK pixel blocks are averaged", 1, 64);
   visit("run.background", c.run.background, "r, g, b behind the scene", 0, 1);
