@@ -7,9 +7,11 @@
 // DIR/cost.jsonl gets one line per setting; from those lines alone come DIR/SUITE_SCENE.svg, DIR/cost.md and the exit code of
 // --check. Measure on a quiet machine.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -30,7 +32,7 @@ namespace {
 
 struct Options {
   std::vector<std::string> suites{"spline", "render", "train"}, mlp;
-  std::string out;
+  std::string out, commit = "unknown commit";
   SuiteOptions suite;
   int threads = 0;
   bool check = false, present_only = false;
@@ -48,8 +50,8 @@ std::vector<Record> read_lines(const fs::path& path) {
   return out;
 }
 
-/// What the machine was, in front of every table.
-std::string machine() {
+/// What the machine is, for every line.
+std::string machine(int threads, const std::string& commit) {
   std::string model = "unknown processor", line;
   std::ifstream info("/proc/cpuinfo");
   while (std::getline(info, line))
@@ -57,29 +59,53 @@ std::string machine() {
       model = line.substr(line.find(": ") + 2);
       break;
     }
-  double load[1] = {0};
-  getloadavg(load, 1);
-  return fmt::format("{} ({} threads), load {:.1f}, {}", model, std::thread::hardware_concurrency(), load[0], __VERSION__);
+  return fmt::format("{}, {} of {} threads, compiler {}, {}", model, threads, std::thread::hardware_concurrency(), __VERSION__, commit);
+}
+
+/// Where a group's lines were measured, each place once.
+std::string places(const std::vector<Record>& group) {
+  std::vector<std::string> out;
+  for (const Record& r : group)
+    if (std::find(out.begin(), out.end(), r.where) == out.end()) out.push_back(r.where);
+  return fmt::format("{}", fmt::join(out, "; "));
 }
 
 void present(const fs::path& folder, const std::vector<Record>& records) {
-  std::string text = fmt::format("# What accuracy costs in time\n\nMachine: {}. Medians with bootstrap intervals; `front` says how many times as long as the fastest setting of at most the same error.\n", machine());
+  std::string text = "# What accuracy costs in time\n\nMade by `splinevox-bench cost` from the lines of cost.jsonl alone. Medians with bootstrap intervals; `front` says how many times as long as the fastest setting of at most the same error.\n";
   for (const std::vector<Record>& group : by_scene(records)) {
     std::string file = group.front().suite + "_" + group.front().scene + ".svg";
     std::replace(file.begin(), file.end(), ' ', '_');
     std::ofstream(folder / file) << diagram(group, fmt::format("{}: {}", group.front().suite, group.front().scene));
-    text += fmt::format("\n## {}: {}\n\n![{}]({})\n\n{}\n{}", group.front().suite, group.front().scene, group.front().suite, file, table(group), group.front().suite == "versus" ? versus_table(group) : sentences(group));
+    text += fmt::format("\n## {}: {}\n\n{}\n\n![{}]({})\n\n{}\n{}", group.front().suite, group.front().scene, places(group), group.front().suite, file, table(group),
+                        group.front().suite == "versus" ? versus_table(group) : sentences(group));
   }
   if (!(std::ofstream(folder / "cost.md") << text)) fail_output({(folder / "cost.md").string(), "this file could not be written", "", "a full disk?", ""});
+}
+
+constexpr double kMargin = 1.05;  ///< of time, that counts as a difference
+
+/// How many times as long the default took as itself.
+double noise(const std::vector<Record>& group) {
+  const auto seconds = [&](auto&& is) {
+    const auto found = std::find_if(group.begin(), group.end(), is);
+    return found == group.end() ? 0.0 : found->seconds.value;
+  };
+  const double again = seconds([](const Record& r) { return r.knob == "A/A"; }), base = seconds([](const Record& r) { return r.is_default; });
+  return again > 0 && base > 0 ? std::max(again / base, base / again) : 1;
 }
 
 /// What must hold on any machine. @return complaints
 std::vector<std::string> check(const std::vector<Record>& records, const SuiteOptions& o, bool rendered) {
   std::vector<std::string> bad;
-  for (const Record& r : records) {
-    if (r.failed) bad.push_back(fmt::format("{} {}, {} {}: failed", r.suite, r.scene, r.knob, r.value));
-    if (r.expected_dominated && distance_to_front(records, r) <= 1) bad.push_back(fmt::format("{} {}, {} {}: should be dominated and is not", r.suite, r.scene, r.knob, r.value));
-  }
+  for (const std::vector<Record>& group : by_scene(records))
+    for (const Record& r : group) {
+      const std::string name = fmt::format("{} {}, {} {}", r.suite, r.scene, r.knob, r.value);
+      const double distance = distance_to_front(group, r);
+      if (r.failed) bad.push_back(fmt::format("{}: failed: {}", name, r.note));
+      else if (r.expected_dominated && distance <= kMargin) bad.push_back(fmt::format("{}: should be dominated and is not", name));
+      else if (!o.micro && r.is_default && (r.suite == "train" || r.suite == "render") && distance > kMargin * noise(group))
+        bad.push_back(fmt::format("{}: takes {:.2f} times as long as another setting that is as good", name, distance));
+    }
   if (rendered) {
     const double order = render_order(o);
     fmt::print("order of the renderer's convergence: {:.3f}\n", order);
@@ -89,7 +115,9 @@ std::vector<std::string> check(const std::vector<Record>& records, const SuiteOp
 }
 
 int run(Options o) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(o.threads > 0 ? o.threads : int(std::thread::hardware_concurrency())));
+  const int threads = o.threads > 0 ? o.threads : int(std::thread::hardware_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+  o.suite.where = machine(threads, o.commit);
   const fs::path folder = o.out, lines = folder / "cost.jsonl";
   fs::create_directories(folder);
   if (o.suite.micro) o.suite.steps = 200, o.suite.seeds = 3;
@@ -99,7 +127,8 @@ int run(Options o) {
     for (const Record& r : read_lines(lines))
       if (std::find(o.suites.begin(), o.suites.end(), r.suite) == o.suites.end()) kept.push_back(r);
     std::ofstream out(lines);
-    const Told told = [&](const Record& r) {
+    const Told told = [&](Record r) {
+      r.where = o.suite.where;
       if (!(out << to_json(r).dump() << "\n" << std::flush)) fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
       fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value, r.seconds.value, r.error.value), std::fflush(stdout);
     };
@@ -137,6 +166,7 @@ int main(int argc, char** argv) {
   cost->add_option("--mlp", o.mlp, "versus: finished splinevox-mlp runs, made with --cpu-time and --test-at")->delimiter(',');
   cost->add_option("--versus-steps", o.suite.versus_steps, "versus: training steps of the voxels' runs")->delimiter(',')->capture_default_str();
   cost->add_option("--threads", o.threads, "0 = every core");
+  cost->add_option("--commit", o.commit, "of this program, for every line");
   std::vector<std::string> runs;
   CLI::App* curve = words.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
   curve->add_option("RUN", runs, "runs")->required();

@@ -38,6 +38,9 @@ const Record* default_row(const std::vector<Record>& records) {
   return nullptr;
 }
 
+/// Whether there is a place for it in a diagram whose axes are logarithmic.
+bool shown(const Record& r) { return !r.failed && r.error.value > 0 && r.seconds.value > 0; }
+
 /// Within what the default differs from itself.
 bool same(const Figure& a, const Figure& b, const Figure& x, const Figure& y) {
   const double noise = std::max({x.hi / x.lo, y.hi / y.lo, std::max(x.value / y.value, y.value / x.value), 1.01});
@@ -59,7 +62,7 @@ std::vector<std::vector<Record>> by_scene(const std::vector<Record>& records) {
 std::string diagram(const std::vector<Record>& records, const std::string& title) {
   double t0 = 1e300, t1 = 0, e0 = 1e300, e1 = 0;
   for (const Record& r : records) {
-    if (r.failed || r.error.value <= 0) continue;
+    if (!shown(r)) continue;
     t0 = std::min(t0, r.seconds.lo), t1 = std::max(t1, r.seconds.hi);
     e0 = std::min(e0, r.error.lo), e1 = std::max(e1, r.error.hi);
   }
@@ -72,18 +75,23 @@ std::string diagram(const std::vector<Record>& records, const std::string& title
 
   std::string line;
   for (const std::size_t i : pareto_front(records))
-    if (records[i].error.value > 0) line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : " L", x.at(records[i].seconds.value), y.at(records[i].error.value));
+    if (shown(records[i])) line += fmt::format("{}{:.1f} {:.1f}", line.empty() ? "M" : " L", x.at(records[i].seconds.value), y.at(records[i].error.value));
   svg += fmt::format("<path d=\"{}\" fill=\"none\" stroke=\"#999\" stroke-width=\"2\" stroke-dasharray=\"5 3\"/>\n", line);
 
   std::map<std::string, const char*> color;
   for (const Record& r : records) {
-    if (r.failed || r.error.value <= 0) continue;
+    if (!shown(r)) continue;
     const std::string group = suite == "spline" ? r.value : r.knob;
     const char* c = color.try_emplace(group, kColors[color.size() % std::size(kColors)]).first->second;
     svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{1:.1f}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\"/>", x.at(r.seconds.lo), x.at(r.seconds.hi), y.at(r.error.value), c);
     svg += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"{3}\"/>", x.at(r.seconds.value), y.at(r.error.lo), y.at(r.error.hi), c);
     svg += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\" fill=\"{}\"{}><title>{}: {}, {}, error {:.3g}</title></circle>\n", x.at(r.seconds.value), y.at(r.error.value),
                        r.is_default ? 7 : 4, c, r.is_default ? " stroke=\"black\" stroke-width=\"2\"" : "", escape(r.knob), escape(r.value), time_text(r.seconds.value), r.error.value);
+  }
+  for (const Record& r : records) {
+    if (!r.failed) continue;
+    const double at = r.seconds.value > 0 ? std::clamp(x.at(r.seconds.value), kLeft, kWidth - kRight) : kLeft;
+    svg += fmt::format("<path d=\"M{0:.1f} {1:.1f} l8 8 m-8 0 l8 -8\" stroke=\"black\"><title>{2}: {3}, failed: {4}</title></path>\n", at - 4, kTop - 4, escape(r.knob), escape(r.value), escape(r.note));
   }
   double row = kTop + 8;
   for (const auto& [group, c] : color) {

@@ -2,13 +2,15 @@
 #include "record.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace splinevox::cost {
 namespace {
 
 Json figure(const Figure& f) { return {f.value, f.lo, f.hi}; }
-Figure figure(const Json& j) { return {j.at(0), j.at(1), j.at(2)}; }
+double number(const Json& j) { return j.is_null() ? std::numeric_limits<double>::quiet_NaN() : j.get<double>(); }
+Figure figure(const Json& j) { return {number(j.at(0)), number(j.at(1)), number(j.at(2))}; }
 
 /// The default measured twice does not compete with itself.
 bool comparable(const Record& a, const Record& b) {
@@ -20,15 +22,15 @@ bool comparable(const Record& a, const Record& b) {
 Json to_json(const Record& r) {
   return {{"suite", r.suite}, {"scene", r.scene}, {"knob", r.knob}, {"value", r.value}, {"order", r.order}, {"error", figure(r.error)},
           {"seconds", figure(r.seconds)}, {"quality", r.quality}, {"samples", r.samples}, {"memory", r.memory}, {"instructions", r.instructions}, {"runs", r.runs},
-          {"default", r.is_default}, {"expected_dominated", r.expected_dominated}, {"failed", r.failed}, {"note", r.note}};
+          {"default", r.is_default}, {"expected_dominated", r.expected_dominated}, {"failed", r.failed}, {"note", r.note}, {"where", r.where}};
 }
 
 Record from_json(const Json& j) {
   Record r;
   r.suite = j.at("suite"), r.scene = j.at("scene"), r.knob = j.at("knob"), r.value = j.at("value"), r.order = j.at("order");
   r.error = figure(j.at("error")), r.seconds = figure(j.at("seconds"));
-  r.quality = j.at("quality"), r.samples = j.at("samples"), r.memory = j.value("memory", 0.0), r.instructions = j.at("instructions"), r.runs = j.at("runs");
-  r.is_default = j.at("default"), r.expected_dominated = j.at("expected_dominated"), r.failed = j.at("failed"), r.note = j.at("note");
+  r.quality = number(j.at("quality")), r.samples = j.at("samples"), r.memory = j.value("memory", 0.0), r.instructions = j.at("instructions"), r.runs = j.at("runs");
+  r.is_default = j.at("default"), r.expected_dominated = j.at("expected_dominated"), r.failed = j.at("failed"), r.note = j.at("note"), r.where = j.at("where");
   return r;
 }
 

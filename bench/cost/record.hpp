@@ -29,8 +29,10 @@ struct Record {
   int runs = 0;              ///< seeds or repetitions behind the figures
   bool is_default = false, expected_dominated = false, failed = false;
   std::string note;
+  std::string where;         ///< machine, threads, compiler and commit of the measurement
 };
 
+/// Figures that are not finite become null, and come back as NaN.
 Json to_json(const Record& r);
 /// Throws nlohmann's exceptions for a line that is not one of ours.
 Record from_json(const Json& j);

@@ -143,6 +143,9 @@ std::vector<Variant> variants(bool micro) {
     out.push_back({.knob = "step", .value = fmt::format("{}", s), .order = -s, .step_scale = s});
   for (const double t : micro ? std::vector<double>{1e-1, 1e-5} : std::vector<double>{1e-1, 1e-2, 1e-4, 1e-5, 1e-6})
     out.push_back({.knob = "stop", .value = fmt::format("{:g}", t), .order = -std::log10(t), .stop = t});
+  // As accurate as the step alone allows: an early stop and skipped cells have errors of their own.
+  for (const double s : micro ? std::vector<double>{0.5} : std::vector<double>{1, 0.5, 0.25, 0.125, 0.0625})
+    out.push_back({.knob = "step, nothing left out", .value = fmt::format("{}", s), .order = -s, .step_scale = s, .stop = 1e-6, .skip = false});
   out.push_back({.knob = "skipping", .value = "off", .order = 1, .skip = false, .dominated = true});
   return out;
 }

@@ -30,7 +30,8 @@ Curves make_curves(int points) {
   return out;
 }
 
-double time_of(int i) { return (i + 0.37) / kTimes; }
+/// Times that floats hold too, so that no method starts from another time than the reference.
+double time_of(int i) { return (i + 0.375) / kTimes; }
 
 template <class T>
 void casteljau(const float* p, int points, T t, T* out) {

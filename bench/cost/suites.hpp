@@ -14,11 +14,12 @@ struct SuiteOptions {
   std::vector<std::string> scenes;   ///< data sets; none: the built-in dancer
   int steps = 3000, seeds = 3;       ///< of the training suite
   int rounds = 15;                   ///< of the timed suites
-  std::vector<int> versus_steps{10, 25, 50, 100, 200, 400, 800, 1600, 3200, 6400};
+  std::vector<int> versus_steps{10, 25, 50, 100, 200, 400, 800, 1600, 3200, 6400, 12800};
+  std::string where;                 ///< machine, threads, compiler and commit
 };
 
 /// Told every finished record.
-using Told = std::function<void(const Record&)>;
+using Told = std::function<void(Record)>;
 
 /// Evaluating a curve of K points: error in units of float rounding of the largest coordinate against long double, nanoseconds per
 /// 3-vector. Methods: De Casteljau, Bernstein weights per curve, weights shared by all curves of one time, Horner, forward
@@ -39,7 +40,8 @@ void train_suite(const SuiteOptions& o, const std::string& runs, const Told& tol
 
 /// Voxels beside perceptrons on the same scenes: root mean square colour error of the test views against processor seconds, summed over cores.
 /// The voxels run once for each of versus_steps, each a run of its own with its schedule laid out over its steps; reading the pictures,
-/// trying out effects and making the model are in their seconds, while those of the perceptrons are of training alone.
+/// trying out effects and making the model are in their seconds, while those of the perceptrons are of training alone. All are measured at the
+/// pixels of the test views that the perceptrons were; o.seeds runs of each number of steps.
 /// @param runs  finished splinevox-mlp runs with --cpu-time and --test-at; every scene of theirs must be among o.scenes.
 void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, const Told& told);
 

@@ -22,6 +22,7 @@ struct Setting {
   double steps = 1;                  ///< times the suite's
   bool dominated = false;
   const char* preset = "fast";
+  bool halves = true;  ///< the preset's halvings of spans, which make more control points in the course of a run
 };
 
 std::vector<Setting> settings(bool micro) {
@@ -33,6 +34,7 @@ std::vector<Setting> settings(bool micro) {
   if (micro) return out;
   out.push_back({"preset", "draft", -1, {}, 1, false, "draft"});
   out.push_back({"preset", "standard", 1, {}, 1, false, "standard"});
+  out.push_back({"preset", "high", 2, {}, 1, false, "high"});
   out.push_back({"step of the march", "a quarter voxel", 2, {"sampling.step=0.25"}});
   out.push_back({"steps", "double", 1, {}, 2});
   out.push_back({"step of the march", "1.5 voxels", -1, {"sampling.step=1.5"}});
@@ -42,9 +44,10 @@ std::vector<Setting> settings(bool micro) {
   out.push_back({"motion cells", "8", -2, {"grid.motion=4,8", "grid.motion_start=0,.08"}});
   out.push_back({"motion cells", "16", -1, {"grid.motion=4,8,16", "grid.motion_start=0,.08,.25"}});
   out.push_back({"motion cells", "64", 1, {"grid.motion=4,8,16,32,64", "grid.motion_start=0,.08,.25,.5,.7"}});
-  for (const int k : {4, 7, 16}) out.push_back({"control points", fmt::format("{}", k), double(k - 12), {fmt::format("motion.points={}", k)}});
-  out.push_back({"basis", "Bezier of 5 points", -1, {"motion.basis=bezier", "motion.points=5"}});
-  for (const int order : {-1, 0, 2}) out.push_back({"harmonics", fmt::format("order {}", order), double(order - 1), {fmt::format("radiance.sh_order={}", order)}});
+  for (const int k : {4, 7, 12, 21}) out.push_back({"control points", fmt::format("{} from the start", k), double(k - 21), {fmt::format("motion.points={}", k)}, 1, false, "fast", false});
+  for (const int k : {7, 21}) out.push_back({"control points", fmt::format("{}, in the end {}", k, 2 * k - 3), double(2 * k - 24), {fmt::format("motion.points={}", k)}});
+  out.push_back({"basis", "Bezier of 5 points", -1, {"motion.basis=bezier", "motion.points=5"}, 1, false, "fast", false});
+  for (const int order : {-1, 0, 2, 3}) out.push_back({"harmonics", fmt::format("order {}", order), double(order - 1), {fmt::format("radiance.sh_order={}", order)}});
   out.push_back({"rays a step", "2048", -1, {"sampling.rays=2048"}});
   out.push_back({"rays a step", "8192", 1, {"sampling.rays=8192"}});
   out.push_back({"frames a step", "4", -1, {"sampling.frames=4"}});
@@ -60,6 +63,7 @@ struct Outcome {
 
 Config config_of(const SuiteOptions& o, const Setting& s, int seed) {
   Config config = preset(s.preset);
+  if (!s.halves) config.motion.halve_start.clear();
   if (o.micro) config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
   for (const std::string& change : s.changes) set_config(config, change, "cost");
   config.run.max_time = 0, config.run.max_steps = std::max(1, int(o.steps * s.steps)), config.run.seed = std::uint64_t(seed);
@@ -71,16 +75,16 @@ Outcome train(const Dataset& data, const Config& config) {
   return {std::pow(10, -mean_psnr(run.model, *data.find("test")) / 20), run.seconds, run.samples_per_ray};
 }
 
-/// Finished runs, a line each, by what they were trained on and with: a suite of hours that was stopped goes on where it was.
+/// Finished runs, a line each, by what they were trained on and with, where and by which program: a suite of hours that was stopped goes on where it was.
 class Finished {
  public:
-  explicit Finished(const std::string& path) : path_(path) {
+  Finished(const std::string& path, const std::string& where) : path_(path), where_(where) {
     std::ifstream in(path);
     for (std::string line; std::getline(in, line);)
       if (const Json j = Json::parse(line, nullptr, false); j.is_object()) known_[j.at("key")] = {j.at("rms"), j.at("seconds"), j.at("samples")};
   }
   Outcome run(const Dataset& data, const std::string& scene, const Config& config) {
-    const std::string key = scene + "\n" + write_config(config);
+    const std::string key = where_ + "\n" + scene + "\n" + write_config(config);
     if (const auto it = known_.find(key); it != known_.end()) return it->second;
     const Outcome x = train(data, config);
     std::ofstream out(path_, std::ios::app);
@@ -90,7 +94,7 @@ class Finished {
   }
 
  private:
-  std::string path_;
+  std::string path_, where_;
   std::map<std::string, Outcome> known_;
 };
 
@@ -99,21 +103,28 @@ double decibels(double rms) { return -20 * std::log10(rms); }
 }  // namespace
 
 void train_suite(const SuiteOptions& o, const std::string& runs, const Told& told) {
-  Finished finished(runs);
+  Finished finished(runs, o.where);
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     const Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200}) : load_dataset(scene, {.splits = {"train", "test"}});
     std::vector<Setting> list = settings(o.micro);
     list.push_back({"A/A", "the default with other seeds", 0, {}});
     std::vector<std::vector<Outcome>> outcomes(list.size());
+    std::vector<std::string> failures(list.size());
     for (int seed = 1; seed <= o.seeds; ++seed)
-      for (std::size_t i = 0; i < list.size(); ++i) outcomes[i].push_back(finished.run(data, scene, config_of(o, list[i], list[i].knob == "A/A" ? 1000 + seed : seed)));
+      for (std::size_t i = 0; i < list.size(); ++i) try {
+          outcomes[i].push_back(finished.run(data, scene, config_of(o, list[i], list[i].knob == "A/A" ? 1000 + seed : seed)));
+        } catch (const Error& error) {  // a setting that cannot be trained is a result too
+          failures[i] = fmt::format("seed {}: {}", seed, error.what());
+        }
     for (std::size_t i = 0; i < list.size(); ++i) {
       std::vector<double> error, seconds;
       Record r;
-      for (const Outcome& x : outcomes[i]) error.push_back(x.rms), seconds.push_back(x.seconds), r.samples += x.samples / o.seeds;
+      for (const Outcome& x : outcomes[i]) error.push_back(x.rms), seconds.push_back(x.seconds), r.samples += x.samples / double(outcomes[i].size());
       r.suite = "train", r.scene = scene.empty() ? "dancer" : std::filesystem::path(scene).filename().string();
       r.knob = list[i].knob, r.value = list[i].value, r.order = list[i].order;
-      r.error = median_of(error), r.seconds = median_of(seconds), r.quality = decibels(r.error.value), r.runs = o.seeds;
+      r.runs = int(error.size()), r.note = failures[i];
+      if (!error.empty()) r.error = median_of(error), r.seconds = median_of(seconds), r.quality = decibels(r.error.value);
+      r.failed = !failures[i].empty() || !std::isfinite(r.error.value);
       r.is_default = r.knob == "default", r.expected_dominated = list[i].dominated;
       told(r);
     }

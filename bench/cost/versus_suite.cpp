@@ -8,7 +8,9 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/process.hpp"
 #include "splinevox/train/effects.hpp"
+#include "present.hpp"
 #include "suites.hpp"
+#include "timing.hpp"
 #include "trained.hpp"
 
 namespace splinevox::cost {
@@ -16,33 +18,62 @@ namespace {
 
 namespace fs = std::filesystem;
 
-Figure exactly(double v) { return {v, v, v}; }
-
-Record point(const std::string& scene, const std::string& system, double seconds, double db) {
+/// What one run or several of one setting came to.
+Record point(const std::string& scene, const std::string& system, const std::vector<double>& seconds, const std::vector<double>& db) {
+  std::vector<double> error;
+  for (const double v : db) error.push_back(std::pow(10, -v / 20));
   Record r;
-  r.suite = "versus", r.scene = scene, r.knob = system, r.order = seconds, r.seconds = exactly(seconds), r.runs = 1;
-  r.quality = db, r.error = exactly(std::pow(10, -db / 20));
+  r.suite = "versus", r.scene = scene, r.knob = system, r.seconds = median_of(seconds), r.order = r.seconds.value, r.runs = int(db.size());
+  r.error = median_of(error), r.quality = -20 * std::log10(r.error.value);
   return r;
 }
 
-/// Short runs are what `draft` is for.
-const char* preset_for(int steps) { return steps <= 400 ? "draft" : "fast"; }
+/// Short runs are what `draft` is for, long ones what `standard` is.
+const char* preset_for(int steps) { return steps <= 400 ? "draft" : steps <= 6400 ? "fast" : "standard"; }
 
-Record voxels(const std::string& path, const Dataset& tests, const std::string& scene, int steps) {
-  const double start = processor_seconds();
-  const Dataset data = load_dataset(path, {.splits = {"train"}});
-  Config config = preset(preset_for(steps));
-  config.run.max_time = 0, config.run.max_steps = steps;
-  const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
-  apply(choice.chosen, config), config.motion.points = choice.points;
-  const Trained run = train_to_end(config, data);
-  const double seconds = processor_seconds() - start;
-  Record r = point(scene, "voxels", seconds, mean_psnr(run.model, *tests.find("test")));
-  r.value = fmt::format("{}, {} steps", config.preset, steps), r.samples = run.samples_per_ray, r.memory = peak_memory(), r.is_default = steps >= 5000;
+Record voxels(const std::string& path, const Dataset& tests, const std::string& scene, int steps, int seeds, int stride) {
+  std::vector<double> seconds, db;
+  double samples = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const double start = processor_seconds();
+    const Dataset data = load_dataset(path, {.splits = {"train"}});
+    Config config = preset(preset_for(steps));
+    config.run.max_time = 0, config.run.max_steps = steps, config.run.seed = std::uint64_t(seed);
+    const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
+    apply(choice.chosen, config), config.motion.points = choice.points;
+    const Trained run = train_to_end(config, data);
+    seconds.push_back(processor_seconds() - start);
+    db.push_back(mean_psnr(run.model, *tests.find("test"), stride));
+    samples += run.samples_per_ray / seeds;
+  }
+  Record r = point(scene, "voxels", seconds, db);
+  r.value = fmt::format("{}, {} steps", preset_for(steps), steps), r.samples = samples, r.memory = peak_memory();
   return r;
 }
 
-std::vector<Record> perceptrons(const std::string& run) {
+/// What a picture of nothing but the background would have: where a method has hardly begun, its PSNR says as little.
+Record nothing(const Dataset& tests, const std::string& scene, int stride) {
+  const Vec3 white{1, 1, 1};
+  double db = 0;
+  const auto& frames = tests.find("test")->frames;
+  for (const Frame& f : frames) {
+    const Image truth = strided(composite(f.image, white), stride);
+    Image empty = truth;
+    std::fill(empty.data.begin(), empty.data.end(), 1.0f);
+    db += capped_psnr(psnr(empty, truth)) / double(frames.size());
+  }
+  Record r = point(scene, kBackgroundAlone, {0}, {db});
+  r.value = "white";
+  return r;
+}
+
+/// Finished runs of splinevox-mlp on one scene, and every how many pixels of the test views they were measured at.
+struct Perceptrons {
+  std::vector<Record> points;
+  int stride = 1;
+};
+
+Perceptrons perceptrons(const std::string& run) {
   std::ifstream metrics(run + "/metrics.json"), config(run + "/config.toml");
   const Json figures = Json::parse(metrics, nullptr, false);
   std::string scene, line;
@@ -51,27 +82,36 @@ std::vector<Record> perceptrons(const std::string& run) {
   if (!figures.is_object() || !figures.value("cpu_time", false) || !figures.contains("tests") || scene.empty())
     fail({run, "this is no finished run of splinevox-mlp in processor time", "metrics.json with 'tests' and 'cpu_time', and config.toml", "", "train it with --cpu-time and --test-at"});
   std::vector<Record> out;
+  const int stride = figures.at("test_stride");
   for (const Json& t : figures["tests"]) {
-    Record r = point(scene, fmt::format("MLP {}", figures.at("kind").get<std::string>()), double(t.at("seconds")) * double(figures.at("threads")), t.at("psnr"));
+    Record r = point(scene, fmt::format("MLP {}", figures.at("kind").get<std::string>()), {double(t.at("seconds")) * double(figures.at("threads"))}, {t.at("psnr")});
     r.value = fmt::format("{} steps", t.at("step").get<std::int64_t>()), r.memory = figures.at("peak_memory_bytes");
-    r.note = fmt::format("every {}th pixel and row of the test views", figures.at("test_stride").get<int>());
     out.push_back(r);
   }
-  return out;
+  return {out, stride};
 }
 
 }  // namespace
 
 void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, const Told& told) {
   std::vector<Record> others;
-  for (const std::string& run : runs)
-    for (const Record& r : perceptrons(run)) others.push_back(r);
+  int stride = runs.empty() ? 1 : perceptrons(runs.front()).stride;
+  for (const std::string& run : runs) {
+    const Perceptrons p = perceptrons(run);
+    if (p.stride != stride) fail({run, "was measured at other pixels than the runs before it", fmt::format("--stride {}", stride), fmt::format("{}", p.stride), "splinevox-mlp train with one --stride for all"});
+    others.insert(others.end(), p.points.begin(), p.points.end());
+  }
   for (const std::string& path : o.scenes) {
     const std::string scene = fs::path(path).filename().string();
     const Dataset tests = load_dataset(path, {.splits = {"test"}});
-    for (const int steps : o.versus_steps) told(voxels(path, tests, scene, steps));
+    const auto tell = [&](Record r) {
+      r.note = stride > 1 ? fmt::format("every {}th pixel and row of the test views", stride) : "";
+      told(r);
+    };
+    tell(nothing(tests, scene, stride));
+    for (const int steps : o.versus_steps) tell(voxels(path, tests, scene, steps, o.seeds, stride));
     for (const Record& r : others)
-      if (r.scene == scene) told(r);
+      if (r.scene == scene) tell(r);
   }
 }
 

@@ -35,7 +35,11 @@ std::string best_within(const std::vector<Record>& by_time, double seconds) {
 
 std::string versus_table(const std::vector<Record>& records) {
   std::map<std::string, std::vector<Record>> systems;
-  for (const Record& r : records) systems[r.knob].push_back(r);
+  std::string out;
+  for (const Record& r : records) {
+    if (r.knob == kBackgroundAlone) out += fmt::format("A picture of nothing but the {} background has {:.2f} dB{}{}.\n\n", r.value, r.quality, r.note.empty() ? "" : ", all on ", r.note);
+    else systems[r.knob].push_back(r);
+  }
   for (auto& [name, rows] : systems) std::sort(rows.begin(), rows.end(), [](const Record& a, const Record& b) { return a.seconds.value < b.seconds.value; });
   std::string head = "| system |", rule = "| --- |", body;
   for (const double db : kQualities) head += fmt::format(" {:g} dB after |", db), rule += " --- |";
@@ -49,7 +53,7 @@ std::string versus_table(const std::vector<Record>& records) {
     for (const double m : kMinutes) body += fmt::format(" {} |", best_within(rows, 60 * m * kCores));
     body += fmt::format(" {:.2f} |\n", std::max_element(rows.begin(), rows.end(), [](const Record& a, const Record& b) { return a.memory < b.memory; })->memory / 1e9);
   }
-  std::string out = head + " peak memory GB |\n" + rule + " --- |\n" + body + "\n";
+  out += head + " peak memory GB |\n" + rule + " --- |\n" + body + "\n";
   for (const auto& [name, rows] : systems) {
     if (name == kVoxels || !systems.count(kVoxels)) continue;
     const Record& best = *std::max_element(rows.begin(), rows.end(), [](const Record& a, const Record& b) { return a.quality < b.quality; });

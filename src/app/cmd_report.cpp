@@ -49,9 +49,10 @@ void add_views(ReportRun& page, const ReportOptions& o, const std::string& path)
     for (const std::size_t i : choose_views(page.metrics, *data.find(split), o.views)) {
       const Frame& frame = data.find(split)->frames[i];
       const View v = evaluate_view(run, renderer, frame);
-      page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render),
-                            encode_png(error_colours(v.render, v.truth)),
-                            encode_png(layer_picture(run, v.layers, "flow", frame.camera))});
+      const auto layer = [&](bool there, const char* name) { return there ? encode_png(layer_picture(run, v.layers, name, frame.camera)) : std::vector<char>{}; };
+      const MotionField& motion = run.model.motion;
+      page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render), encode_png(error_colours(v.render, v.truth)),
+                            layer(motion.moves(), "flow"), layer(motion.moves() && motion.rigidity, "rigidity")});
     }
     std::stable_sort(page.views.begin(), page.views.end(),
                      [](const auto& a, const auto& b) { return a.psnr < b.psnr; });

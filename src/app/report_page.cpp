@@ -67,11 +67,15 @@ std::string table(const std::vector<ReportRun>& runs) {
     html += fmt::format("<th>{}{}</th>", c.title, *c.unit ? fmt::format(" [{}]", c.unit) : "");
   html += "</tr>";
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    html += fmt::format("<tr><td>{}</td><td>{}</td>", name_of(runs[i], i), escape(runs[i].metrics.value("preset", "")));
+    const int every = runs[i].metrics.value("stride", 1);
+    html += fmt::format("<tr><td>{}{}</td><td>{}</td>", name_of(runs[i], i), every > 1 ? fmt::format(" <span class=\"note\">every {}th pixel and row of a view</span>", every) : "",
+                        escape(runs[i].metrics.value("preset", "")));
     for (const Column& c : kColumns) {
       const double v = number(runs[i].metrics, c.key);
+      // Figures of some pixels only (splinevox-mlp) do not compete with those of all.
+      const auto stride = [](const ReportRun& run) { return run.metrics.value("stride", 1); };
       bool best = c.better != 0 && std::isfinite(v) && runs.size() > 1;
-      for (const ReportRun& other : runs) best = best && !(c.better * number(other.metrics, c.key) > c.better * v);
+      for (const ReportRun& other : runs) best = best && stride(other) == stride(runs[i]) && !(c.better * number(other.metrics, c.key) > c.better * v);
       html += fmt::format("<td{}>{}</td>", best ? " class=\"best\"" : "", figure(v * c.scale, c.digits));
     }
     html += "</tr>";
@@ -115,15 +119,16 @@ std::string views(const ReportRun& run) {
   html += "<div class=\"views\">";
   for (const ReportView& v : run.views) {
     const auto picture = [&](const std::vector<char>& png, const char* what) {
+      if (png.empty()) return std::string();
       return fmt::format("<div><img alt=\"{0} of {1}\" src=\"data:image/png;base64,{2}\">{0}</div>", what,
                          escape(v.name), base64(png));
     };
     html += fmt::format(
         "<figure><figcaption><b>{}</b><span>time {:.3f}</span><span>PSNR {:.2f} dB</span><span>SSIM "
         "{:.4f}</span></figcaption>"
-        "<div class=\"row\">{}{}{}{}</div></figure>",
+        "<div class=\"row\">{}{}{}{}{}</div></figure>",
         escape(v.name), v.time, v.psnr, v.ssim, picture(v.truth, "truth"), picture(v.render, "render"),
-        picture(v.error, "error"), picture(v.flow, "motion"));
+        picture(v.error, "error"), picture(v.flow, "motion"), picture(v.rigidity, "rigidity"));
   }
   return html + "</div>";
 }

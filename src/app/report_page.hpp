@@ -12,7 +12,7 @@ namespace splinevox::app {
 struct ReportView {
   std::string name;
   double time = 0, psnr = 0, ssim = 0;
-  std::vector<char> truth, render, error, flow;  ///< PNG files
+  std::vector<char> truth, render, error, flow, rigidity;  ///< PNG files; the last two empty where the model has none
 };
 
 /// What a page knows about one run.

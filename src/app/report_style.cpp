@@ -44,7 +44,7 @@ th:first-child, td:first-child { text-align:left } td.best { font-weight:700 }
 .note { color:var(--soft); font-size:13.5px; margin:0 0 10px }
 .views { display:grid; grid-template-columns:repeat(auto-fit,minmax(540px,1fr)); gap:14px }
 .views figure { margin:0; padding:14px; overflow:hidden }
-.views .row { display:grid; grid-template-columns:repeat(4,1fr); gap:8px }
+.views .row { display:grid; grid-template-columns:repeat(auto-fit,minmax(90px,1fr)); gap:8px }
 .views .row div { text-align:center; font-size:12.5px; color:var(--soft) }
 .views img { width:100%; display:block; border-radius:7px; border:1px solid var(--line); background:#fff }
 .views figcaption { display:flex; gap:16px; margin-bottom:9px; color:var(--soft); font-size:13.5px } .views figcaption b { color:var(--ink) }

@@ -42,6 +42,23 @@ TEST_SUITE("bench/cost") {
     CHECK(to_json(from_json(to_json(r))) == to_json(r));
     CHECK_THROWS(from_json(Json::parse("{\"suite\": \"train\"}")));
   }
+  TEST_CASE("a setting that failed stays: as a line, in the table, as a cross in the diagram, and never on the front") {
+    Record r = point("step", "four times", 0.25, NAN);
+    r.failed = true, r.note = "no < picture", r.quality = NAN, r.where = "here";
+    const Record back = from_json(Json::parse(to_json(r).dump()));
+    CHECK(std::isnan(back.error.value));
+    CHECK(std::isnan(back.quality));
+    CHECK(back.note == r.note);
+    CHECK(back.where == "here");
+    std::vector<Record> more = records;
+    more.push_back(back);
+    CHECK(pareto_front(more) == pareto_front(records));
+    CHECK(table(more).find("step (failed) | four times") != std::string::npos);
+    CHECK(sentences(more) == sentences(records));
+    const std::string svg = diagram(more, "");
+    CHECK(svg.find("failed: no &lt; picture") != std::string::npos);
+    CHECK(svg.find("nan") == std::string::npos);
+  }
   TEST_CASE("tables, sentences and diagrams are made from the lines") {
     const std::string rows = table(records), text = sentences(records), svg = diagram(records, "a < b");
     CHECK(rows.find("| **default** | as it is | 1 s |") != std::string::npos);
@@ -66,6 +83,9 @@ TEST_SUITE("bench/cost") {
     CHECK(text.find("the voxels pass that (16.00 dB) in 2.00 s: 300 times as fast.") != std::string::npos);
     versus.push_back(versus.back()), versus.back().quality = 35;
     CHECK(versus_table(versus).find("do not come to the 35.00 dB") != std::string::npos);
+    versus.push_back(point(kBackgroundAlone, "white", 0, 0.2)), versus.back().suite = "versus", versus.back().quality = 12.5;
+    CHECK(versus_table(versus).find("nothing but the white background has 12.50 dB.") != std::string::npos);
+    CHECK(diagram(versus, "").find("background alone") == std::string::npos);
   }
   TEST_CASE("medians and their intervals") {
     const Figure f = median_of({3, 1, 2, 5, 4});

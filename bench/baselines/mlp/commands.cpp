@@ -26,7 +26,7 @@ using namespace splinevox::mlp;
 namespace {
 
 struct Options {
-  std::string dataset, run, out, kind = "spline", preset = "paper", split = "test", background;
+  std::string dataset, run, out, kind = "spline", preset = "paper", split = "test", background, device = "auto";
   std::optional<double> max_time, lr, divergence, offset;
   std::optional<int> max_steps, downscale, points, samples, stride, shrink;
   std::optional<std::uint64_t> seed;
@@ -47,6 +47,7 @@ Settings effective(const Options& o) {
   if (o.max_steps && !o.max_time) s.max_time = 0;
   if (o.shrink) s.shrink = {*o.shrink}, s.shrink_start = {0};
   s.cpu_time = o.cpu_time;
+  s.device = o.device;
   s.test_at = o.test_at;
   std::sort(s.test_at.begin(), s.test_at.end());
   if (!o.background.empty()) {
@@ -82,11 +83,12 @@ Dataset split_of(const MlpRun& run, const Options& o) {
 
 int evaluate(const Options& o) {
   use_threads(o.threads);
-  MlpRun run = open_run(o.run);
+  MlpRun run = open_run(o.run, o.device);
   const Dataset data = split_of(run, o);
   const int stride = o.stride.value_or(run.settings.test_stride);
   const Measured m = measure(run.model, run.settings, run.box, *data.find(o.split), stride);
   Json result{{"psnr", m.psnr}, {"split", o.split}, {"stride", stride}, {"frames", m.frames}};
+  if (stride == 1) result["ssim"] = m.ssim, result["ms_ssim"] = m.ms_ssim;
   const std::string path = run.path + (o.split == "test" ? "/metrics.json" : "/metrics_" + o.split + ".json");
   if (o.split == "test" && fs::exists(path)) {
     const Json before = app::read_json(path);
@@ -101,7 +103,7 @@ int evaluate(const Options& o) {
 
 int render(const Options& o) {
   use_threads(o.threads);
-  MlpRun run = open_run(o.run);
+  MlpRun run = open_run(o.run, o.device);
   app::probe_output_folder(o.out);
   const Dataset data = split_of(run, o);
   for (const Frame& f : data.find(o.split)->frames) {
@@ -120,6 +122,7 @@ int splinevox::mlp::run_command_line(int argc, char** argv) {
   const auto common = [&](CLI::App* verb) {
     verb->add_option("--threads", o.threads, "0 = every core");
     verb->add_option("--stride", o.stride, "every n-th pixel of every n-th row is rendered")->check(CLI::PositiveNumber);
+    verb->add_option("--device", o.device, "auto, cpu or cuda")->capture_default_str();
     verb->add_flag("--quiet", o.quiet), verb->add_flag("--json", o.json);
   };
   CLI::App* t = words.add_subcommand("train", "train one variant");

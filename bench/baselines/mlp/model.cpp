@@ -12,12 +12,15 @@ torch::Tensor transmittance_before(const torch::Tensor& depth) { return torch::e
 }  // namespace
 
 MlpModelImpl::MlpModelImpl(const Settings& settings) : settings_(settings) {
-  background_ = torch::tensor(std::vector<float>(settings.background.begin(), settings.background.end()));
+  background_ = register_buffer("background", torch::tensor(std::vector<float>(settings.background.begin(), settings.background.end())));
   if (settings.kind != Kind::t_nerf) deformation_ = register_module("deformation", Deformation(settings.kind, settings.points));
   radiance_ = register_module("radiance", Radiance(settings.kind == Kind::t_nerf ? 4 : 3, settings.view_sees_position));
 }
 
-Marched MlpModelImpl::train_march(const Rays& rays) { return march(rays, true); }
+Marched MlpModelImpl::train_march(const Rays& rays) {
+  const auto there = [&](const torch::Tensor& t) { return t.to(device()); };
+  return march({there(rays.origin), there(rays.direction), there(rays.length), there(rays.time)}, true);
+}
 
 torch::Tensor MlpModelImpl::picture(const Rays& rays) {
   torch::NoGradGuard constant;
@@ -25,16 +28,17 @@ torch::Tensor MlpModelImpl::picture(const Rays& rays) {
   const int64_t n = rays.origin.size(0);
   for (int64_t first = 0; first < n; first += kPieceRays) {
     const int64_t count = std::min(kPieceRays, n - first);
-    const auto part = [&](const torch::Tensor& t) { return t.narrow(0, first, count); };
-    pieces.push_back(march({part(rays.origin), part(rays.direction), part(rays.length), part(rays.time)}, false).rgb);
+    const auto part = [&](const torch::Tensor& t) { return t.narrow(0, first, count).to(device()); };
+    pieces.push_back(march({part(rays.origin), part(rays.direction), part(rays.length), part(rays.time)}, false).rgb.cpu());
   }
   return torch::cat(pieces);
 }
 
 Marched MlpModelImpl::march(const Rays& rays, bool training) {
   const int64_t n = rays.origin.size(0), s = settings_.samples;
-  const torch::Tensor place = training ? torch::rand({n, s}) : torch::full({n, s}, 0.5f);
-  const torch::Tensor distance = rays.length * (torch::arange(s).to(torch::kFloat) + place) / double(s);  // [n, s]
+  const auto kind = rays.origin.options();
+  const torch::Tensor place = training ? torch::rand({n, s}, kind) : torch::full({n, s}, 0.5, kind);
+  const torch::Tensor distance = rays.length * (torch::arange(s, kind) + place) / double(s);  // [n, s]
   torch::Tensor x = (rays.origin.unsqueeze(1) + rays.direction.unsqueeze(1) * distance.unsqueeze(-1)).reshape({-1, 3});
   const auto per_sample = [&](const torch::Tensor& t) { return t.unsqueeze(1).expand({n, s, t.size(1)}).reshape({n * s, t.size(1)}); };
   const torch::Tensor t = per_sample(rays.time), direction = per_sample(rays.direction);
@@ -67,7 +71,7 @@ Marched MlpModelImpl::march(const Rays& rays, bool training) {
   }
   if (diverges) {
     // One Rademacher probe per sample (Hutchinson), differentiable a second time.
-    const torch::Tensor probe = torch::randint(0, 2, x.sizes()).to(torch::kFloat) * 2 - 1;
+    const torch::Tensor probe = torch::randint(0, 2, x.sizes(), kind) * 2 - 1;
     const torch::Tensor pulled = torch::autograd::grad({(delta * probe).sum()}, {x}, {}, true, true)[0];
     const torch::Tensor divergence = (pulled * probe).sum(-1);
     out.divergence = (visible * divergence * divergence).mean();

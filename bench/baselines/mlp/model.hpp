@@ -27,10 +27,12 @@ struct Marched {
 struct MlpModelImpl : torch::nn::Module {
   explicit MlpModelImpl(const Settings& settings);
 
+  /// Where its parameters are; rays come there and pictures return by themselves.
+  torch::Device device() const { return background_.device(); }
   /// Draws stratified samples and composites. Differentiable, the divergence with its true gradient (create_graph; the released
   /// code drops it).
   Marched train_march(const Rays& rays);
-  /// Without noise, jitter or gradients, in pieces that fit the cache. @return [n, 3]
+  /// Without noise, jitter or gradients, in pieces that fit the cache. @return [n, 3], on the CPU
   torch::Tensor picture(const Rays& rays);
 
  private:

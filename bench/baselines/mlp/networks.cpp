@@ -6,35 +6,32 @@
 
 namespace splinevox::mlp {
 
-SkipMlpImpl::SkipMlpImpl(int in, int out, int layers, int width, Activation activation, bool zero_last) : activation_(activation) {
-  int size = in;
-  for (int i = 0; i <= layers; ++i) {
-    const bool joins = i > 0 && i < layers && i % kSkip == 0;
-    const bool last = i == layers;
-    torch::nn::Linear layer(size + (joins ? in : 0), last ? out : width);
-    torch::NoGradGuard constant;
-    if (last && zero_last) torch::nn::init::zeros_(layer->weight);
-    else if (activation == Activation::sine) {
-      const double bound = std::sqrt(6.0 / double(layer->options.in_features()));
-      torch::nn::init::uniform_(layer->weight, -bound, bound);
-    } else {
-      torch::nn::init::xavier_uniform_(layer->weight);
-    }
-    torch::nn::init::zeros_(layer->bias);
-    layers_.push_back(register_module("layer" + std::to_string(i), layer));
-    size = width;
+SkipMlpImpl::SkipMlpImpl(int in, int out, int hidden, int width, Activation activation, bool zero_last) : activation_(activation), hidden_(hidden) {
+  first_ = layer("first", in, width);
+  for (int i = 0; i < hidden; ++i) layers_.push_back(layer("layer" + std::to_string(i), width + (joins(i) ? in : 0), width));
+  last_ = layer("last", width, out);
+  torch::NoGradGuard constant;
+  if (zero_last) torch::nn::init::zeros_(last_->weight);
+}
+
+torch::nn::Linear SkipMlpImpl::layer(const std::string& name, int in, int out) {
+  torch::nn::Linear made(in, out);
+  torch::NoGradGuard constant;
+  if (activation_ == Activation::sine) {
+    const double bound = std::sqrt(6.0 / in);
+    torch::nn::init::uniform_(made->weight, -bound, bound);
+  } else {
+    torch::nn::init::xavier_uniform_(made->weight);
   }
+  torch::nn::init::zeros_(made->bias);
+  return register_module(name, made);
 }
 
 torch::Tensor SkipMlpImpl::forward(const torch::Tensor& x) {
-  torch::Tensor h = x;
-  for (std::size_t i = 0; i < layers_.size(); ++i) {
-    const bool last = i + 1 == layers_.size();
-    if (i > 0 && !last && i % kSkip == 0) h = torch::cat({h, x}, -1);
-    h = layers_[i](h);
-    if (!last) h = activation_ == Activation::sine ? torch::sin(h) : torch::leaky_relu(h);
-  }
-  return h;
+  const auto active = [&](const torch::Tensor& h) { return activation_ == Activation::sine ? torch::sin(h) : torch::leaky_relu(h); };
+  torch::Tensor h = first_(x);
+  for (int i = 0; i < hidden_; ++i) h = layers_[std::size_t(i)](active(joins(i) ? torch::cat({h, x}, -1) : h));
+  return last_(active(h));
 }
 
 FourierImpl::FourierImpl(int in, int count, double sigma) {
@@ -49,16 +46,16 @@ torch::Tensor FourierImpl::forward(const torch::Tensor& x) {
 RadianceImpl::RadianceImpl(int in, bool view_sees_position) : view_sees_position_(view_sees_position) {
   constexpr int kFeatures = 256;
   fourier_ = register_module("fourier", Fourier(in));
-  trunk_ = register_module("trunk", SkipMlp(kFeatures, 1 + kLatent, 5, 128, Activation::sine));
-  color_ = register_module("color", SkipMlp(in + kLatent, 3, 3, 256, Activation::sine));
-  view_ = register_module("view", SkipMlp(view_sees_position ? 3 + in + kLatent : 3, 1, 3, 128, Activation::sine));
+  trunk_ = register_module("trunk", SkipMlp(in + kFeatures, 1 + kLatent, 5, 128, Activation::sine));
+  color_ = register_module("color", SkipMlp(in + kLatent, view_sees_position ? 3 + kLatent : 3, 3, 256, Activation::sine));
+  view_ = register_module("view", SkipMlp(view_sees_position ? in + 3 + 2 * kLatent : 3, 1, 3, 128, Activation::sine));
 }
 
 RadianceImpl::Out RadianceImpl::forward(const torch::Tensor& x, const torch::Tensor& direction) {
-  const torch::Tensor trunk = trunk_(fourier_(x));
-  const torch::Tensor place = torch::cat({x, trunk.narrow(-1, 1, kLatent)}, -1);
-  const torch::Tensor seen = view_sees_position_ ? torch::cat({direction, place}, -1) : direction;
-  return {trunk.select(-1, 0), (1 - torch::sigmoid(view_(seen)) / 2) * torch::sigmoid(color_(place))};
+  const torch::Tensor trunk = trunk_(torch::cat({x, fourier_(x)}, -1)), features = trunk.narrow(-1, 1, kLatent);
+  const torch::Tensor color = torch::sigmoid(color_(torch::cat({x, features}, -1)));
+  const torch::Tensor seen = view_sees_position_ ? torch::cat({x, direction, features, color.narrow(-1, 3, kLatent)}, -1) : direction;
+  return {trunk.select(-1, 0), (1 - torch::sigmoid(view_(seen)) / 2) * color.narrow(-1, 0, 3)};
 }
 
 DeformationImpl::DeformationImpl(Kind kind, int points) : kind_(kind), points_(points) {

@@ -9,17 +9,23 @@ namespace splinevox::mlp {
 
 enum class Activation { leaky_relu, sine };
 
-/// Perceptron into whose every `skip`-th layer the input joins again. Leaky ReLU layers start as Xavier uniform, sine layers as
-/// U(+-sqrt(6 / inputs)), both as the released code; its sines have no frequency factor.
+/// Perceptron of a first layer, `hidden` more and a last one; the input joins again, before the activation, at every third hidden layer but
+/// the last of them, the first included: the released code's, to the number of parameters. Leaky ReLU layers start as Xavier uniform, sine layers as
+/// U(+-sqrt(6 / inputs)), both as there; its sines have no frequency factor.
 struct SkipMlpImpl : torch::nn::Module {
   /// @param zero_last  the last layer starts at 0: no displacement before training.
-  SkipMlpImpl(int in, int out, int layers, int width, Activation activation, bool zero_last = false);
+  SkipMlpImpl(int in, int out, int hidden, int width, Activation activation, bool zero_last = false);
   /// [n, in] -> [n, out]
   torch::Tensor forward(const torch::Tensor& x);
 
  private:
+  bool joins(int layer) const { return layer % kSkip == 0 && layer + 1 != hidden_; }
+  torch::nn::Linear layer(const std::string& name, int in, int out);
+
   static constexpr int kSkip = 3;
   Activation activation_;
+  int hidden_;
+  torch::nn::Linear first_{nullptr}, last_{nullptr};
   std::vector<torch::nn::Linear> layers_;
 };
 TORCH_MODULE(SkipMlp);
@@ -35,9 +41,11 @@ struct FourierImpl : torch::nn::Module {
 };
 TORCH_MODULE(Fourier);
 
-/// Raw density and colour at points: Eq. 5, RGB = (1 - sigmoid(MLP(v)) / 2) sigmoid(MLP(x)).
+/// Raw density and colour at points: Eq. 5, RGB = (1 - sigmoid(MLP(v)) / 2) sigmoid(MLP(x)). The trunk sees the position as it is beside its
+/// Fourier features.
 struct RadianceImpl : torch::nn::Module {
   /// @param in  3, or 4 where time is an input (T-NeRF).
+  /// @param view_sees_position  the view's network also gets the position, the trunk's features and the colour's, as the released code.
   RadianceImpl(int in, bool view_sees_position);
   struct Out {
     torch::Tensor density;  ///< [n] raw

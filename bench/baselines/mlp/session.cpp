@@ -15,6 +15,7 @@
 #include "app/signals.hpp"
 #include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/image.hpp"
 #include "splinevox/core/process.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -61,7 +62,15 @@ const Frame& held_frame(const Dataset& data) {
 
 }  // namespace
 
-MlpRun open_run(const std::string& path) {
+torch::Device choose_device(const std::string& name) {
+  const bool there = torch::cuda::is_available();
+  if (name == "cpu" || (name == "auto" && !there)) return torch::kCPU;
+  if (name != "cuda" && name != "auto") fail({.where = "--device", .what = "there is no such device", .expected = "auto, cpu or cuda", .got = name, .hint = {}});
+  if (!there) fail({.where = "--device", .what = "there is no CUDA here", .expected = "a LibTorch built with CUDA, and a GPU", .got = name, .hint = "--device cpu"});
+  return torch::kCUDA;
+}
+
+MlpRun open_run(const std::string& path, const std::string& device) {
   MlpRun run;
   run.path = path;
   const std::string model = path + "/" + kModel, config = path + "/config.toml";
@@ -79,9 +88,11 @@ MlpRun open_run(const std::string& path) {
                 {number(table["record"]["time_origin"]), number(table["record"]["time_scale"])}};
   for (int a = 0; a < 3; ++a)
     run.box.lo[a] = float(number(table["record"]["box"][std::size_t(a)])), run.box.hi[a] = float(number(table["record"]["box"][std::size_t(a) + 3]));
+  const torch::Device there = choose_device(device);
   run.model = MlpModel(run.settings);
   try {
-    torch::load(run.model, model);
+    torch::load(run.model, model, there);
+    run.model->to(there);
   } catch (const c10::Error& error) {
     fail({.where = model, .what = "cannot be read", .expected = "the file that the run wrote", .got = error.what_without_backtrace(), .hint = {}});
   }
@@ -91,9 +102,14 @@ MlpRun open_run(const std::string& path) {
 Measured measure(MlpModel& model, const Settings& settings, const Box& box, const Split& split, int stride) {
   Measured out;
   for (const Frame& f : split.frames) {
-    const double db = psnr_of(model->picture(view_rays(f.camera, f.time, box, stride)), view_colors(f.image, background(settings), stride));
+    const torch::Tensor rgb = model->picture(view_rays(f.camera, f.time, box, stride));
+    const double db = psnr_of(rgb, view_colors(f.image, background(settings), stride));
     out.frames.push_back({{"name", f.name}, {"time", f.time}, {"psnr", capped_psnr(db)}});
-    out.psnr += capped_psnr(db) / double(split.frames.size());
+    const double share = 1 / double(split.frames.size());
+    out.psnr += share * capped_psnr(db);
+    if (stride > 1) continue;
+    const Image picture = as_image(rgb, f.camera, 1), truth = composite(f.image, background(settings));
+    out.ssim += share * ssim(picture, truth), out.ms_ssim += share * ms_ssim(picture, truth);
   }
   return out;
 }
@@ -105,7 +121,9 @@ Image view_picture(MlpModel& model, const Frame& frame, const Box& box, int stri
 MlpSession::MlpSession(const Settings& settings, const Dataset& data, const app::RunFolder& folder, app::Progress& progress)
     : settings_(settings), data_(data), folder_(folder), progress_(progress), box_(scene_box(data)), sampler_(*data.find("train"), box_, settings),
       model_((torch::manual_seed(settings.seed), settings)), optimiser_(model_->parameters(), torch::optim::AdamOptions(settings.lr)),
-      held_psnr_(std::numeric_limits<double>::quiet_NaN()) {}
+      held_psnr_(std::numeric_limits<double>::quiet_NaN()) {
+  model_->to(choose_device(settings.device));  // parameters keep their identity, so the optimiser goes along
+}
 
 Json MlpSession::run() {
   const app::RunRecord record{app::kVersion, SPLINEVOX_COMPILER, fs::absolute(data_.path).lexically_normal().string(), data_.fingerprint, data_.time_map};
@@ -145,7 +163,7 @@ Json MlpSession::run() {
   if (!interrupted) measure_due(true);
   return {{"kind", name(settings_.kind)}, {"finished", !interrupted}, {"steps", step_}, {"train_seconds", seconds_}, {"cpu_time", settings_.cpu_time},
           {"rays_per_second", double(rays) * double(step_) / seconds_}, {"peak_memory_bytes", peak_memory()},
-          {"threads", torch::get_num_threads()}, {"parameters", [&] {
+          {"threads", torch::get_num_threads()}, {"device", model_->device().str()}, {"parameters", [&] {
              std::int64_t count = 0;
              for (const torch::Tensor& p : model_->parameters()) count += p.numel();
              return count;
@@ -162,7 +180,7 @@ double MlpSession::step(double progress) {
   const CropBatch batch = sampler_.draw(step_);
   optimiser_.zero_grad();
   const Marched m = model_->train_march(batch.rays);
-  const torch::Tensor error = torch::mse_loss(m.rgb, batch.color);
+  const torch::Tensor error = torch::mse_loss(m.rgb, batch.color.to(model_->device()));
   const double ramp = settings_.ramp ? std::pow(0.01, 1 - progress) : 1.0;
   torch::Tensor loss = error;
   if (m.offset.defined()) loss = loss + ramp * settings_.offset * m.offset;

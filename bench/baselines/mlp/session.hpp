@@ -9,6 +9,9 @@ namespace splinevox::mlp {
 
 using app::Json;
 
+/// The device of that name ("cpu", "cuda", "auto"). Throws Error (input) if there is none or it is not to be had.
+torch::Device choose_device(const std::string& name);
+
 /// A saved run.
 struct MlpRun {
   std::string path;
@@ -18,11 +21,12 @@ struct MlpRun {
   MlpModel model{nullptr};
 };
 /// Throws Error (input) if the folder holds no run of this program.
-MlpRun open_run(const std::string& path);
+MlpRun open_run(const std::string& path, const std::string& device);
 
 /// Means over the views of a split, on every n-th pixel of every n-th row.
 struct Measured {
   double psnr = 0;  ///< mean of the views' PSNR, dB
+  double ssim = 0, ms_ssim = 0;  ///< of whole pictures only (a stride of 1); 0 otherwise: neighbours that are not say nothing
   Json frames = Json::array();
 };
 Measured measure(MlpModel& model, const Settings& settings, const Box& box, const Split& split, int stride);

@@ -23,7 +23,7 @@ void visit_settings(S& s, Visit&& visit) {
   visit("offset", s.offset), visit("offset_rigidity", s.offset_rigidity), visit("divergence", s.divergence), visit("ramp", s.ramp);
   visit("view_sees_position", s.view_sees_position), visit("rigidity_scale", s.rigidity_scale), visit("density_noise", s.density_noise);
   visit("shrink", s.shrink), visit("shrink_start", s.shrink_start);
-  visit("max_time", s.max_time), visit("cpu_time", s.cpu_time), visit("max_steps", s.max_steps), visit("seed", s.seed), visit("downscale", s.downscale);
+  visit("max_time", s.max_time), visit("cpu_time", s.cpu_time), visit("max_steps", s.max_steps), visit("device", s.device), visit("seed", s.seed), visit("downscale", s.downscale);
   visit("background", s.background), visit("test_at", s.test_at), visit("test_stride", s.test_stride);
 }
 

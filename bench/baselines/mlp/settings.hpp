@@ -35,6 +35,7 @@ struct Settings {
   double max_time = 900;            ///< seconds of training, without evaluations
   bool cpu_time = false;            ///< seconds are processor time over the threads, so that other work on the machine does not count
   int max_steps = 0;                ///< 0: max_time decides
+  std::string device = "auto";      ///< cpu, cuda, or auto: cuda where LibTorch was built with it and finds one
   std::uint64_t seed = 1;
   int downscale = 1;                ///< of the data set
   std::vector<double> background{1, 1, 1};
