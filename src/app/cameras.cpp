@@ -101,15 +101,16 @@ Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraReq
 
 std::vector<Shot> from_file(const Run& run, const CameraRequest& request) {
   const FileJson file = data::read_json(request.camera, request.camera);
-  if (!file.is_object() || !file.contains("frames") || !file["frames"].is_array() || file["frames"].empty())
+  const FileJson frames = file.is_object() && file.contains("frames") ? file["frames"] : FileJson::array({file});  // one camera alone is a frame too
+  if (!frames.is_array() || frames.empty() || (!file.contains("frames") && !(file.is_object() && file.contains("transform_matrix"))))
     fail({request.camera, "there are no frames in this file",
           "the layout of transforms_train.json: camera_angle_x or fl_x, frames with transform_matrix", "", ""});
   const data::Lens lens = data::read_lens(file, request.camera);
   std::vector<Shot> shots;
   bool timed = false;
-  for (std::size_t i = 0; i < file["frames"].size(); ++i) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
     const std::string where = fmt::format("{}, frame {}", request.camera, i);
-    const FileJson& frame = file["frames"][i];
+    const FileJson& frame = frames[i];
     if (!frame.is_object())
       fail({where, "this is not a frame", "an object with transform_matrix", frame.dump().substr(0, 60), ""});
     timed = timed || frame.contains("time");

@@ -27,6 +27,7 @@ void ExportReport::add(const ExportedFrame& f, int done, int total) {
   const auto count = [&](const ManifestFile& file) {
     bytes_ += double(file.digest.size);
     if (const auto s = file.figures.find("max_speed"); s != file.figures.end()) speed_ = std::max(speed_, s->second);
+    if (const auto s = file.figures.find("velocity_padding_short"); s != file.figures.end()) short_ = std::max(short_, s->second);
   };
   count(f.file);
   std::for_each(f.beside.begin(), f.beside.end(), count);
@@ -52,7 +53,7 @@ void ExportReport::print_line(const ExportedFrame& f) const {
   std::fflush(stdout);
 }
 
-void ExportReport::summarise(const ExportResult& result, const std::string& folder, int processes) const {
+void ExportReport::summarise(const ExportResult& result, const std::string& folder, int processes, bool seen_from) const {
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   fmt::print("{}: {} frames, {:.1f} MB, profile {}", folder, result.frames.size(), bytes_ / 1e6, options_.profile);
   if (!options_.share.whole()) fmt::print(", share {} of {}", options_.share.index + 1, options_.share.count);
@@ -74,6 +75,9 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(), used = processor_seconds() - cpu_;
     fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n", fresh / seconds, used / fresh, 100 * writing_ / used);
   }
+  if (short_ > 0)
+    fmt::print("motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are written: a larger --voxel-size or a smaller --shutter gives it whole\n", short_);
+  if (seen_from && !options_.sh && options_.profile != "unreal") fmt::print("colours are means over all directions; --sh keeps how they change with the view\n");
   if (options_.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", folder);
 }
 

@@ -81,11 +81,11 @@ std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<
 
 std::vector<TrackedPoint> to_canonical(const VoxelModel& model, std::span<const Vec3> points, double time) {
   const FrameSampler sampler(model, std::clamp(time, 0.0, 1.0));
-  std::vector<TrackedPoint> out;
-  for (const Vec3& p : points) {
-    const FrameSampler::Warp w = sampler.warp(p);
-    out.push_back({p + w.displacement, velocity_of(w).folded});
-  }
+  std::vector<TrackedPoint> out(points.size());
+  parallel_for(int(points.size()), [&](int i) {
+    const FrameSampler::Warp w = sampler.warp(points[std::size_t(i)]);
+    out[std::size_t(i)] = {points[std::size_t(i)] + w.displacement, velocity_of(w).folded};
+  });
   return out;
 }
 

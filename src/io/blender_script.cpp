@@ -188,6 +188,24 @@ def set_up_camera(scene, path):
     scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(1, 1 / aspect), max(1, aspect)
 
 
+def write_cameras(scene, path):
+    """The scene's camera at each of its frames, for `splinevox render RUN --camera PATH`; times are spread evenly."""
+    size = [round(s * scene.render.resolution_percentage / 100) for s in (scene.render.resolution_x, scene.render.resolution_y)]
+    frames = []
+    for number in range(scene.frame_start, scene.frame_end + 1):
+        scene.frame_set(number)
+        # What the picture shows of a plane before the camera, in its own axes: fit, shift and pixel shape are in it.
+        corners = scene.camera.data.view_frame(scene=scene)
+        x, y = [c.x for c in corners], [c.y for c in corners]
+        wide, high = max(x) - min(x), max(y) - min(y)
+        frames.append({"w": size[0], "h": size[1],
+                       "fl_x": -corners[0].z * size[0] / wide, "fl_y": -corners[0].z * size[1] / high,
+                       "cx": -min(x) * size[0] / wide, "cy": max(y) * size[1] / high,
+                       "transform_matrix": [list(row) for row in scene.camera.matrix_world]})
+    with open(path, "w") as f:
+        json.dump({"frames": frames}, f, indent=1)
+
+
 def render(scene, path, frame, samples):
     scene.frame_set(frame)
     scene.cycles.samples = samples
@@ -205,6 +223,7 @@ def main():
     argv = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     parser = argparse.ArgumentParser(prog="load_in_blender.py")
     parser.add_argument("--camera", help="JSON file with a pinhole camera")
+    parser.add_argument("--write-cameras", help="JSON file to write: the scene's camera at every frame, for splinevox render --camera")
     parser.add_argument("--render", help="picture to write, .exr or .png")
     parser.add_argument("--frame", type=int, default=FIRST)
     parser.add_argument("--samples", type=int, default=64)
@@ -219,6 +238,8 @@ def main():
     scene.frame_set(args.frame)
     if args.camera:
         set_up_camera(scene, args.camera)
+    if args.write_cameras:
+        write_cameras(scene, args.write_cameras)
     if args.render:
         render(scene, args.render, args.frame, args.samples)
 
@@ -237,7 +258,8 @@ std::string blender_script(const BlenderSequence& s) {
       "#\n"
       "#   blender -P load_in_blender.py\n"
       "#   blender -b -P load_in_blender.py -- --camera camera.json --frame " +
-      std::to_string(s.first) + " --render out.png\n";
+      std::to_string(s.first) + " --render out.png\n"
+      "#   blender -b scene.blend -P load_in_blender.py -- --write-cameras cameras.json    # then: splinevox render RUN --camera cameras.json\n";
   text += "FIRST, LAST = " + std::to_string(s.first) + ", " + std::to_string(s.last) + "\n";
   text += "FPS = " + exact_text<double>({s.fps}) + "\n";
   text += std::string("VELOCITY = ") + python(s.velocity) + "  # the frames hold a velocity grid\n";

@@ -118,7 +118,7 @@ BakedColor bake_color(const FrameSampler& sampler, const Lattice& lattice, const
 struct BakedVelocity {
   LeafValues values;
   double max_speed = 0, folded = 0;  ///< scene units per second; share of the density's voxels
-  int padding = 0;                   ///< voxels beyond the density
+  int padding = 0, wanted = 0;       ///< voxels beyond the density; what the fastest matter asks for
 };
 
 BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice, const LeafSet& dense,
@@ -141,7 +141,7 @@ BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice,
   for (const double s : fastest) max_speed = std::max(max_speed, s);
   for (const std::uint64_t n : folds) folded += double(n);
   const std::uint64_t voxels = dense.count();
-  const int padding = int(std::min<double>(kMaxPadding, std::ceil(max_speed * half_shutter / lattice.spacing) + 1));
+  const int wanted = int(std::min(1e6, std::ceil(max_speed * half_shutter / lattice.spacing) + 1)), padding = std::min(kMaxPadding, wanted);
 
   LeafValues out(dense.grown(padding), 3);
   for_each_voxel(dense.leaves(), dense_masks,
@@ -162,7 +162,7 @@ BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice,
         });
     known = std::move(next);
   }
-  return {std::move(out), max_speed, voxels ? folded / double(voxels) : 0, padding};
+  return {std::move(out), max_speed, voxels ? folded / double(voxels) : 0, padding, wanted};
 }
 
 /// The density that makes one voxel this opaque.
@@ -219,6 +219,7 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
     BakedVelocity velocity = bake_velocity(sampler, lattice_, dense, per_second, options_.shutter / options_.fps / 2);
     out.figures["velocity_voxels"] = double(velocity.values.set().count());
     out.figures["velocity_padding"] = velocity.padding;
+    if (velocity.wanted > velocity.padding) out.figures["velocity_padding_short"] = velocity.wanted - velocity.padding;
     out.figures["max_speed"] = velocity.max_speed;
     out.figures["folded_share"] = velocity.folded;
     grids.push_back(to_grid(velocity.values, 3, profile_.velocity));

@@ -29,7 +29,7 @@ std::string script(const VoxelModel& model, const ExportOptions& o, int clusters
                          .sh_order = o.sh ? model.radiance.sh_order : -1});
 }
 
-std::string stage(const VoxelModel& model, const ExportOptions& o, const Lattice& lattice, int clusters) {
+std::string stage(const VoxelModel& model, const ExportOptions& o, const Lattice& lattice, int clusters, int padding) {
   const ExportProfile& profile = find_profile(o.profile);
   UsdSequence sequence{.first = o.first, .fps = o.fps, .volumes = {}, .fields = {}, .lo = {}, .hi = {}};
   for (const std::string& prefix : part_prefixes(clusters)) {
@@ -41,9 +41,10 @@ std::string stage(const VoxelModel& model, const ExportOptions& o, const Lattice
   if (o.sh)
     for (int k = 0; 3 * k < model.radiance.sh_count(); ++k) sequence.fields.push_back({"sh" + std::to_string(k), "float3", "None"});
   if (model.motion.moves()) sequence.fields.push_back({profile.velocity, "float3", "Vector"});
-  for (int a = 0; a < 3; ++a) {  // colour reaches a voxel beyond the lattice
-    sequence.lo[a] = lattice.origin[a] - lattice.spacing;
-    sequence.hi[a] = lattice.origin[a] + lattice.spacing * float(lattice.size[a]);
+  const float beyond = lattice.spacing * float(padding);
+  for (int a = 0; a < 3; ++a) {
+    sequence.lo[a] = lattice.origin[a] - beyond;
+    sequence.hi[a] = lattice.origin[a] + lattice.spacing * float(lattice.size[a] - 1) + beyond;
   }
   return usd_stage(sequence);
 }
@@ -63,12 +64,12 @@ std::string frame_name(int frame, const ExportProfile& profile) {
 std::string mesh_name(int frame, const std::string& format) { return numbered("mesh_", frame, "." + format); }
 
 std::vector<ManifestFile> write_sidecar(const std::string& folder, const VoxelModel& model, const ExportOptions& options,
-                                        const Lattice& lattice, int clusters) {
+                                        const Lattice& lattice, int clusters, int padding) {
   const ExportSidecar kind = find_profile(options.profile).sidecar;
   if (kind == ExportSidecar::none) return {};
   const bool blender = kind == ExportSidecar::blender_script;
   const std::string name = blender ? kScriptName : kStageName;
-  const std::string text = blender ? script(model, options, clusters) : stage(model, options, lattice, clusters);
+  const std::string text = blender ? script(model, options, clusters) : stage(model, options, lattice, clusters, padding);
   return {{name, write_file((std::filesystem::path(folder) / name).string(), {text}), {}}};
 }
 

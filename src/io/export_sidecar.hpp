@@ -18,7 +18,8 @@ std::string frame_name(int frame, const ExportProfile& profile);
 std::string mesh_name(int frame, const std::string& format);
 
 /// Writes what the profile wants beside the frames. @return an entry for it, or none.
+/// @param padding  voxels beyond the lattice that some frame reaches
 std::vector<ManifestFile> write_sidecar(const std::string& folder, const VoxelModel& model, const ExportOptions& options,
-                                        const Lattice& lattice, int clusters);
+                                        const Lattice& lattice, int clusters, int padding);
 
 }  // namespace splinevox

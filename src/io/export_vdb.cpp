@@ -319,7 +319,10 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   result.finished = int(result.frames.size()) == total;
   if (!result.finished || !options.share.whole()) return result;
   if (options.controls) manifest.files.push_back({kControlsName, write_controls((fs::path(folder) / kControlsName).string(), model), {}});
-  for (ManifestFile& file : write_sidecar(folder, model, options, sequence.lattice(), sequence.clusters())) manifest.files.push_back(std::move(file));
+  int padding = 1;  // colour reaches a voxel beyond the lattice, velocity further
+  for (const ManifestFile& file : manifest.files)
+    if (const auto reach = file.figures.find("velocity_padding"); reach != file.figures.end()) padding = std::max(padding, int(reach->second));
+  for (ManifestFile& file : write_sidecar(folder, model, options, sequence.lattice(), sequence.clusters(), padding)) manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);
   result.others = other_frames(folder, manifest);
   for (const std::string& name : partial_manifests(folder)) remove_quietly(fs::path(folder) / name);

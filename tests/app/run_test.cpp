@@ -9,7 +9,10 @@
 #include <thread>
 
 #include "program.hpp"
+#include "splinevox/data/exr.hpp"
+#include "splinevox/data/image_read.hpp"
 
+using namespace splinevox;
 using namespace splinevox::test;
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
@@ -289,6 +292,52 @@ TEST_SUITE("app/run") {
     CHECK(Json::parse(slurp(scene.path("run") + "/metrics.json"))["steps"] == 5);
   }
 
+  TEST_CASE("OpenEXR layers are the numbers behind the pictures, a film has every one of them, and cameras may come from a file of one") {
+    const Scene scene;
+    REQUIRE(program(scene.train("run", "30", {"--quiet"})).code == 0);
+    const std::string run = scene.path("run");
+    const auto render = [&](const std::string& out, std::vector<std::string> more) {
+      std::vector<std::string> words{"render", run, "--out", scene.path(out), "--quiet"};
+      words.insert(words.end(), more.begin(), more.end());
+      const Ended e = program(words);
+      CAPTURE(e.err);
+      CHECK(e.code == 0);
+    };
+    render("png", {"--camera", "dataset:test"});
+    render("exr", {"--camera", "dataset:test", "--format", "exr", "--layers", "rgb,alpha,depth,flow"});
+    const std::string path = scene.path("exr") + "/frame_0002.exr";
+    const std::vector<ExrLayer> layers = read_exr_layers(path);
+    const Image& rgb = find_exr_layer(layers, "", path).image;
+    const Image16 png = read_png(scene.path("png") + "/rgb_0002.png");
+    REQUIRE(rgb.width == png.width);
+    double apart = 0;
+    for (std::size_t p = 0; p < rgb.pixels(); ++p)
+      for (std::size_t c = 0; c < 3; ++c) apart = std::max(apart, std::abs(double(std::clamp(rgb.data[3 * p + c], 0.0f, 1.0f)) - png.rgba[4 * p + c] / 65535.0));
+    CHECK(apart <= 0.501 / 255);
+    float opaque = 0, deepest = 0;
+    for (const float a : find_exr_layer(layers, "alpha", path).image.data) opaque = std::max(opaque, a);
+    for (const float d : find_exr_layer(layers, "depth", path).image.data) deepest = std::max(deepest, std::isfinite(d) ? d : INFINITY);
+    CHECK(std::isfinite(deepest));
+    CHECK(opaque > 0.5f);
+    CHECK(deepest > 0);
+    CHECK(find_exr_layer(layers, "flow", path).channels == std::vector<std::string>{"X", "Y", "Z"});
+
+    render("film", {"--camera", "orbit", "--times", "0:1:5", "--size", "32", "--format", "mp4"});
+    const Ended probe = Started({"ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries", "stream=width,height,nb_read_frames", "-of", "csv=p=0",
+                                 scene.path("film") + "/rgb.mp4"}).wait();
+    CHECK(probe.out == "32,32,5\n");
+
+    Json camera = Json::parse(slurp(scene.data + "/transforms_test.json"));
+    Json alone = camera["frames"][1];
+    if (camera.contains("camera_angle_x")) alone["camera_angle_x"] = camera["camera_angle_x"];
+    alone["w"] = png.width, alone["h"] = png.height;
+    test::write_text(scene.path("camera.json"), alone.dump());
+    render("alone", {"--camera", scene.path("camera.json")});
+    CHECK(slurp(scene.path("alone") + "/rgb_0001.png") == slurp(scene.path("png") + "/rgb_0002.png"));
+    test::write_text(scene.path("camera.json"), "{\"camera_angle_x\": 0.7}");
+    CHECK(contains(program({"render", run, "--out", scene.path("none"), "--camera", scene.path("camera.json")}).err, "there are no frames in this file"));
+  }
+
   TEST_CASE("interrupted and resumed ends in the same bits as never interrupted") {
     const Scene scene;
     REQUIRE(program(scene.train("whole", "1000", {"--quiet", "--threads", "2"})).code == 0);
@@ -303,11 +352,13 @@ TEST_SUITE("app/run") {
     CHECK(stopped.code == 130);
     CHECK(fs::exists(scene.path("parts") + "/model.vdb"));
     CHECK(Json::parse(slurp(scene.path("parts") + "/metrics.json"))["finished"] == false);
+    CHECK(Json::parse(slurp(scene.path("parts") + "/metrics.json"))["ended"] == "signal");
     const Ended resumed =
         program({"train", scene.data, "--out", scene.path("parts"), "--resume", "--json", "--threads", "3"});
     CAPTURE(resumed.err);
     REQUIRE(resumed.code == 0);
     CHECK(slurp(scene.path("parts") + "/model.vdb") == slurp(scene.path("whole") + "/model.vdb"));
+    CHECK(Json::parse(slurp(scene.path("parts") + "/metrics.json"))["ended"] == "steps");
     std::stringstream lines(resumed.out);
     for (std::string line; std::getline(lines, line);) CHECK(Json::accept(line));
   }

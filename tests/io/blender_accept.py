@@ -27,7 +27,8 @@ def path(name):
 
 def load(sequence, picture, frame, samples=8):
     """Runs load_in_blender.py as a user does. @return the picture that it rendered"""
-    sys.argv = ["blender", "--", "--camera", path("camera.json"), "--render", path(picture), "--frame", str(frame), "--samples", str(samples)]
+    sys.argv = ["blender", "--", "--camera", path("camera.json"), "--write-cameras", path("cameras.json"), "--render", path(picture), "--frame", str(frame),
+                "--samples", str(samples)]
     runpy.run_path(path(os.path.join(sequence, "load_in_blender.py")), run_name="__main__")
     return pixels(picture)
 
@@ -91,6 +92,12 @@ def check_sequence():
 
     with open(path("camera.json")) as f:
         camera = json.load(f)
+    with open(path("cameras.json")) as f:
+        written = json.load(f)["frames"]
+    check(len(written) == FRAMES, "the camera is written for every frame")
+    lens = max(abs(written[1][k] / camera[k] - 1) for k in ("w", "h", "fl_x", "fl_y", "cx", "cy"))
+    pose = max(abs(a - b) for r, s in zip(written[1]["transform_matrix"], camera["transform_matrix"]) for a, b in zip(r, s))
+    check(max(lens, pose) < 1e-5, "and is the one that was read: lens within %.1g, pose within %.1g" % (lens, pose))
     w, h = camera["w"], camera["h"]
     check(theirs[:2] == (w, h), "the picture has the camera's size")
     mine = ours("ours.f32")

@@ -37,7 +37,9 @@ TEST_SUITE("io/export_usd") {
     const VoxelModel model = blob_model(24);
     ExportOptions options = options_for("usd", 9, 11);
     options.fps = 29.97;
-    export_vdb(model, scratch.folder(), options);
+    double reach = 0;
+    export_vdb(model, scratch.folder(), options, [&](const ExportedFrame& f, int, int) { return reach = std::max(reach, f.file.figures.at("velocity_padding")), true; });
+    CHECK(reach > 1);
     std::string text = slurp(scratch.path("sequence.usda"));
     std::smatch extent;
     const std::string number = "(-?[0-9.e-]+)", corner = "\\(" + number + ", " + number + ", " + number + "\\)";
@@ -45,9 +47,9 @@ TEST_SUITE("io/export_usd") {
     const float spacing = model.radiance.raw.topology->lattice.spacing;
     for (int a = 0; a < 3; ++a) {
       const float lo = std::stof(extent[std::size_t(1 + a)]), hi = std::stof(extent[std::size_t(4 + a)]);
-      CHECK(lo == doctest::Approx(model.box.lo[a] - spacing));
+      CHECK(lo == doctest::Approx(model.box.lo[a] - reach * spacing));
       CHECK(hi >= model.box.hi[a]);
-      CHECK(hi <= model.box.hi[a] + 3 * spacing);
+      CHECK(hi <= model.box.hi[a] + (reach + 2) * spacing);
     }
     text.replace(std::size_t(extent.position()), std::size_t(extent.length()), "[EXTENT]");
     const auto field = [](const std::string& name, const std::string& type, const std::string& role) {
