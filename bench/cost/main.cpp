@@ -102,7 +102,7 @@ std::vector<std::string> check(const std::vector<Record>& records, const SuiteOp
       const std::string name = fmt::format("{} {}, {} {}", r.suite, r.scene, r.knob, r.value);
       const double distance = distance_to_front(group, r);
       if (r.failed) bad.push_back(fmt::format("{}: failed: {}", name, r.note));
-      else if (r.expected_dominated && distance <= kMargin) bad.push_back(fmt::format("{}: should be dominated and is not", name));
+      else if (r.expected_dominated && distance <= (o.micro ? 1 : kMargin)) bad.push_back(fmt::format("{}: should be dominated and is not", name));
       else if (!o.micro && r.is_default && (r.suite == "train" || r.suite == "render") && distance > kMargin * noise(group))
         bad.push_back(fmt::format("{}: takes {:.2f} times as long as another setting that is as good", name, distance));
     }
@@ -128,7 +128,7 @@ int run(Options o) {
       if (std::find(o.suites.begin(), o.suites.end(), r.suite) == o.suites.end()) kept.push_back(r);
     std::ofstream out(lines);
     const Told told = [&](Record r) {
-      r.where = o.suite.where;
+      if (r.where.empty()) r.where = o.suite.where;
       if (!(out << to_json(r).dump() << "\n" << std::flush)) fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
       fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value, r.seconds.value, r.error.value), std::fflush(stdout);
     };

@@ -34,7 +34,7 @@ struct Record {
 
 /// Figures that are not finite become null, and come back as NaN.
 Json to_json(const Record& r);
-/// Throws nlohmann's exceptions for a line that is not one of ours.
+/// Throws nlohmann's exceptions for a line that is not one of ours. Lines from before `where` come without.
 Record from_json(const Json& j);
 
 /// Indices of the records no other of the same suite and scene beats in both error and time, by time. Failed ones never are.

@@ -85,6 +85,7 @@ Perceptrons perceptrons(const std::string& run) {
   const int stride = figures.at("test_stride");
   for (const Json& t : figures["tests"]) {
     Record r = point(scene, fmt::format("MLP {}", figures.at("kind").get<std::string>()), {double(t.at("seconds")) * double(figures.at("threads"))}, {t.at("psnr")});
+    r.where = fmt::format("splinevox-mlp on {}, {} threads, a run of its own", figures.value("device", "cpu"), figures.at("threads").get<int>());
     r.value = fmt::format("{} steps", t.at("step").get<std::int64_t>()), r.memory = figures.at("peak_memory_bytes");
     out.push_back(r);
   }

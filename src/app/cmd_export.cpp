@@ -61,7 +61,7 @@ int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, i
     fmt::print(stderr, "interrupted after {} frames; the same command goes on from there\n", result.frames.size());
     return kInterrupted;
   }
-  report.summarise(result, o.out, processes, run.model.radiance.sh_order >= 0 && o.options.bake_view == "mean");
+  report.summarise(result, o.out, processes, run.model.radiance.sh_order > 0 && o.options.bake_view == "mean" && o.options.colorspace == "display");
   return 0;
 }
 

@@ -32,10 +32,11 @@ struct Column {
   double scale;
   int digits;
   int better;  ///< +1: more is better, -1: less, 0: neither
+  bool of_pixels = false;  ///< depends on which pixels were compared
 };
-constexpr Column kColumns[] = {{"PSNR", "dB", "psnr", 1, 2, 1},
-                               {"SSIM", "", "ssim", 1, 4, 1},
-                               {"MS-SSIM", "", "ms_ssim", 1, 4, 1},
+constexpr Column kColumns[] = {{"PSNR", "dB", "psnr", 1, 2, 1, true},
+                               {"SSIM", "", "ssim", 1, 4, 1, true},
+                               {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
                                {"training", "s", "train_seconds", 1, 1, -1},
                                {"steps", "", "steps", 1, 0, 0},
                                {"samples/s", "M", "samples_per_second", 1e-6, 2, 1},
@@ -75,7 +76,7 @@ std::string table(const std::vector<ReportRun>& runs) {
       // Figures of some pixels only (splinevox-mlp) do not compete with those of all.
       const auto stride = [](const ReportRun& run) { return run.metrics.value("stride", 1); };
       bool best = c.better != 0 && std::isfinite(v) && runs.size() > 1;
-      for (const ReportRun& other : runs) best = best && stride(other) == stride(runs[i]) && !(c.better * number(other.metrics, c.key) > c.better * v);
+      for (const ReportRun& other : runs) best = best && (!c.of_pixels || stride(other) == stride(runs[i])) && !(c.better * number(other.metrics, c.key) > c.better * v);
       html += fmt::format("<td{}>{}</td>", best ? " class=\"best\"" : "", figure(v * c.scale, c.digits));
     }
     html += "</tr>";

@@ -36,6 +36,12 @@ std::uint64_t fnv1a(const std::string& text) {
   return h;
 }
 
+/// A configuration's text without the line on how often checkpoints are written, which is no part of what is trained.
+std::string without_interval(std::string text) {
+  const std::size_t before = text.find("\ncheckpoint_every");
+  return before == text.npos ? text : text.erase(before, text.find('\n', before + 1) - before);
+}
+
 Json triple(const Vec3& v) { return {v.x, v.y, v.z}; }
 
 /// A discarded step and the rays that caused it.
@@ -205,7 +211,7 @@ CheckpointHeader TrainSession::header() const {
   CheckpointHeader h;
   h.kind = "trainer";
   h.format = Trainer::kStateFormat;
-  h.config = fnv1a(write_config(setup_.config));
+  h.config = fnv1a(without_interval(write_config(setup_.config)));
   h.dataset = setup_.data.fingerprint;
   h.step = std::uint64_t(last_.step);
   return h;

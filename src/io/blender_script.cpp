@@ -189,9 +189,12 @@ def set_up_camera(scene, path):
 
 
 def write_cameras(scene, path):
-    """The scene's camera at each of its frames, for `splinevox render RUN --camera PATH`; times are spread evenly."""
-    size = [round(s * scene.render.resolution_percentage / 100) for s in (scene.render.resolution_x, scene.render.resolution_y)]
-    frames = []
+    """The scene's camera at each of its frames, for `splinevox render RUN --camera PATH`. Times are spread over all of the motion;
+    for frames that show it more than once or in part, give `render` its --times."""
+    if scene.camera is None:
+        sys.exit("load_in_blender.py: the scene has no camera to write; open your .blend file first, or give --camera")
+    size = [s * scene.render.resolution_percentage // 100 for s in (scene.render.resolution_x, scene.render.resolution_y)]
+    frames, shown = [], scene.frame_current
     for number in range(scene.frame_start, scene.frame_end + 1):
         scene.frame_set(number)
         # What the picture shows of a plane before the camera, in its own axes: fit, shift and pixel shape are in it.
@@ -201,7 +204,8 @@ def write_cameras(scene, path):
         frames.append({"w": size[0], "h": size[1],
                        "fl_x": -corners[0].z * size[0] / wide, "fl_y": -corners[0].z * size[1] / high,
                        "cx": -min(x) * size[0] / wide, "cy": max(y) * size[1] / high,
-                       "transform_matrix": [list(row) for row in scene.camera.matrix_world]})
+                       "transform_matrix": [list(row) for row in scene.camera.matrix_world.normalized()]})
+    scene.frame_set(shown)
     with open(path, "w") as f:
         json.dump({"frames": frames}, f, indent=1)
 

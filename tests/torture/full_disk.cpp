@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Files that a run of the same words may or may not have: pictures of the way, and the checkpoint before the last.
-bool by_chance(const std::string& path) { return path.find("/preview/") != std::string::npos || path.ends_with(".prev"); }
+bool by_chance(const std::string& path) { return (path.find("/preview/") != std::string::npos && path.ends_with(".png")) || path.ends_with(".prev"); }
 
 /// Hash of every file below a folder that has to be there, by relative path.
 std::map<std::string, FileDigest> files_of(const std::string& folder) {
@@ -98,11 +98,13 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       {.name = "edit", .words = {o.program, "edit", run, "--reverse", "--quiet"}, .listed = true},
       {.name = "export", .words = scene.export_words(), .listed = true},
       {.name = "export, mesh and rig", .words = frames({"--mesh", "--controls"}), .listed = true},
+      {.name = "export, parts and obj", .words = frames({"--clusters", "2", "--mesh", "--mesh-format", "obj"}), .listed = true},
       {.name = "export usd", .words = frames({"--profile", "usd"}), .listed = true},
       {.name = "export nanovdb", .words = frames({"--profile", "nanovdb"}), .listed = true},
       {.name = "render png",
        .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:3", "--size", "24", "--layers", "rgb,depth", "--format", "png"}},
       {.name = "render exr", .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24", "--format", "exr"}},
+      {.name = "render mp4", .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:5", "--size", "32", "--format", "mp4"}},
       {.name = "eval", .words = {o.program, "eval", run}, .option = "--images"},
       {.name = "track csv", .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, .file = "tracks.csv"},
       {.name = "track json", .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, .file = "tracks.json"},

@@ -126,10 +126,15 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
           ::usleep(useconds_t(1e6 * moment(random)));
           if (!process.ended()) process.send(SIGTERM);
           code = process.wait();
+          if (code == -1) ++line.hangs, must(false, "it did not end when it was asked to");
           if (code == kStopped || code == 128 + SIGTERM) code = 0, ++stops;  // the latter: before it listens
           break;
-        default:
-          code = kill_while_writing(process, out, 1 + int(random() % kEvents)) && process.wait() == 128 + SIGKILL ? -1 : process.wait();
+        default: {
+          const bool killed = kill_while_writing(process, out, 1 + int(random() % kEvents));
+          code = process.wait();
+          if (code == -1) ++line.hangs, must(false, "it did not end");
+          if (killed && code == 128 + SIGKILL) code = -1;
+        }
       }
       if (code == -1) ++line.tried;
       must(code == -1 || code == 0, "start " + std::to_string(k) + " ended with " + std::to_string(code));

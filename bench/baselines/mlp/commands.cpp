@@ -47,7 +47,9 @@ Settings effective(const Options& o) {
   if (o.max_steps && !o.max_time) s.max_time = 0;
   if (o.shrink) s.shrink = {*o.shrink}, s.shrink_start = {0};
   s.cpu_time = o.cpu_time;
-  s.device = o.device;
+  s.device = o.cpu_time && o.device == "auto" ? "cpu" : o.device;
+  if (o.cpu_time && s.device != "cpu") fail({.where = "--cpu-time", .what = "a device's time is no processor time", .expected = "--device cpu", .got = s.device, .hint = {}});
+  torch_device(s.device);  // before anything is written
   s.test_at = o.test_at;
   std::sort(s.test_at.begin(), s.test_at.end());
   if (!o.background.empty()) {
@@ -93,7 +95,7 @@ int evaluate(const Options& o) {
   if (o.split == "test" && fs::exists(path)) {
     const Json before = app::read_json(path);
     for (const auto& [key, value] : before.items())
-      if (!result.contains(key)) result[key] = value;
+      if (!result.contains(key) && key != "ssim" && key != "ms_ssim") result[key] = value;  // those were of other pixels
   }
   write_file(path, {result.dump(2) + "\n"});
   if (o.json) fmt::print("{}\n", result.dump(2));

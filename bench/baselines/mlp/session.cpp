@@ -62,7 +62,7 @@ const Frame& held_frame(const Dataset& data) {
 
 }  // namespace
 
-torch::Device choose_device(const std::string& name) {
+torch::Device torch_device(const std::string& name) {
   const bool there = torch::cuda::is_available();
   if (name == "cpu" || (name == "auto" && !there)) return torch::kCPU;
   if (name != "cuda" && name != "auto") fail({.where = "--device", .what = "there is no such device", .expected = "auto, cpu or cuda", .got = name, .hint = {}});
@@ -88,7 +88,7 @@ MlpRun open_run(const std::string& path, const std::string& device) {
                 {number(table["record"]["time_origin"]), number(table["record"]["time_scale"])}};
   for (int a = 0; a < 3; ++a)
     run.box.lo[a] = float(number(table["record"]["box"][std::size_t(a)])), run.box.hi[a] = float(number(table["record"]["box"][std::size_t(a) + 3]));
-  const torch::Device there = choose_device(device);
+  const torch::Device there = torch_device(device);
   run.model = MlpModel(run.settings);
   try {
     torch::load(run.model, model, there);
@@ -122,7 +122,7 @@ MlpSession::MlpSession(const Settings& settings, const Dataset& data, const app:
     : settings_(settings), data_(data), folder_(folder), progress_(progress), box_(scene_box(data)), sampler_(*data.find("train"), box_, settings),
       model_((torch::manual_seed(settings.seed), settings)), optimiser_(model_->parameters(), torch::optim::AdamOptions(settings.lr)),
       held_psnr_(std::numeric_limits<double>::quiet_NaN()) {
-  model_->to(choose_device(settings.device));  // parameters keep their identity, so the optimiser goes along
+  model_->to(torch_device(settings.device));  // parameters keep their identity, so the optimiser goes along
 }
 
 Json MlpSession::run() {

@@ -10,7 +10,7 @@ namespace splinevox::mlp {
 using app::Json;
 
 /// The device of that name ("cpu", "cuda", "auto"). Throws Error (input) if there is none or it is not to be had.
-torch::Device choose_device(const std::string& name);
+torch::Device torch_device(const std::string& name);
 
 /// A saved run.
 struct MlpRun {
