@@ -9,7 +9,8 @@
 #   bench/quality.sh write                            puts that table between the markers of README.md and docs/benchmarks.md, and the
 #                                                     presets' means into `splinevox train --help`
 #
-# SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is another file of lines.
+# SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is another file of lines; COMMIT is
+# that of the program where it is not the one checked out.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 splinevox=${SPLINEVOX:-$root/build/release/src/app/splinevox}
@@ -46,7 +47,7 @@ keep() {  # keep PRESET SCENE SEED RUN : its line among the results; no seconds 
   touch "$results"
   {
     grep -vF "$key" "$results" || true
-    printf '%s "commit": "%s", "cpu": "%s", "cores": %d, "train_seconds": %s' "$key" "$(git -C "$root" rev-parse --short HEAD)" "$cpu" "$(nproc)" "$seconds"
+    printf '%s "commit": "%s", "cpu": "%s", "cores": %d, "train_seconds": %s' "$key" "${COMMIT:-$(git -C "$root" rev-parse --short HEAD)}" "$cpu" "$(nproc)" "$seconds"
     for name in steps peak_memory_bytes psnr ssim ms_ssim; do printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"; done
     printf ', "val_psnr": %s}\n' "$(number "$4/metrics_val.json" psnr)"
   } | sort > "$results.new"

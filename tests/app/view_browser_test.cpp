@@ -82,13 +82,13 @@ struct Page {
     header = Json::parse(between(text, "id=\"header\">", "</script>"));
   }
 
-  /// Opens the page with a script behind it that fills the object `result`.
-  void open(const std::string& script) {
-    write_text(path("checked.html"), text + "<script>splinevox.then(app => {\n  const result = {problem: document.getElementById('problem').textContent};\n" + script +
+  /// Opens the page with a script behind it, which may await, that fills the object `result`.
+  void open(const std::string& script, const std::string& window = "800,800") {
+    write_text(path("checked.html"), text + "<script>splinevox.then(async app => {\n  const result = {problem: document.getElementById('problem').textContent};\n" + script +
                                          "\n  const node = document.createElement('pre');\n  node.id = 'result';\n  node.textContent = JSON.stringify(result);\n"
                                          "  document.body.append(node);\n});</script>");
     const Ended e = Started({"timeout", "120", browser(), "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--enable-logging=stderr",
-                             "--window-size=800,800", "--user-data-dir=" + path("profile"), "--virtual-time-budget=10000", "--dump-dom", "file://" + path("checked.html")})
+                             "--window-size=" + window, "--user-data-dir=" + path("profile"), "--virtual-time-budget=10000", "--dump-dom", "file://" + path("checked.html")})
                         .wait();
     std::stringstream log(e.err);
     for (std::string line; std::getline(log, line);)
@@ -218,5 +218,68 @@ TEST_SUITE("app/view") {
       }
       CHECK(apart < 1e-6);
     }
+  }
+
+  TEST_CASE("on a telephone's screen every control is on it and does what it says") {
+    if (browser().empty()) {
+      MESSAGE("skipped: there is no Chromium here (apt-get install chromium)");
+      return;
+    }
+    Page& page = whole_page();
+    page.console.clear();
+    page.open(R"js(
+  const $$ = id => document.getElementById(id), seen = () => app.painter.picture(app.state.look, 32, 32).toDataURL();
+  result.screen = [innerWidth, innerHeight, document.documentElement.scrollWidth];
+  result.boxes = ["play", "time", "layers", "speed", "compare", "reset", "canvas"].map(id => {
+    const b = $$(id).getBoundingClientRect();
+    return [id, b.left, b.top, b.right, b.bottom];
+  });
+  app.goTo(0), app.set({time: 0.25});
+  const first = seen();
+  $$("speed").value = "2", $$("speed").dispatchEvent(new Event("change"));
+  $$("play").click();
+  result.playing = app.state.playing;
+  await new Promise(done => setTimeout(done, 500));
+  $$("play").click();
+  result.went = [app.state.speed, app.state.time, app.state.playing];
+  app.set({time: 0.25});
+  const canvas = $$("canvas"), middle = canvas.getBoundingClientRect(), at = (type, dx) =>
+    canvas.dispatchEvent(new PointerEvent(type, {pointerId: 7, clientX: middle.left + middle.width / 2 + dx, clientY: middle.top + middle.height / 2, buttons: 1, bubbles: true}));
+  canvas.setPointerCapture = () => {};  // a made-up finger cannot be captured
+  at("pointerdown", 0), at("pointermove", 60), at("pointerup", 60);
+  const turned = seen();
+  canvas.dispatchEvent(new WheelEvent("wheel", {deltaY: 400, cancelable: true}));
+  const zoomed = seen();
+  $$("compare").click();
+  const truth = $$("truth").getBoundingClientRect();
+  result.compared = [app.state.compare, truth.width > 40 && truth.height > 40 && truth.right <= innerWidth];
+  $$("compare").click();
+  document.querySelector("#layers button[data-layer=depth]").click();
+  result.layer = app.state.layer;
+  document.querySelector("#layers button[data-layer=rgb]").click();
+  $$("reset").click(), app.set({time: 0.25});
+  result.pictures = [turned !== first, zoomed !== turned, seen() === first];
+)js", "390,844");
+    CHECK(page.console == "");
+    CHECK(page.result["problem"] == "");
+    const double wide = page.result["screen"][0], high = page.result["screen"][1];
+    CHECK(wide <= 560);  // below which style.css lays out for a hand
+    CHECK(page.result["screen"][2].get<double>() <= wide);
+    for (const Json& b : page.result["boxes"]) {
+      CAPTURE(b.dump());
+      CHECK(b[1].get<double>() >= 0);
+      CHECK(b[2].get<double>() >= 0);
+      CHECK(b[3].get<double>() <= wide);
+      CHECK(b[4].get<double>() <= high);
+      CHECK(b[3].get<double>() - b[1].get<double>() >= 20);
+      CHECK(b[4].get<double>() - b[2].get<double>() >= 15);
+    }
+    CHECK(page.result["playing"] == true);
+    CHECK(page.result["went"][0] == 2);
+    CHECK(page.result["went"][1].get<double>() > 0.3);
+    CHECK(page.result["went"][2] == false);
+    CHECK(page.result["compared"] == Json{true, true});
+    CHECK(page.result["layer"] == "depth");
+    CHECK(page.result["pictures"] == Json{true, true, true});
   }
 }
