@@ -22,13 +22,10 @@ struct Layout {
   void (*write)(const std::filesystem::path& folder);
 };
 
-template <void (*Write)(const std::filesystem::path&, const test::Cameras&)>
+/// A data set of few cameras. @tparam More  addresses of what else the writer is told
+template <auto Write, auto... More>
 void few(const std::filesystem::path& folder) {
-  Write(folder, test::true_cameras({}, kFew));
-}
-template <void (*Write)(const std::filesystem::path&, const test::Cameras&, const ColmapLens&)>
-void few_with_lens(const std::filesystem::path& folder) {
-  Write(folder, test::true_cameras({}, kFew), kLens);
+  Write(folder, test::true_cameras({}, kFew), *More...);
 }
 
 constexpr Layout kLlff{"llff", "poses_bounds.npy", few<test::write_llff>};
@@ -37,12 +34,12 @@ constexpr Layout kNerfstudio{"nerfstudio", "transforms.json", few<test::write_ne
 constexpr Layout kGibson{"gibson", "transform_train.json", few<test::write_gibson>};
 constexpr Layout kNerfiesLists{"nerfies_lists", "dataset.json", few<test::write_nerfies>};
 constexpr Layout kNerfiesCamera{"nerfies_camera", "camera/000_0000.json", few<test::write_nerfies>};
-constexpr Layout kColmapText{"colmap_text", "sparse/0/images.txt", few_with_lens<test::write_colmap_text>};
-constexpr Layout kColmapTextCameras{"colmap_text_cameras", "sparse/0/cameras.txt", few_with_lens<test::write_colmap_text>};
-constexpr Layout kColmapTextPoints{"colmap_text_points", "sparse/0/points3D.txt", few_with_lens<test::write_colmap_text>};
-constexpr Layout kColmapBinary{"colmap_binary", "sparse/0/images.bin", few_with_lens<test::write_colmap_binary>};
-constexpr Layout kColmapBinaryCameras{"colmap_binary_cameras", "sparse/0/cameras.bin", few_with_lens<test::write_colmap_binary>};
-constexpr Layout kColmapBinaryPoints{"colmap_binary_points", "sparse/0/points3D.bin", few_with_lens<test::write_colmap_binary>};
+constexpr Layout kColmapText{"colmap_text", "sparse/0/images.txt", few<test::write_colmap_text, &kLens>};
+constexpr Layout kColmapTextCameras{"colmap_text_cameras", "sparse/0/cameras.txt", few<test::write_colmap_text, &kLens>};
+constexpr Layout kColmapTextPoints{"colmap_text_points", "sparse/0/points3D.txt", few<test::write_colmap_text, &kLens>};
+constexpr Layout kColmapBinary{"colmap_binary", "sparse/0/images.bin", few<test::write_colmap_binary, &kLens>};
+constexpr Layout kColmapBinaryCameras{"colmap_binary_cameras", "sparse/0/cameras.bin", few<test::write_colmap_binary, &kLens>};
+constexpr Layout kColmapBinaryPoints{"colmap_binary_points", "sparse/0/points3D.bin", few<test::write_colmap_binary, &kLens>};
 
 /// The folder of this process with the data set, written once; the file in it gets the bytes and all is read.
 template <const Layout& L>
