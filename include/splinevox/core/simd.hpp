@@ -7,10 +7,11 @@ namespace splinevox {
 
 /// Small registers of four and eight numbers: element-wise + - * / with each other and with scalars, like the built-in types.
 /// The compiler's own vector types; they become whatever the target has (one AVX register for eight floats).
+/// Aligned like a register: a weaker alignment of the typedef is lost under const, and with it the right to read through a reference.
 template <class Real>
 struct Simd {
-  typedef Real Four __attribute__((vector_size(4 * sizeof(Real)), aligned(sizeof(Real))));
-  typedef Real Eight __attribute__((vector_size(8 * sizeof(Real)), aligned(sizeof(Real))));
+  typedef Real Four __attribute__((vector_size(4 * sizeof(Real))));
+  typedef Real Eight __attribute__((vector_size(8 * sizeof(Real))));
 };
 
 /// Unaligned load and store of a whole register.

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <type_traits>
@@ -89,7 +88,7 @@ class Archive {
       return;
     }
     if (n > in_->size() - at_) fail_short();
-    std::memcpy(data, in_->data() + at_, n);
+    std::copy_n(in_->data() + at_, n, static_cast<char*>(data));
     at_ += n;
   }
   [[noreturn]] static void fail_short() {
