@@ -9,6 +9,7 @@
 
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/train/toml_text.hpp"
 
 namespace fs = std::filesystem;
 
@@ -70,7 +71,7 @@ std::string record_text(const RunRecord& record) {
 void read_run_config(const std::string& run, Config& config, RunRecord& record) {
   const std::string path = run + "/config.toml";
   read_config(config, path);
-  const toml::table file = toml::parse(read_text(path), path);  // read_config found it well formed
+  const toml::table file = toml::parse(toml_text(path), path);  // read_config found it well formed
   const toml::node_view<const toml::node> table = file["record"];
   const auto text = [&](const char* key) { return table[key].value_or(std::string()); };
   const auto number = [&](const char* key) {

@@ -11,6 +11,7 @@
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/nearest.hpp"
+#include "splinevox/train/toml_text.hpp"
 
 namespace fs = std::filesystem;
 
@@ -34,8 +35,9 @@ std::vector<std::string> list(const toml::node* node, const std::string& path, c
 }
 
 toml::table read(const std::string& path) {
+  const std::string text = toml_text(path);
   try {
-    return toml::parse_file(path);
+    return toml::parse(text, path);
   } catch (const toml::parse_error& e) {
     fail({fmt::format("{}, line {}", path, e.source().begin.line), std::string(e.description()), "TOML, see docs/scaling.md", "", ""});
   }
@@ -62,7 +64,6 @@ std::string shell_word(const std::string& text) {
 }  // namespace
 
 std::vector<SweepTask> read_sweep(const std::string& path, const std::string& out) {
-  if (!fs::is_regular_file(path)) fail({path, "there is no such file", "a description of a sweep (TOML), see docs/scaling.md", "", ""});
   const toml::table file = read(path);
   const std::vector<std::string> known = {"datasets", "presets", "seeds", "settings", "train"};
   for (const auto& [key, value] : file)

@@ -2,12 +2,9 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-
 #include "config_value.hpp"
 #include "splinevox/train/config.hpp"
+#include "splinevox/train/toml_text.hpp"
 
 namespace splinevox {
 namespace {
@@ -58,15 +55,9 @@ void apply(Config& config, const std::string& key, const toml::node& node, const
 }
 
 toml::table parse_file(const std::string& path) {
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(path, ignored))
-    fail({path, "there is no such configuration file", "a TOML file", "",
-          "splinevox train --list-settings  (every key)"});
-  std::ifstream in(path);
-  std::stringstream text;
-  text << in.rdbuf();
+  const std::string text = toml_text(path);
   try {
-    return toml::parse(text.str(), path);
+    return toml::parse(text, path);
   } catch (const toml::parse_error& e) {
     fail({fmt::format("{}, line {}", path, e.source().begin.line), "this is not TOML", "", std::string(e.description()),
           ""});

@@ -57,7 +57,7 @@ TEST_SUITE("app/sweep") {
       write_text(path, row.text);
       CHECK_THROWS_WITH_AS(read_sweep(path, "out"), doctest::Contains(row.says), Error);
     }
-    CHECK_THROWS_WITH_AS(read_sweep(folder.str() + "/none.toml", "out"), doctest::Contains("no such file"), Error);
+    CHECK_THROWS_WITH_AS(read_sweep(folder.str() + "/none.toml", "out"), doctest::Contains("there is no such configuration file"), Error);
   }
 
   TEST_CASE("a pool trains and evaluates all; again, nothing is done twice; what is missing is made up for") {

@@ -19,7 +19,7 @@ int config_toml(const std::uint8_t* data, std::size_t size) {
 
 std::vector<std::string> config_seeds() {
   return {write_config(preset("draft")),
-          "preset = \"paper\"\n[loss]\noffset = 1e-3\n[grid]\nradiance = [40, 64]\nradiance_start = [0, 0.5]\n"};
+          "# caf\xC3\xA9\npreset = \"paper\"\n[loss]\noffset = 1e-3\n[grid]\nradiance = [40, 64]\nradiance_start = [0, 0.5]\n"};
 }
 
 int camera_path(const std::uint8_t* data, std::size_t size) {
