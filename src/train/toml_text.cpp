@@ -26,6 +26,12 @@ std::size_t end_of_string(std::string_view text, std::size_t i, std::size_t quot
   return std::min(i, text.size());
 }
 
+/// Whether a quote at `i` begins a string even for a parser in the midst of a wrong value, which goes on to the next blank or comma.
+bool begins_string(std::string_view text, std::size_t i) {
+  if (i == 0 || std::string_view(" \t\r\n,").find(text[i - 1]) != std::string_view::npos) return true;
+  return (text[i - 1] == '[' || text[i - 1] == '{') && begins_string(text, i - 1);
+}
+
 /// Where the first character beyond ASCII stands that is neither in a comment nor in a string of one line; the text's
 /// size if nowhere.
 std::size_t stray_character(std::string_view text) {
@@ -41,7 +47,8 @@ std::size_t stray_character(std::string_view text) {
         return std::size_t(stray - text.begin());
       i = end;
     } else {
-      i = text[i] == '"' || text[i] == '\'' ? end_of_string(text, i, 1) : i + 1;
+      const bool string = (text[i] == '"' || text[i] == '\'') && begins_string(text, i);
+      i = string ? end_of_string(text, i, 1) : i + 1;
     }
   }
   return text.size();
@@ -61,8 +68,8 @@ std::string toml_text(const std::string& path) {
   std::string text = stream.str();
   if (const std::size_t stray = stray_character(text); stray < text.size())
     fail({fmt::format("{}, line {}", path, 1 + std::count(text.begin(), text.begin() + long(stray), '\n')),
-          "there is a character beyond ASCII outside of comments and strings of one line", "plain letters, digits and signs",
-          fmt::format("byte 0x{:02x}", static_cast<unsigned char>(text[stray])), "key = \"text\" for text in other scripts"});
+          "there is a character beyond ASCII outside of comments and strings of one line with a blank before them", "plain letters, digits and signs",
+          fmt::format("byte 0x{:02x}", static_cast<unsigned char>(text[stray])), "key = \"text\", on one line, for text in other scripts"});
   return text;
 }
 
