@@ -162,6 +162,7 @@ int main(int argc, char** argv) {
   cost->add_flag("--present-only", o.present_only, "only tables and diagrams, from the lines that are there");
   cost->add_option("--steps", o.suite.steps, "training steps of the default setting")->capture_default_str();
   cost->add_option("--seeds", o.suite.seeds, "runs per training setting")->capture_default_str();
+  cost->add_option("--knobs", o.suite.knobs, "train: only these knobs, beside the default and A/A")->delimiter(',');
   cost->add_option("--rounds", o.suite.rounds, "interleaved repetitions of timed settings")->capture_default_str();
   cost->add_option("--mlp", o.mlp, "versus: finished splinevox-mlp runs, made with --cpu-time and --test-at")->delimiter(',');
   cost->add_option("--versus-steps", o.suite.versus_steps, "versus: training steps of the voxels' runs")->delimiter(',')->capture_default_str();

@@ -13,6 +13,7 @@ struct SuiteOptions {
   bool micro = false;                ///< small enough for a minute in all, on built-in data
   std::vector<std::string> scenes;   ///< data sets; none: the built-in dancer
   int steps = 3000, seeds = 3;       ///< of the training suite
+  std::vector<std::string> knobs;    ///< of the training suite: only these; empty: all
   int rounds = 15;                   ///< of the timed suites
   std::vector<int> versus_steps{10, 25, 50, 100, 200, 400, 800, 1600, 3200, 6400, 12800};
   std::string where;                 ///< machine, threads, compiler and commit

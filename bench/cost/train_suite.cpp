@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -111,6 +112,8 @@ void train_suite(const SuiteOptions& o, const std::string& runs, const Told& tol
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     const Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200}) : load_dataset(scene, {.splits = {"train", "test"}});
     std::vector<Setting> list = settings(o.micro);
+    if (!o.knobs.empty())
+      std::erase_if(list, [&](const Setting& s) { return s.knob != "default" && std::find(o.knobs.begin(), o.knobs.end(), s.knob) == o.knobs.end(); });
     list.push_back({"A/A", "the default with other seeds", 0, {}});
     std::vector<std::vector<Outcome>> outcomes(list.size());
     std::vector<std::string> failures(list.size());
