@@ -42,6 +42,7 @@ Json effects_json(const EffectChoice& choice, const Config& trained, const Effec
         e["decision"] = name_of(v.decision);
         e["gain_db"] = v.gain.mean, e["gain_lo"] = finite(v.gain.lo), e["gain_hi"] = finite(v.gain.hi), e["p"] = v.gain.p;
         e["time_ratio"] = v.time_ratio, e["bytes_ratio"] = v.bytes_ratio;
+        if (v.where < 1) e["where"] = v.where;
         e["beside"] = to_string(v.with.without(name));
       }
     const bool absent = name == "background" && !used.has(name) && !e.contains("decision");  // neither used nor tried
@@ -64,7 +65,8 @@ std::string effects_line(const Json& effects) {
     if (e.contains("gain_db")) {
       const std::string decision = e.at("decision");
       const bool plain = (decision == "on") == e.at("used").get<bool>() && decision != "undecided";
-      list += fmt::format(" ({}{})", decibels(e.at("gain_db")), plain ? "" : ", " + decision);
+      const std::string where = e.contains("where") ? fmt::format(" in {:.1f}% of the pictures", 100 * e.at("where").get<double>()) : "";
+      list += fmt::format(" ({}{}{})", decibels(e.at("gain_db")), where, plain ? "" : ", " + decision);
     }
   }
   std::string line = "effects: " + (used.empty() ? "none" : used);
@@ -80,8 +82,8 @@ std::string effects_table(const Json& effects) {
   for (const Json& e : effects["effects"]) {
     html += fmt::format("<tr><td>{}</td><td>{}</td>", escape(e.value("effect", "")), e.value("used", false) ? "yes" : "no");
     if (e.contains("gain_db"))
-      html += fmt::format("<td>{}</td><td>{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>", escape(e.value("decision", "")), decibels(e["gain_db"]), decibels(e["gain_lo"]),
-                          decibels(e["gain_hi"]), e.value("time_ratio", 1.0), e.value("bytes_ratio", 1.0));
+      html += fmt::format("<td>{}</td><td>{}{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>", escape(e.value("decision", "")), decibels(e["gain_db"]),
+                          e.contains("where") ? fmt::format(" where only it explains the pictures, {:.1f}% of them", 100 * e["where"].get<double>()) : "", decibels(e["gain_lo"]), decibels(e["gain_hi"]), e.value("time_ratio", 1.0), e.value("bytes_ratio", 1.0));
     else
       html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
   }

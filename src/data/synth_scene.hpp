@@ -31,7 +31,8 @@ Shape make_tube(double length, std::function<double(double)> radius, double wide
 std::function<Pose(double)> still(const Place& place);
 
 void add_figure(Bodies& bodies);  ///< jointed dancer
-void add_stage(Bodies& bodies);   ///< plinth, flower pot and plant
+void add_stage(Bodies& bodies);   ///< plinth
+void add_plant(Bodies& bodies);   ///< flower pot and what grows in it
 void add_bouncing_ball(Bodies& bodies);
 void add_sliding_ball(Bodies& bodies);
 void add_snake(Bodies& bodies);
@@ -43,7 +44,6 @@ namespace splinevox {
 struct SynthScene::Content {
   data::Bodies bodies;
   std::vector<data::Pose> rest;  ///< poses at time 0
-  bool frozen = false;           ///< every time shows time 0
   SynthLook look;
 };
 

@@ -61,14 +61,16 @@ namespace {
 struct Entry {
   const char* name;
   std::vector<void (*)(Bodies&)> parts;
-  bool frozen;
+  std::size_t frozen;  ///< how many of them, from the first, stay as they are at time 0
 };
 
 const std::vector<Entry>& entries() {
-  static const std::vector<Entry> list{{"dancer", {add_stage, add_figure, add_bouncing_ball}, false},
-                                       {"ball", {add_sliding_ball}, false},
-                                       {"snake", {add_snake}, false},
-                                       {"static", {add_stage, add_figure, add_bouncing_ball}, true}};
+  static const std::vector<Entry> list{{"dancer", {add_stage, add_plant, add_figure, add_bouncing_ball}, 0},
+                                       {"ball", {add_sliding_ball}, 0},
+                                       {"snake", {add_snake}, 0},
+                                       {"toy", {add_stage, add_plant, add_figure, add_bouncing_ball}, 3},
+                                       {"garden", {add_stage, add_figure, add_plant, add_bouncing_ball}, 2},
+                                       {"static", {add_stage, add_plant, add_figure, add_bouncing_ball}, 4}};
   return list;
 }
 
@@ -99,9 +101,14 @@ SynthScene SynthScene::open(const std::string& name, const SynthLook& look) {
   for (const data::Entry& entry : data::entries()) {
     if (entry.name != name) continue;
     auto content = std::make_shared<Content>();
-    for (const auto add : entry.parts) add(content->bodies);
+    for (std::size_t part = 0; part < entry.parts.size(); ++part) {
+      const std::size_t before = content->bodies.size();
+      entry.parts[part](content->bodies);
+      for (std::size_t b = before; part < entry.frozen && b < content->bodies.size(); ++b)
+        content->bodies[b].pose = [pose = content->bodies[b].pose(0)](double) { return pose; };
+    }
     for (const data::Body& body : content->bodies) content->rest.push_back(body.pose(0));
-    content->frozen = entry.frozen, content->look = look;
+    content->look = look;
     return SynthScene(std::move(content));
   }
   const std::vector<std::string> names = synth_scenes();

@@ -85,6 +85,9 @@ void add_stalk(Bodies& bodies, const Place& root, double phase, double strength,
 
 void add_stage(Bodies& bodies) {
   bodies.push_back({make_disc(kRadius, kHalf, 0.02), still(shift(0, 0, kFloor - kHalf)), stones});
+}
+
+void add_plant(Bodies& bodies) {
   const double x = -0.44, y = 0.42;
   bodies.push_back({make_disc(0.15, 0.11, 0.02), still(shift(x, y, kFloor + 0.11)), clay});
   add_stalk(bodies, shift(x + 0.03, y + 0.05, kFloor + 0.2) * rotate(turn_x(-0.12)), 0.0, 1.0, 0xd94f70);

@@ -78,7 +78,7 @@ SynthMoment SynthScene::at(double time) const {
   auto posed = std::make_shared<SynthMoment::Posed>();
   posed->content = content_;
   const double once = std::clamp(time, 0.0, 1.0), repeats = content_->look.repeats;
-  const double t = content_->frozen ? 0.0 : repeats == 1 ? once : 0.5 * (1 - std::cos(M_PI * repeats * once));  // there and back, without a jerk
+  const double t = repeats == 1 ? once : 0.5 * (1 - std::cos(M_PI * repeats * once));  // there and back, without a jerk
   posed->light = content_->look.light * (1 - content_->look.fade * std::clamp(time, 0.0, 1.0));
   for (const data::Body& body : content_->bodies) {
     posed->now.push_back(body.pose(t));

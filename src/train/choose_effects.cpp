@@ -2,11 +2,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "by_time.hpp"
 #include "learn_background.hpp"
+#include "moving_cells.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -21,7 +23,10 @@ constexpr int kPictureSize = 128;   // pixels, at most: what is asked is coarse
 constexpr int kMostHeld = 20;       // pictures
 constexpr int kMostSeen = 60;       // by the fits
 constexpr int kFewestViews = 8;     // to hold some back
-constexpr int kComparisons = 2;     // at most, and one more where a background is tried
+constexpr int kComparisons = 3;     // at most, and one more where a background is tried
+constexpr float kExplained = 0.02f; // of brightness, that motion explains at a place where it is needed
+constexpr double kFewestPixels = 8; // of a picture, to compare it there
+constexpr double kClearGain = 0.5;  // dB there: still scenes come to 0.1 at most, those of which a twentieth moves to 0.9 and more (docs/experiments.md)
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
@@ -92,6 +97,16 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   return c;
 }
 
+/// PSNR of the pixels that a mask has, dB.
+double masked_psnr(const Image& picture, const Image& truth, const Image& mask) {
+  double squares = 0, count = 0;
+  for (std::size_t i = 0; i < mask.data.size(); ++i) {
+    if (mask.data[i] == 0) continue;
+    for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) squares += (double(picture.data[c]) - truth.data[c]) * (double(picture.data[c]) - truth.data[c]), ++count;
+  }
+  return capped_psnr(10 * std::log10(count / squares));
+}
+
 /// Fits by set of effects, each made once, and the comparisons between them.
 class Ladder {
  public:
@@ -101,8 +116,7 @@ class Ladder {
 
   /// Fits that are made already are not made again.
   EffectTrial fit(const EffectSet& effects, int points) {
-    for (std::size_t i = first_; i < out_.trials.size(); ++i)
-      if (out_.trials[i].effects == effects && out_.trials[i].points == points) return out_.trials[i];
+    if (const int made = find(effects, points); made >= 0) return out_.trials[first_ + std::size_t(made)];
     Config c = fit_config(config_, effects);
     c.motion.points = points;
     c.run.max_time = 0, c.run.max_steps = config_.effects.steps;
@@ -111,12 +125,15 @@ class Ladder {
     trial.effects = effects, trial.points = points;
     while (!trainer.done()) trial.steps = int(trainer.step().step);
     trial.seconds = trainer.seconds();
-    const VoxelModel model = trainer.model();
+    fits_.push_back({trainer.model(), {}});
+    const VoxelModel& model = fits_.back().model;
     trial.bytes = std::int64_t(model.radiance.raw.values.size() * sizeof(float));
     for (const Channels& level : model.motion.levels) trial.bytes += std::int64_t(level.values.size() * sizeof(float));
     Renderer renderer(model);
-    for (const Frame& f : halves_.held.frames)
-      trial.psnr.push_back(capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background.color))));
+    for (const Frame& f : halves_.held.frames) {
+      fits_.back().pictures.push_back(clamped(renderer.render(f.camera, f.time).rgb));
+      trial.psnr.push_back(capped_psnr(psnr(fits_.back().pictures.back(), composite(f.image, model.background.color))));
+    }
     out_.trials.push_back(std::move(trial));
     if (told_) told_(out_.trials.back());
     return out_.trials.back();
@@ -125,12 +142,34 @@ class Ladder {
   EffectVerdict judge(const std::string& effect, const EffectSet& with) {
     const EffectTrial more = fit(with, config_.motion.points), less = fit(with.without(effect), config_.motion.points);
     EffectVerdict v{effect, with, EffectDecision::undecided, gain(more, less)};
-    if (v.gain.lo > config_.effects.min_gain) v.decision = EffectDecision::on;
-    else if (v.gain.hi < config_.effects.min_gain) v.decision = EffectDecision::off;
+    decide(v);
     v.time_ratio = more.seconds / less.seconds;
     v.bytes_ratio = double(more.bytes) / double(less.bytes);
     out_.verdicts.push_back(v);
     return v;
+  }
+  /// Compares the moving fit that judge("motion", all) made to the still one where only motion explains what the fits have seen, on pictures they have not. In so
+  /// short a fit motion costs what stands still more than it gives to a small thing that moves. What is found is the verdict on motion if the gain is clear.
+  void judge_where_needed(const EffectSet& all) {
+    const int points = config_.motion.points;
+    const Fit &moving = fits_[std::size_t(find(all, points))], &still = fits_[std::size_t(find(all.without("motion"), points))];
+    const BitGrid cells = moving_cells(moving.model, still.model, halves_.seen, kExplained);
+    std::vector<double> gains;
+    double shown = 0, pixels = 0;
+    for (std::size_t f = 0; f < halves_.held.frames.size(); ++f) {
+      const Frame& frame = halves_.held.frames[f];
+      const Image where = shows_cells(moving.model, cells, frame), truth = composite(frame.image, moving.model.background.color);
+      const double count = std::accumulate(where.data.begin(), where.data.end(), 0.0);
+      pixels += double(where.data.size()), shown += count;
+      if (count < kFewestPixels) continue;
+      gains.push_back(masked_psnr(moving.pictures[f], truth, where) - masked_psnr(still.pictures[f], truth, where));
+    }
+    if (int(gains.size()) < kFewestViews / 2) return;
+    const PairedGain there = paired_gain(gains, level_);
+    if (there.mean < kClearGain) return;
+    EffectVerdict& v = out_.verdicts.back();
+    v.gain = there, v.where = shown / pixels;
+    decide(v);
   }
   /// Compares two numbers of control points.
   PointsVerdict judge(const EffectSet& effects, int more, int fewer) {
@@ -139,6 +178,20 @@ class Ladder {
   }
 
  private:
+  /// What a trial leaves for comparisons.
+  struct Fit {
+    VoxelModel model;
+    std::vector<Image> pictures;  ///< of the held-out frames
+  };
+  void decide(EffectVerdict& v) const {
+    v.decision = v.gain.lo > config_.effects.min_gain ? EffectDecision::on : v.gain.hi < config_.effects.min_gain ? EffectDecision::off : EffectDecision::undecided;
+  }
+  /// Index among its own trials, -1: not made yet.
+  int find(const EffectSet& effects, int points) const {
+    for (std::size_t i = first_; i < out_.trials.size(); ++i)
+      if (out_.trials[i].effects == effects && out_.trials[i].points == points) return int(i - first_);
+    return -1;
+  }
   PairedGain gain(const EffectTrial& more, const EffectTrial& less) const {
     std::vector<double> gains;
     for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
@@ -150,6 +203,7 @@ class Ladder {
   const Halves& halves_;
   const TimeMap& time_map_;
   EffectChoice& out_;
+  std::vector<Fit> fits_;  ///< of its own trials
   std::size_t first_;  ///< of this ladder's own trials among out_'s
   const std::function<void(const EffectTrial&)>& told_;
 };
@@ -197,7 +251,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   }
   if (all.motion) {
     // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
-    bool moves = ladder.judge("motion", all).gain.mean > config.effects.min_gain;
+    if (ladder.judge("motion", all).gain.mean <= config.effects.min_gain) ladder.judge_where_needed(all);
+    bool moves = out.verdicts.back().gain.mean > config.effects.min_gain;
     const std::optional<Stretch> stretch = middle_stretch(train);
     if (stretch && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
       const Halves parts = divide(train, *stretch);

@@ -60,12 +60,12 @@ Error caught(auto&& call) {
 
 TEST_SUITE("data/synth") {
   TEST_CASE("dancer is the default; an unknown scene lists all and names the nearest") {
-    CHECK(synth_scenes() == std::vector<std::string>{"dancer", "ball", "snake", "static"});
+    CHECK(synth_scenes() == std::vector<std::string>{"dancer", "ball", "snake", "toy", "garden", "static"});
     const Error error = caught([] { SynthScene::open("dencer"); });
     CHECK(error.fault == Fault::input);
     CHECK(std::string(error.what()) ==
           "synth: there is no built-in scene of that name\n"
-          "  expected: dancer, ball, snake, static\n"
+          "  expected: dancer, ball, snake, toy, garden, static\n"
           "  got:      'dencer'\n"
           "  try:      splinevox synth dancer");
   }
@@ -126,6 +126,25 @@ TEST_SUITE("data/synth") {
     CHECK(same == visible);
   }
 
+  TEST_CASE("of the toy's scene the ball alone moves, and of the garden's the plant too") {
+    const auto moving = [](const char* name) {
+      const SynthScene scene = SynthScene::open(name);
+      const SynthMoment first = scene.at(0), later = scene.at(0.3);
+      std::vector<int> out;
+      for (int body = 0; body < first.bodies(); ++body)
+        if (length(later.world_from_rest(body, {0.1, 0, 0.2}) - first.world_from_rest(body, {0.1, 0, 0.2})) > 1e-9) out.push_back(body);
+      return out;
+    };
+    const int bodies = SynthScene::open("toy").at(0).bodies();
+    CHECK(SynthScene::open("garden").at(0).bodies() == bodies);
+    CHECK(SynthScene::open("dancer").at(0).bodies() == bodies);
+    CHECK(moving("toy") == std::vector<int>{bodies - 1});
+    const std::vector<int> garden = moving("garden");
+    CHECK(garden.size() == 5);  // two stalks, two blossoms and the ball; not the pot
+    CHECK(garden.back() == bodies - 1);
+    CHECK(moving("static").empty());
+    CHECK(moving("dancer").size() > garden.size());
+  }
   TEST_CASE("nothing moves in the static scene") {
     const SynthScene scene = SynthScene::open("static");
     const SynthMoment a = scene.at(0), b = scene.at(0.63);

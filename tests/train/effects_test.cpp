@@ -67,6 +67,18 @@ TEST_SUITE("train/effects") {
     REQUIRE(again.trials.size() == b.trials.size());
     for (std::size_t i = 0; i < b.trials.size(); ++i) CHECK(again.trials[i].psnr == b.trials[i].psnr);
   }
+  TEST_CASE("motion is found in a scene of which little moves, where the rest is the better for none") {
+    Config config = short_choice();
+    config.sampling.rays = 2048;
+    const EffectChoice c = choose(make_synth("toy", {.frames = 60, .size = 96}), config);
+    CHECK(c.chosen.motion);
+    REQUIRE(verdict(c, "motion"));
+    CAPTURE(verdict(c, "motion")->gain.mean);
+    CHECK(verdict(c, "motion")->gain.mean > 0.5);
+    CHECK(verdict(c, "motion")->where > 0.005);
+    CHECK(verdict(c, "motion")->where < 0.1);  // of the pictures; the ball's share of what they show is larger
+    CHECK(c.trials[0].mean() < c.trials[1].mean());  // on the whole, motion loses so early
+  }
   TEST_CASE("light that fades is light, not motion") {
     const EffectChoice c = choose(make_synth("static", {.frames = 60, .size = 48, .look = {.fade = 0.7}}));
     CHECK(c.chosen.light);

@@ -37,6 +37,8 @@ struct SynthOptions {
 ///           in the wind, and a plinth that stands still
 ///   ball    one ball on a straight line at constant speed, turning not at all
 ///   snake   one body that bends, and nothing rigid
+///   toy     the dancer's scene in which only the ball moves
+///   garden  the dancer's scene in which only the plant and the ball move
 ///   static  the dancer's scene as it is at time 0
 std::vector<std::string> synth_scenes();
 

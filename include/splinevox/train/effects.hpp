@@ -51,6 +51,7 @@ struct EffectVerdict {
   EffectSet with;            ///< the larger of the two fits
   EffectDecision decision;
   PairedGain gain;           ///< dB per held-out picture
+  double where = 1;          ///< share of the pictures that the gain is of: of motion where only it explains what is seen, if it gains nothing on the whole
   double time_ratio = 1;     ///< seconds of the fit with it over without
   double bytes_ratio = 1;    ///< size of the model with it over without
 };
@@ -76,7 +77,8 @@ struct EffectChoice {
 /// pictures and comparing them on pictures, and so on times, that no fit has seen. The unit of evidence is the picture: rays of one
 /// picture err together, and a test over rays would see effects that are not there. An effect is on if the lower bound of its gain
 /// exceeds effects.min_gain, off if the upper bound falls short of it; in between it is undecided: light then stays off, the simpler model,
-/// and motion goes by the mean, because a still scene with motion is only dearer and a moving one without is ruined. Each is judged
+/// and motion goes by the mean, because a still scene with motion is only dearer and a moving one without is ruined. Motion that gains nothing on the whole is
+/// looked at again where it alone explains what the fits have seen: of a scene that mostly stands still. Each is judged
 /// beside all others, so that nothing is taken for it that they explain.
 ///
 /// A background is there to be learned only behind opaque pictures. It is tried first, so that motion is not taken for the fog that would stand in for

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "moving_cells.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/data/image_read.hpp"
+#include "splinevox/field/slice.hpp"
+#include "splinevox/math/photometric.hpp"
+#include "splinevox/render/field_view.hpp"
+#include "splinevox/render/ray_kernel.hpp"
+#include "splinevox/render/specialise.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr int kCells = 32;             ///< along the longest edge
+constexpr int kStride = 2;             ///< pixels
+constexpr float kLeastWeight = 0.02f;  ///< of a sample in its pixel
+constexpr float kFewestRays = 2;       ///< of a cell at one time, counted by their weights there
+constexpr float kStop = 1e-3f;
+
+/// Errors of the rays that met a cell at one time, weighted sums.
+struct Given {
+  Vec3 moving{}, still{};
+  float weight = 0;
+};
+
+/// Variance over time of the means of a cell, per channel.
+class Spread {
+ public:
+  void add(const Vec3& mean) { sum_ = sum_ + cast<double>(mean), square_ += double(dot(mean, mean)), ++times_; }
+  int times() const { return times_; }
+  double variance() const { return times_ == 0 ? 0 : std::max(0.0, square_ / times_ - dot(sum_, sum_) / times_ / times_) / 3; }
+
+ private:
+  Vec3d sum_{};
+  double square_ = 0;
+  int times_ = 0;
+};
+
+/// One model at one time, seen along rays.
+template <int Sh>
+class Look {
+ public:
+  Look(const VoxelModel& model, double time)
+      : model_(model), slice_(model.motion.levels.empty() ? MotionSlice{} : make_slice(model.motion, stored_weights(model.motion, time))), field_(view_field(model, model.step)) {}
+  Vec3 along(const Ray& ray) {
+    through_ = clip_ray(ray, model_.box, model_.step, 0.5f, model_.background.towards(cast<float>(ray.direction)));
+    const FrameView<float> frame{slice_.values.data(), {}};
+    return (field_.moving ? moving_.forward(through_, field_, frame, kStop) : still_.forward(through_, field_, frame, kStop)).rgb;
+  }
+  /// Calls visit(position, weight) for the samples of the last ray. @pre something changes over time in the model
+  template <class Visit>
+  void each_sample(Visit&& visit) const {
+    for (int i = 0; i < moving_.count; ++i)
+      if (moving_.weight[i] >= kLeastWeight) visit(through_.origin + (moving_.distance[i] * field_.step) * through_.direction, moving_.weight[i]);
+  }
+
+ private:
+  const VoxelModel& model_;
+  MotionSlice slice_;
+  FieldView<float> field_;
+  RayInput<float> through_;
+  RayKernel<float, Sh> moving_;
+  StillKernel<float, Sh> still_;
+};
+
+template <int Sh>
+std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const VoxelModel& moving, const VoxelModel& still) {
+  Look<Sh> look(moving, frame.time), still_look(still, frame.time);
+  const Image truth = composite(frame.image, moving.background.color);
+  std::vector<Given> out(grid.cells());
+  for (int y = 0; y < frame.camera.height; y += kStride)
+    for (int x = 0; x < frame.camera.width; x += kStride) {
+      const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
+      const float* t = truth.pixel(x, y);
+      const Vec3 target{t[0], t[1], t[2]}, error = photometric_error(look.along(ray), target), still_error = photometric_error(still_look.along(ray), target);
+      look.each_sample([&](const Vec3& position, float w) {
+        Given& g = out[grid.index(grid.cell_of(position))];
+        g.moving = g.moving + w * error, g.still = g.still + w * still_error, g.weight += w;
+      });
+    }
+  return out;
+}
+
+/// Mean over a cell and those of the six beside it that are seen.
+double mean_beside(const BitGrid& seen, const std::vector<double>& values, std::size_t cell) {
+  double sum = values[cell];
+  int count = 1;
+  for (int a = 0; a < 3; ++a)
+    for (const int step : {-1, 1}) {
+      Int3 at = seen.cell_at(cell);
+      at[a] += step;
+      if (at[a] < 0 || at[a] >= seen.size[a] || !seen.test(seen.index(at))) continue;
+      sum += values[seen.index(at)], ++count;
+    }
+  return sum / count;
+}
+
+}  // namespace
+
+BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Split& views, float least) {
+  BitGrid out(moving.box, kCells), seen = out;
+  std::vector<std::vector<Given>> given(views.frames.size());
+  parallel_for(int(given.size()), [&](int f) {
+    specialise(moving.radiance.sh_order, true, [&]<int Sh, bool>() { given[f] = given_by<Sh>(views.frames[f], out, moving, still); });
+  });
+  std::vector<double> explained(out.cells(), 0.0);
+  for (std::size_t c = 0; c < out.cells(); ++c) {
+    Spread errors, still_errors;
+    for (const std::vector<Given>& at : given)
+      if (const Given& g = at[c]; g.weight >= kFewestRays) errors.add((1 / g.weight) * g.moving), still_errors.add((1 / g.weight) * g.still);
+    if (errors.times() == 0) continue;
+    seen.set(c);
+    explained[c] = still_errors.variance() - errors.variance();
+  }
+  for (std::size_t c = 0; c < out.cells(); ++c)
+    if (seen.test(c) && std::min(explained[c], mean_beside(seen, explained, c)) > double(least) * least) out.set(c);
+  return out;
+}
+
+Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& frame) {
+  const BitGrid near = dilate(cells);
+  Image out(frame.camera.width, frame.camera.height, 1);
+  specialise(moving.radiance.sh_order, true, [&]<int Sh, bool>() {
+    Look<Sh> look(moving, frame.time);
+    for (int y = 0; y < out.height; ++y)
+      for (int x = 0; x < out.width; ++x) {
+        float share = 0;
+        look.along(camera_ray(frame.camera, x + 0.5, y + 0.5));
+        look.each_sample([&](const Vec3& position, float w) { share += near.test(near.index(near.cell_of(position))) ? w : 0; });
+        *out.pixel(x, y) = share > 0.5f;
+      }
+  });
+  return out;
+}
+
+}  // namespace splinevox
