@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -25,7 +24,7 @@ constexpr int kMostSeen = 60;       // by the fits
 constexpr int kFewestViews = 8;     // to hold some back
 constexpr int kComparisons = 3;     // at most, and one more where a background is tried
 constexpr float kExplained = 0.02f; // of brightness, that motion explains at a place where it is needed
-constexpr double kFewestPixels = 8; // of a picture, to compare it there
+constexpr int kFewestPixels = 8;    // of a picture, to compare it there
 constexpr double kClearGain = 0.5;  // dB there: still scenes come to 0.1 at most, those of which a twentieth moves to 0.9 and more (docs/experiments.md)
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
@@ -97,14 +96,14 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   return c;
 }
 
-/// PSNR of the pixels that a mask has, dB.
-double masked_psnr(const Image& picture, const Image& truth, const Image& mask) {
-  double squares = 0, count = 0;
-  for (std::size_t i = 0; i < mask.data.size(); ++i) {
-    if (mask.data[i] == 0) continue;
-    for (std::size_t c = 3 * i; c < 3 * i + 3; ++c) squares += (double(picture.data[c]) - truth.data[c]) * (double(picture.data[c]) - truth.data[c]), ++count;
-  }
-  return capped_psnr(10 * std::log10(count / squares));
+/// The pixels that a mask has, in a row.
+Image picked(const Image& picture, const Image& mask) {
+  Image out(int(std::count(mask.data.begin(), mask.data.end(), 1.0f)), 1, picture.channels);
+  float* to = out.data.data();
+  for (int y = 0; y < mask.height; ++y)
+    for (int x = 0; x < mask.width; ++x)
+      if (*mask.pixel(x, y) != 0) to = std::copy_n(picture.pixel(x, y), picture.channels, to);
+  return out;
 }
 
 /// Fits by set of effects, each made once, and the comparisons between them.
@@ -154,15 +153,17 @@ class Ladder {
     const int points = config_.motion.points;
     const Fit &moving = fits_[std::size_t(find(all, points))], &still = fits_[std::size_t(find(all.without("motion"), points))];
     const BitGrid cells = moving_cells(moving.model, still.model, halves_.seen, kExplained);
+    const std::vector<Frame>& held = halves_.held.frames;
+    std::vector<Image> where(held.size());
+    parallel_for(int(held.size()), [&](int f) { where[f] = shows_cells(moving.model, cells, held[f]); });
     std::vector<double> gains;
     double shown = 0, pixels = 0;
-    for (std::size_t f = 0; f < halves_.held.frames.size(); ++f) {
-      const Frame& frame = halves_.held.frames[f];
-      const Image where = shows_cells(moving.model, cells, frame), truth = composite(frame.image, moving.model.background.color);
-      const double count = std::accumulate(where.data.begin(), where.data.end(), 0.0);
-      pixels += double(where.data.size()), shown += count;
-      if (count < kFewestPixels) continue;
-      gains.push_back(masked_psnr(moving.pictures[f], truth, where) - masked_psnr(still.pictures[f], truth, where));
+    for (std::size_t f = 0; f < held.size(); ++f) {
+      const Image truth = picked(composite(held[f].image, moving.model.background.color), where[f]);
+      shown += truth.width, pixels += double(where[f].data.size());
+      if (truth.width < kFewestPixels) continue;
+      const auto quality = [&](const Fit& fit) { return capped_psnr(psnr(picked(fit.pictures[f], where[f]), truth)); };
+      gains.push_back(quality(moving) - quality(still));
     }
     if (int(gains.size()) < kFewestViews / 2) return;
     const PairedGain there = paired_gain(gains, level_);
