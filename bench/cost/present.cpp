@@ -16,7 +16,7 @@ namespace {
 std::string time_text(double s) {
   if (s < 1e-6) return fmt::format("{:.3g} ns", s * 1e9);
   if (s < 1e-3) return fmt::format("{:.3g} us", s * 1e6);
-  return s < 1 ? fmt::format("{:.3g} ms", s * 1e3) : fmt::format("{:.3g} s", s);
+  return s < 1 ? fmt::format("{:.3g} ms", s * 1e3) : s < 1000 ? fmt::format("{:.3g} s", s) : fmt::format("{:.0f} s", s);
 }
 
 const char* error_name(const std::string& suite) {
