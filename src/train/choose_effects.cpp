@@ -152,10 +152,10 @@ class Ladder {
   void judge_where_needed(const EffectSet& all) {
     const int points = config_.motion.points;
     const Fit &moving = fits_[std::size_t(find(all, points))], &still = fits_[std::size_t(find(all.without("motion"), points))];
-    const BitGrid cells = moving_cells(moving.model, still.model, halves_.seen, kExplained);
+    const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.seen, kExplained));
     const std::vector<Frame>& held = halves_.held.frames;
     std::vector<Image> where(held.size());
-    parallel_for(int(held.size()), [&](int f) { where[f] = shows_cells(moving.model, cells, held[f]); });
+    parallel_for(int(held.size()), [&](int f) { where[f] = shows_cells(moving.model, near, held[f]); });
     std::vector<double> gains;
     double shown = 0, pixels = 0;
     for (std::size_t f = 0; f < held.size(); ++f) {

@@ -122,7 +122,6 @@ BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Sp
 }
 
 Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& frame) {
-  const BitGrid near = dilate(cells);
   Image out(frame.camera.width, frame.camera.height, 1);
   specialise(moving.radiance.sh_order, true, [&]<int Sh, bool>() {
     Look<Sh> look(moving, frame.time);
@@ -130,7 +129,7 @@ Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& f
       for (int x = 0; x < out.width; ++x) {
         float share = 0;
         look.along(camera_ray(frame.camera, x + 0.5, y + 0.5));
-        look.each_sample([&](const Vec3& position, float w) { share += near.test(near.index(near.cell_of(position))) ? w : 0; });
+        look.each_sample([&](const Vec3& position, float w) { share += cells.test(cells.index(cells.cell_of(position))) ? w : 0; });
         *out.pixel(x, y) = share > 0.5f;
       }
   });
