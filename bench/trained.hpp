@@ -16,6 +16,7 @@ struct Trained {
   double seconds = 0;          ///< of training, processor time summed over cores
   double samples_per_ray = 0;  ///< mean over all rays
   PhaseSeconds phases;
+  double moving_share = 1;     ///< Trainer::moving_share
 };
 
 inline Trained train_to_end(const Config& config, const Dataset& data) {
@@ -26,7 +27,7 @@ inline Trained train_to_end(const Config& config, const Dataset& data) {
     const StepReport report = trainer.step();
     samples += report.samples, rays += report.rays;
   }
-  return {trainer.model(), processor_seconds() - start, double(samples) / double(rays), trainer.phases()};
+  return {trainer.model(), processor_seconds() - start, double(samples) / double(rays), trainer.phases(), trainer.moving_share()};
 }
 
 /// Every n-th pixel of every n-th row of a picture, from the (n / 2)-th on.

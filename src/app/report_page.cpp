@@ -158,7 +158,10 @@ std::string phases(const Json& metrics) {
     parts.emplace_back(name, seconds.get<double>()), sum += parts.back().second;
   const double rest = number(metrics, "train_seconds") - sum;
   if (rest > 0) parts.emplace_back("other", rest);
-  return "<h3>Where the time went</h3>" + stacked_bar(parts, "s");
+  const std::string still = metrics.contains("moving_share")
+                                ? fmt::format("<p class=\"note\">{:.0f}% of what the pictures show moves or changes; where the rest stands still, motion came to rest and was no longer learned.</p>", 100 * number(metrics, "moving_share"))
+                                : "";
+  return "<h3>Where the time went</h3>" + stacked_bar(parts, "s") + still;
 }
 
 }  // namespace

@@ -273,6 +273,7 @@ Json TrainSession::figures() const {
     const double steps = std::max(1.0, double(steps_));
     j["ranks"] = {{"count", setup_.ranks->count()}, {"bytes_per_step", double(t.bytes) / steps}, {"seconds_per_step", t.seconds / steps}};
   }
+  if (trainer_.moving_share() < 1) j["moving_share"] = trainer_.moving_share();
   j["outside_ray_loop"] = std::max(0.0, 1 - in_ray_loop / all);
   j["rays_per_second"] = double(rays_) / all;
   j["samples_per_second"] = double(samples_) / all;

@@ -12,9 +12,10 @@ namespace splinevox {
 /// Words of a mask into another; clears the first.
 struct MergeMaskKernel {
   std::uint64_t *from, *to;
+  const std::uint64_t* among;
   std::size_t words;
   SPLINEVOX_HD std::size_t count() const { return words; }
-  SPLINEVOX_HD void operator()(std::size_t i) const { to[i] |= from[i], from[i] = 0; }
+  SPLINEVOX_HD void operator()(std::size_t i) const { to[i] |= from[i] & among[i], from[i] = 0; }
 };
 
 /// LearnedRows in an executor's memory, with a gradient.

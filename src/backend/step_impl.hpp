@@ -63,7 +63,10 @@ class Steps final : public StepBackend {
       clear(sums_[l], l == 0 && levels_.size() > 1 ? 0 : levels_[l].values.size());
     }
     run_.resize(slices_, 0);  // those of other lattices: made anew with the next step
-    if (!levels_.empty()) run_.upload(active_, model.active[0].word, model.active.size() * kBrick);
+    if (!levels_.empty()) {
+      run_.upload(active_, model.active->rows[0].word, model.active->rows.size() * kBrick);
+      run_.upload(awake_, model.active->cell_bits(), model.active->cells.size() * kBrick);
+    }
     std::size_t words = 0;
     for (const BitGrid& grid : model.occupancy) words += grid.bits.size();
     std::vector<std::uint32_t> all;
@@ -195,6 +198,7 @@ class Steps final : public StepBackend {
     job.field.radiance = radiance_.lattice.brick_view();
     job.field.moving = !levels_.empty();
     if (job.field.moving) job.field.motion = finest().lattice.brick_view();
+    if (job.field.moving && !model_.active->cells.empty()) job.field.awake = awake_.data();
     job.frames = frames_.data(), job.rays = rays_.data(), job.targets = targets_.data(), job.outcomes = outcomes_.data();
     job.ray_count = int(in.rays.size()), job.rays_per_slot = job.ray_count / slots, job.most_samples = most_samples_;
     job.losses = in.losses;
@@ -225,9 +229,9 @@ class Steps final : public StepBackend {
         run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset, motion_touched_.data(), rows, kSliceWidth,
                                    1 / GradientRows::kUnit});
       }
-    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), weights_.data(), slots, rows, slice_gradients_.data(),
+    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), active_.data(), weights_.data(), slots, rows, slice_gradients_.data(),
                                levels_.back().gradient.data()});
-    run_.for_each(MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), rows / 64});
+    run_.for_each(MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), active_.data(), rows / 64});
     if (peers_) add_up(levels_.back());
     levels_.back().hold_curves(run_, model_.model->motion, in.rest, in.tv_share, in.draw + levels_.size(), collapsed(), active_.data());
     for (std::size_t l = levels_.size() - 1; l > 0; --l)
@@ -244,7 +248,7 @@ class Steps final : public StepBackend {
   LearnedMirror<Executor> radiance_;
   std::vector<LearnedMirror<Executor>> levels_;
   std::vector<Buffer<float>> sums_;              ///< of the levels up to each but the first
-  Buffer<std::uint64_t> active_, motion_touched_;
+  Buffer<std::uint64_t> active_, awake_, motion_touched_;
   Buffer<std::uint32_t> bits_;                   ///< occupancy grids, one after the other
   Buffer<SlotWeights> weights_;
   Buffer<float> slices_, slice_gradients_;

@@ -7,11 +7,11 @@ namespace splinevox {
 
 Image composite(const Image16& picture, Vec3 background) {
   Image out(picture.width, picture.height, 3);
-  for (std::size_t i = 0; i < out.pixels(); ++i) {
-    const std::uint16_t* p = picture.rgba.data() + 4 * i;
-    const float alpha = p[3] / 65535.0f;
-    for (int c = 0; c < 3; ++c) out.data[3 * i + c] = p[c] / 65535.0f * alpha + background[c] * (1 - alpha);
-  }
+  for (int y = 0; y < out.height; ++y)
+    for (int x = 0; x < out.width; ++x) {
+      const Vec3 rgb = composite(picture, x, y, background);
+      for (int c = 0; c < 3; ++c) out.pixel(x, y)[c] = rgb[c];
+    }
   return out;
 }
 

@@ -56,7 +56,8 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
 }  // namespace
 
 Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
-    : model_(model), maker_(std::move(maker)), canonical_(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step)), time_(std::numeric_limits<double>::quiet_NaN()) {}
+    : model_(model), maker_(std::move(maker)), canonical_(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step)),
+      moving_(model.motion.levels.empty() ? ActiveRows{} : nonzero_rows(model.motion.levels.back())), time_(std::numeric_limits<double>::quiet_NaN()) {}
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
   if (time != time_) {
@@ -71,7 +72,8 @@ Rendered Renderer::render(const Camera& camera, double time, const RenderOptions
     maker_->draw(camera, model_.step * options.step_scale, options.stop, out);
     return out;
   }
-  const FieldView<float> field = view_field(model_, model_.step * options.step_scale);
+  FieldView<float> field = view_field(model_, model_.step * options.step_scale);
+  field.awake = moving_.cell_bits();
   const FrameView<float> frame{slice_.values.data(), occupied_.view()};
   const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
   parallel_for(tiles, [&](int tile) {

@@ -58,12 +58,13 @@ class RayEngine final : public Engine {
   }
 
  public:
-  PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step, const Batch& batch, const std::vector<double>& times,
+  PassResult run(const VoxelModel& model, const ActiveRows& active, float step, const Batch& batch, const std::vector<double>& times,
                  const std::vector<const BitGrid*>& occupancy, const RayLosses& losses, Gradient& radiance, Gradient& motion, std::span<Vec3> behind) override {
     PassResult result;
     auto clock = Clock::now();
-    const FieldView<float> field = view_field(model, step);
-    if constexpr (Moving) make_slices(model, active, times);
+    FieldView<float> field = view_field(model, step);
+    field.awake = active.cell_bits();
+    if constexpr (Moving) make_slices(model, active.rows, times);
     result.slice_seconds = seconds_since(clock);
 
     const int tasks = int(batch.tasks.size());
@@ -95,7 +96,7 @@ class RayEngine final : public Engine {
       radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
       if (!usable(radiance, b)) usable_ = false;  // here, where the rows are in the cache
     });
-    if constexpr (Moving) expand_motion(model, times, motion_bricks, motion);
+    if constexpr (Moving) expand_motion(model, active.rows, times, motion_bricks, motion);
     result.usable = usable_;
     result.scatter_seconds = seconds_since(clock);
     return result;
@@ -124,6 +125,10 @@ class RayEngine final : public Engine {
       weights_[f] = stored_weights(model.motion, times[f]);
       slices_[f].resize(level.topology->rows() * kSliceWidth);
       slice_gradients_[f].resize(slices_[f].size());  // all zero between steps: expand_brick clears what it reads
+    }
+    if (active != contracted_) {  // rows that were active may be no more
+      contracted_ = active;
+      for (auto& slice : slices_) std::fill(slice.begin(), slice.end(), 0.0f);
     }
     std::vector<float*> slices(frames);
     for (int f = 0; f < frames; ++f) slices[f] = slices_[f].data();
@@ -169,7 +174,7 @@ class RayEngine final : public Engine {
     }
   }
 
-  void expand_motion(const VoxelModel& model, const std::vector<double>& times, int bricks, Gradient& motion) {
+  void expand_motion(const VoxelModel& model, const std::vector<RowMask>& active, const std::vector<double>& times, int bricks, Gradient& motion) {
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;
       for (std::size_t f = 0; f < times.size(); ++f) {
@@ -178,6 +183,9 @@ class RayEngine final : public Engine {
         float* rows = slice_gradients_[f].data() + std::size_t(b) * kBrickRows * kSliceWidth;
         RowMask hit;
         motion_scatter_.reduce(bin, rows, hit);
+        RowMask at_rest = hit;
+        (at_rest &= ~active[b]).for_each([&](int i) { std::fill_n(rows + std::size_t(i) * kSliceWidth, kSliceWidth, 0.0f); });
+        hit &= active[b];
         expand_brick(model.motion, weights_[f], hit, rows, b, motion.values);
         motion.touched[b] |= hit;
       }
@@ -186,6 +194,7 @@ class RayEngine final : public Engine {
   }
 
   std::vector<AlignedVector<float>> slices_, slice_gradients_;
+  std::vector<RowMask> contracted_;  ///< rows of slices_ that are made anew every step; the others are zero
   std::vector<BasisWeights<float>> weights_;
   std::vector<Worker> workers_;
   std::atomic<bool> usable_ = true;

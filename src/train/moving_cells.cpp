@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "look.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/data/image_read.hpp"
-#include "splinevox/field/slice.hpp"
 #include "splinevox/math/photometric.hpp"
-#include "splinevox/render/field_view.hpp"
-#include "splinevox/render/ray_kernel.hpp"
 #include "splinevox/render/specialise.hpp"
 
 namespace splinevox {
@@ -17,9 +15,7 @@ namespace {
 
 constexpr int kCells = 32;             ///< along the longest edge
 constexpr int kStride = 2;             ///< pixels
-constexpr float kLeastWeight = 0.02f;  ///< of a sample in its pixel
 constexpr float kFewestRays = 2;       ///< of a cell at one time, counted by their weights there
-constexpr float kStop = 1e-3f;
 
 /// Errors of the rays that met a cell at one time, weighted sums.
 struct Given {
@@ -40,33 +36,6 @@ class Spread {
   int times_ = 0;
 };
 
-/// One model at one time, seen along rays.
-template <int Sh>
-class Look {
- public:
-  Look(const VoxelModel& model, double time)
-      : model_(model), slice_(model.motion.levels.empty() ? MotionSlice{} : make_slice(model.motion, stored_weights(model.motion, time))), field_(view_field(model, model.step)) {}
-  Vec3 along(const Ray& ray) {
-    through_ = clip_ray(ray, model_.box, model_.step, 0.5f, model_.background.towards(cast<float>(ray.direction)));
-    const FrameView<float> frame{slice_.values.data(), {}};
-    return (field_.moving ? moving_.forward(through_, field_, frame, kStop) : still_.forward(through_, field_, frame, kStop)).rgb;
-  }
-  /// Calls visit(position, weight) for the samples of the last ray. @pre something changes over time in the model
-  template <class Visit>
-  void each_sample(Visit&& visit) const {
-    for (int i = 0; i < moving_.count; ++i)
-      if (moving_.weight[i] >= kLeastWeight) visit(through_.origin + (moving_.distance[i] * field_.step) * through_.direction, moving_.weight[i]);
-  }
-
- private:
-  const VoxelModel& model_;
-  MotionSlice slice_;
-  FieldView<float> field_;
-  RayInput<float> through_;
-  RayKernel<float, Sh> moving_;
-  StillKernel<float, Sh> still_;
-};
-
 template <int Sh>
 std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const VoxelModel& moving, const VoxelModel& still) {
   Look<Sh> look(moving, frame.time), still_look(still, frame.time);
@@ -77,7 +46,7 @@ std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const Voxel
       const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
       const float* t = truth.pixel(x, y);
       const Vec3 target{t[0], t[1], t[2]}, error = photometric_error(look.along(ray), target), still_error = photometric_error(still_look.along(ray), target);
-      look.each_sample([&](const Vec3& position, float w) {
+      look.each_sample([&](const Vec3& position, float w, int) {
         Given& g = out[grid.index(grid.cell_of(position))];
         g.moving = g.moving + w * error, g.still = g.still + w * still_error, g.weight += w;
       });
@@ -129,7 +98,7 @@ Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& f
       for (int x = 0; x < out.width; ++x) {
         float share = 0;
         look.along(camera_ray(frame.camera, x + 0.5, y + 0.5));
-        look.each_sample([&](const Vec3& position, float w) { share += cells.test(cells.index(cells.cell_of(position))) ? w : 0; });
+        look.each_sample([&](const Vec3& position, float w, int) { share += cells.test(cells.index(cells.cell_of(position))) ? w : 0; });
         *out.pixel(x, y) = share > 0.5f;
       }
   });

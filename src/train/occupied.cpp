@@ -30,13 +30,16 @@ BitGrid Trainer::State::occupied_ever() const {
   return all;
 }
 
-BitGrid Trainer::State::swept() const { return occupancy.empty() || growing() ? bounds.hull : dilate(occupied_ever()); }
+BitGrid Trainer::State::swept() const {
+  if (awake.cells() > 0) return dilate(awake);
+  return occupancy.empty() || growing() ? bounds.hull : dilate(occupied_ever());
+}
 
 void Trainer::State::find_active() {
   if (levels.empty()) return;
   const Topology& t = *levels.back().topology;
-  active.assign(t.bricks.size(), {});
-  active[0].set_all();
+  active.rows.assign(t.bricks.size(), {});
+  active.rows[0].set_all();
   const BitGrid cells = occupancy.empty() ? bounds.hull : occupied_ever();
   // A little more than one spacing: rays find cells and vertices by other roundings than this loop.
   const Box& box = model.box;
@@ -44,11 +47,14 @@ void Trainer::State::find_active() {
   const float spacing = 1.01f * t.lattice.spacing + 4 * std::numeric_limits<float>::epsilon() * farthest;
   const Vec3 reach{spacing, spacing, spacing};
   parallel_for(t.brick_count(), [&](int index) {
+    RowMask& rows = active.rows[index + 1];
     for (int i = 0; i < kBrickRows; ++i) {
       const Vec3 x = t.position(index + 1, i);
-      if (cells.any(x - reach, x + reach)) active[index + 1].set(i);
+      if (cells.any(x - reach, x + reach)) rows.set(i);
     }
+    if (!at_rest.empty()) rows &= ~at_rest[index + 1];
   });
+  active.cells = at_rest.empty() ? std::vector<RowMask>{} : cells_of_rows(t, active.rows);
 }
 
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {

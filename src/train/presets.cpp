@@ -75,7 +75,7 @@ Config published() {
   c.effects.steps = 0;
   c.run.background_order = -1;
   c.motion.basis = BasisKind::bezier;
-  c.motion.light = false;
+  c.motion.light = false, c.motion.rest = 0;
   c.optimiser.beta2 = 0.999f, c.optimiser.shrink = 0;
   c.loss.tv_final = 1;
   c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;

@@ -23,7 +23,7 @@ TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells) {
   return make_topology(lattice, std::move(bricks));
 }
 
-Channels resample(const Channels& from, TopologyPtr topology) {
+Channels resample(const Channels& from, TopologyPtr topology, const std::function<Vec3(Vec3)>& moved) {
   using Eight = Simd<float>::Eight;
   Channels out = make_channels(std::move(topology), from.width, from.row(0));
   const BrickView<float> view(*from.topology);
@@ -31,7 +31,8 @@ Channels resample(const Channels& from, TopologyPtr topology) {
   parallel_for(to.brick_count(), [&](int index) {
     const int b = index + 1;
     for (int i = 0; i < kBrickRows; ++i) {
-      const Located at = locate(view, to.position(b, i));
+      const Vec3 x = to.position(b, i);
+      const Located at = locate(view, moved ? moved(x) : x);
       float* row = out.row(std::size_t(b) * kBrickRows + i);
       for (int k = 0; k < out.width; k += 8) store(row + k, interpolate<Eight>(at, from.values.data(), out.width, k));
     }

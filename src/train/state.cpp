@@ -87,10 +87,13 @@ bool Trainer::State::refine(double progress_now) {
     if (stage < wanted && !growing()) tighten_box();
     refresh_occupancy();
   }
+  std::optional<Offset> offset;
+  if (step > 0 && stage < wanted) offset = settle(bounds.box.longest_edge() / float(config.grid.radiance[wanted]));
+  const bool settled = offset.has_value();
   while (stage < wanted) {
     ++stage;
     if (stage == 0) start_radiance();
-    else refine_radiance(config.grid.radiance[stage]);
+    else refine_radiance(config.grid.radiance[stage], std::exchange(offset, {}));
     changed = true;
   }
   if (changes) {
@@ -112,12 +115,14 @@ bool Trainer::State::refine(double progress_now) {
     }
   }
   if (changed) fit_lattices();
+  if (settled) refresh_occupancy();
   return changed;
 }
 
 void Trainer::State::fit_lattices() {
   uploaded = false;
   set_rates();
+  find_rest();
   collapse_levels({});
   find_active();
   const bool moving = !levels.empty();
@@ -164,15 +169,13 @@ void Trainer::State::tighten_box() {
   model.box = box;
   edge = model.box.longest_edge();
   sampler.set_box(box);
-  if (!levels.empty()) rebase_levels();
+  if (!levels.empty()) put_on_levels(Channels(model.motion.levels[0]), awake.cells() > 0 ? swept() : dilate(bounds.hull));
 }
 
-void Trainer::State::rebase_levels() {
-  // The levels keep their sum, up to sampling it on lattices that start elsewhere.
-  const Channels sum = model.motion.levels[0];
+void Trainer::State::put_on_levels(const Channels& sum, const BitGrid& cells) {
   Channels coarser;
   for (std::size_t l = 0; l < levels.size(); ++l) {
-    const TopologyPtr topology = bricks_near(make_lattice(model.box, config.grid.motion[l]), dilate(bounds.hull));
+    const TopologyPtr topology = bricks_near(make_lattice(model.box, config.grid.motion[l]), cells);
     const Channels target = resample(sum, topology);
     levels[l] = target;
     if (l > 0) {
@@ -183,13 +186,15 @@ void Trainer::State::rebase_levels() {
     coarser = target;
     level_learners[l] = Learner(levels[l]);
   }
+  find_rest();
 }
 
-void Trainer::State::refine_radiance(int cells) {
+void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& offset) {
   const Lattice lattice = make_lattice(bounds.box, cells);
   const BitGrid matter =
       growing() ? bounds.hull : canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
-  model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
+  if (offset) model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, dilate(matter)), [&](Vec3 x) { return x + offset->at(x); });
+  else model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
   model.step = config.sampling.step * lattice.spacing;
   radiance = Learner(model.radiance.raw);
   forget_seen();
@@ -219,6 +224,7 @@ void Trainer::State::collapse_levels(const std::vector<RowMask>& rows) {
       const RowMask mask = finest && !rows.empty() ? rows[b] : RowMask::all();
       mask.for_each([&](int i) { std::copy_n(levels[l].row(std::size_t(b) * kBrickRows + i), sum.width, sum.row(std::size_t(b) * kBrickRows + i)); });
       if (l > 0) prolong_brick(partial_sums[l - 1], sum, b, mask);
+      if (finest && !at_rest.empty()) at_rest[b].for_each([&](int i) { std::fill_n(sum.row(std::size_t(b) * kBrickRows + i), sum.width, 0.0f); });
     });
   }
 }
@@ -295,7 +301,7 @@ void Trainer::State::archive(Archive& a) {
   const int background_order = model.background.order;
   a(model.background, background);
   std::vector<RowMask> seen = radiance.gradient.seen;
-  a(emptied, rays_shown, seen);
+  a(emptied, rays_shown, seen, awake, moving_share);
   if (!a.reading()) return;
   const auto fits = [](const Channels& c, const Learner& l, int width) {
     return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();

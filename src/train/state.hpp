@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "splinevox/backend/step.hpp"
@@ -13,6 +14,7 @@
 #include "splinevox/train/refine.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "learn_background.hpp"
+#include "offset.hpp"
 #include "start.hpp"
 
 namespace splinevox {
@@ -41,7 +43,10 @@ struct Trainer::State {
   std::vector<Channels> levels;      ///< active motion levels, coarse to fine; the learned parameters
   std::vector<Learner> level_learners;
   std::vector<Channels> partial_sums;  ///< of the levels up to each but the last
-  std::vector<RowMask> active;         ///< rows of the finest level that a sample may read until the next refresh; [bricks + 1]
+  BitGrid awake;                     ///< cells of the box in which motion is learned; no cells: everywhere (settle)
+  double moving_share = 1;           ///< of what pictures show, when it last came to rest
+  std::vector<RowMask> at_rest;      ///< rows of the finest level out of their reach, [bricks + 1]; empty: none
+  ActiveRows active;                 ///< of the finest level, until the next refresh
   Gradient motion_gradient;          ///< of the summed level
   std::vector<BitGrid> occupancy;    ///< per training frame; empty: the hull stands for all
 
@@ -96,14 +101,19 @@ struct Trainer::State {
   /// Shrinks the box, and every lattice with it, to where the model has matter at some training time. The occupancy must be
   /// refreshed after it.
   void tighten_box();
-  /// Puts the motion levels on lattices of the new box.
-  void rebase_levels();
+  /// Puts a motion on the levels' lattices of the box, in bricks near the cells. They keep it up to sampling it, and forget their moments.
+  void put_on_levels(const Channels& sum, const BitGrid& cells);
+  /// Lays motion to rest where it is none, if that is in most of what is seen; see rest.cpp. Returns the offset at which the canonical volume is to be looked
+  /// at from now on; none if nothing comes to rest. The occupancy must be refreshed after both. @param voxel  of the next stage, scene units
+  std::optional<Offset> settle(float voxel);
+  /// Rows of the finest level that no awake cell reaches. For every change of its lattice or of what is awake.
+  void find_rest();
   void start_radiance();
   /// Empties the canonical rows that no ray has shown, if there were rays enough, and begins to look anew.
   void empty_unseen();
   /// Begins to look anew (Gradient::seen).
   void forget_seen();
-  void refine_radiance(int cells);
+  void refine_radiance(int cells, const std::optional<Offset>& offset);
   void add_level(int cells);
   /// Rates, summed motion, gradients and engine for the lattices as they are now.
   void fit_lattices();

@@ -157,7 +157,7 @@ StepReport Trainer::one_step() {
   if (s.step > 0 && s.step % every == 0 && !report.stage_changed) s.refresh_occupancy();
   lap(s.phases.occupancy);
 
-  if (!s.device) s.collapse_levels(s.active);
+  if (!s.device) s.collapse_levels(s.active.rows);
   s.sampler.draw(s.step, progress, s.model.step, s.model.background, s.batch);
   report.rays = std::int64_t(s.batch.rays.size());
   if (!s.radiance.gradient.seen.empty()) s.rays_shown += report.rays;
@@ -208,7 +208,7 @@ StepReport Trainer::one_step() {
   const MotionField& motion = s.model.motion;
   if (!s.levels.empty()) {
     take_motion_gradient(s.motion_gradient, s.level_learners.back());
-    add_curve_prior(motion.levels[0], s.level_learners.back(), motion, s.rest_prior(), c.loss.tv_share, draw + s.levels.size(), s.active);
+    add_curve_prior(motion.levels[0], s.level_learners.back(), motion, s.rest_prior(), c.loss.tv_share, draw + s.levels.size(), s.active.rows);
     spread_motion_gradient(s.level_learners);
   }
   lap(s.phases.slices);
@@ -246,6 +246,8 @@ VoxelModel Trainer::model() const {
 }
 
 PhaseSeconds Trainer::phases() const { return state_->phases; }
+
+double Trainer::moving_share() const { return state_->moving_share; }
 
 double Trainer::seconds() const { return state_->seconds_before; }
 

@@ -56,6 +56,18 @@ Learner learner_of(const Channels& values, float tv) {
   return l;
 }
 
+/// One half of a level, which becomes zero.
+void lay_to_rest(Channels& level, ActiveRows& active) {
+  const Topology& t = *level.topology;
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      if (2 * t.vertex(b, i).y < t.lattice.size.y) continue;
+      std::fill_n(level.row(std::size_t(b) * kBrickRows + i), level.width, 0.0f);
+      active.rows[b].word[i >> 6] &= ~(std::uint64_t(1) << (i & 63));
+    }
+  active.cells = cells_of_rows(t, active.rows);
+}
+
 /// Largest difference of two gradients over the largest number of the first.
 double apart(const AlignedVector<float>& a, const AlignedVector<float>& b) {
   REQUIRE(a.size() == b.size());
@@ -75,35 +87,37 @@ TEST_SUITE("backend/gradient") {
     for (const test::Runner& runner : test::runners()) {
       double worst = 0;
       for (int sh = -1; sh <= 3; ++sh)
-        for (const int kind : {0, 1, 2})
+        for (const int kind : {0, 1, 2, 3, 4})  // still; moving; with losses of motion; both with a part at rest
           for (const bool deterministic : {false, true}) {
             CAPTURE(runner.name);
             CAPTURE(sh);
             CAPTURE(kind);
             CAPTURE(deterministic);
-            Scene scene(sh, kind > 0, kind == 2);
+            const bool losses = kind == 2 || kind == 4;
+            Scene scene(sh, kind > 0, losses);
             VoxelModel& model = scene.model;
             const bool moves = kind > 0;
             Learner radiance = learner_of(model.radiance.raw, kTv), motion;
             Gradient none;
-            std::vector<RowMask> active;
-            if (moves) motion = learner_of(model.motion.levels[0], kTv), active.assign(model.motion.levels[0].topology->bricks.size(), RowMask::all());
+            ActiveRows active;
+            if (moves) motion = learner_of(model.motion.levels[0], kTv), active.rows.assign(model.motion.levels[0].topology->bricks.size(), RowMask::all());
+            if (kind > 2) lay_to_rest(model.motion.levels[0], active);
             radiance.gradient.seen.assign(model.radiance.raw.topology->bricks.size(), {});
             std::vector<RowMask> seen = radiance.gradient.seen;
             std::vector<Vec3> behind(scene.batch.rays.size()), behind_on_device = behind;
-            const PassResult pass = make_engine(sh, moves, kind == 2)
+            const PassResult pass = make_engine(sh, moves, losses)
                                         ->run(model, active, model.step, scene.batch, scene.times, {&scene.occupied, &scene.occupied, &scene.occupied},
                                               scene.losses, radiance.gradient, moves ? motion.gradient : none, behind);
             add_total_variation(model.radiance.raw, radiance, 1, kShare, kDraw);
             if (moves) {
               add_total_variation(model.motion.levels[0], motion, 1, kShare, kDraw + 1);
-              add_curve_prior(model.motion.levels[0], motion, model.motion, kRest, kShare, kDraw + 1, active);
+              add_curve_prior(model.motion.levels[0], motion, model.motion, kRest, kShare, kDraw + 1, active.rows);
               add_curve_prior(model.motion.levels[0], motion, model.motion, kCurves, kShare, kDraw + 1);
             }
 
             // With beta1 = 0 the first moment after one step is the gradient.
             const auto learned = [](Channels& values, Learner& l) { return LearnedRows{&values, &l.m, &l.v, l.rate, l.tv, {}}; };
-            StepModel now{&model, learned(model.radiance.raw, radiance), {}, active, {&scene.occupied, 1}};
+            StepModel now{&model, learned(model.radiance.raw, radiance), {}, &active, {&scene.occupied, 1}};
             now.radiance.seen = seen;
             if (moves) now.levels.push_back(learned(model.motion.levels[0], motion));
             const std::vector<int> grids(kSlots, 0);

@@ -116,7 +116,7 @@ TEST_SUITE("hard/gradients") {
       BitGrid all(model.box, 16);
       std::fill(all.bits.begin(), all.bits.end(), ~0u);
       const std::vector<const BitGrid*> occupancy(times.size(), &all);
-      const std::vector<RowMask> active(model.motion.levels[0].topology->bricks.size(), RowMask::all());
+      const ActiveRows active{std::vector<RowMask>(model.motion.levels[0].topology->bricks.size(), RowMask::all()), {}};
       const MotionLoss<double> loss{
           .offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
       const RayLosses asked{.motion = {0.02f, 0.3f, 1e-3f, 0.01f, spline}, .probe_seed = 77};

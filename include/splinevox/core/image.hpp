@@ -32,6 +32,13 @@ struct Image16 {
   const std::uint16_t* pixel(int x, int y) const { return rgba.data() + (std::size_t(y) * width + x) * 4; }
 };
 
+/// One pixel of straight RGBA over a background.
+inline Vec3 composite(const Image16& picture, int x, int y, const Vec3& background) {
+  const std::uint16_t* p = picture.pixel(x, y);
+  const float alpha = p[3] / 65535.0f;
+  return {p[0] / 65535.0f * alpha + background.x * (1 - alpha), p[1] / 65535.0f * alpha + background.y * (1 - alpha),
+          p[2] / 65535.0f * alpha + background.z * (1 - alpha)};
+}
 /// Straight RGBA over a background: [height * width * 3].
 Image composite(const Image16& picture, Vec3 background);
 /// Every value brought into [0, 1]; NaN becomes 0.

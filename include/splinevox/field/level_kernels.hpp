@@ -87,6 +87,7 @@ struct ContractKernel {
 struct ExpandKernel {
   MotionColumns columns;
   const std::uint64_t* touched;  ///< rows that any slot has something for
+  const std::uint64_t* active;   ///< rows that are learned
   const SlotWeights* slots;
   int slot_count;
   std::size_t rows;
@@ -96,9 +97,14 @@ struct ExpandKernel {
   SPLINEVOX_HD std::size_t count() const { return rows; }
   SPLINEVOX_HD void operator()(std::size_t r) const {
     if (!test_row(touched, r)) return;
+    const bool learned = test_row(active, r);
     float* row = gradient + r * columns.width;
     for (int s = 0; s < slot_count; ++s) {
       float* from = slices + (s * rows + r) * kSliceWidth;
+      if (!learned) {
+        store_pack(from, {}), store_pack(from + 4, {});
+        continue;
+      }
       const Pack g = load_pack(from);
       const float light = from[4];
       if (columns.rigidity) row[columns.rigidity_column] += g[3];

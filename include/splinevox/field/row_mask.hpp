@@ -8,7 +8,7 @@
 
 namespace splinevox {
 
-/// One bit per row of a brick: which rows got a gradient. Rows without are left alone by the optimiser, so rounding does not
+/// One bit per row of a brick. Of the rows that got a gradient: rows without are left alone by the optimiser, so rounding does not
 /// move what no ray has seen.
 struct RowMask {
   std::uint64_t word[kBrick] = {};  ///< word x, bit y * 8 + z
@@ -22,6 +22,16 @@ struct RowMask {
     for (int x = 0; x < kBrick; ++x) word[x] |= other.word[x];
     return *this;
   }
+  RowMask& operator&=(const RowMask& other) {
+    for (int x = 0; x < kBrick; ++x) word[x] &= other.word[x];
+    return *this;
+  }
+  RowMask operator~() const {
+    RowMask out;
+    for (int x = 0; x < kBrick; ++x) out.word[x] = ~word[x];
+    return out;
+  }
+  friend bool operator==(const RowMask&, const RowMask&) = default;
   bool test(int row) const { return word[row >> 6] >> (row & 63) & 1; }
   /// Calls visit(row) for every set row, in order.
   template <class Visit>

@@ -43,6 +43,7 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
     for (int k = 0; k < K::kRegisters; ++k) store(record.g + 8 * k, g[k]);
 
     if constexpr (Moving) {
+      if (s.warp.cell.rests()) continue;
       Eight dx = g[0] * s.slope[0][0], dy = g[0] * s.slope[0][1], dz = g[0] * s.slope[0][2];
       for (int k = 1; k < K::kRegisters; ++k) dx += g[k] * s.slope[k][0], dy += g[k] * s.slope[k][1], dz += g[k] * s.slope[k][2];
       const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
@@ -72,8 +73,8 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
   Real value = 0;
   std::size_t next = first;
   for (int i = ray.count - 1; i >= 0; --i) {
-    if (ray.weight[i] < min_weight) continue;
     const auto& s = ray.samples[i];
+    if (ray.weight[i] < min_weight || s.warp.cell.rests()) continue;
     const CellRows rows = field.motion.rows(s.warp.cell);
     const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth); };
     const auto v = trilinear_with_gradient(s.warp.fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),

@@ -69,7 +69,7 @@ class RayKernel {
 
   /// Where a sample lies in the motion lattice, and what it read there.
   struct Warp {
-    Cell cell;
+    Cell cell;    ///< Cell::at_rest(): nothing was read, all is 0
     Vec fraction;
     Four motion;  ///< Delta_0 and raw rigidity
   };
@@ -191,14 +191,19 @@ class RayKernel {
     [[maybe_unused]] Four motion[kChunk];
     if constexpr (Moving) {
       locate(field.motion, motion_course_, i_real, moved, motion_at);
-      gather_motion(field, frame, motion_at, n, motion_cell, motion, chunk_light);
-      for (int j = 0; j < kChunk; ++j) {
-        const Activated<Real> s = light_gain(chunk_light[j]);
-        chunk_gain[j] = s.value, chunk_gain_slope[j] = s.slope;
-      }
-      std::fill_n(chunk_r, kChunk, Real(1));
+      const bool all_rest = gather_motion(field, frame, motion_at, n, motion_cell, motion, chunk_light) == 0;
+      std::fill_n(chunk_r, kChunk, all_rest && field.rigidity ? sigmoid(field.rigidity_offset).value : Real(1));
       std::fill_n(chunk_slope, kChunk, Real(0));
-      if (field.rigidity) {
+      if (all_rest) {
+        std::fill_n(chunk_gain, kChunk, Real(1));
+        std::fill_n(chunk_gain_slope, kChunk, Real(0));
+      } else {
+        for (int j = 0; j < kChunk; ++j) {
+          const Activated<Real> s = light_gain(chunk_light[j]);
+          chunk_gain[j] = s.value, chunk_gain_slope[j] = s.slope;
+        }
+      }
+      if (field.rigidity && !all_rest) {
         alignas(64) Real raw[kChunk] = {};
         for (int j = 0; j < n; ++j) raw[j] = motion[j][3];
         for (int j = 0; j < kChunk; ++j) {
@@ -207,8 +212,9 @@ class RayKernel {
           chunk_slope[j] = s.slope;
         }
       }
-      for (int j = 0; j < n; ++j)
-        for (int a = 0; a < 3; ++a) moved[a][j] = chunk_r[j] * motion[j][a] * field.radiance.inv_spacing;
+      if (!all_rest)
+        for (int j = 0; j < n; ++j)
+          for (int a = 0; a < 3; ++a) moved[a][j] = chunk_r[j] * motion[j][a] * field.radiance.inv_spacing;
     }
 
     Located at;
@@ -240,9 +246,16 @@ class RayKernel {
     return shade_stored(field, rows, kept, stop);
   }
 
-  void gather_motion(const Field& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out, Real* raw_light) {
+  /// Returns how many of the cells are not at rest.
+  int gather_motion(const Field& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out, Real* raw_light) {
+    int awake = 0;
     for (int j = 0; j < n; ++j) {
       cells[j] = cell_of(field.motion, at, j);
+      if (field.at_rest(cells[j])) {
+        cells[j] = Cell::at_rest(), out[j] = Four{}, raw_light[j] = 0;
+        continue;
+      }
+      ++awake;
       const CellRows rows = field.motion.rows(cells[j]);
       Real w[kCorners];
       trilinear_weights(at.at(j), w);
@@ -251,6 +264,7 @@ class RayKernel {
       out[j] = Four{sum[0], sum[1], sum[2], sum[3]};
       raw_light[j] = sum[4];
     }
+    return awake;
   }
 
   bool shade_stored(const Field& field, const CellRows* rows, int n, Real stop) {

@@ -39,10 +39,18 @@ struct FieldView {
   BrickView<Real> radiance;
   const Stored* radiance_rows = nullptr;  ///< [rows * width]
   BrickView<Real> motion;
+  const std::uint64_t* awake = nullptr;  ///< ActiveRows::cells: a bit per motion row; null: no cell is at rest
   bool moving = false, rigidity = false;
   Real rigidity_offset = 0;
   Real density_scale = 1, density_shift = 0;
   Real step = 1;  ///< scene units
+
+  /// Whether a motion cell holds nothing but zeros, and is to stay so.
+  SPLINEVOX_INLINE bool at_rest(const Cell& cell) const {
+    if (!awake) return false;
+    const std::int32_t row = motion.first_row(cell);
+    return !(awake[row >> 6] >> (row & 63) & 1);
+  }
 };
 
 /// One time as the ray kernels read it.

@@ -55,6 +55,7 @@ struct MotionConfig {
   bool light = true;                           ///< a gain per place and time, with or without motion (math/light.hpp)
   float initial_rigidity = 0;                  ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<float> halve_start;              ///< bspline: progress at which every span is halved, K -> 2K - 3, the curves staying the same
+  float rest = 0.5f;                           ///< share of what is seen that may move for the rest to come to rest (train/rest.cpp); 0: nothing does
   std::vector<int> elevate_points;             ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;            ///< progress at which each happens
 };
@@ -157,6 +158,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("motion.light", c.motion.light, "whether the light of a place may change over time", 0, 1);
   visit("motion.initial_rigidity", c.motion.initial_rigidity, "raw rigidity before training", -20, 20);
   visit("motion.halve_start", c.motion.halve_start, "bspline: progress at which every span is halved, K -> 2K - 3", 0, 1);
+  visit("motion.rest", c.motion.rest, "share of what is seen that may move for the rest to come to rest, 0 = nothing does", 0, 1);
   visit("motion.elevate_points", c.motion.elevate_points, "bezier: control points after each degree elevation", kMinPoints, kMaxBezierPoints);
   visit("motion.elevate_start", c.motion.elevate_start, "progress at which each elevation happens", 0, 1);
   visit("optimiser.kind", c.optimiser.kind, "adam or rmsprop", 0, 1);

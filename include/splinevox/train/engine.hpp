@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "splinevox/field/active_rows.hpp"
 #include "splinevox/field/levels.hpp"
 #include "splinevox/field/row_mask.hpp"
 #include "splinevox/render/backward.hpp"
@@ -31,13 +32,13 @@ class Engine {
  public:
   virtual ~Engine() = default;
   /// @param model      motion collapsed into one level (or none).
-  /// @param active     rows of the motion level that a sample may read, [bricks + 1]; the others are not contracted.
+  /// @param active     rows of the motion level that a sample may read other than zeros from; the others get no gradient.
   /// @param times      model time of each frame slot of the batch, [0, 1].
   /// @param occupancy  of each frame slot.
   /// @param radiance   gradient of model.radiance.raw, accumulated; marks what was seen, if it has a mask for that.
   /// @param motion     gradient of the collapsed motion level, accumulated; ignored when nothing moves.
   /// @param behind     gets the gradient of the colour behind each ray of the batch's tasks, [rays]; empty: not wanted.
-  virtual PassResult run(const VoxelModel& model, const std::vector<RowMask>& active, float step,
+  virtual PassResult run(const VoxelModel& model, const ActiveRows& active, float step,
                          const Batch& batch, const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
                          const RayLosses& losses, Gradient& radiance, Gradient& motion, std::span<Vec3> behind) = 0;
   /// Rays of the last batch whose loss or gradient was not finite, in order.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+
 #include "splinevox/field/model.hpp"
 #include "splinevox/render/occupancy.hpp"
 
@@ -11,7 +13,8 @@ TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells);
 
 /// The field at the vertices of another topology over the same box, by trilinear interpolation of raw values; where the old one
 /// has nothing the background is copied.
-Channels resample(const Channels& from, TopologyPtr topology);
+/// @param moved  where in the old field to look for a vertex; empty: where the vertex is
+Channels resample(const Channels& from, TopologyPtr topology, const std::function<Vec3(Vec3)>& moved = {});
 
 /// Gives every stored curve more control points without changing it: a Bezier curve one degree more (K + 1, numerics H3), a cubic
 /// B-spline twice as many spans (2K - 3).

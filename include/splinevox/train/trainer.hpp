@@ -68,6 +68,8 @@ class Trainer {
   /// The model as it is: motion levels collapsed into one, ready for render_image and for model.vdb.
   VoxelModel model() const;
   PhaseSeconds phases() const;
+  /// Share of what training pictures show that was moving when the rest came to rest (MotionConfig::rest); 1: motion is learned everywhere.
+  double moving_share() const;
   /// Seconds of the budget spent so far, loading and earlier sessions included.
   double seconds() const;
 

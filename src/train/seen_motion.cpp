@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "seen_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "look.hpp"
+#include "splinevox/core/parallel.hpp"
+#include "splinevox/data/image_read.hpp"
+#include "splinevox/math/photometric.hpp"
+#include "splinevox/render/specialise.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr std::size_t kMostLooks = 60;  ///< views
+constexpr double kRaysOfALook = 3000;
+constexpr float kLeastShown = 0.5f;     ///< of a cell in one view, in pixels of its grid of rays
+
+/// Weighted sums over the samples of one view in one cell.
+struct Shown {
+  Vec3 displacement{}, error{};
+  float light = 0, weight = 0;
+};
+using ShownCell = std::pair<std::size_t, Shown>;
+
+template <int Sh>
+std::vector<ShownCell> shown_by(const VoxelModel& model, const Frame& view, const BitGrid* occupancy, const BitGrid& grid) {
+  Look<Sh> look(model, view.time, occupancy);
+  const Camera& camera = view.camera;
+  const int stride = std::max(1, int(std::sqrt(double(camera.width) * camera.height / kRaysOfALook)));
+  std::vector<Shown> cells(grid.cells());
+  for (int y = stride / 2; y < camera.height; y += stride)
+    for (int x = stride / 2; x < camera.width; x += stride) {
+      const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
+      const Vec3 error = photometric_error(look.along(ray), composite(view.image, x, y, model.background.towards(cast<float>(ray.direction))));
+      look.each_sample([&](const Vec3& position, float w, int i) {
+        Shown& cell = cells[grid.index(grid.cell_of(position))];
+        cell.displacement += w * look.displacement(i), cell.error += w * error, cell.light += w * look.light(i), cell.weight += w;
+      });
+    }
+  std::vector<ShownCell> out;
+  for (std::size_t c = 0; c < cells.size(); ++c)
+    if (cells[c].weight > kLeastShown) out.emplace_back(c, cells[c]);
+  return out;
+}
+
+/// Weighted mean and variance of vectors.
+class Moments {
+ public:
+  void add(const Vec3& value, double weight) {
+    const Vec3d v = cast<double>(value);
+    sum_ = sum_ + weight * v, square_ += weight * dot(v, v), weight_ += weight;
+  }
+  Vec3 mean() const { return cast<float>((1 / weight_) * sum_); }
+  double variance() const { return std::max(0.0, (square_ - dot(sum_, sum_) / weight_) / weight_); }
+
+ private:
+  Vec3d sum_{};
+  double square_ = 0, weight_ = 0;
+};
+
+}  // namespace
+
+std::vector<SeenMotion> seen_motion(const VoxelModel& model, const Split& views, const std::vector<BitGrid>& occupancy, const BitGrid& cells) {
+  const std::size_t looks = std::min(kMostLooks, views.frames.size());
+  std::vector<std::vector<ShownCell>> shown(looks);
+  parallel_for(int(looks), [&](int i) {
+    const std::size_t f = std::size_t(i) * views.frames.size() / looks;
+    const BitGrid* grid = occupancy.empty() ? nullptr : &occupancy[occupancy.size() > 1 ? f : 0];
+    specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() { shown[i] = shown_by<Sh>(model, views.frames[f], grid, cells); });
+  });
+  struct Course {
+    Moments displacement, light, error;
+  };
+  std::vector<Course> courses(cells.cells());
+  std::vector<SeenMotion> out(cells.cells());
+  for (const std::vector<ShownCell>& view : shown)
+    for (const auto& [c, s] : view) {
+      const float share = 1 / s.weight;
+      courses[c].displacement.add(share * s.displacement, s.weight);
+      courses[c].light.add({share * s.light, 0, 0}, s.weight);
+      courses[c].error.add(share * s.error, s.weight);
+      out[c].weight += s.weight, ++out[c].times;
+    }
+  for (std::size_t c = 0; c < out.size(); ++c) {
+    if (out[c].times == 0) continue;
+    out[c].offset = courses[c].displacement.mean();
+    out[c].spread = float(std::sqrt(courses[c].displacement.variance()));
+    out[c].light = float(std::sqrt(courses[c].light.variance()));
+    out[c].error = float(std::sqrt(courses[c].error.variance() / 3));
+  }
+  return out;
+}
+
+}  // namespace splinevox

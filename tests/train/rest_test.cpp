@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/synth.hpp"
+#include "splinevox/field/active_rows.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "splinevox/train/engine.hpp"
+#include "splinevox/train/trainer.hpp"
+#include "support/blob_model.hpp"
+#include "train/offset.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+/// A run long enough to tell what moves.
+Config small_config() {
+  Config c = preset("draft");
+  c.run.max_time = 0, c.run.max_steps = 600;
+  c.grid.radiance = {24, 40}, c.grid.radiance_start = {0, 0.5f};
+  c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.1f, 0.2f};
+  c.sampling.rays = 1024;
+  return c;
+}
+
+const Dataset& toy() {
+  static const Dataset data = make_synth("toy", {.frames = 40, .size = 64});
+  return data;
+}
+
+struct Made {
+  VoxelModel model;
+  double moving_share;
+};
+
+Made train(const Config& config, const Dataset& data, int threads = 2, std::int64_t stop_at = 0) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  tbb::task_arena arena(threads);
+  return arena.execute([&] {
+    auto trainer = std::make_unique<Trainer>(config, *data.find("train"), data.time_map);
+    while (!trainer->done()) {
+      if (trainer->step().step != stop_at) continue;
+      const std::vector<char> state = trainer->save();
+      trainer = std::make_unique<Trainer>(config, *data.find("train"), data.time_map);
+      trainer->restore(state);
+    }
+    return Made{trainer->model(), trainer->moving_share()};
+  });
+}
+
+double quality(const VoxelModel& model, const Dataset& data) {
+  Renderer renderer(model);
+  double db = 0;
+  const Split& test = *data.find("test");
+  for (const Frame& f : test.frames) db += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background.color));
+  return db / double(test.frames.size());
+}
+
+std::size_t count_moving(const VoxelModel& model) {
+  std::size_t n = 0;
+  for (const RowMask& rows : nonzero_rows(model.motion.levels.back()).rows) rows.for_each([&](int) { ++n; });
+  return n;
+}
+
+}  // namespace
+
+TEST_SUITE("train/rest") {
+  TEST_CASE("what stands still comes to rest, the ball does not, and pictures are as good; the same bits for any number of threads and across a stop") {
+    const Made everywhere = [] {
+      Config c = small_config();
+      c.motion.rest = 0;
+      return train(c, toy());
+    }();
+    const Made made = train(small_config(), toy());
+    CAPTURE(made.moving_share);
+    CHECK(everywhere.moving_share == 1);
+    CHECK(made.moving_share < 0.4);
+    CHECK(made.moving_share > 0.01);
+    CHECK(count_moving(made.model) < count_moving(everywhere.model) / 2);
+    const double with = quality(made.model, toy()), without = quality(everywhere.model, toy());
+    CAPTURE(with);
+    CAPTURE(without);
+    CHECK(with > without - 0.7);
+    const Made again = train(small_config(), toy(), 1, 450);
+    CHECK(again.moving_share == made.moving_share);
+    CHECK(again.model.radiance.raw.values == made.model.radiance.raw.values);
+    CHECK(again.model.motion.levels[0].values == made.model.motion.levels[0].values);
+  }
+  TEST_CASE("where most of a scene moves nothing comes to rest, to the last bit") {
+    Config c = small_config();
+    c.run.max_steps = 300;
+    const Dataset ball = make_synth("dancer", {.frames = 30, .size = 48});
+    const Made made = train(c, ball);
+    c.motion.rest = 0;
+    CHECK(made.moving_share == 1);
+    CHECK(train(c, ball).model.radiance.raw.values == made.model.radiance.raw.values);
+  }
+  TEST_CASE("an offset is what is known where it is, smooth in between, and undone") {
+    const Box box{{-1, -1, -1}, {1, 1, 0.5f}};
+    BitGrid cells(box, 16);
+    std::vector<Vec3> known(cells.cells());
+    const auto truth = [](const Vec3& x) { return Vec3{0.05f + 0.02f * x.y, -0.03f * x.x, 0.01f}; };
+    for (std::size_t c = 0; c < cells.cells(); ++c) {
+      const Int3 at = cells.cell_at(c);
+      if ((at.x + at.y + at.z) % 5 == 0) cells.set(c), known[c] = truth(cells.center(at));
+    }
+    const Offset offset(cells, known);
+    for (std::size_t c = 0; c < cells.cells(); ++c)
+      if (cells.test(c)) CHECK(length(offset.at(cells.center(cells.cell_at(c))) - known[c]) < 1e-6f);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> inside(-0.8f, 0.4f);
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 z{inside(random), inside(random), inside(random)}, y = offset.undo(z);
+      CHECK(length(offset.at(z) - truth(z)) < 4e-3f);
+      CHECK(length(y + offset.at(y) - z) < 1e-5f);
+    }
+  }
+  TEST_CASE("no cell: no offset; a grid one cell thick") {
+    const Box box{{0, 0, 0}, {1, 1, 0.01f}};
+    BitGrid cells(box, 8);
+    REQUIRE(cells.size.z == 1);
+    CHECK(length(Offset(cells, std::vector<Vec3>(cells.cells())).at({0.5f, 0.5f, 0.005f})) == 0);
+  }
+  TEST_CASE("cells of rows: those with one among their corners, across bricks and beside absent ones") {
+    const VoxelModel model = test::noisy_model(21, 6, FirstPoint::zero, BasisKind::bezier, 1, true, true);
+    const Lattice lattice{{0, 0, 0}, 1, {24, 16, 16}};
+    const TopologyPtr t = make_topology(lattice, {{0, 0, 0}, {2, 0, 0}, {2, 1, 1}});
+    std::vector<RowMask> rows(t->bricks.size());
+    rows[1].set(7 << 6 | 7 << 3 | 7);
+    rows[2].set(0);  // its cells begin in the absent brick to its left, and on the lattice's rim
+    const std::vector<RowMask> cells = cells_of_rows(*t, rows);
+    for (int b = 1; b <= t->brick_count(); ++b)
+      for (int i = 0; i < kBrickRows; ++i) {
+        const Int3 v = t->vertex(b, i);
+        const bool expected = (v.x >= 6 && v.x <= 7 && v.y >= 6 && v.y <= 7 && v.z >= 6 && v.z <= 7) || (v.x == 16 && v.y == 0 && v.z == 0);
+        CHECK(cells[b].test(i) == expected);
+      }
+    CHECK(cells[0].test(7 << 6));                       // (15, 0, 0)
+    CHECK(cells[0].test(7 << 6 | 7 << 3 | 7));          // (15, -1, -1)
+    CHECK_FALSE(cells[0].test(3 << 6 | 3 << 3 | 3));
+    // Rows that are not zero are all of a noisy model's.
+    const ActiveRows noisy = nonzero_rows(model.motion.levels[0]);
+    CHECK(noisy.cells.empty());
+    for (const RowMask& brick : noisy.rows) CHECK(brick == RowMask::all());
+  }
+}
