@@ -43,7 +43,7 @@ ActiveRows nonzero_rows(const Channels& level) {
   out.cells = cells_of_rows(*level.topology, out.rows);
   std::size_t awake = 0;
   for (std::size_t b = 1; b < out.cells.size(); ++b) out.cells[b].for_each([&](int) { ++awake; });
-  if (2 * awake > level.topology->rows()) out.cells.clear();
+  if (2 * awake > level.topology->rows() - kBrickRows) out.cells.clear();
   return out;
 }
 

@@ -128,6 +128,11 @@ void bind_trainer(py::module_& m) {
              alone(l, [&](const Trainer& t) { phases = t.phases(); });
              return phases_of(phases);
            }, "seconds in each part of a step")
+      .def_property_readonly("moving_share", [](Learning& l) {
+             double share = 1;
+             alone(l, [&](const Trainer& t) { share = t.moving_share(); });
+             return share;
+           }, "of what training pictures show, what was moving when the rest came to rest; 1: motion is learned everywhere")
       .def("model", &model_of, "The model as it is now: a copy.")
       .def("save", [](Learning& l) {
              std::vector<char> bytes;
