@@ -43,7 +43,8 @@ ActiveRows nonzero_rows(const Channels& level) {
   out.cells = cells_of_rows(*level.topology, out.rows);
   std::size_t awake = 0;
   for (std::size_t b = 1; b < out.cells.size(); ++b) out.cells[b].for_each([&](int) { ++awake; });
-  if (2 * awake > level.topology->rows() - kBrickRows) out.cells.clear();
+  const bool nothing = std::all_of(level.row(0), level.row(kBrickRows), [](float v) { return v == 0; });  // what absent bricks read
+  if (!nothing || 2 * awake > level.topology->rows() - kBrickRows) out.cells.clear();
   return out;
 }
 

@@ -125,7 +125,7 @@ void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
           }, "float32 (rows, coefficients) of the view rescale; None without view dependence. A view.")
       .def_property_readonly("control_points", motion_view([](const MotionField& f) { return f.displaces; },
            [](MotionField& f, Channels& c, const py::object& self) { return columns(c, 0, 3, self, f.stored_points(), f.stride()); }),
-           "float32 (rows, stored points, 3), scene units; None where nothing moves. A view.")
+           "float32 (rows, stored points, 3), scene units; None where nothing moves. A view; a Renderer made before a change may skip what was zero then.")
       .def_property_readonly("light", motion_view([](const MotionField& f) { return f.light; },
            [](MotionField& f, Channels& c, const py::object& self) { return columns(c, f.light_lane(), 1, self, f.stored_points(), f.stride()); }),
            "float32 (rows, stored points), raw: the gain is 2 sigmoid; None where the light does not change. A view.")

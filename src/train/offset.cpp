@@ -51,10 +51,12 @@ Offset::Offset(const BitGrid& cells, const std::vector<Vec3>& known) {
       for (int a = 0; a < 3; ++a) values_.row(std::size_t(b) * kBrickRows + i)[a] = all[cells.index(c)][a];
     }
   view_ = BrickView<float>(t);
+  centers_ = {cells.center({0, 0, 0}), cells.center(cells.size - Int3{1, 1, 1})};
 }
 
 Vec3 Offset::at(Vec3 x) const {
-  const auto v = interpolate<Simd<float>::Four>(locate(view_, x), values_.values.data(), kWidth, 0);
+  const Vec3 inside = max(centers_.lo, min(centers_.hi, x));
+  const auto v = interpolate<Simd<float>::Four>(locate(view_, inside), values_.values.data(), kWidth, 0);
   return {v[0], v[1], v[2]};
 }
 

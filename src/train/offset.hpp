@@ -18,7 +18,7 @@ class Offset {
   /// @param known  [cells] of those cells, scene units
   Offset(const BitGrid& cells, const std::vector<Vec3>& known);
 
-  /// At a position; within half a cell of the box's walls and beyond, less and less.
+  /// At a position; from the centres of the outermost cells on the same as there.
   Vec3 at(Vec3 x) const;
   /// The y with y + at(y) = z, by as many steps of fixed point iteration as offsets of a few voxels need.
   Vec3 undo(Vec3 z) const;
@@ -26,6 +26,7 @@ class Offset {
  private:
   Channels values_;  ///< x, y, z at the cells' centres
   BrickView<float> view_;
+  Box centers_;
 };
 
 }  // namespace splinevox

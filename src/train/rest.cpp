@@ -2,6 +2,7 @@
 // Where motion comes to rest. Of many scenes only a part moves, and what stands still need not pay for that. Early in a run it cannot be told: a fit
 // displaces everything, what stands still by a voxel or two, but always by the same. Once all of time is trained, the displacement of a place over time
 // tells the two apart; then the canonical volume is laid out anew such that the offset is 0, and where nothing else is left motion is not stored, read or learned (docs/experiments.md, "At rest").
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -19,8 +20,10 @@ constexpr int kCells = 32;         ///< along the longest edge
 constexpr int kFewestTimes = 4;    ///< that show a cell, to know whether it moves
 // Over time, as standard deviations. What stands still after a third of a run stays below 0.1 voxel and 2% of light; what moves is beyond a voxel or two.
 constexpr float kStill = 0.25f;    ///< voxels of motion
-constexpr float kSteady = 0.05f;   ///< of light
+constexpr float kSteady = 0.05f;   ///< of light. Where it is steady its mean is given up as well: colours learn it again
 constexpr float kSettled = 0.1f;   ///< of brightness, in the mean error of a cell's rays: beyond it something changes that is not known yet
+
+constexpr float kLeastRigidity = 0.02f;  ///< below it nothing moves, and dividing by it would only raise noise
 
 float distance(const Vec3& a, const Vec3& b) { return std::sqrt(dot(a - b, a - b)); }
 
@@ -32,6 +35,7 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
   if (config.motion.rest == 0 || !m.displaces || pinned || levels.empty() || growing()) return {};
   collapse_levels({});
   BitGrid cells(model.box, kCells), known = cells;
+  const auto changes = [&](const SeenMotion& s) { return s.light > kSteady || s.error > kSettled * unit; };
   const std::vector<SeenMotion> seen = seen_motion(model, train, occupancy, cells);
   double weight = 0, moving = 0;
   std::vector<Vec3> offsets(cells.cells());
@@ -39,15 +43,18 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
     const SeenMotion& s = seen[c];
     if (s.times < kFewestTimes) continue;
     weight += s.weight;
-    if (s.spread > kStill * voxel || s.light > kSteady || s.error > kSettled * unit) cells.set(c), moving += s.weight;
+    if (s.spread > kStill * voxel || changes(s)) cells.set(c), moving += s.weight;
     else known.set(c), offsets[c] = s.offset;
   }
   // What rests already stays at rest, or the canonical volume would be laid out for a motion that it no longer has.
-  if (awake.cells() == 0 && moving > config.motion.rest * weight) return {};
+  if (awake.cells() == 0 && !(weight > 0 && moving <= config.motion.rest * weight)) return {};
   const Offset offset(known, offsets);
-  // A cell that few pictures show is still if it is displaced like its surroundings.
-  for (std::size_t c = 0; c < cells.cells(); ++c)
-    if (seen[c].times > 0 && seen[c].times < kFewestTimes && distance(seen[c].offset, offset.at(cells.center(cells.cell_at(c)))) > kStill * voxel) cells.set(c);
+  // A cell that is shown at few times is still if it is displaced like its surroundings.
+  for (std::size_t c = 0; c < cells.cells(); ++c) {
+    const SeenMotion& s = seen[c];
+    if (s.times == 0 || s.times >= kFewestTimes) continue;
+    if (distance(s.offset, offset.at(cells.center(cells.cell_at(c)))) > kStill * voxel || changes(s)) cells.set(c);
+  }
   moving_share = weight > 0 ? moving / weight : 1;
   awake = dilate(cells);  // so that the place of what moves may grow
 
@@ -57,7 +64,7 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
     for (int i = 0; i < kBrickRows; ++i) {
       float* row = sum.row(std::size_t(index + 1) * kBrickRows + i);
       const Vec3 x = sum.topology->position(index + 1, i);
-      const float r = m.rigidity ? sigmoid(row[m.rigidity_column()] + m.rigidity_offset).value : 1.0f;
+      const float r = m.rigidity ? std::max(sigmoid(row[m.rigidity_column()] + m.rigidity_offset).value, kLeastRigidity) : 1.0f;
       for (int k = 0; k < m.stored_points(); ++k) {
         float* p = row + m.stride() * k;
         const Vec3 moved = (1 / r) * (offset.undo(x + r * Vec3{p[0], p[1], p[2]}) - x);

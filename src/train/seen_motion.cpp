@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
+#include "by_time.hpp"
 #include "look.hpp"
 #include "splinevox/core/parallel.hpp"
+#include "splinevox/core/rng.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/photometric.hpp"
 #include "splinevox/render/specialise.hpp"
@@ -14,9 +17,9 @@
 namespace splinevox {
 namespace {
 
-constexpr std::size_t kMostLooks = 60;  ///< views
-constexpr double kRaysOfALook = 3000;
-constexpr float kLeastShown = 0.5f;     ///< of a cell in one view, in pixels of its grid of rays
+constexpr std::size_t kMostLooks = 256;  ///< views
+constexpr double kRays = 180000;         ///< of all looks together: one or two steps of training in a hundred
+constexpr float kLeastShown = 0.5f;      ///< of a cell in one view, in pixels of its grid of rays
 
 /// Weighted sums over the samples of one view in one cell.
 struct Shown {
@@ -26,10 +29,10 @@ struct Shown {
 using ShownCell = std::pair<std::size_t, Shown>;
 
 template <int Sh>
-std::vector<ShownCell> shown_by(const VoxelModel& model, const Frame& view, const BitGrid* occupancy, const BitGrid& grid) {
+std::vector<ShownCell> shown_by(const VoxelModel& model, const Frame& view, const BitGrid* occupancy, const BitGrid& grid, double rays) {
   Look<Sh> look(model, view.time, occupancy);
   const Camera& camera = view.camera;
-  const int stride = std::max(1, int(std::sqrt(double(camera.width) * camera.height / kRaysOfALook)));
+  const int stride = std::max(1, int(std::sqrt(double(camera.width) * camera.height / rays)));
   std::vector<Shown> cells(grid.cells());
   for (int y = stride / 2; y < camera.height; y += stride)
     for (int x = stride / 2; x < camera.width; x += stride) {
@@ -64,25 +67,35 @@ class Moments {
 }  // namespace
 
 std::vector<SeenMotion> seen_motion(const VoxelModel& model, const Split& views, const std::vector<BitGrid>& occupancy, const BitGrid& cells) {
-  const std::size_t looks = std::min(kMostLooks, views.frames.size());
+  const std::vector<int> by_time = frames_by_time(views);
+  const std::size_t looks = std::min(kMostLooks, by_time.size());
+  // One of every stretch of time; which one is left to chance, or it might always be the same camera's.
+  std::vector<int> chosen(looks);
+  for (std::size_t i = 0; i < looks; ++i) {
+    const std::size_t first = i * by_time.size() / looks, last = (i + 1) * by_time.size() / looks;
+    chosen[i] = by_time[first + hash64(i) % (last - first)];
+  }
   std::vector<std::vector<ShownCell>> shown(looks);
   parallel_for(int(looks), [&](int i) {
-    const std::size_t f = std::size_t(i) * views.frames.size() / looks;
+    const int f = chosen[i];
     const BitGrid* grid = occupancy.empty() ? nullptr : &occupancy[occupancy.size() > 1 ? f : 0];
-    specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() { shown[i] = shown_by<Sh>(model, views.frames[f], grid, cells); });
+    specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() { shown[i] = shown_by<Sh>(model, views.frames[f], grid, cells, kRays / double(looks)); });
   });
   struct Course {
     Moments displacement, light, error;
+    double last = std::numeric_limits<double>::quiet_NaN();  ///< time it was shown at
   };
   std::vector<Course> courses(cells.cells());
   std::vector<SeenMotion> out(cells.cells());
-  for (const std::vector<ShownCell>& view : shown)
-    for (const auto& [c, s] : view) {
+  for (std::size_t i = 0; i < looks; ++i)
+    for (const auto& [c, s] : shown[i]) {
       const float share = 1 / s.weight;
       courses[c].displacement.add(share * s.displacement, s.weight);
       courses[c].light.add({share * s.light, 0, 0}, s.weight);
       courses[c].error.add(share * s.error, s.weight);
-      out[c].weight += s.weight, ++out[c].times;
+      out[c].weight += s.weight;
+      const double time = views.frames[chosen[i]].time;
+      if (std::exchange(courses[c].last, time) != time) ++out[c].times;
     }
   for (std::size_t c = 0; c < out.size(); ++c) {
     if (out[c].times == 0) continue;

@@ -224,7 +224,7 @@ void Trainer::State::collapse_levels(const std::vector<RowMask>& rows) {
       const RowMask mask = finest && !rows.empty() ? rows[b] : RowMask::all();
       mask.for_each([&](int i) { std::copy_n(levels[l].row(std::size_t(b) * kBrickRows + i), sum.width, sum.row(std::size_t(b) * kBrickRows + i)); });
       if (l > 0) prolong_brick(partial_sums[l - 1], sum, b, mask);
-      if (finest && !at_rest.empty()) at_rest[b].for_each([&](int i) { std::fill_n(sum.row(std::size_t(b) * kBrickRows + i), sum.width, 0.0f); });
+      if (finest && rows.empty() && !at_rest.empty()) at_rest[b].for_each([&](int i) { std::fill_n(sum.row(std::size_t(b) * kBrickRows + i), sum.width, 0.0f); });
     });
   }
 }

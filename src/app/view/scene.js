@@ -87,7 +87,7 @@ class Scene {
     const places = readPlaces(bytes, motion), table = brickTable(motion, places);
     this.motionTable = texture3d(gl, gl.R32UI, motion.dims, gl.NEAREST);
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...motion.dims, gl.RED_INTEGER, gl.UNSIGNED_INT, table);
-    const width = Math.min(4096, gl.getParameter(gl.MAX_TEXTURE_SIZE)), height = Math.ceil(rows * numbers / width);
+    const width = Math.min(4096, gl.getParameter(gl.MAX_TEXTURE_SIZE)), height = Math.max(1, Math.ceil(rows * numbers / width));
     if (height > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("The model's motion is larger than this graphics card's textures.");
     const texels = new Int16Array(4 * width * height);
     const put = (number, lane, plane) => readPlane(bytes, plane, Int16Array).forEach((v, r) => { texels[4 * (number * rows + r) + lane] = v; });
