@@ -209,9 +209,21 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const
   constexpr int kTop = OccupancyPyramid::kLevels - 1;
   const Int3 size = canonical.levels[kTop].size;
   Int3 b;
+  // And what is not displaced is where it is.
+  const auto copy = [&](Int3 block) {
+    const Int3 first = (1 << kTop) * block, last = min(cells.size, (1 << kTop) * (block + Int3{1, 1, 1}));
+    Int3 c;
+    for (c.x = first.x; c.x < last.x; ++c.x)
+      for (c.y = first.y; c.y < last.y; ++c.y)
+        for (c.z = first.z; c.z < last.z; ++c.z)
+          if (const std::size_t i = cells.index(c); cells.test(i)) out.set(i);
+  };
   for (b.x = 0; b.x < size.x; ++b.x)
     for (b.y = 0; b.y < size.y; ++b.y)
-      for (b.z = 0; b.z < size.z; ++b.z) descend(descend, kTop, b);
+      for (b.z = 0; b.z < size.z; ++b.z) {
+        if (!canonical.still.empty() && canonical.still[canonical.levels[kTop].index(b)]) copy(b);
+        else descend(descend, kTop, b);
+      }
   return out;
 }
 

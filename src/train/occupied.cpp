@@ -58,7 +58,18 @@ void Trainer::State::find_active() {
 }
 
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
-  const OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
+  OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
+  if (awake.cells() > 0 && model.motion.moves()) {
+    // A vertex is displaced if an awake cell is within one spacing of it, and displaces what is within one spacing of itself.
+    const BitGrid& blocks = canonical.levels.back();
+    const float spacing = 2.01f * model.motion.levels[0].topology->lattice.spacing + 0.5f * blocks.cell;
+    const Vec3 reach{spacing, spacing, spacing};
+    canonical.still.resize(blocks.cells());
+    parallel_for(int(blocks.cells()), [&](int i) {
+      const Vec3 center = blocks.center(blocks.cell_at(std::size_t(i)));
+      canonical.still[i] = !awake.any(center - reach, center + reach);
+    });
+  }
   if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
   const std::span<const int> trained = sampler.window(progress);
   // Of a long sequence only some times are looked at, and a frame between two of them has what either has.

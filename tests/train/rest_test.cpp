@@ -103,6 +103,24 @@ TEST_SUITE("train/rest") {
     CHECK(made.moving_share == 1);
     CHECK(train(c, snake).model.radiance.raw.values == made.model.radiance.raw.values);
   }
+  TEST_CASE("a scene in which nothing moves comes to rest altogether, its pictures none the worse") {
+    const Dataset still = make_synth("static", {.frames = 40, .size = 64});
+    Config c = small_config();
+    const Made made = train(c, still);
+    CHECK(made.moving_share == 0);
+    CHECK(count_moving(made.model) == kBrickRows);  // what absent bricks read
+    c.motion.rest = 0;
+    CHECK(quality(made.model, still) > quality(train(c, still).model, still) - 0.2);
+  }
+  TEST_CASE("three pictures are too few to say what stands still") {
+    Config c = small_config();
+    c.run.max_steps = 200;
+    const Dataset few = make_synth("toy", {.frames = 3, .size = 32});
+    const Made made = train(c, few);
+    CHECK(made.moving_share == 1);
+    c.motion.rest = 0;
+    CHECK(train(c, few).model.radiance.raw.values == made.model.radiance.raw.values);
+  }
   TEST_CASE("an offset is what is known where it is, smooth in between, and undone") {
     const Box box{{-1, -1, -1}, {1, 1, 0.5f}};
     BitGrid cells(box, 16);

@@ -65,6 +65,7 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
 struct OccupancyPyramid {
   static constexpr int kLevels = 3;
   std::array<BitGrid, kLevels> levels;
+  std::vector<char> still;  ///< of the blocks of the last level, those in which nothing is displaced at any time; empty: none is known to be
   explicit OccupancyPyramid(BitGrid canonical);
 };
 
