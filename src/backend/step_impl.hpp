@@ -63,10 +63,7 @@ class Steps final : public StepBackend {
       clear(sums_[l], l == 0 && levels_.size() > 1 ? 0 : levels_[l].values.size());
     }
     run_.resize(slices_, 0);  // those of other lattices: made anew with the next step
-    if (!levels_.empty()) {
-      run_.upload(active_, model.active->rows[0].word, model.active->rows.size() * kBrick);
-      run_.upload(awake_, model.active->cell_bits(), model.active->cells.size() * kBrick);
-    }
+    if (!levels_.empty()) run_.upload(active_, model.active->rows[0].word, model.active->rows.size() * kBrick);
     std::size_t words = 0;
     for (const BitGrid& grid : model.occupancy) words += grid.bits.size();
     std::vector<std::uint32_t> all;
@@ -198,7 +195,6 @@ class Steps final : public StepBackend {
     job.field.radiance = radiance_.lattice.brick_view();
     job.field.moving = !levels_.empty();
     if (job.field.moving) job.field.motion = finest().lattice.brick_view();
-    if (job.field.moving && !model_.active->cells.empty()) job.field.awake = awake_.data();
     job.frames = frames_.data(), job.rays = rays_.data(), job.targets = targets_.data(), job.outcomes = outcomes_.data();
     job.ray_count = int(in.rays.size()), job.rays_per_slot = job.ray_count / slots, job.most_samples = most_samples_;
     job.losses = in.losses;
@@ -248,7 +244,7 @@ class Steps final : public StepBackend {
   LearnedMirror<Executor> radiance_;
   std::vector<LearnedMirror<Executor>> levels_;
   std::vector<Buffer<float>> sums_;              ///< of the levels up to each but the first
-  Buffer<std::uint64_t> active_, awake_, motion_touched_;
+  Buffer<std::uint64_t> active_, motion_touched_;
   Buffer<std::uint32_t> bits_;                   ///< occupancy grids, one after the other
   Buffer<SlotWeights> weights_;
   Buffer<float> slices_, slice_gradients_;

@@ -66,7 +66,7 @@ struct Shaded {
   /// A long row's slopes would not fit into a device's registers: they are gathered again when they are needed.
   static constexpr bool kKeepsSlopes = kPacks <= 2;
   Pack slope[kKeepsSlopes ? kPacks : 1][3];  ///< d row / d fraction
-  std::conditional_t<Moving, Place, char> observed;  ///< in the motion lattice, before it; Cell::at_rest(): nothing was read
+  std::conditional_t<Moving, Place, char> observed;  ///< in the motion lattice, before it
   Pack motion;                     ///< Delta_0 and raw rigidity
   float r, r_slope;                ///< rigidity
 };
@@ -82,19 +82,15 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
   s.r = 1, s.r_slope = 0;
   if constexpr (Moving) {
     s.observed = place_of(field.motion, ray, index, field.step, moved);
+    const CellRows rows = field.motion.rows(s.observed.cell);
+    float w[kCorners];
+    trilinear_weights(s.observed.fraction, w);
     s.motion = {};
     float light = 0;
-    if (field.at_rest(s.observed.cell)) {
-      s.observed.cell = Cell::at_rest();
-    } else {
-      const CellRows rows = field.motion.rows(s.observed.cell);
-      float w[kCorners];
-      trilinear_weights(s.observed.fraction, w);
-      SPLINEVOX_UNROLL for (int c = 0; c < kCorners; ++c) {
-        const float* row = frame.slice + std::size_t(rows.row[c]) * kSliceWidth;
-        s.motion += w[c] * load_pack(row);
-        light += w[c] * row[4];
-      }
+    SPLINEVOX_UNROLL for (int c = 0; c < kCorners; ++c) {
+      const float* row = frame.slice + std::size_t(rows.row[c]) * kSliceWidth;
+      s.motion += w[c] * load_pack(row);
+      light += w[c] * row[4];
     }
     const Activated<float> gain = light_gain(light);
     s.emission.light = gain.value, s.emission.light_slope = gain.slope;

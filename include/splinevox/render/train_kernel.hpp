@@ -118,8 +118,6 @@ struct TrainKernel {
       }
       if constexpr (Moving) {
         const Vec3 probe = Jet ? draw_probe(losses.probe_seed, std::size_t(index)) : Vec3{};  // here, where registers are free for it
-        team.each([&](int lane) { keep[lane] = keep[lane] && !sample[lane].observed.cell.rests(); });
-        const std::uint32_t moved = team.ballot(keep);
         team.sync();
         team.each([&](int lane) {
           if (!keep[lane]) return;
@@ -137,7 +135,7 @@ struct TrainKernel {
           place[lane] = s.observed;
         });
         team.sync();
-        accumulate<Jet>(team, field.motion, place, moved, 0, stage, 0, kMotionColumns, true, motion[slot]);
+        accumulate<Jet>(team, field.motion, place, kept, 0, stage, 0, kMotionColumns, true, motion[slot]);
       }
       rest += all;
     }

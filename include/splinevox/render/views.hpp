@@ -39,7 +39,7 @@ struct FieldView {
   BrickView<Real> radiance;
   const Stored* radiance_rows = nullptr;  ///< [rows * width]
   BrickView<Real> motion;
-  const std::uint64_t* awake = nullptr;  ///< ActiveRows::cells: a bit per motion row; null: no cell is at rest
+  const std::uint64_t* awake = nullptr;  ///< ActiveRows::cells, a bit per motion row, for RayKernel (a device's kernels have no registers left for it); null: samples look into every cell
   bool moving = false, rigidity = false;
   Real rigidity_offset = 0;
   Real density_scale = 1, density_shift = 0;
