@@ -73,8 +73,8 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
   Real value = 0;
   std::size_t next = first;
   for (int i = ray.count - 1; i >= 0; --i) {
+    if (ray.weight[i] < min_weight) continue;
     const auto& s = ray.samples[i];
-    if (ray.weight[i] < min_weight || s.warp.cell.rests()) continue;
     const CellRows rows = field.motion.rows(s.warp.cell);
     const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth); };
     const auto v = trilinear_with_gradient(s.warp.fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),
