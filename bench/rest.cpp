@@ -9,13 +9,13 @@
 #include <tbb/global_control.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "cost/timing.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "trained.hpp"
@@ -32,12 +32,6 @@ Config config_of(const Config& base, Way way) {
   if (way == still) c.motion.enabled = c.motion.rigidity = c.motion.light = false;
   if (way == everywhere) c.motion.rest = 0;
   return c;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
 }
 
 void say(const nlohmann::json& j) { fmt::print("{}\n", j.dump()), std::fflush(stdout); }
@@ -57,7 +51,7 @@ void measure(const Config& base, const std::string& name, const Dataset& data, i
     }
   }
   nlohmann::json j{{"scene", name}};
-  for (const Way way : {still, at_rest, everywhere}) j[kNames[way]] = {{"psnr", median(psnr[way])}, {"times_no_motion", median(ratio[way])}};
+  for (const Way way : {still, at_rest, everywhere}) j[kNames[way]] = {{"psnr", cost::median_of(psnr[way]).value}, {"times_no_motion", cost::median_of(ratio[way]).value}};
   say(j);
 }
 

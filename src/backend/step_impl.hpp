@@ -63,7 +63,7 @@ class Steps final : public StepBackend {
       clear(sums_[l], l == 0 && levels_.size() > 1 ? 0 : levels_[l].values.size());
     }
     run_.resize(slices_, 0);  // those of other lattices: made anew with the next step
-    if (!levels_.empty()) run_.upload(active_, model.active->rows[0].word, model.active->rows.size() * kBrick);
+    if (!levels_.empty()) run_.upload(active_, model.active[0].word, model.active.size() * kBrick);
     std::size_t words = 0;
     for (const BitGrid& grid : model.occupancy) words += grid.bits.size();
     std::vector<std::uint32_t> all;

@@ -10,6 +10,7 @@
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/locate.hpp"
 #include "splinevox/math/inverse_warp.hpp"
+#include "splinevox/math/rigidity.hpp"
 
 namespace splinevox {
 namespace {
@@ -19,7 +20,6 @@ using Eight = Simd<float>::Eight;
 constexpr int kSamplesPerPoint = 4;
 constexpr float kEmpty = 1e-4f;        ///< opacity over a voxel below which a brick need not be stored
 constexpr double kTolerance = 1e-3;    ///< of a voxel, of the inverse
-constexpr float kLeastRigidity = 0.02f;  ///< below it nothing moves, and dividing by it would only raise noise
 constexpr int kTimes = 16, kStride = 2;  ///< at which the result is measured
 
 /// What is shown at the moment of the sampler, as a canonical volume.

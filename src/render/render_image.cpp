@@ -57,7 +57,7 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
 
 Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
     : model_(model), maker_(std::move(maker)), canonical_(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step)),
-      moving_(model.motion.levels.empty() ? ActiveRows{} : nonzero_rows(model.motion.levels.back())), time_(std::numeric_limits<double>::quiet_NaN()) {}
+      moving_(maker_ || model.motion.levels.empty() ? ActiveRows{} : nonzero_rows(model.motion.levels.back())), time_(std::numeric_limits<double>::quiet_NaN()) {}
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
   if (time != time_) {

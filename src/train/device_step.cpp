@@ -23,7 +23,7 @@ void Trainer::State::bring_home() {
 
 StepSums Trainer::State::step_on_device(const RayLosses& losses, const std::vector<double>& times, double progress_now) {
   if (!uploaded) {
-    StepModel now{&model, learned(model.radiance.raw, radiance), {}, &active, occupancy};
+    StepModel now{&model, learned(model.radiance.raw, radiance), {}, active.rows, occupancy};
     for (std::size_t l = 0; l < levels.size(); ++l) now.levels.push_back(learned(levels[l], level_learners[l]));
     if (occupancy.empty()) now.occupancy = {&bounds.hull, 1};
     device->upload(now);

@@ -39,13 +39,11 @@ class Spread {
 template <int Sh>
 std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const VoxelModel& moving, const VoxelModel& still) {
   Look<Sh> look(moving, frame.time), still_look(still, frame.time);
-  const Image truth = composite(frame.image, moving.background.color);
   std::vector<Given> out(grid.cells());
   for (int y = 0; y < frame.camera.height; y += kStride)
     for (int x = 0; x < frame.camera.width; x += kStride) {
       const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
-      const float* t = truth.pixel(x, y);
-      const Vec3 target{t[0], t[1], t[2]}, error = photometric_error(look.along(ray), target), still_error = photometric_error(still_look.along(ray), target);
+      const Vec3 target = composite(frame.image, x, y, moving.background.color), error = photometric_error(look.along(ray), target), still_error = photometric_error(still_look.along(ray), target);
       look.each_sample([&](const Vec3& position, float w, int) {
         Given& g = out[grid.index(grid.cell_of(position))];
         g.moving = g.moving + w * error, g.still = g.still + w * still_error, g.weight += w;

@@ -38,23 +38,15 @@ BitGrid Trainer::State::swept() const {
 void Trainer::State::find_active() {
   if (levels.empty()) return;
   const Topology& t = *levels.back().topology;
-  active.rows.assign(t.bricks.size(), {});
-  active.rows[0].set_all();
   const BitGrid cells = occupancy.empty() ? bounds.hull : occupied_ever();
   // A little more than one spacing: rays find cells and vertices by other roundings than this loop.
   const Box& box = model.box;
   const float farthest = std::max({std::abs(box.lo.x), std::abs(box.lo.y), std::abs(box.lo.z), std::abs(box.hi.x), std::abs(box.hi.y), std::abs(box.hi.z)});
   const float spacing = 1.01f * t.lattice.spacing + 4 * std::numeric_limits<float>::epsilon() * farthest;
-  const Vec3 reach{spacing, spacing, spacing};
-  parallel_for(t.brick_count(), [&](int index) {
-    RowMask& rows = active.rows[index + 1];
-    for (int i = 0; i < kBrickRows; ++i) {
-      const Vec3 x = t.position(index + 1, i);
-      if (cells.any(x - reach, x + reach)) rows.set(i);
-    }
-    if (!at_rest.empty()) rows &= ~at_rest[index + 1];
-  });
-  active.cells = at_rest.empty() ? std::vector<RowMask>{} : cells_of_rows(t, active.rows);
+  active.rows = rows_near(t, cells, spacing);
+  for (std::size_t b = 0; b < awake_rows.size(); ++b) active.rows[b] &= awake_rows[b];
+  active.rows[0].set_all();
+  active.cells = awake_rows.empty() ? std::vector<RowMask>{} : cells_of_rows(t, active.rows);
 }
 
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {

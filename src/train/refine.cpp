@@ -23,6 +23,18 @@ TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells) {
   return make_topology(lattice, std::move(bricks));
 }
 
+std::vector<RowMask> rows_near(const Topology& topology, const BitGrid& cells, float reach) {
+  std::vector<RowMask> rows(topology.bricks.size());
+  const Vec3 around{reach, reach, reach};
+  parallel_for(topology.brick_count(), [&](int index) {
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Vec3 x = topology.position(index + 1, i);
+      if (cells.any(x - around, x + around)) rows[index + 1].set(i);
+    }
+  });
+  return rows;
+}
+
 Channels resample(const Channels& from, TopologyPtr topology, const std::function<Vec3(Vec3)>& moved) {
   using Eight = Simd<float>::Eight;
   Channels out = make_channels(std::move(topology), from.width, from.row(0));

@@ -3,7 +3,6 @@
 // displaces everything, what stands still by a voxel or two, but always by the same. Once all of time is trained, the displacement of a place over time
 // tells the two apart; then the canonical volume is laid out anew such that the offset is 0, and where nothing else is left motion is not stored, read or learned (docs/experiments.md, "At rest").
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <utility>
@@ -11,6 +10,7 @@
 #include "seen_motion.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/math/activation.hpp"
+#include "splinevox/math/rigidity.hpp"
 #include "state.hpp"
 
 namespace splinevox {
@@ -22,10 +22,6 @@ constexpr int kFewestTimes = 4;    ///< that show a cell, to know whether it mov
 constexpr float kStill = 0.25f;    ///< voxels of motion
 constexpr float kSteady = 0.05f;   ///< of light. Where it is steady its mean is given up as well: colours learn it again
 constexpr float kSettled = 0.1f;   ///< of brightness, in the mean error of a cell's rays: beyond it something changes that is not known yet
-
-constexpr float kLeastRigidity = 0.02f;  ///< below it nothing moves, and dividing by it would only raise noise
-
-float distance(const Vec3& a, const Vec3& b) { return std::sqrt(dot(a - b, a - b)); }
 
 }  // namespace
 
@@ -53,7 +49,7 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
   for (std::size_t c = 0; c < cells.cells(); ++c) {
     const SeenMotion& s = seen[c];
     if (s.times == 0 || s.times >= kFewestTimes) continue;
-    if (distance(s.offset, offset.at(cells.center(cells.cell_at(c)))) > kStill * voxel || changes(s)) cells.set(c);
+    if (length(s.offset - offset.at(cells.center(cells.cell_at(c)))) > kStill * voxel || changes(s)) cells.set(c);
   }
   moving_share = weight > 0 ? moving / weight : 1;
   awake = dilate(cells);  // so that the place of what moves may grow
@@ -76,18 +72,11 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
   return offset;
 }
 
-void Trainer::State::find_rest() {
-  at_rest.clear();
+void Trainer::State::find_awake_rows() {
+  awake_rows.clear();
   if (awake.cells() == 0 || levels.empty()) return;
   const Topology& t = *levels.back().topology;
-  at_rest.resize(t.bricks.size());
-  const Vec3 reach{t.lattice.spacing, t.lattice.spacing, t.lattice.spacing};
-  parallel_for(t.brick_count(), [&](int index) {
-    for (int i = 0; i < kBrickRows; ++i) {
-      const Vec3 x = t.position(index + 1, i);
-      if (!awake.any(x - reach, x + reach)) at_rest[index + 1].set(i);
-    }
-  });
+  awake_rows = rows_near(t, awake, t.lattice.spacing);
 }
 
 }  // namespace splinevox

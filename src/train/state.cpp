@@ -122,7 +122,7 @@ bool Trainer::State::refine(double progress_now) {
 void Trainer::State::fit_lattices() {
   uploaded = false;
   set_rates();
-  find_rest();
+  find_awake_rows();
   collapse_levels({});
   find_active();
   const bool moving = !levels.empty();
@@ -186,7 +186,7 @@ void Trainer::State::put_on_levels(const Channels& sum, const BitGrid& cells) {
     coarser = target;
     level_learners[l] = Learner(levels[l]);
   }
-  find_rest();
+  find_awake_rows();
 }
 
 void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& offset) {
@@ -224,7 +224,7 @@ void Trainer::State::collapse_levels(const std::vector<RowMask>& rows) {
       const RowMask mask = finest && !rows.empty() ? rows[b] : RowMask::all();
       mask.for_each([&](int i) { std::copy_n(levels[l].row(std::size_t(b) * kBrickRows + i), sum.width, sum.row(std::size_t(b) * kBrickRows + i)); });
       if (l > 0) prolong_brick(partial_sums[l - 1], sum, b, mask);
-      if (finest && rows.empty() && !at_rest.empty()) at_rest[b].for_each([&](int i) { std::fill_n(sum.row(std::size_t(b) * kBrickRows + i), sum.width, 0.0f); });
+      if (finest && rows.empty() && !awake_rows.empty()) (~awake_rows[b]).for_each([&](int i) { std::fill_n(sum.row(std::size_t(b) * kBrickRows + i), sum.width, 0.0f); });
     });
   }
 }

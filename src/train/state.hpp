@@ -45,7 +45,7 @@ struct Trainer::State {
   std::vector<Channels> partial_sums;  ///< of the levels up to each but the last
   BitGrid awake;                     ///< cells of the box in which motion is learned; no cells: everywhere (settle)
   double moving_share = 1;           ///< of what pictures show, when it last came to rest
-  std::vector<RowMask> at_rest;      ///< rows of the finest level out of their reach, [bricks + 1]; empty: none
+  std::vector<RowMask> awake_rows;   ///< rows of the finest level in their reach, [bricks + 1], the others rest; empty: nothing rests
   ActiveRows active;                 ///< of the finest level, until the next refresh
   Gradient motion_gradient;          ///< of the summed level
   std::vector<BitGrid> occupancy;    ///< per training frame; empty: the hull stands for all
@@ -106,8 +106,8 @@ struct Trainer::State {
   /// Lays motion to rest where it is none, if that is in most of what is seen; see rest.cpp. Returns the offset at which the canonical volume is to be looked
   /// at from now on; none if nothing comes to rest. The occupancy must be refreshed after both. @param voxel  of the next stage, scene units
   std::optional<Offset> settle(float voxel);
-  /// Rows of the finest level that no awake cell reaches. For every change of its lattice or of what is awake.
-  void find_rest();
+  /// For every change of the finest level's lattice or of what is awake.
+  void find_awake_rows();
   void start_radiance();
   /// Empties the canonical rows that no ray has shown, if there were rays enough, and begins to look anew.
   void empty_unseen();

@@ -59,12 +59,13 @@ Learner learner_of(const Channels& values, float tv) {
 /// One half of a level, which becomes zero.
 void lay_to_rest(Channels& level, ActiveRows& active) {
   const Topology& t = *level.topology;
-  for (int b = 1; b <= t.brick_count(); ++b)
-    for (int i = 0; i < kBrickRows; ++i) {
-      if (2 * t.vertex(b, i).y < t.lattice.size.y) continue;
-      std::fill_n(level.row(std::size_t(b) * kBrickRows + i), level.width, 0.0f);
-      active.rows[b].word[i >> 6] &= ~(std::uint64_t(1) << (i & 63));
-    }
+  for (int b = 1; b <= t.brick_count(); ++b) {
+    RowMask rests;
+    for (int i = 0; i < kBrickRows; ++i)
+      if (2 * t.vertex(b, i).y >= t.lattice.size.y) rests.set(i);
+    rests.for_each([&](int i) { std::fill_n(level.row(std::size_t(b) * kBrickRows + i), level.width, 0.0f); });
+    active.rows[b] &= ~rests;
+  }
   active.cells = cells_of_rows(t, active.rows);
 }
 
@@ -117,7 +118,7 @@ TEST_SUITE("backend/gradient") {
 
             // With beta1 = 0 the first moment after one step is the gradient.
             const auto learned = [](Channels& values, Learner& l) { return LearnedRows{&values, &l.m, &l.v, l.rate, l.tv, {}}; };
-            StepModel now{&model, learned(model.radiance.raw, radiance), {}, &active, {&scene.occupied, 1}};
+            StepModel now{&model, learned(model.radiance.raw, radiance), {}, active.rows, {&scene.occupied, 1}};
             now.radiance.seen = seen;
             if (moves) now.levels.push_back(learned(model.motion.levels[0], motion));
             const std::vector<int> grids(kSlots, 0);

@@ -8,8 +8,8 @@
 
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/ranks.hpp"
-#include "splinevox/field/active_rows.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/field/row_mask.hpp"
 #include "splinevox/math/adam.hpp"
 #include "splinevox/math/curve_prior.hpp"
 #include "splinevox/render/occupancy.hpp"
@@ -35,7 +35,7 @@ struct StepModel {
   const VoxelModel* model;           ///< box, activation, columns of the motion; its arrays are not read
   LearnedRows radiance;
   std::vector<LearnedRows> levels;   ///< empty: nothing changes over time
-  const ActiveRows* active;          ///< of the finest level
+  std::span<const RowMask> active;   ///< ActiveRows::rows of the finest level
   std::span<const BitGrid> occupancy;
 };
 

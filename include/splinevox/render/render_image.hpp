@@ -40,7 +40,7 @@ class Renderer {
   const VoxelModel& model_;
   std::unique_ptr<PictureMaker> maker_;
   OccupancyPyramid canonical_;
-  ActiveRows moving_;  ///< of the motion
+  ActiveRows moving_;  ///< of the motion; for pictures made here
   double time_;  ///< of slice_ and occupied_; NaN: of none yet
   MotionSlice slice_;
   BitGrid occupied_;

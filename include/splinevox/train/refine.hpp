@@ -2,14 +2,19 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "splinevox/field/model.hpp"
+#include "splinevox/field/row_mask.hpp"
 #include "splinevox/render/occupancy.hpp"
 
 namespace splinevox {
 
 /// Bricks of a lattice that come within one vertex of a set cell.
 TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells);
+
+/// Rows whose vertex has a set cell within `reach` of it along every axis, scene units; [bricks + 1], none of the background's.
+std::vector<RowMask> rows_near(const Topology& topology, const BitGrid& cells, float reach);
 
 /// The field at the vertices of another topology over the same box, by trilinear interpolation of raw values; where the old one
 /// has nothing the background is copied.
