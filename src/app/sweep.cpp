@@ -50,7 +50,7 @@ std::string file_name(std::string text) {
   return text;
 }
 
-double number(const Json& j, const char* key) { return j.contains(key) && j[key].is_number() ? j[key].get<double>() : 0; }
+double recorded(const Json& j, const char* key) { return j.contains(key) && j[key].is_number() ? j[key].get<double>() : 0; }
 
 /// Quoted where a shell would take it for more than a word.
 std::string shell_word(const std::string& text) {
@@ -116,7 +116,7 @@ std::string sweep_csv(const std::vector<SweepTask>& tasks) {
   for (const SweepTask& t : tasks) {
     const SweepState s = state_of(t);
     text += fmt::format("{},{},{},{},{}", t.name, t.dataset, t.preset, t.setting, t.seed);
-    for (const char* key : {"steps", "train_seconds", "psnr", "ssim", "ms_ssim"}) text += s.done ? fmt::format(",{}", number(s.metrics, key)) : ",";
+    for (const char* key : {"steps", "train_seconds", "psnr", "ssim", "ms_ssim"}) text += s.done ? fmt::format(",{}", recorded(s.metrics, key)) : ",";
     text += "\n";
   }
   return text;
@@ -137,7 +137,7 @@ std::string sweep_table(const std::vector<SweepTask>& tasks) {
     ++row.tasks;
     const SweepState s = state_of(t);
     if (!s.done) continue;
-    row.psnr.push_back(number(s.metrics, "psnr")), row.ssim += number(s.metrics, "ssim"), row.seconds += number(s.metrics, "train_seconds");
+    row.psnr.push_back(recorded(s.metrics, "psnr")), row.ssim += recorded(s.metrics, "ssim"), row.seconds += recorded(s.metrics, "train_seconds");
   }
   std::string text = "| dataset | preset | setting | done | PSNR | SSIM | training s |\n| --- | --- | --- | --- | --- | --- | --- |\n";
   for (const std::string& name : order) {

@@ -7,6 +7,7 @@
 
 #include "app/support.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/math/sh.hpp"
 #include "splinevox/train/effects.hpp"
 
 namespace splinevox::app {
@@ -37,7 +38,8 @@ std::string preset_names() {
   return fmt::format("{{{}}}", fmt::join(names, ","));
 }
 
-/// --effects: `auto` leaves those of the preset to choose from; otherwise what is not named is off.
+/// --effects: `auto` leaves those of the preset to choose from; `all` is every effect in full, which for view dependence is the highest order; of a list, what is
+/// not named is off.
 void apply_effects(Config& c, const std::string& text) {
   if (text == "auto") return;
   const std::vector<std::string>& known = effect_names();
@@ -51,7 +53,7 @@ void apply_effects(Config& c, const std::string& text) {
   c.motion.enabled = on("motion");
   c.motion.rigidity = on("rigidity");
   c.motion.light = on("light");
-  c.radiance.sh_order = on("view") ? std::max(c.radiance.sh_order, 1) : -1;
+  c.radiance.sh_order = text == "all" ? kMaxShOrder : on("view") ? std::max(c.radiance.sh_order, 1) : -1;
   c.run.background_order = on("background") ? std::max(c.run.background_order, 0) : -1;
 }
 
@@ -72,7 +74,7 @@ void add_train_options(CLI::App& verb, TrainOptions& o) {
   verb.add_flag("--deterministic", o.deterministic, "on a CUDA device too: the same bits in every run, for some of its speed (the CPU always has them)");
   verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
   verb.add_option("--background", o.background, "white, black or R,G,B in 0..1, behind pictures with alpha, and behind opaque ones instead of a learned colour");
-  verb.add_option("--effects", o.effects, "auto (those the scene calls for, tried out first), all, or a list of motion,rigidity,view,light,background")
+  verb.add_option("--effects", o.effects, "auto (those the scene calls for, tried out first), all (each in full: view dependence of order 3), or a list of motion,rigidity,view,light,background")
       ->capture_default_str();
   verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
   verb.add_flag("--quiet", o.quiet, "say nothing but errors");
@@ -105,6 +107,7 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
       fail({o.config_file, "this file and --preset name different presets", *o.preset, c.preset,
             "leave one of them out"});
   }
+  apply_effects(c, o.effects);
   for (const std::string& s : o.sets) set_config(c, s, "--set " + s);
   const auto set = [&](const char* flag, const char* key, const auto& value) {
     if (value) set_config(c, fmt::format("{}={}", key, *value), flag);
@@ -114,7 +117,6 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   if (o.max_steps && !o.max_time) c.run.max_time = 0;
   set("--seed", "run.seed", o.seed);
   set("--downscale", "run.downscale", o.downscale);
-  apply_effects(c, o.effects);
   if (o.background) c.run.background = parse_background(*o.background), c.run.background_order = -1;
   validate(c);
   return c;

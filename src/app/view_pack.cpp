@@ -69,7 +69,7 @@ Json table_of(Writer& w, const Topology& t, const std::vector<Int3>& ring_bricks
 }
 
 /// One column of the seen rows of all packed bricks; a row that nothing sees repeats the one before, which costs nothing.
-struct Column {
+struct StoredColumn {
   const RadianceField& field;
   const std::vector<RowMask>& seen;
   const std::vector<Int3>& bricks;
@@ -119,7 +119,7 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
   Json out = table_of(w, t, bricks);
   out["scale"] = field.activation.scale, out["shift"] = field.activation.shift;
   out["sh_order"] = field.sh_order;
-  const Column columns{field, seen, bricks};
+  const StoredColumn columns{field, seen, bricks};
   const auto add = [&](int column, const Quantiser& q, bool repeat) {
     const float background = field.raw.row(0)[column];
     out["columns"].push_back({{"lo", q.lo}, {"hi", q.hi}, {"background", std::clamp(background, q.lo, q.hi)}, {"plane", w.plane(columns.quantised(column, q, repeat), q.bits)}});

@@ -116,7 +116,7 @@ MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& wei
   return out;
 }
 
-void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out) {
+void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out, std::span<const RowMask> rows) {
   if (motion.levels.empty()) {
     out = {};
     return;
@@ -125,7 +125,7 @@ void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, M
   out.topology = level.topology;
   out.values.resize(level.topology->rows() * kSliceWidth);
   float* const values = out.values.data();
-  for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(motion, level, {&weights, 1}, b, RowMask::all(), {&values, 1});
+  for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(motion, level, {&weights, 1}, b, rows.empty() ? RowMask::all() : rows[b], {&values, 1});
 }
 
 MotionField collapse(const MotionField& motion) {

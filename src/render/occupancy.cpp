@@ -180,9 +180,10 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
   return dilate(grid);
 }
 
-OccupancyPyramid::OccupancyPyramid(BitGrid canonical) : levels{{std::move(canonical), {}, {}}} {
+OccupancyPyramid::OccupancyPyramid(BitGrid canonical, BitGrid reach) : levels{{std::move(canonical), {}, {}}}, moving{{std::move(reach), {}, {}}} {
   // A block is warped by its centre alone, hence the margin of one block.
   for (int l = 1; l < kLevels; ++l) levels[l] = dilate(coarsen(levels[0], 1 << l));
+  for (int l = 1; l < kLevels && moving[0].cells() > 0; ++l) moving[l] = coarsen(moving[0], 1 << l);
 }
 
 BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const OccupancyPyramid& canonical) {
@@ -196,8 +197,18 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const
     views[l] = canonical.levels[l].view();
     warped.emplace_back(model, slice, canonical.levels[l]);
   }
-  // Where a whole block is warped into nothing, its parts need no look.
+  const auto copy = [&](int level, Int3 block) {
+    const Int3 first = (1 << level) * block, last = min(cells.size, (1 << level) * (block + Int3{1, 1, 1}));
+    Int3 c;
+    for (c.x = first.x; c.x < last.x; ++c.x)
+      for (c.y = first.y; c.y < last.y; ++c.y)
+        for (c.z = first.z; c.z < last.z; ++c.z)
+          if (const std::size_t i = cells.index(c); cells.test(i)) out.set(i);
+  };
+  // What is not displaced is where it is, and where a whole block is warped into nothing, its parts need no look.
+  const bool known = canonical.moving[0].cells() > 0;
   const auto descend = [&](const auto& self, int level, Int3 c) -> void {
+    if (known && !canonical.moving[level].test(canonical.moving[level].index(c))) return copy(level, c);
     if (!views[level].occupied(warped[level](c))) return;
     if (level == 0) return out.set(out.index(c));
     const Int3 first = 2 * c, last = min(canonical.levels[level - 1].size, first + Int3{2, 2, 2});
@@ -209,21 +220,9 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const
   constexpr int kTop = OccupancyPyramid::kLevels - 1;
   const Int3 size = canonical.levels[kTop].size;
   Int3 b;
-  // And what is not displaced is where it is.
-  const auto copy = [&](Int3 block) {
-    const Int3 first = (1 << kTop) * block, last = min(cells.size, (1 << kTop) * (block + Int3{1, 1, 1}));
-    Int3 c;
-    for (c.x = first.x; c.x < last.x; ++c.x)
-      for (c.y = first.y; c.y < last.y; ++c.y)
-        for (c.z = first.z; c.z < last.z; ++c.z)
-          if (const std::size_t i = cells.index(c); cells.test(i)) out.set(i);
-  };
   for (b.x = 0; b.x < size.x; ++b.x)
     for (b.y = 0; b.y < size.y; ++b.y)
-      for (b.z = 0; b.z < size.z; ++b.z) {
-        if (!canonical.still.empty() && canonical.still[canonical.levels[kTop].index(b)]) copy(b);
-        else descend(descend, kTop, b);
-      }
+      for (b.z = 0; b.z < size.z; ++b.z) descend(descend, kTop, b);
   return out;
 }
 

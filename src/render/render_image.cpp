@@ -7,6 +7,7 @@
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
+#include "splinevox/render/active_rows.hpp"
 #include "splinevox/render/field_view.hpp"
 #include "splinevox/render/ray_kernel.hpp"
 #include "splinevox/render/specialise.hpp"
@@ -53,11 +54,23 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
     }
 }
 
+/// Where the canonical volume has matter, and where a model's motion is not zero, unless that is most of where it is stored.
+OccupancyPyramid known_occupancy(const VoxelModel& model) {
+  BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step), reach;
+  if (!model.motion.levels.empty()) {
+    const Channels& level = model.motion.levels.back();
+    const std::vector<RowMask> rows = nonzero_rows(level);
+    std::size_t count = 0;
+    for (const RowMask& brick : rows) brick.for_each([&](int) { ++count; });
+    if (!rows[0].any() && 2 * count < level.topology->rows()) reach = reach_of(*level.topology, rows, canonical);
+  }
+  return OccupancyPyramid(std::move(canonical), std::move(reach));
+}
+
 }  // namespace
 
 Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
-    : model_(model), maker_(std::move(maker)), canonical_(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step)),
-      moving_(maker_ || model.motion.levels.empty() ? ActiveRows{} : nonzero_rows(model.motion.levels.back())), time_(std::numeric_limits<double>::quiet_NaN()) {}
+    : model_(model), maker_(std::move(maker)), canonical_(known_occupancy(model)), time_(std::numeric_limits<double>::quiet_NaN()) {}
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
   if (time != time_) {
@@ -73,7 +86,7 @@ Rendered Renderer::render(const Camera& camera, double time, const RenderOptions
     return out;
   }
   FieldView<float> field = view_field(model_, model_.step * options.step_scale);
-  field.awake = moving_.cell_bits();
+  if (canonical_.moving[0].cells() > 0) field.reach = canonical_.moving[0].bits.data();
   const FrameView<float> frame{slice_.values.data(), occupied_.view()};
   const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
   parallel_for(tiles, [&](int tile) {

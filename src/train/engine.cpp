@@ -63,7 +63,7 @@ class RayEngine final : public Engine {
     PassResult result;
     auto clock = Clock::now();
     FieldView<float> field = view_field(model, step);
-    if constexpr (!Jet) field.awake = active.cell_bits();  // losses of motion are asked of every sample, moving or not
+    if constexpr (!Jet) field.reach = active.reach.cells() > 0 ? active.reach.bits.data() : nullptr;  // losses of motion are asked of every sample, moving or not
     if constexpr (Moving) make_slices(model, active.rows, times);
     result.slice_seconds = seconds_since(clock);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/field/slice.hpp"
@@ -39,29 +38,13 @@ void Trainer::State::find_active() {
   if (levels.empty()) return;
   const Topology& t = *levels.back().topology;
   const BitGrid cells = occupancy.empty() ? bounds.hull : occupied_ever();
-  // A little more than one spacing: rays find cells and vertices by other roundings than this loop.
-  const Box& box = model.box;
-  const float farthest = std::max({std::abs(box.lo.x), std::abs(box.lo.y), std::abs(box.lo.z), std::abs(box.hi.x), std::abs(box.hi.y), std::abs(box.hi.z)});
-  const float spacing = 1.01f * t.lattice.spacing + 4 * std::numeric_limits<float>::epsilon() * farthest;
-  active.rows = rows_near(t, cells, spacing);
+  active.rows = rows_near(t, cells, reach_of_vertex(t.lattice));
   for (std::size_t b = 0; b < awake_rows.size(); ++b) active.rows[b] &= awake_rows[b];
   active.rows[0].set_all();
-  active.cells = awake_rows.empty() ? std::vector<RowMask>{} : cells_of_rows(t, active.rows);
 }
 
 std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
-  OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step));
-  if (awake.cells() > 0 && model.motion.moves()) {
-    // A vertex is displaced if an awake cell is within one spacing of it, and displaces what is within one spacing of itself.
-    const BitGrid& blocks = canonical.levels.back();
-    const float spacing = 2.01f * model.motion.levels[0].topology->lattice.spacing + 0.5f * blocks.cell;
-    const Vec3 reach{spacing, spacing, spacing};
-    canonical.still.resize(blocks.cells());
-    parallel_for(int(blocks.cells()), [&](int i) {
-      const Vec3 center = blocks.center(blocks.cell_at(std::size_t(i)));
-      canonical.still[i] = !awake.any(center - reach, center + reach);
-    });
-  }
+  const OccupancyPyramid canonical(canonical_occupancy(model, config.sampling.occupancy_cells, alpha, model.step), active.reach);
   if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
   const std::span<const int> trained = sampler.window(progress);
   // Of a long sequence only some times are looked at, and a frame between two of them has what either has.
@@ -72,7 +55,7 @@ std::vector<BitGrid> Trainer::State::frame_occupancies(float alpha) const {
   parallel_for(int((looks + kShare - 1) / kShare), [&](int group) {
     MotionSlice slice;
     for (std::size_t i = group * kShare; i < std::min(looks, (group + 1) * kShare); ++i) {
-      fill_slice(model.motion, stored_weights(model.motion, train.frames[trained[rank(i)]].time), slice);
+      fill_slice(model.motion, stored_weights(model.motion, train.frames[trained[rank(i)]].time), slice, awake_rows);
       seen[i] = frame_occupancy(model, slice, canonical);
     }
   });

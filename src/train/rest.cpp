@@ -52,7 +52,7 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
     if (length(s.offset - offset.at(cells.center(cells.cell_at(c)))) > kStill * voxel || changes(s)) cells.set(c);
   }
   moving_share = weight > 0 ? moving / weight : 1;
-  awake = dilate(cells);  // so that the place of what moves may grow
+  awake = awake.cells() > 0 ? cells : dilate(cells);  // at first, so that the place of what moves may grow
 
   // What moves finds its matter where the offset has taken it.
   Channels sum = model.motion.levels[0];
@@ -73,10 +73,11 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
 }
 
 void Trainer::State::find_awake_rows() {
-  awake_rows.clear();
+  awake_rows.clear(), active.reach = {};
   if (awake.cells() == 0 || levels.empty()) return;
   const Topology& t = *levels.back().topology;
   awake_rows = rows_near(t, awake, t.lattice.spacing);
+  active.reach = reach_of(t, awake_rows, BitGrid(model.box, config.sampling.occupancy_cells));
 }
 
 }  // namespace splinevox

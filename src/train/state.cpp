@@ -71,7 +71,7 @@ bool Trainer::State::refine(double progress_now) {
   bool changed = false;
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const bool changes = config.motion.enabled || config.motion.light;
-  const int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
+  int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
   const bool spline = config.motion.basis == BasisKind::bspline;
   const int wanted_elevations = changes ? reached(spline ? config.motion.halve_start : config.motion.elevate_start, progress) + 1 : 0;
   const bool elevates = elevations < wanted_elevations;
@@ -90,6 +90,7 @@ bool Trainer::State::refine(double progress_now) {
   std::optional<Offset> offset;
   if (step > 0 && stage < wanted) offset = settle(bounds.box.longest_edge() / float(config.grid.radiance[wanted]));
   const bool settled = offset.has_value();
+  if (settled) wanted_levels = int(config.grid.motion.size());  // they cost little now, and what rests is told from what moves as finely as they are
   while (stage < wanted) {
     ++stage;
     if (stage == 0) start_radiance();

@@ -57,7 +57,7 @@ Learner learner_of(const Channels& values, float tv) {
 }
 
 /// One half of a level, which becomes zero.
-void lay_to_rest(Channels& level, ActiveRows& active) {
+void lay_to_rest(Channels& level, const BitGrid& occupied, ActiveRows& active) {
   const Topology& t = *level.topology;
   for (int b = 1; b <= t.brick_count(); ++b) {
     RowMask rests;
@@ -66,7 +66,7 @@ void lay_to_rest(Channels& level, ActiveRows& active) {
     rests.for_each([&](int i) { std::fill_n(level.row(std::size_t(b) * kBrickRows + i), level.width, 0.0f); });
     active.rows[b] &= ~rests;
   }
-  active.cells = cells_of_rows(t, active.rows);
+  active.reach = reach_of(t, active.rows, occupied);
 }
 
 /// Largest difference of two gradients over the largest number of the first.
@@ -102,7 +102,7 @@ TEST_SUITE("backend/gradient") {
             Gradient none;
             ActiveRows active;
             if (moves) motion = learner_of(model.motion.levels[0], kTv), active.rows.assign(model.motion.levels[0].topology->bricks.size(), RowMask::all());
-            if (kind > 2) lay_to_rest(model.motion.levels[0], active);
+            if (kind > 2) lay_to_rest(model.motion.levels[0], scene.occupied, active);
             radiance.gradient.seen.assign(model.radiance.raw.topology->bricks.size(), {});
             std::vector<RowMask> seen = radiance.gradient.seen;
             std::vector<Vec3> behind(scene.batch.rays.size()), behind_on_device = behind;

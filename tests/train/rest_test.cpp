@@ -9,8 +9,9 @@
 
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/field/active_rows.hpp"
+#include "splinevox/field/locate.hpp"
 #include "splinevox/math/metrics.hpp"
+#include "splinevox/render/active_rows.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/engine.hpp"
 #include "splinevox/train/trainer.hpp"
@@ -66,7 +67,7 @@ double quality(const VoxelModel& model, const Dataset& data) {
 
 std::size_t count_moving(const VoxelModel& model) {
   std::size_t n = 0;
-  for (const RowMask& rows : nonzero_rows(model.motion.levels.back()).rows) rows.for_each([&](int) { ++n; });
+  for (const RowMask& rows : nonzero_rows(model.motion.levels.back())) rows.for_each([&](int) { ++n; });
   return n;
 }
 
@@ -148,26 +149,43 @@ TEST_SUITE("train/rest") {
     REQUIRE(cells.size.z == 1);
     CHECK(length(Offset(cells, std::vector<Vec3>(cells.cells())).at({0.5f, 0.5f, 0.005f})) == 0);
   }
-  TEST_CASE("cells of rows: those with one among their corners, across bricks and beside absent ones") {
-    const VoxelModel model = test::noisy_model(21, 6, FirstPoint::zero, BasisKind::bezier, 1, true, true);
-    const Lattice lattice{{0, 0, 0}, 1, {24, 16, 16}};
+  TEST_CASE("the reach of rows: every place from which one of them is read, across bricks and beside absent ones, and little else") {
+    const Lattice lattice{{-1, 0, 2}, 0.25f, {24, 16, 16}};
     const TopologyPtr t = make_topology(lattice, {{0, 0, 0}, {2, 0, 0}, {2, 1, 1}});
     std::vector<RowMask> rows(t->bricks.size());
     rows[1].set(7 << 6 | 7 << 3 | 7);
-    rows[2].set(0);  // its cells begin in the absent brick to its left, and on the lattice's rim
-    const std::vector<RowMask> cells = cells_of_rows(*t, rows);
-    for (int b = 1; b <= t->brick_count(); ++b)
-      for (int i = 0; i < kBrickRows; ++i) {
-        const Int3 v = t->vertex(b, i);
-        const bool expected = (v.x >= 6 && v.x <= 7 && v.y >= 6 && v.y <= 7 && v.z >= 6 && v.z <= 7) || (v.x == 16 && v.y == 0 && v.z == 0);
-        CHECK(cells[b].test(i) == expected);
-      }
-    CHECK(cells[0].test(7 << 6));                       // (15, 0, 0)
-    CHECK(cells[0].test(7 << 6 | 7 << 3 | 7));          // (15, -1, -1)
-    CHECK_FALSE(cells[0].test(3 << 6 | 3 << 3 | 3));
-    // Rows that are not zero are all of a noisy model's.
-    const ActiveRows noisy = nonzero_rows(model.motion.levels[0]);
-    CHECK(noisy.cells.empty());
-    for (const RowMask& brick : noisy.rows) CHECK(brick == RowMask::all());
+    rows[2].set(0);  // read from the absent brick to its left as well
+    const Box box{lattice.origin, lattice.position(lattice.size - Int3{1, 1, 1})};
+    const BitGrid reach = reach_of(*t, rows, BitGrid(box, 64));
+    const BrickView<float> view(*t);
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> share(0, 1);
+    int read = 0, reached = 0;
+    constexpr int kPlaces = 200000;
+    for (int k = 0; k < kPlaces; ++k) {
+      Vec3 x = box.lo;
+      for (int a = 0; a < 3; ++a) x[a] += share(random) * box.extent()[a];
+      const CellRows at = locate(view, x).rows;
+      const bool reads = std::any_of(at.row, at.row + kCorners, [&](std::int32_t row) { return row >= kBrickRows && rows[row / kBrickRows].test(row % kBrickRows); });
+      const bool within = reach.test(reach.index(reach.cell_of(x)));
+      if (reads) CHECK(within);
+      read += reads, reached += within;
+    }
+    CHECK(read > 100);
+    CHECK(reached < 4 * read);  // a cell of the grid is 0.36 of a vertex' spacing
+  }
+  TEST_CASE("rows that are not zero are all of a noisy model's, and those of what was moved alone") {
+    VoxelModel model = test::noisy_model(21, 6, FirstPoint::zero, BasisKind::bezier, 1, true, true);
+    Channels& level = model.motion.levels[0];
+    const std::vector<RowMask> noisy = nonzero_rows(level);
+    CHECK_FALSE(noisy[0].any());
+    for (std::size_t b = 1; b < noisy.size(); ++b) CHECK(noisy[b] == RowMask::all());
+    std::fill(level.values.begin(), level.values.end(), 0.0f);
+    level.row(kBrickRows + 70)[2] = -1e-20f;
+    const std::vector<RowMask> rows = nonzero_rows(level);
+    RowMask expected;
+    expected.set(70);
+    CHECK(rows[1] == expected);
+    CHECK_FALSE(rows[0].any());
   }
 }

@@ -24,7 +24,7 @@ struct Cell {
   SPLINEVOX_HD int z() const { return local & 7; }
   /// All eight corners lie in the base vertex' own brick.
   SPLINEVOX_HD bool interior() const { return x() != 7 && y() != 7 && z() != 7; }
-  /// Stands for a cell that nobody looked into, because it is at rest (field/active_rows.hpp).
+  /// Stands for a cell that nobody looked into, because it is at rest (render/active_rows.hpp).
   SPLINEVOX_HD static constexpr Cell at_rest() { return {-1, 0}; }
   SPLINEVOX_HD bool rests() const { return slot < 0; }
 };
@@ -59,12 +59,10 @@ struct BrickView {
   SPLINEVOX_INLINE Cell cell(int x, int y, int z) const {
     return {(x >> 3) * stride_x + (y >> 3) * stride_y + (z >> 3), (x & 7) << 6 | (y & 7) << 3 | (z & 7)};
   }
-  /// Row of a cell's first corner.
-  SPLINEVOX_INLINE std::int32_t first_row(const Cell& c) const { return table[c.slot] * kBrickRows + c.local; }
   SPLINEVOX_INLINE CellRows rows(const Cell& c) const {
     CellRows r;
     if (c.interior()) {
-      const std::int32_t base = first_row(c);
+      const std::int32_t base = table[c.slot] * kBrickRows + c.local;
       r.row[0] = base, r.row[1] = base + 1, r.row[2] = base + 8, r.row[3] = base + 9;
       r.row[4] = base + 64, r.row[5] = base + 65, r.row[6] = base + 72, r.row[7] = base + 73;
       return r;

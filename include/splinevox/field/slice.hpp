@@ -44,7 +44,8 @@ void expand_brick(const MotionField& motion, const BasisWeights<float>& weights,
 /// The slice for the weights of one time. @pre at most one level: collapse first.
 MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights);
 /// The same into the memory of an earlier slice: fresh memory costs as much as the contraction.
-void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out);
+/// @param rows  [bricks + 1] of those that are not zero, the same for all slices that share memory; empty: any may be.
+void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out, std::span<const RowMask> rows = {});
 
 /// The same motion with all levels summed into one on the finest lattice.
 MotionField collapse(const MotionField& motion);

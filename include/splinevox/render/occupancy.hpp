@@ -65,8 +65,9 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
 struct OccupancyPyramid {
   static constexpr int kLevels = 3;
   std::array<BitGrid, kLevels> levels;
-  std::vector<char> still;  ///< of the blocks of the last level, those in which nothing is displaced at any time; empty: none is known to be
-  explicit OccupancyPyramid(BitGrid canonical);
+  std::array<BitGrid, kLevels> moving;  ///< those in which anything is displaced at any time; no cells: all may be
+  /// @param reach  where something may be displaced, like the canonical grid (reach_of); no cells: everywhere.
+  explicit OccupancyPyramid(BitGrid canonical, BitGrid reach = {});
 };
 
 /// Cells of observed space that may hold matter at the slice's time: those whose centre is warped into an occupied

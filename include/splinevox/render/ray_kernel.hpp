@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
@@ -49,16 +50,17 @@ class RayKernel {
     rgb_ = {};
     sh_basis_padded(ray.direction);
     radiance_course_ = Course(field.radiance, ray, field.step);
-    if constexpr (Moving) motion_course_ = Course(field.motion, ray, field.step);
+    if constexpr (Moving) motion_course_.reset();
     int pending = 0;
     for (int i0 = 0; i0 < ray.count; i0 += kChunk) {
       pending = find_occupied(ray, field, frame.occupancy, i0, pending);
       const bool last = i0 + kChunk >= ray.count;
       while (pending >= kChunk || (last && pending > 0)) {
         const int n = std::min(pending, kChunk);
-        if (shade_chunk(field, frame, n, stop)) return finish(ray);
+        if (shade_chunk(ray, field, frame, n, stop)) return finish(ray);
         pending -= n;
         std::copy(index_ + n, index_ + n + pending, index_);
+        if constexpr (Moving) std::copy(reads_ + n, reads_ + n + pending, reads_);
       }
     }
     return finish(ray);
@@ -69,7 +71,7 @@ class RayKernel {
 
   /// Where a sample lies in the motion lattice, and what it read there.
   struct Warp {
-    Cell cell;    ///< Cell::at_rest(): nothing was read, all is 0
+    Cell cell;    ///< Cell::at_rest(): nothing was read, motion is 0
     Vec fraction;
     Four motion;  ///< Delta_0 and raw rigidity
   };
@@ -108,24 +110,31 @@ class RayKernel {
       a->resize(n);
   }
 
-  /// Appends the occupied samples of [i0, i0 + kChunk) to index_.
+  /// Appends the occupied samples of [i0, i0 + kChunk) to index_, and whether they read motion to reads_.
   int find_occupied(const RayInput<Real>& ray, const Field& field, const OccupancyView<Real>& grid, int i0, int pending) {
     const int n = std::min(kChunk, ray.count - i0);
     if (!grid.bits) {
-      for (int j = 0; j < n; ++j) index_[pending++] = i0 + j;
+      for (int j = 0; j < n; ++j, ++pending) index_[pending] = i0 + j, reads_[pending] = 1;
       return pending;
     }
-    std::uint32_t hit[kChunk];
+    std::uint32_t cell[kChunk], hit[kChunk];
     const Vec o = (ray.origin - grid.origin) * grid.inv_cell, d = ray.direction * (field.step * grid.inv_cell);
     for (int j = 0; j < kChunk; ++j) {
       const Real i = Real(i0 + j);
       int x = int(o.x + i * d.x), y = int(o.y + i * d.y), z = int(o.z + i * d.z);
       x = std::clamp(x, 0, grid.size.x - 1), y = std::clamp(y, 0, grid.size.y - 1), z = std::clamp(z, 0, grid.size.z - 1);
-      const std::uint32_t cell = std::uint32_t((x * grid.size.y + y) * grid.size.z + z);
-      hit[j] = grid.bits[cell >> 5] >> (cell & 31) & 1;
+      cell[j] = std::uint32_t((x * grid.size.y + y) * grid.size.z + z);
+      hit[j] = grid.bits[cell[j] >> 5] >> (cell[j] & 31) & 1;
+    }
+    [[maybe_unused]] std::uint32_t reads[kChunk];
+    if constexpr (Moving) {
+      if (field.reach)
+        for (int j = 0; j < kChunk; ++j) reads[j] = field.reach[cell[j] >> 5] >> (cell[j] & 31) & 1;
+      else std::fill_n(reads, kChunk, 1u);
     }
     for (int j = 0; j < n; ++j) {
       index_[pending] = i0 + j;
+      if constexpr (Moving) reads_[pending] = reads[j];
       pending += int(hit[j]);
     }
     return pending;
@@ -178,44 +187,73 @@ class RayKernel {
     return view.cell(at.vertex[0][j], at.vertex[1][j], at.vertex[2][j]);
   }
 
+  /// What kChunk samples read of motion. One that reads nothing is displaced by nothing, and its light has gain 1.
+  struct Warped {
+    Cell cell[kChunk];
+    Vec fraction[kChunk];
+    Four motion[kChunk];
+    alignas(64) Real r[kChunk], r_slope[kChunk], light[kChunk], light_slope[kChunk];
+  };
+  /// @param i  samples of the ray. @param moved  gets their displacements, in vertices of the radiance lattice.
+  void warp(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, const Real (&i)[kChunk], int n, Warped& out, Real (&moved)[3][kChunk]) {
+    alignas(64) Real raw_light[kChunk] = {}, raw_r[kChunk] = {};
+    if (!gather_motion(ray, field, frame, i, n, out, raw_light)) {
+      std::fill_n(out.r, kChunk, field.rigidity ? sigmoid(field.rigidity_offset).value : Real(1)), std::fill_n(out.r_slope, kChunk, Real(0));
+      std::fill_n(out.light, kChunk, Real(1)), std::fill_n(out.light_slope, kChunk, Real(0));
+      return;
+    }
+    for (int j = 0; j < kChunk; ++j) {
+      const Activated<Real> s = light_gain(raw_light[j]);
+      out.light[j] = s.value, out.light_slope[j] = s.slope;
+    }
+    if (field.rigidity) {
+      for (int j = 0; j < n; ++j) raw_r[j] = out.motion[j][3];
+      for (int j = 0; j < kChunk; ++j) {
+        const Activated<Real> s = sigmoid(raw_r[j] + field.rigidity_offset);
+        out.r[j] = s.value, out.r_slope[j] = s.slope;
+      }
+    } else {
+      std::fill_n(out.r, kChunk, Real(1)), std::fill_n(out.r_slope, kChunk, Real(0));
+    }
+    for (int j = 0; j < n; ++j)
+      for (int a = 0; a < 3; ++a) moved[a][j] = out.r[j] * out.motion[j][a] * field.radiance.inv_spacing;
+  }
+
+  /// Whether any of the first n pending samples reads motion.
+  bool gather_motion(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, const Real (&i)[kChunk], int n, Warped& out, Real* raw_light) {
+    std::uint32_t any = 0;
+    for (int j = 0; j < n; ++j) any |= reads_[j];
+    Located at;
+    if (any) {
+      if (!motion_course_) motion_course_.emplace(field.motion, ray, field.step);
+      constexpr Real kUnmoved[3][kChunk] = {};
+      locate(field.motion, *motion_course_, i, kUnmoved, at);
+    }
+    for (int j = 0; j < n; ++j) {
+      if (!reads_[j]) {
+        out.cell[j] = Cell::at_rest(), out.fraction[j] = {}, out.motion[j] = Four{};
+        continue;
+      }
+      out.cell[j] = cell_of(field.motion, at, j), out.fraction[j] = at.at(j);
+      const CellRows rows = field.motion.rows(out.cell[j]);
+      Real w[kCorners];
+      trilinear_weights(out.fraction[j], w);
+      Eight sum{};
+      for (int c = 0; c < kCorners; ++c) sum += w[c] * load<Eight>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth);
+      out.motion[j] = Four{sum[0], sum[1], sum[2], sum[3]};
+      raw_light[j] = sum[4];
+    }
+    return any != 0;
+  }
+
   /// Warps, gathers, activates and composites the first n pending samples. Returns true when the ray is opaque.
-  bool shade_chunk(const Field& field, const FrameView<Real>& frame, int n, Real stop) {
+  bool shade_chunk(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame, int n, Real stop) {
     reserve(count + 2 * kChunk);
     visited += n;
     alignas(64) Real moved[3][kChunk] = {}, i_real[kChunk];
     for (int j = 0; j < kChunk; ++j) i_real[j] = Real(index_[std::min(j, n - 1)]);
-
-    [[maybe_unused]] alignas(64) Real chunk_r[kChunk], chunk_slope[kChunk], chunk_light[kChunk] = {}, chunk_gain[kChunk], chunk_gain_slope[kChunk];
-    [[maybe_unused]] Located motion_at;
-    [[maybe_unused]] Cell motion_cell[kChunk];
-    [[maybe_unused]] Four motion[kChunk];
-    if constexpr (Moving) {
-      locate(field.motion, motion_course_, i_real, moved, motion_at);
-      const bool all_rest = gather_motion(field, frame, motion_at, n, motion_cell, motion, chunk_light) == 0;
-      std::fill_n(chunk_r, kChunk, all_rest && field.rigidity ? sigmoid(field.rigidity_offset).value : Real(1));
-      std::fill_n(chunk_slope, kChunk, Real(0));
-      if (all_rest) {
-        std::fill_n(chunk_gain, kChunk, Real(1));
-        std::fill_n(chunk_gain_slope, kChunk, Real(0));
-      } else {
-        for (int j = 0; j < kChunk; ++j) {
-          const Activated<Real> s = light_gain(chunk_light[j]);
-          chunk_gain[j] = s.value, chunk_gain_slope[j] = s.slope;
-        }
-      }
-      if (field.rigidity && !all_rest) {
-        alignas(64) Real raw[kChunk] = {};
-        for (int j = 0; j < n; ++j) raw[j] = motion[j][3];
-        for (int j = 0; j < kChunk; ++j) {
-          const Activated<Real> s = sigmoid(raw[j] + field.rigidity_offset);
-          chunk_r[j] = s.value;
-          chunk_slope[j] = s.slope;
-        }
-      }
-      if (!all_rest)
-        for (int j = 0; j < n; ++j)
-          for (int a = 0; a < 3; ++a) moved[a][j] = chunk_r[j] * motion[j][a] * field.radiance.inv_spacing;
-    }
+    [[maybe_unused]] Warped warped;
+    if constexpr (Moving) warp(ray, field, frame, i_real, n, warped, moved);
 
     Located at;
     locate(field.radiance, radiance_course_, i_real, moved, at);
@@ -235,36 +273,14 @@ class RayKernel {
       s.radiance_fraction = at.at(j);
       distance[count + kept] = i_real[j];
       if constexpr (Moving) {
-        s.warp = {motion_cell[j], motion_at.at(j), motion[j]};
-        light[count + kept] = chunk_gain[j], light_slope[count + kept] = chunk_gain_slope[j];
-        r[count + kept] = chunk_r[j];
-        r_slope[count + kept] = chunk_slope[j];
+        s.warp = {warped.cell[j], warped.fraction[j], warped.motion[j]};
+        light[count + kept] = warped.light[j], light_slope[count + kept] = warped.light_slope[j];
+        r[count + kept] = warped.r[j], r_slope[count + kept] = warped.r_slope[j];
       }
       rows[kept++] = cr;
     }
     if (kept == 0) return false;
     return shade_stored(field, rows, kept, stop);
-  }
-
-  /// Returns how many of the cells are not at rest.
-  int gather_motion(const Field& field, const FrameView<Real>& frame, const Located& at, int n, Cell* cells, Four* out, Real* raw_light) {
-    int awake = 0;
-    for (int j = 0; j < n; ++j) {
-      cells[j] = cell_of(field.motion, at, j);
-      if (field.at_rest(cells[j])) {
-        cells[j] = Cell::at_rest(), out[j] = Four{}, raw_light[j] = 0;
-        continue;
-      }
-      ++awake;
-      const CellRows rows = field.motion.rows(cells[j]);
-      Real w[kCorners];
-      trilinear_weights(at.at(j), w);
-      Eight sum{};
-      for (int c = 0; c < kCorners; ++c) sum += w[c] * load<Eight>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth);
-      out[j] = Four{sum[0], sum[1], sum[2], sum[3]};
-      raw_light[j] = sum[4];
-    }
-    return awake;
   }
 
   bool shade_stored(const Field& field, const CellRows* rows, int n, Real stop) {
@@ -326,7 +342,9 @@ class RayKernel {
   }
 
   int index_[3 * kChunk];
-  Course radiance_course_, motion_course_;
+  std::uint32_t reads_[3 * kChunk];  ///< 0: nothing of motion
+  Course radiance_course_;
+  std::optional<Course> motion_course_;  ///< of a ray that has read motion
   Real transmittance_ = 1;
   Vec rgb_{};
 };

@@ -5,7 +5,6 @@
 
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
-#include "splinevox/field/active_rows.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/render/occupancy.hpp"
 #include "splinevox/render/picture_maker.hpp"
@@ -40,7 +39,6 @@ class Renderer {
   const VoxelModel& model_;
   std::unique_ptr<PictureMaker> maker_;
   OccupancyPyramid canonical_;
-  ActiveRows moving_;  ///< of the motion; for pictures made here
   double time_;  ///< of slice_ and occupied_; NaN: of none yet
   MotionSlice slice_;
   BitGrid occupied_;

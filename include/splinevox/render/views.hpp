@@ -39,18 +39,11 @@ struct FieldView {
   BrickView<Real> radiance;
   const Stored* radiance_rows = nullptr;  ///< [rows * width]
   BrickView<Real> motion;
-  const std::uint64_t* awake = nullptr;  ///< ActiveRows::cells, a bit per motion row, for RayKernel (a device's kernels have no registers left for it); null: samples look into every cell
+  const std::uint32_t* reach = nullptr;  ///< bits of ActiveRows::reach, for RayKernel (a device's kernels have no registers left for it); null: samples look everywhere
   bool moving = false, rigidity = false;
   Real rigidity_offset = 0;
   Real density_scale = 1, density_shift = 0;
   Real step = 1;  ///< scene units
-
-  /// Whether a motion cell holds nothing but zeros, and is to stay so.
-  SPLINEVOX_INLINE bool at_rest(const Cell& cell) const {
-    if (!awake) return false;
-    const std::int32_t row = motion.first_row(cell);
-    return !(awake[row >> 6] >> (row & 63) & 1);
-  }
 };
 
 /// One time as the ray kernels read it.

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "splinevox/field/active_rows.hpp"
 #include "splinevox/field/levels.hpp"
 #include "splinevox/field/row_mask.hpp"
+#include "splinevox/render/active_rows.hpp"
 #include "splinevox/render/backward.hpp"
 #include "splinevox/render/occupancy.hpp"
 #include "splinevox/render/ray_losses.hpp"
@@ -32,7 +32,7 @@ class Engine {
  public:
   virtual ~Engine() = default;
   /// @param model      motion collapsed into one level (or none).
-  /// @param active     rows of the motion level that a sample may read other than zeros from; the others get no gradient.
+  /// @param active     rows of the motion level that a sample may read other than zeros from; the others get no gradient. Its reach has the cells of the occupancies.
   /// @param times      model time of each frame slot of the batch, [0, 1].
   /// @param occupancy  of each frame slot.
   /// @param radiance   gradient of model.radiance.raw, accumulated; marks what was seen, if it has a mask for that.
