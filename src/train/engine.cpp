@@ -71,12 +71,12 @@ class RayEngine final : public Engine {
     workers_.resize(tasks);
     radiance_scatter_.begin(tasks, model.radiance.raw.topology->brick_count() + 1);
     const int motion_bricks = Moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
-    if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks * int(times.size()));
+    if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(times.size()));
     std::uint64_t* const seen = radiance.seen.empty() ? nullptr : radiance.seen.data()->word;
     parallel_for(tasks, [&](int t) {
       march(field, seen, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, workers_[t], behind);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
-      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame * motion_bricks);
+      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame);
     });
     for (const Worker& w : workers_) {
       result.squared_error += w.squared_error, result.motion_loss += w.motion_loss;

@@ -45,6 +45,17 @@ std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o
   return groups;
 }
 
+/// The cells whose centres the offset leads to one of a grid. Matter that is a cell wide with its margin loses no more than some of that.
+BitGrid moved(const BitGrid& grid, const Offset& offset) {
+  BitGrid out = grid;
+  std::fill(out.bits.begin(), out.bits.end(), 0u);
+  for (std::size_t i = 0; i < grid.cells(); ++i) {
+    const Vec3 x = grid.center(grid.cell_at(i));
+    if (grid.test(grid.index(grid.cell_of(x + offset.at(x))))) out.set(i);
+  }
+  return out;
+}
+
 void check_fits(bool good) {
   if (!good) fail({"checkpoint", "the training state does not fit this configuration", "a state written by the same version and configuration", "other sizes", ""});
 }
@@ -194,7 +205,7 @@ void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& off
   const Lattice lattice = make_lattice(bounds.box, cells);
   const BitGrid matter =
       growing() ? bounds.hull : canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
-  if (offset) model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, dilate(matter)), [&](Vec3 x) { return x + offset->at(x); });
+  if (offset) model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, moved(matter, *offset)), [&](Vec3 x) { return x + offset->at(x); });
   else model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
   model.step = config.sampling.step * lattice.spacing;
   radiance = Learner(model.radiance.raw);

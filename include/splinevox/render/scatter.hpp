@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "splinevox/core/simd.hpp"
@@ -15,48 +16,47 @@ namespace splinevox {
 /// the brick that owns the rows, in task order, and each brick is summed by one thread. A record whose cell straddles
 /// bricks is listed once in each. A brick's rows stay in the first-level cache while it is summed.
 ///
-/// Bins are numbered bin_offset(task) + brick, so that several frames can have rows of their own.
+/// Every task belongs to a slot, and every slot has rows of its own: the bin of a slot's brick is slot * bricks + brick.
 template <class Real, int N, bool Jet>
 class Scatter {
  public:
   using Rec = Record<Real, N, Jet>;
 
-  void begin(int tasks, int bins) {
-    bins_ = bins;
-    counts_.resize(std::size_t(tasks) * bins);
+  void begin(int tasks, int bricks, int slots = 1) {
+    bricks_ = bricks;
+    counts_.resize(std::size_t(tasks) * bricks);
     tasks_.assign(tasks, {});
+    tasks_of_.resize(slots);
+    begin_.resize(std::size_t(slots) * bricks + 1);
   }
   /// Counts a task's records. Tasks may call this at the same time; the records must stay in place until reduce is done.
-  void count(int task, const std::vector<Rec>& records, const BrickView<Real>& view, int bin_offset) {
-    tasks_[task] = {records.data(), records.size(), bin_offset};
-    std::uint32_t* counts = counts_.data() + std::size_t(task) * bins_;
-    std::memset(counts, 0, sizeof(std::uint32_t) * bins_);
+  void count(int task, const std::vector<Rec>& records, const BrickView<Real>& view, int slot) {
+    tasks_[task] = {records.data(), records.size(), slot};
+    std::uint32_t* counts = counts_of(task);
+    std::memset(counts, 0, sizeof(std::uint32_t) * bricks_);
     for (const Rec& record : records)
-      for_bricks(record.cell, view, [&](std::int32_t brick, int, int, int) { ++counts[bin_offset + brick]; });
+      for_bricks(record.cell, view, [&](std::int32_t brick, int, int, int) { ++counts[brick]; });
   }
   /// Turns counts into positions; call once, after all tasks have counted.
   void scan() {
-    begin_.resize(bins_ + 1);
-    std::uint32_t total = 0;
-    for (int b = 0; b < bins_; ++b) {
-      begin_[b] = total;
-      for (std::size_t t = 0; t < tasks_.size(); ++t) {
-        std::uint32_t& slot = counts_[t * bins_ + b];
-        const std::uint32_t n = slot;
-        slot = total;
-        total += n;
+    for (std::vector<int>& tasks : tasks_of_) tasks.clear();
+    for (std::size_t t = 0; t < tasks_.size(); ++t) tasks_of_[tasks_[t].slot].push_back(int(t));
+    std::uint32_t total = 0, *begin = begin_.data();
+    for (const std::vector<int>& tasks : tasks_of_)
+      for (int b = 0; b < bricks_; ++b) {
+        *begin++ = total;
+        for (const int t : tasks) total += std::exchange(counts_of(t)[b], total);
       }
-    }
-    begin_[bins_] = total;
+    *begin = total;
     entries_.resize(total);
   }
   /// Lists a task's records under their bricks. Tasks may call this at the same time.
   void fill(int task, const BrickView<Real>& view) {
     const Task& t = tasks_[task];
-    std::uint32_t* next = counts_.data() + std::size_t(task) * bins_;
+    std::uint32_t* next = counts_of(task);
     for (std::uint32_t i = 0; i < t.size; ++i)
       for_bricks(t.records[i].cell, view, [&](std::int32_t brick, int x, int y, int z) {
-        entries_[next[t.bin_offset + brick]++] = {i, std::uint32_t(task), std::uint32_t((x + 1) << 8 | (y + 1) << 4 | (z + 1))};
+        entries_[next[brick]++] = {i, std::uint32_t(task), std::uint32_t((x + 1) << 8 | (y + 1) << 4 | (z + 1))};
       });
   }
   bool empty(int bin) const { return begin_[bin] == begin_[bin + 1]; }
@@ -83,8 +83,10 @@ class Scatter {
   struct Task {
     const Rec* records = nullptr;
     std::size_t size = 0;
-    int bin_offset = 0;
+    int slot = 0;
   };
+
+  std::uint32_t* counts_of(int task) { return counts_.data() + std::size_t(task) * bricks_; }
 
   template <class Visit>
   static void for_bricks(const Cell& cell, const BrickView<Real>& view, Visit&& visit) {
@@ -127,9 +129,11 @@ class Scatter {
     }
   }
 
-  int bins_ = 0;
-  std::vector<std::uint32_t> counts_, begin_;
+  int bricks_ = 0;
+  std::vector<std::uint32_t> counts_;  ///< [tasks * bricks], then where the next record goes
+  std::vector<std::uint32_t> begin_;   ///< [bins + 1]
   std::vector<Task> tasks_;
+  std::vector<std::vector<int>> tasks_of_;  ///< [slots]
   std::vector<Entry> entries_;
 };
 
