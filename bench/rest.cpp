@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What motion costs where only a part of a scene moves: two built-in scenes, or those named, trained without motion, with motion that comes to
-// rest where nothing moves, and with motion everywhere, in turn. PSNR on the test split and processor seconds of training.
+// rest where nothing moves, and with motion everywhere. PSNR on the test split and processor seconds of training.
 //
-//   bench_rest [NAME|DATASET]... [--preset fast] [--steps 2400] [--seeds 3]
+//   taskset -c 0 bench_rest [NAME|DATASET]... [--preset fast] [--steps 2400] [--seeds 3] [--same-box]
 //
-// One JSON line per run, and one per scene with the medians of ratios; a round of three runs is compared within itself. All runs of a scene have the box that a
-// short one ends with: a box that shrinks in one run and stays in another would compare lattices.
+// One JSON line per run, and one per scene with the medians of ratios. The three runs of a round are made at the same time, a thread each; on one core, as
+// above, they share its speed, which on a busy machine changes by half within minutes. --same-box: all runs of a scene have the box that a short one ends
+// with, and so the same lattices; a box of their own shrinks in some and stays in others.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -15,10 +16,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "cost/timing.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/core/process.hpp"
 #include "splinevox/data/synth.hpp"
 #include "trained.hpp"
 
@@ -45,19 +48,26 @@ std::vector<float> box_of(Config c, const Dataset& data) {
   return {box.lo.x, box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z};
 }
 
-void measure(Config base, const std::string& name, const Dataset& data, int seeds) {
-  base.grid.box = box_of(base, data);
+void measure(const Config& base, const std::string& name, const Dataset& data, int seeds) {
   std::vector<double> psnr[kWays], ratio[kWays];
   for (int seed = 1; seed <= seeds; ++seed) {
-    double seconds[kWays];
+    Trained runs[kWays];
+    {
+      std::vector<std::jthread> threads;
+      for (const Way way : {still, at_rest, everywhere})
+        threads.emplace_back([&, way] {
+          Config c = config_of(base, way);
+          c.run.seed = std::uint64_t(seed);
+          const double start = thread_seconds();
+          runs[way] = train_to_end(c, data);
+          runs[way].seconds = thread_seconds() - start;
+        });
+    }
     for (const Way way : {still, at_rest, everywhere}) {
-      Config c = config_of(base, way);
-      c.run.seed = std::uint64_t(seed);
-      const Trained run = train_to_end(c, data);
-      seconds[way] = run.seconds;
+      const Trained& run = runs[way];
       psnr[way].push_back(mean_psnr(run.model, *data.find("test")));
-      ratio[way].push_back(seconds[way] / seconds[still]);
-      say({{"scene", name}, {"seed", seed}, {"motion", kNames[way]}, {"psnr", psnr[way].back()}, {"seconds", seconds[way]}, {"moving_share", run.moving_share}});
+      ratio[way].push_back(run.seconds / runs[still].seconds);
+      say({{"scene", name}, {"seed", seed}, {"motion", kNames[way]}, {"psnr", psnr[way].back()}, {"seconds", run.seconds}, {"moving_share", run.moving_share}});
     }
   }
   nlohmann::json j{{"scene", name}};
@@ -76,6 +86,8 @@ int main(int argc, char** argv) {
   app.add_option("--preset", preset_name);
   app.add_option("--steps", steps);
   app.add_option("--seeds", seeds);
+  bool same_box = false;
+  app.add_flag("--same-box", same_box);
   CLI11_PARSE(app, argc, argv);
   try {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
@@ -84,7 +96,10 @@ int main(int argc, char** argv) {
     for (const std::string& scene : scenes) {
       const std::vector<std::string> built_in = synth_scenes();
       const bool made = std::find(built_in.begin(), built_in.end(), scene) != built_in.end();
-      measure(config, std::filesystem::path(scene).filename().string(), made ? make_synth(scene, {}) : load_dataset(scene, {.downscale = 1, .splits = {"train", "test"}}), seeds);
+      const Dataset data = made ? make_synth(scene, {}) : load_dataset(scene, {.downscale = 1, .splits = {"train", "test"}});
+      Config c = config;
+      if (same_box) c.grid.box = box_of(config, data);
+      measure(c, std::filesystem::path(scene).filename().string(), data, seeds);
     }
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());
