@@ -87,6 +87,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   apply(effects, c);
   c.grid.radiance = {20, 40}, c.grid.radiance_start = {0, 0.25f};
   c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.25f, 0.25f};
+  c.radiance.sh_order = order_at(c.radiance, 0), c.radiance.sh_start.clear();
   c.motion.rest = 0;
   c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
   c.grid.empty_start.clear();

@@ -66,6 +66,7 @@ void check_grid(const Config& c) {
             "each number twice the one before, as 4, 8, 16", config_value::print(g.motion));
   check_starts("grid.motion_start", "grid.motion", g.motion_start, g.motion.size(), false);
   check_starts("grid.empty_start", "the emptyings", g.empty_start, g.empty_start.size(), false);
+  check_starts("radiance.sh_start", "the orders", c.radiance.sh_start, c.radiance.sh_start.size(), false);
   if (!g.box.empty()) {
     if (g.box.size() != 6)
       wrong("grid.box", "has the wrong length", "6 numbers: lo.xyz, hi.xyz, or none", config_value::print(g.box));
@@ -104,6 +105,14 @@ void check_motion(const MotionConfig& m) {
 }
 
 }  // namespace
+
+int order_at(const RadianceConfig& config, double progress) {
+  const std::vector<float>& starts = config.sh_start;
+  if (starts.empty()) return config.sh_order;
+  int order = std::min(config.sh_order, 0);
+  while (order < config.sh_order && progress >= starts[std::min(std::size_t(order), starts.size() - 1)]) ++order;
+  return order;
+}
 
 Config preset(const std::string& name) {
   std::vector<std::string> names;

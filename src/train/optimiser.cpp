@@ -97,6 +97,13 @@ void shrink_row(const Shrink& shrink, float scale, int width, float* row) {
 Learner::Learner(const Channels& values)
     : gradient(values), m(values.values.size(), 0.0f), v(values.values.size(), 0.0f), rate(values.width, 0.0f), tv(values.width, 0.0f) {}
 
+void Learner::resize(const Channels& values) {
+  std::vector<RowMask> seen = std::move(gradient.seen);
+  gradient = Gradient(values);
+  gradient.seen = std::move(seen);
+  rate.assign(values.width, 0.0f), tv.assign(values.width, 0.0f);
+}
+
 void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale) {
   const int width = values.width;
   parallel_for(values.topology->brick_count(), [&](int index) {

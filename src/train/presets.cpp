@@ -8,12 +8,13 @@ namespace {
 /// ask for must be told to rest (docs/experiments.md).
 void set_fine_curves(LossConfig& loss) { loss.curve_length = 0.02f, loss.curve_rest = 1e-4f; }
 
-/// What our presets share beyond the defaults: view dependence learns fast, and curves of many points are held together by the
+/// What our presets share beyond the defaults: view dependence learns fast, its finer harmonics late (early they explain motion away), and curves of many points are held together by the
 /// length of their polygons, which costs what stands still nothing, and keep only the knots they need. Light changes slowly.
 /// Matter that nothing shows is emptied, because motion would carry it into views that no picture was taken from (docs/experiments.md).
 Config ours() {
   Config c;
   c.optimiser.lr_sh = 0.05f;
+  c.radiance.sh_order = 2, c.radiance.sh_start = {0, .55f};
   c.motion.halve_start = {.3f};
   c.grid.empty_start = {.54f, .7f, .8f};
   c.loss.curve_length = 0.075f;

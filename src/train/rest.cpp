@@ -76,7 +76,8 @@ void Trainer::State::find_awake_rows() {
   awake_rows.clear(), active.reach = {};
   if (awake.cells() == 0 || levels.empty()) return;
   const Topology& t = *levels.back().topology;
-  awake_rows = rows_near(t, awake, t.lattice.spacing);
+  // A vertex a spacing away from a cell has no weight in it.
+  awake_rows = rows_near(t, awake, (1 - 1e-4f) * t.lattice.spacing);
   active.reach = reach_of(t, awake_rows, BitGrid(model.box, config.sampling.occupancy_cells));
 }
 

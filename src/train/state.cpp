@@ -69,7 +69,7 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   edge = model.box.longest_edge();
   model.background = starting_background(c, t, shown);
   model.time_map = time_map;
-  model.radiance.sh_order = c.radiance.sh_order;
+  model.radiance.sh_order = order_at(c.radiance, 0);
   MotionField& m = model.motion;
   m.basis = c.motion.basis, m.points = c.motion.points, m.light = c.motion.light;
   m.displaces = c.motion.enabled, m.rigidity = c.motion.enabled && c.motion.rigidity;
@@ -88,11 +88,18 @@ bool Trainer::State::refine(double progress_now) {
   const bool elevates = elevations < wanted_elevations;
   const int wanted_emptied = reached(config.grid.empty_start, progress) + 1;
   const bool empties = emptied < wanted_emptied;
-  if (stage < wanted || int(levels.size()) < wanted_levels || elevates || empties) bring_home();
+  const int wanted_order = order_at(config.radiance, progress);
+  const bool joins = model.radiance.sh_order < wanted_order;
+  if (joins || stage < wanted || int(levels.size()) < wanted_levels || elevates || empties) bring_home();
   if (empties) {
     if (stage >= 0) empty_unseen();  // before the first stage there is nothing
     emptied = wanted_emptied;
     uploaded = false;
+  }
+  if (joins) {
+    if (stage >= 0) add_harmonics(wanted_order);
+    model.radiance.sh_order = wanted_order;
+    changed = true;
   }
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted && !growing()) tighten_box();
@@ -139,9 +146,9 @@ void Trainer::State::fit_lattices() {
   find_active();
   const bool moving = !levels.empty();
   if (moving) motion_gradient = Gradient(model.motion.levels[0]);
-  if (engine && engine_moves == moving) return;
-  engine_moves = moving;
-  engine = make_engine(config.radiance.sh_order, moving, config.loss.offset > 0 || config.loss.divergence > 0);
+  if (engine && engine_moves == moving && engine_order == model.radiance.sh_order) return;
+  engine_moves = moving, engine_order = model.radiance.sh_order;
+  engine = make_engine(engine_order, moving, config.loss.offset > 0 || config.loss.divergence > 0);
 }
 
 void Trainer::State::start_radiance() {
@@ -150,7 +157,7 @@ void Trainer::State::start_radiance() {
   // One step of the first lattice has alpha initial_alpha at raw density 0: softplus(shift) = -log(1 - alpha).
   model.radiance.activation.scale = 1 / model.step;
   model.radiance.activation.shift = float(inverse_softplus(optical_depth(config.radiance.initial_alpha)));
-  const int width = radiance_width(config.radiance.sh_order);
+  const int width = radiance_width(model.radiance.sh_order);
   std::vector<float> row(width, 0.0f);
   const Vec3 color = starting_color(config.radiance, shown);
   for (int c = 0; c < 3; ++c) row[1 + c] = color[c];
@@ -199,6 +206,18 @@ void Trainer::State::put_on_levels(const Channels& sum, const BitGrid& cells) {
     level_learners[l] = Learner(levels[l]);
   }
   find_awake_rows();
+}
+
+void Trainer::State::add_harmonics(int order) {
+  Channels& raw = model.radiance.raw;
+  const int from = raw.width, to = radiance_width(order);
+  for (AlignedVector<float>* rows : {&raw.values, &radiance.m, &radiance.v}) {
+    AlignedVector<float> wide(raw.topology->rows() * to, 0.0f);
+    for (std::size_t r = 0; r < raw.topology->rows(); ++r) std::copy_n(rows->data() + r * from, from, wide.data() + r * to);
+    *rows = std::move(wide);
+  }
+  raw.width = to;
+  radiance.resize(raw);
 }
 
 void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& offset) {
@@ -313,23 +332,22 @@ void Trainer::State::archive(Archive& a) {
   const int background_order = model.background.order;
   a(model.background, background);
   std::vector<RowMask> seen = radiance.gradient.seen;
-  a(emptied, rays_shown, seen, awake, moving_share);
+  a(model.radiance.sh_order, emptied, rays_shown, seen, awake, moving_share);
   if (!a.reading()) return;
   const auto fits = [](const Channels& c, const Learner& l, int width) {
     return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();
   };
   bool good = model.background.order == background_order && stage >= 0 && stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints && model.motion.points <= kMaxPoints;
-  good = good && fits(model.radiance.raw, radiance, radiance_width(config.radiance.sh_order));
+  good = good && model.radiance.sh_order >= order_at(config.radiance, 0) && model.radiance.sh_order <= config.radiance.sh_order;
+  good = good && fits(model.radiance.raw, radiance, radiance_width(model.radiance.sh_order));
   good = good && seen.size() == (config.grid.empty_start.empty() ? 0 : model.radiance.raw.topology->bricks.size());
   for (std::size_t l = 0; good && l < count; ++l) good = fits(levels[l], level_learners[l], model.motion.width());
   check_fits(good);
   model.box = bounds.box;
   edge = model.box.longest_edge();
   sampler.set_box(bounds.box);
-  radiance.gradient = Gradient(model.radiance.raw);
   radiance.gradient.seen = std::move(seen);
-  radiance.rate.assign(model.radiance.raw.width, 0.0f);
-  radiance.tv.assign(model.radiance.raw.width, 0.0f);
+  radiance.resize(model.radiance.raw);
   fit_lattices();
 }
 

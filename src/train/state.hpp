@@ -36,6 +36,7 @@ struct Trainer::State {
   BatchSampler sampler;
   std::unique_ptr<Engine> engine;    ///< compiled for the effects that the lattices of now have
   bool engine_moves = false;
+  int engine_order = -1;
 
   VoxelModel model;                  ///< motion.levels: the sum of the active levels
   Learner radiance;
@@ -113,6 +114,8 @@ struct Trainer::State {
   void empty_unseen();
   /// Begins to look anew (Gradient::seen).
   void forget_seen();
+  /// Widens the rows to hold harmonics up to an order, those that join as 0: every picture stays as it is, and moments are kept.
+  void add_harmonics(int order);
   void refine_radiance(int cells, const std::optional<Offset>& offset);
   void add_level(int cells);
   /// Rates, summed motion, gradients and engine for the lattices as they are now.

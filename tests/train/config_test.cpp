@@ -145,7 +145,8 @@ TEST_SUITE("train/config") {
                                             "run.background=1",        "grid.radiance_start=0,0.5,0.25,0.6",
                                             "motion.points=3",         "motion.first_point=zero",
                                             "motion.elevate_points=8", "motion.halve_start=0.5,0.4",
-                                            "motion.halve_start=0,0,0,0,0", "sampling.frames=64 "};
+                                            "motion.halve_start=0,0,0,0,0", "sampling.frames=64 ",
+                                            "radiance.sh_start=0.5,0.4"};
     for (const std::string& w : wrong) {
       CAPTURE(w);
       Config c;
@@ -167,6 +168,19 @@ TEST_SUITE("train/config") {
     CHECK(contains(message([&] { validate(lit); }), "motion."));
   }
 
+  TEST_CASE("harmonics join in turn, the last start for all that follow, or are there at once") {
+    const auto orders = [](int order, std::vector<float> starts) {
+      std::vector<int> out;
+      for (const double p : {0.0, 0.35, 0.65, 0.95}) out.push_back(order_at({.sh_order = order, .sh_start = starts}, p));
+      return out;
+    };
+    CHECK(orders(3, {}) == std::vector{3, 3, 3, 3});
+    CHECK(orders(3, {0.f, 0.6f}) == std::vector{1, 1, 3, 3});
+    CHECK(orders(3, {0.3f, 0.6f, 0.9f}) == std::vector{0, 1, 2, 3});
+    CHECK(orders(2, {0.3f, 0.6f, 0.9f}) == std::vector{0, 1, 2, 2});
+    CHECK(orders(1, {0.f, 0.6f}) == std::vector{1, 1, 1, 1});
+    CHECK(orders(-1, {0.f, 0.6f}) == std::vector{-1, -1, -1, -1});
+  }
   TEST_CASE("edit distance counts insertions, deletions and replacements") {
     CHECK(edit_distance("", "abc") == 3);
     CHECK(edit_distance("kitten", "sitting") == 3);

@@ -147,6 +147,41 @@ TEST_SUITE("train/trainer") {
     CHECK(moving > 24);
     CHECK(moving > still + 3);
   }
+  TEST_CASE("harmonics that join leave every picture as it is, and learn") {
+    const Dataset& data = moving_ball();
+    const Split& train = *data.find("train");
+    Config config = tiny_spline(60);
+    config.loss.tv_density = config.loss.tv_color = config.loss.tv_sh = config.loss.tv_control = config.loss.tv_rigidity = 0;
+    config.radiance.sh_order = 3, config.radiance.sh_start = {0.3f, 0.75f, 0.85f};
+    Trainer trainer(config, train, data.time_map);
+    int order = 0, joined = 0;
+    while (!trainer.done()) {
+      const std::vector<char> state = trainer.save();
+      const VoxelModel before = trainer.model();
+      trainer.step();
+      const int now = trainer.model().radiance.sh_order;
+      if (now == order) continue;
+      // The same step by a run that learns nothing: all that changes is what joins.
+      Config idle = config;
+      OptimiserConfig& o = idle.optimiser;
+      o.lr_density = o.lr_color = o.lr_sh = o.lr_control = o.lr_rigidity = o.lr_light = o.lr_background = o.shrink = 0;
+      Trainer other(idle, train, data.time_map);
+      other.restore(state);
+      other.step();
+      const VoxelModel after = other.model();
+      CHECK(before.radiance.sh_order == order);
+      CHECK(after.radiance.sh_order == now);
+      const Frame& f = train.frames[5];
+      const auto seen = [&](const VoxelModel& m) { return render_image(m, f.camera, f.time).rgb.data; };
+      CHECK(seen(after) == seen(before));
+      order = now, ++joined;
+    }
+    CHECK(joined == 3);
+    const VoxelModel model = trainer.model();
+    float finest = 0;
+    for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) finest = std::max(finest, std::abs(model.radiance.raw.row(r)[4 + 12]));
+    CHECK(finest > 0.01f);
+  }
   TEST_CASE("matter that no ray shows is emptied, and pictures are as good without it") {
     Config config = preset("draft");
     config.run.max_time = 0, config.run.max_steps = 250;

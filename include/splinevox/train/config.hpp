@@ -42,9 +42,13 @@ struct GridConfig {
 
 struct RadianceConfig {
   int sh_order = 1;             ///< -1 (none), 0..3
+  std::vector<float> sh_start;  ///< progress at which the harmonics of order 1, 2, ... join, the last for all that follow; empty: at the start
   float initial_alpha = 0.01f;  ///< alpha of one step of the first lattice before training
   float initial_sh = 0;         ///< band 0 at the start: the view factor begins at 1 - sigmoid(Y00 * initial_sh) / 2
 };
+
+/// Order of the harmonics that a run has at its progress.
+int order_at(const RadianceConfig& config, double progress);
 
 struct MotionConfig {
   bool enabled = true;
@@ -148,6 +152,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("grid.empty_start", c.grid.empty_start, "progress at which matter that no ray has shown is emptied", 0, 1);
   visit("grid.seen_share", c.grid.seen_share, "share of a ray's heaviest sample from which on a sample shows what is there", 1e-3, 1);
   visit("radiance.sh_order", c.radiance.sh_order, "spherical harmonic order of the view rescale, -1 = none", -1, 3);
+  visit("radiance.sh_start", c.radiance.sh_start, "progress at which the harmonics of order 1, 2, ... join, the last for all that follow", 0, 1);
   visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
   visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);
   visit("motion.enabled", c.motion.enabled, "whether the scene may move", 0, 1);

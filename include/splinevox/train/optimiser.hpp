@@ -26,6 +26,8 @@ struct Learner {
 
   Learner() = default;
   explicit Learner(const Channels& values);
+  /// For values whose rows got another width, as the moments have: gradient, rates and weights begin anew; what is seen stays.
+  void resize(const Channels& values);
 };
 
 /// One Adam (or RMSProp) step on every touched row, times `rate_scale`, then its groups' shrinkage; clears gradient and mask.
