@@ -113,6 +113,7 @@ Stage make_stage(const SuiteOptions& o, const std::string& scene) {
   s.data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 64 : 200}) : load_dataset(scene, {.splits = {"train", "test"}});
   Config config = preset("fast");
   config.run.max_time = 0, config.run.max_steps = o.micro ? 300 : 1500;
+  config.radiance.sh_order = kSh;
   if (o.micro) {
     config.grid.radiance = {24, 48}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
     // In 300 steps a window of time leaves fog at the sides of the box, where rays then end in a jump: no model to measure an order on.

@@ -48,7 +48,7 @@ std::vector<Setting> settings(bool micro) {
   for (const int k : {4, 7, 12, 21}) out.push_back({"control points", fmt::format("{} from the start", k), double(k - 21), {fmt::format("motion.points={}", k)}, 1, false, "fast", false});
   for (const int k : {7, 21}) out.push_back({"control points", fmt::format("{}, in the end {}", k, 2 * k - 3), double(2 * k - 24), {fmt::format("motion.points={}", k)}});
   out.push_back({"basis", "Bezier of 5 points", -1, {"motion.basis=bezier", "motion.points=5"}, 1, false, "fast", false});
-  for (const int order : {-1, 0, 2, 3}) out.push_back({"harmonics", fmt::format("order {}", order), double(order - 1), {fmt::format("radiance.sh_order={}", order)}});
+  for (const int order : {-1, 0, 1, 3}) out.push_back({"harmonics", fmt::format("order {}", order), double(order - 2), {fmt::format("radiance.sh_order={}", order)}});
   out.push_back({"rays a step", "2048", -1, {"sampling.rays=2048"}});
   out.push_back({"rays a step", "8192", 1, {"sampling.rays=8192"}});
   out.push_back({"frames a step", "4", -1, {"sampling.frames=4"}});
