@@ -253,7 +253,9 @@ double Trainer::seconds() const { return state_->seconds_before; }
 
 std::vector<char> Trainer::save() const {
   state_->bring_home();
-  Archive archive;
+  Archive size = Archive::counting(), archive;
+  state_->archive(size);
+  archive.reserve(size.bytes());
   state_->archive(archive);
   return archive.take();
 }
