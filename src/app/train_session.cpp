@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <system_error>
 #include <utility>
 
@@ -221,8 +220,8 @@ CheckpointHeader TrainSession::header() const {
 /// Copies the state here and writes it on a thread of its own: training does not wait for the disk.
 void TrainSession::start_checkpoint() {
   const double start = clock();
-  const auto write = [path = setup_.folder.file(kCheckpoint), header = header(), bytes = std::make_shared<const std::vector<char>>(trainer_.save())] {
-    return write_checkpoint(path, header, *bytes);
+  auto write = [path = setup_.folder.file(kCheckpoint), header = header(), bytes = trainer_.save()] {
+    return write_checkpoint(path, header, bytes);
   };
   try {
     writing_ = std::async(std::launch::async, write);

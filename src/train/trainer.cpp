@@ -253,9 +253,7 @@ double Trainer::seconds() const { return state_->seconds_before; }
 
 std::vector<char> Trainer::save() const {
   state_->bring_home();
-  Archive size = Archive::counting(), archive;
-  state_->archive(size);
-  archive.reserve(size.bytes());
+  Archive archive;
   state_->archive(archive);
   return archive.take();
 }

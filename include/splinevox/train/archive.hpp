@@ -19,14 +19,6 @@ class Archive {
  public:
   Archive() = default;                                             ///< writes
   explicit Archive(const std::vector<char>& bytes) : in_(&bytes) {}  ///< reads
-  /// Neither keeps nor reads: a pass that counts, so that what is written needs no room to grow, which would hold it twice.
-  static Archive counting() {
-    Archive out;
-    out.counts_ = true;
-    return out;
-  }
-  std::size_t bytes() const { return at_; }  ///< written, read or counted
-  void reserve(std::size_t bytes) { out_.reserve(bytes); }
   bool reading() const { return in_ != nullptr; }
   std::vector<char> take() { return std::move(out_); }
   bool exhausted() const { return !in_ || at_ == in_->size(); }
@@ -92,8 +84,7 @@ class Archive {
 
   void raw(void* data, std::size_t n) {
     if (!reading()) {
-      at_ += n;
-      if (!counts_) out_.insert(out_.end(), static_cast<char*>(data), static_cast<char*>(data) + n);
+      out_.insert(out_.end(), static_cast<char*>(data), static_cast<char*>(data) + n);
       return;
     }
     if (n > in_->size() - at_) fail_short();
@@ -105,7 +96,6 @@ class Archive {
   }
 
   const std::vector<char>* in_ = nullptr;
-  bool counts_ = false;
   std::size_t at_ = 0;
   std::vector<char> out_;
 };
