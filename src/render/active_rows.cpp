@@ -16,11 +16,12 @@ float reach_of_vertex(const Lattice& lattice) {
   return 1.01f * lattice.spacing + 4 * std::numeric_limits<float>::epsilon() * farthest;
 }
 
+float extent_of_vertex(const Lattice& lattice) { return (1 - 1e-4f) * lattice.spacing; }
+
 BitGrid reach_of(const Topology& topology, const std::vector<RowMask>& rows, const BitGrid& like) {
   BitGrid out = like;
   std::fill(out.bits.begin(), out.bits.end(), 0u);
-  // Where cells end with the lattice's, those beyond are not reached; by a cell that ends within this much of a vertex' reach a ten thousandth of its motion is missed.
-  const float reach = (1 - 1e-4f) * topology.lattice.spacing;
+  const float reach = extent_of_vertex(topology.lattice);
   const Vec3 around{reach, reach, reach};
   for (int b = 1; b <= topology.brick_count(); ++b)
     rows[b].for_each([&](int i) {

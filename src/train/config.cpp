@@ -66,7 +66,6 @@ void check_grid(const Config& c) {
             "each number twice the one before, as 4, 8, 16", config_value::print(g.motion));
   check_starts("grid.motion_start", "grid.motion", g.motion_start, g.motion.size(), false);
   check_starts("grid.empty_start", "the emptyings", g.empty_start, g.empty_start.size(), false);
-  check_starts("radiance.sh_start", "the orders", c.radiance.sh_start, c.radiance.sh_start.size(), false);
   if (!g.box.empty()) {
     if (g.box.size() != 6)
       wrong("grid.box", "has the wrong length", "6 numbers: lo.xyz, hi.xyz, or none", config_value::print(g.box));
@@ -106,12 +105,15 @@ void check_motion(const MotionConfig& m) {
 
 }  // namespace
 
+int reached(const std::vector<float>& starts, double progress) {
+  int i = -1;
+  while (i + 1 < int(starts.size()) && progress >= starts[i + 1]) ++i;
+  return i;
+}
+
 int order_at(const RadianceConfig& config, double progress) {
-  const std::vector<float>& starts = config.sh_start;
-  if (starts.empty()) return config.sh_order;
-  int order = std::min(config.sh_order, 0);
-  while (order < config.sh_order && progress >= starts[std::min(std::size_t(order), starts.size() - 1)]) ++order;
-  return order;
+  const int joined = reached(config.sh_start, progress) + 1;
+  return joined == int(config.sh_start.size()) ? config.sh_order : std::min(config.sh_order, joined);
 }
 
 Config preset(const std::string& name) {
@@ -154,6 +156,7 @@ void validate(const Config& config) {
   if (config.run.background.size() != 3)
     wrong("run.background", "has the wrong length", "3 numbers: r, g, b", config_value::print(config.run.background));
   check_grid(config);
+  check_starts("radiance.sh_start", "the orders", config.radiance.sh_start, config.radiance.sh_start.size(), false);
   if (config.motion.enabled || config.motion.light) check_motion(config.motion);
   if (config.sampling.rays < 4 * config.sampling.frames)
     wrong("sampling.rays", "is too small for sampling.frames",

@@ -76,8 +76,7 @@ void Trainer::State::find_awake_rows() {
   awake_rows.clear(), active.reach = {};
   if (awake.cells() == 0 || levels.empty()) return;
   const Topology& t = *levels.back().topology;
-  // A vertex a spacing away from a cell has no weight in it.
-  awake_rows = rows_near(t, awake, (1 - 1e-4f) * t.lattice.spacing);
+  awake_rows = rows_near(t, awake, extent_of_vertex(t.lattice));
   active.reach = reach_of(t, awake_rows, BitGrid(model.box, config.sampling.occupancy_cells));
 }
 

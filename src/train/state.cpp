@@ -24,13 +24,6 @@ SamplingConfig sampling_of(const Config& config) {
   return out;
 }
 
-/// Index of the last start that progress has reached.
-int reached(const std::vector<float>& starts, double progress) {
-  int i = -1;
-  while (i + 1 < int(starts.size()) && progress >= starts[i + 1]) ++i;
-  return i;
-}
-
 /// Motion and light of a vertex shrink each as one. A step moves every column by its rate at most, so lengths are measured in
 /// rates times the root of the number of columns.
 std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge) {
@@ -96,11 +89,7 @@ bool Trainer::State::refine(double progress_now) {
     emptied = wanted_emptied;
     uploaded = false;
   }
-  if (joins) {
-    if (stage >= 0) add_harmonics(wanted_order);
-    model.radiance.sh_order = wanted_order;
-    changed = true;
-  }
+  if (joins) add_harmonics(wanted_order), changed = true;
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted && !growing()) tighten_box();
     refresh_occupancy();
@@ -209,8 +198,10 @@ void Trainer::State::put_on_levels(const Channels& sum, const BitGrid& cells) {
 }
 
 void Trainer::State::add_harmonics(int order) {
+  model.radiance.sh_order = order;
   Channels& raw = model.radiance.raw;
   const int from = raw.width, to = radiance_width(order);
+  if (stage < 0 || from == to) return;  // no rows yet, or they have room
   for (AlignedVector<float>* rows : {&raw.values, &radiance.m, &radiance.v}) {
     AlignedVector<float> wide(raw.topology->rows() * to, 0.0f);
     for (std::size_t r = 0; r < raw.topology->rows(); ++r) std::copy_n(rows->data() + r * from, from, wide.data() + r * to);

@@ -114,7 +114,7 @@ struct Trainer::State {
   void empty_unseen();
   /// Begins to look anew (Gradient::seen).
   void forget_seen();
-  /// Widens the rows to hold harmonics up to an order, those that join as 0: every picture stays as it is, and moments are kept.
+  /// Harmonics up to an order from now on, those that join as 0 in rows as wide as it takes: every picture stays as it is, and moments are kept.
   void add_harmonics(int order);
   void refine_radiance(int cells, const std::optional<Offset>& offset);
   void add_level(int cells);

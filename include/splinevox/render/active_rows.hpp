@@ -17,6 +17,9 @@ struct ActiveRows {
 
 /// How far along an axis a sample may be from a vertex that it reads, scene units.
 float reach_of_vertex(const Lattice& lattice);
+/// The same without the rounding, and a ten thousandth less: by cells that end with the lattice's, those beyond are not touched. A cell that ends within that much of a vertex' reach misses
+/// a ten thousandth of its value.
+float extent_of_vertex(const Lattice& lattice);
 /// The cells of a grid like `like` in which a sample may read one of a set of rows.
 BitGrid reach_of(const Topology& topology, const std::vector<RowMask>& rows, const BitGrid& like);
 

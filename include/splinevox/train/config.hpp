@@ -47,6 +47,8 @@ struct RadianceConfig {
   float initial_sh = 0;         ///< band 0 at the start: the view factor begins at 1 - sigmoid(Y00 * initial_sh) / 2
 };
 
+/// Index of the last start that progress has reached, -1: none.
+int reached(const std::vector<float>& starts, double progress);
 /// Order of the harmonics that a run has at its progress.
 int order_at(const RadianceConfig& config, double progress);
 
