@@ -95,7 +95,7 @@ Json TrainSession::run() {
   while (go_on()) {
     step();
     if (!writes()) continue;
-    if (held_view_due(last_.seconds)) render_held_view();
+    if (held_view_due(last_.seconds)) render_held_view(trainer_.model());
     if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
       finish_checkpoint();
     const bool due = clock() - checkpoint_at_ > std::max(setup_.config.run.checkpoint_every, checkpoint_cost_ / kCheckpointShare);
@@ -107,14 +107,15 @@ Json TrainSession::run() {
   const double start = clock();
   finish_checkpoint();
   if (written_step_ != last_.step) start_checkpoint();
-  const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model(),
-                                      {{"splinevox", kVersion},
-                                       {"preset", setup_.config.preset},
-                                       {"dataset", fs::path(setup_.data.path).filename().string()}});
+  const VoxelModel model = trainer_.finish();
+  const FileDigest digest = save_model(setup_.folder.file("model.vdb"), model,
+                                       {{"splinevox", kVersion},
+                                        {"preset", setup_.config.preset},
+                                        {"dataset", fs::path(setup_.data.path).filename().string()}});
   finish_checkpoint();
   saving_ = clock() - start;
-  if (!interrupted_) render_held_view();
-  save_manifest(model);
+  if (!interrupted_) render_held_view(model);
+  save_manifest(digest);
   return figures();
 }
 
@@ -170,10 +171,9 @@ bool TrainSession::held_view_due(double seconds) const {
   return held_spent_ + expected < kHeldShare * seconds && last_.progress > 0.02 && last_.progress < 0.98;
 }
 
-void TrainSession::render_held_view() {
+void TrainSession::render_held_view(const VoxelModel& model) {
   if (held_step_ == double(last_.step)) return;
   const double start = clock();
-  const VoxelModel model = trainer_.model();
   const Image picture = clamped(Renderer(model, make_pictures(setup_.device, model)).render(held_->camera, held_->time).rgb);
   held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, model.background.color)));
   held_step_ = double(last_.step);
@@ -217,16 +217,16 @@ CheckpointHeader TrainSession::header() const {
   return h;
 }
 
-/// Copies the state here and writes it on a thread of its own: training does not wait for the disk.
+/// Hands the state to the system here, without a copy, and waits for the disk on a thread of its own.
 void TrainSession::start_checkpoint() {
   const double start = clock();
-  auto write = [path = setup_.folder.file(kCheckpoint), header = header(), bytes = trainer_.save()] {
-    return write_checkpoint(path, header, bytes);
-  };
+  std::shared_ptr<PendingCheckpoint> file;
+  trainer_.save([&](std::span<const std::string_view> pieces) { file = std::make_shared<PendingCheckpoint>(setup_.folder.file(kCheckpoint), header(), pieces); });
+  const auto commit = [file] { return file->commit(); };
   try {
-    writing_ = std::async(std::launch::async, write);
+    writing_ = std::async(std::launch::async, commit);
   } catch (const std::system_error&) {  // no more threads to be had
-    writing_ = std::async(std::launch::deferred, write);
+    writing_ = std::async(std::launch::deferred, commit);
   }
   written_step_ = last_.step;
   checkpoint_at_ = clock();

@@ -47,7 +47,7 @@ class TrainSession {
   void report(const Json& line);
   void save_replay();
   bool held_view_due(double seconds) const;
-  void render_held_view();
+  void render_held_view(const VoxelModel& model);
   void resume();
   CheckpointHeader header() const;
   void start_checkpoint();

@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/hash.hpp"
@@ -96,15 +97,6 @@ std::string hint_for(int reason) {
                .hint = hint_for(reason)});
 }
 
-/// Devices and pipes: there is nothing to rename.
-void write_in_place(const std::string& path, std::initializer_list<std::string_view> parts, std::uint64_t bytes) {
-  Handle file(path, O_WRONLY);
-  bool ok = file.ok();
-  for (const std::string_view part : parts) ok = ok && write_all(file.get(), part);
-  ok = ok && file.close();
-  if (!ok) fail_write(path, errno, bytes);
-}
-
 [[noreturn]] void fail_read(const std::string& path, int reason) {
   fail({.where = path, .what = "could not be read", .got = std::strerror(reason)});
 }
@@ -151,44 +143,75 @@ void read_pieces(const std::string& path, std::uint64_t max_bytes, const Piece& 
 
 }  // namespace
 
-FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
-                      const std::string& previous) {
+struct FileWriter::State {
+  std::string path, target, temporary;  ///< temporary: beside the target; empty: a device or pipe, which there is nothing to rename to
+  std::uint64_t expected = 0;
   FileDigest digest;
   Hash64 hash;
-  for (const std::string_view part : parts) hash.add(part), digest.size += part.size();
-  digest.hash = hash.value();
+  std::optional<Handle> file;
 
+  [[noreturn]] void fail(int reason) { fail_write(path, reason, std::max(expected, digest.size)); }
+};
+
+FileWriter::FileWriter(const std::string& path, std::uint64_t bytes) : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.path = s.target = path, s.expected = bytes;
   struct stat info {};
-  std::string target = path;
   mode_t mode = 0666;
   if (::stat(path.c_str(), &info) == 0) {
-    if (S_ISDIR(info.st_mode)) fail_write(path, EISDIR, digest.size);
+    if (S_ISDIR(info.st_mode)) s.fail(EISDIR);
     if (!S_ISREG(info.st_mode)) {
-      write_in_place(path, parts, digest.size);
-      return digest;
+      s.file.emplace(path, O_WRONLY);
+      if (!s.file->ok()) s.fail(errno);
+      return;
     }
     mode = info.st_mode & 0777;
     std::error_code ignored;
     const auto real = std::filesystem::canonical(path, ignored);  // keep a link a link: replace what it points to
-    if (!ignored) target = real.string();
+    if (!ignored) s.target = real.string();
   }
   static std::atomic<unsigned> counter{0};
-  const std::string temporary = target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
-  Handle file(temporary, O_WRONLY | O_CREAT | O_EXCL, mode);
-  if (!file.ok()) fail_write(path, errno, digest.size);
-  bool ok = true;
-  for (const std::string_view part : parts) ok = ok && write_all(file.get(), part);
-  ok = ok && ::fsync(file.get()) == 0;
-  ok = ok && file.close();
-  ok = ok && (previous.empty() || keep_previous(target, previous));
-  ok = ok && ::rename(temporary.c_str(), target.c_str()) == 0;
-  if (!ok) {
-    const int reason = errno;
-    ::unlink(temporary.c_str());
-    fail_write(path, reason, digest.size);
+  const std::string temporary = s.target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
+  s.file.emplace(temporary, O_WRONLY | O_CREAT | O_EXCL, mode);
+  if (!s.file->ok()) s.fail(errno);
+  s.temporary = temporary;
+}
+
+FileWriter::FileWriter(FileWriter&&) noexcept = default;
+
+FileWriter::~FileWriter() {
+  if (state_ && !state_->temporary.empty()) ::unlink(state_->temporary.c_str());
+}
+
+void FileWriter::add(std::string_view part) {
+  State& s = *state_;
+  s.hash.add(part), s.digest.size += part.size();
+  if (!write_all(s.file->get(), part)) s.fail(errno);
+}
+
+FileDigest FileWriter::commit(const std::string& previous) {
+  State& s = *state_;
+  s.digest.hash = s.hash.value();
+  const bool in_place = s.temporary.empty();
+  bool ok = in_place || ::fsync(s.file->get()) == 0;
+  ok = ok && s.file->close();
+  ok = ok && (in_place || previous.empty() || keep_previous(s.target, previous));
+  ok = ok && (in_place || ::rename(s.temporary.c_str(), s.target.c_str()) == 0);
+  if (!ok) s.fail(errno);
+  if (!in_place) {
+    s.temporary.clear();
+    if (!sync_folder(s.target)) s.fail(errno);
   }
-  if (!sync_folder(target)) fail_write(path, errno, digest.size);
-  return digest;
+  return s.digest;
+}
+
+FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
+                      const std::string& previous) {
+  std::uint64_t bytes = 0;
+  for (const std::string_view part : parts) bytes += part.size();
+  FileWriter file(path, bytes);
+  for (const std::string_view part : parts) file.add(part);
+  return file.commit(previous);
 }
 
 std::string read_file(const std::string& path, std::uint64_t max_bytes) {

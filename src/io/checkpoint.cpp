@@ -29,6 +29,12 @@ T get(std::string_view bytes, std::size_t at) {
   return v;
 }
 
+std::uint64_t total_size(std::span<const std::string_view> pieces) {
+  std::uint64_t bytes = 0;
+  for (const std::string_view piece : pieces) bytes += piece.size();
+  return bytes;
+}
+
 /// A checkpoint by a newer program: never a reason to fall back to older state.
 struct Newer : Error {
   using Error::Error;
@@ -70,7 +76,8 @@ Checkpoint parse(const std::string& path, std::string_view file) {
 
 }  // namespace
 
-FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& header, const std::vector<char>& bytes) {
+PendingCheckpoint::PendingCheckpoint(const std::string& path, const CheckpointHeader& header, std::span<const std::string_view> pieces)
+    : file_(path, kFixed + header.kind.size() + total_size(pieces) + kHash), previous_(path + ".prev") {
   std::string head(kMagic);
   put(head, kFraming);
   put(head, header.format);
@@ -78,15 +85,22 @@ FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& hea
   put(head, header.dataset);
   put(head, header.step);
   put(head, std::uint64_t(header.kind.size()));
-  put(head, std::uint64_t(bytes.size()));
+  put(head, total_size(pieces));
   head += header.kind;
-  const std::string_view body(bytes.data(), bytes.size());
   Hash64 hash;
-  hash.add(head);
-  hash.add(body);
+  const auto add = [&](std::string_view piece) { hash.add(piece), file_.add(piece); };
+  add(head);
+  for (const std::string_view piece : pieces) add(piece);
   std::string tail;
   put(tail, hash.value());
-  return write_file(path, {head, body, tail}, path + ".prev");
+  file_.add(tail);
+}
+
+FileDigest PendingCheckpoint::commit() { return file_.commit(previous_); }
+
+FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& header, const std::vector<char>& bytes) {
+  const std::string_view whole(bytes.data(), bytes.size());
+  return PendingCheckpoint(path, header, {&whole, 1}).commit();
 }
 
 Checkpoint read_checkpoint(const std::string& path) {

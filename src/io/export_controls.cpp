@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/export_controls.hpp"
 
+#include <utility>
+
 #include "io/model_grid.hpp"
 #include "io/model_meta.hpp"
 #include "splinevox/core/error.hpp"
@@ -42,7 +44,7 @@ FileDigest write_controls(const std::string& path, const VoxelModel& model) {
     }
     file.grids.push_back(std::move(grid));
   }
-  return write_vdb(path, file);
+  return write_vdb(path, std::move(file));
 }
 
 }  // namespace splinevox

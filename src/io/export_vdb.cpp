@@ -189,7 +189,7 @@ class Sequence {
       part.figures.insert(which.begin(), which.end());
       part.figures["frame"] = out.frame, part.figures["time"] = out.time;
       const std::string name = prefixes[c] + frame_name(out.frame, profile_);
-      files.push_back({name, (profile_.nanovdb ? write_nvdb : write_vdb)(path(name), part.file), std::move(part.figures)});
+      files.push_back({name, (profile_.nanovdb ? write_nvdb : write_vdb)(path(name), std::move(part.file)), std::move(part.figures)});
       if (!options_.mesh) continue;
       const std::string mesh = prefixes[c] + mesh_name(out.frame, options_.mesh_format);
       files.push_back({mesh, write_file(path(mesh), {options_.mesh_format == "obj" ? obj_text(part.mesh) : ply_bytes(part.mesh)}), which});

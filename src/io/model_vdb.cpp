@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include "io/model_grid.hpp"
 #include "io/model_meta.hpp"
@@ -139,7 +140,7 @@ FileDigest save_model(const std::string& path, const VoxelModel& model, const Mo
   }
   for (VdbGrid& grid : file.grids)  // for programs that keep grids and not the file's own table
     for (const char* key : {"splinevox_model", "time_map", "background"}) grid.meta[key] = file.meta[key];
-  return write_vdb(path, file);
+  return write_vdb(path, std::move(file));
 }
 
 VoxelModel load_model(const std::string& path, ModelNotes* notes) {

@@ -11,6 +11,7 @@
 
 #include <cstring>
 #include <sstream>
+#include <utility>
 
 #include "io/openvdb_grid.hpp"
 
@@ -33,13 +34,14 @@ class ClearedBuffer : public nanovdb::HostBuffer {
 
 bool has_nanovdb() { return true; }
 
-FileDigest write_nvdb(const std::string& path, const VdbFile& file) {
+FileDigest write_nvdb(const std::string& path, VdbFile file) {
   openvdb::initialize();
   std::string bytes;
   try {
     std::vector<nanovdb::GridHandle<ClearedBuffer>> handles;
     std::size_t room = 0;
-    for (const VdbGrid& grid : file.grids) {
+    for (VdbGrid& in : file.grids) {
+      const VdbGrid grid = std::exchange(in, {});  // not kept once it is another
       // By type: the call for any grid compiles every kind there is.
       const auto open = to_openvdb(grid);
       if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(open))
@@ -70,7 +72,7 @@ namespace splinevox {
 
 bool has_nanovdb() { return false; }
 
-FileDigest write_nvdb(const std::string& path, const VdbFile&) {
+FileDigest write_nvdb(const std::string& path, VdbFile) {
   fail_output({.where = path, .what = "cannot be written", .got = "a build without NanoVDB"});
 }
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <sstream>
 #include <type_traits>
+#include <utility>
 
 #include "core/hash.hpp"
 #include "io/openvdb_grid.hpp"
@@ -100,12 +101,12 @@ openvdb::GridBase::Ptr to_openvdb(const VdbGrid& in) {
   return grid;
 }
 
-FileDigest write_vdb(const std::string& path, const VdbFile& file) {
+FileDigest write_vdb(const std::string& path, VdbFile file) {
   openvdb::initialize();
   std::string bytes;
   try {
     openvdb::GridCPtrVec grids;
-    for (const VdbGrid& grid : file.grids) grids.push_back(to_openvdb(grid));
+    for (VdbGrid& grid : file.grids) grids.push_back(to_openvdb(std::exchange(grid, {})));  // never both in memory
     openvdb::MetaMap meta;
     put(meta, file.meta);
     std::ostringstream out(std::ios::binary);

@@ -85,6 +85,7 @@ void Trainer::State::refresh_occupancy() {
 }
 
 void Trainer::State::clear_skipped(VoxelModel& out) const {
+  if (occupancy.empty()) return;  // nothing was skipped
   const BitGrid canonical = canonical_occupancy(out, config.sampling.occupancy_cells, config.sampling.occupancy_alpha, out.step);
   if (canonical.count() == 0) return;
   Channels& raw = out.radiance.raw;

@@ -24,13 +24,17 @@ SamplingConfig sampling_of(const Config& config) {
   return out;
 }
 
+/// What the step of control points is multiplied by. As a run goes on rigidity takes displacements, and so their steps, to a twentieth of what they began with and less
+/// (docs/experiments.md, "Without rigidity"); without it they must be as small by themselves.
+float control_share(const MotionField& m) { return m.rigidity ? 1 : 0.05f; }
+
 /// Motion and light of a vertex shrink each as one. A step moves every column by its rate at most, so lengths are measured in
 /// rates times the root of the number of columns.
 std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge) {
   if (o.shrink == 0) return {};
   Shrink motion{std::vector<float>(m.width(), 0.0f), 0}, light = motion;
   for (int c = 0; c < m.rigidity_column(); ++c) (m.displaces && c % m.stride() < 3 ? motion : light).member[c] = 1;
-  motion.threshold = o.shrink * o.lr_control * edge * std::sqrt(3.0f * float(m.stored_points()));
+  motion.threshold = o.shrink * o.lr_control * edge * control_share(m) * std::sqrt(3.0f * float(m.stored_points()));
   light.threshold = o.shrink * o.lr_light * std::sqrt(float(m.stored_points()));
   std::vector<Shrink> groups;
   if (m.displaces) groups.push_back(motion);
@@ -89,7 +93,6 @@ bool Trainer::State::refine(double progress_now) {
     emptied = wanted_emptied;
     uploaded = false;
   }
-  if (joins) add_harmonics(wanted_order), changed = true;
   if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
     if (stage < wanted && !growing()) tighten_box();
     refresh_occupancy();
@@ -104,6 +107,7 @@ bool Trainer::State::refine(double progress_now) {
     else refine_radiance(config.grid.radiance[stage], std::exchange(offset, {}));
     changed = true;
   }
+  if (joins) add_harmonics(wanted_order), changed = true;
   if (changes) {
     while (int(levels.size()) < wanted_levels) {
       add_level(config.grid.motion[levels.size()]);
@@ -201,7 +205,7 @@ void Trainer::State::add_harmonics(int order) {
   model.radiance.sh_order = order;
   Channels& raw = model.radiance.raw;
   const int from = raw.width, to = radiance_width(order);
-  if (stage < 0 || from == to) return;  // no rows yet, or they have room
+  if (from == to) return;  // they have room
   for (AlignedVector<float>* rows : {&raw.values, &radiance.m, &radiance.v}) {
     AlignedVector<float> wide(raw.topology->rows() * to, 0.0f);
     for (std::size_t r = 0; r < raw.topology->rows(); ++r) std::copy_n(rows->data() + r * from, from, wide.data() + r * to);
@@ -215,6 +219,7 @@ void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& off
   const Lattice lattice = make_lattice(bounds.box, cells);
   const BitGrid matter =
       growing() ? bounds.hull : canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
+  radiance = {};  // not both the old lattice's and the new one's
   if (offset) model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, moved(matter, *offset)), [&](Vec3 x) { return x + offset->at(x); });
   else model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
   model.step = config.sampling.step * lattice.spacing;
@@ -261,7 +266,7 @@ void Trainer::State::set_rates() {
   const MotionField& m = model.motion;
   const int rigidity = m.rigidity_column();
   for (Learner& learner : level_learners) {
-    std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge);
+    std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge * control_share(m));
     std::fill_n(learner.tv.begin(), rigidity, l.tv_control / edge);
     if (m.light)
       for (int c = m.light_lane(); c < rigidity; c += m.stride()) learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;

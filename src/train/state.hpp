@@ -88,7 +88,7 @@ struct Trainer::State {
   /// Rows outside `rows` ([bricks + 1] of the finest level; empty: all rows) keep what they had.
   void collapse_levels(const std::vector<RowMask>& rows);
   void refresh_occupancy();
-  /// Empties the canonical cells that the occupancy calls empty.
+  /// Empties the canonical cells that the occupancy calls empty: what training skipped it never looked at again, and leftovers of the first fog would show in a picture.
   void clear_skipped(VoxelModel& model) const;
   void set_rates();
   /// The configuration's priors on curves, whose lengths are edges of the box, in scene units.

@@ -240,8 +240,19 @@ VoxelModel Trainer::model() const {
   state_->bring_home();
   state_->collapse_levels({});
   VoxelModel model = state_->model;
-  // What training skipped as empty it never looked at again: leftovers of the first fog would show in a picture.
-  if (!state_->occupancy.empty()) state_->clear_skipped(model);
+  state_->clear_skipped(model);
+  return model;
+}
+
+VoxelModel Trainer::finish() {
+  State& s = *state_;
+  s.bring_home();
+  s.collapse_levels({});
+  s.device.reset(), s.engine.reset();
+  s.radiance = {}, s.motion_gradient = {};
+  s.levels.clear(), s.level_learners.clear(), s.partial_sums.clear();
+  VoxelModel model = std::move(s.model);
+  s.clear_skipped(model);
   return model;
 }
 
@@ -251,11 +262,22 @@ double Trainer::moving_share() const { return state_->moving_share; }
 
 double Trainer::seconds() const { return state_->seconds_before; }
 
-std::vector<char> Trainer::save() const {
+void Trainer::save(const std::function<void(std::span<const std::string_view>)>& take) const {
   state_->bring_home();
   Archive archive;
   state_->archive(archive);
-  return archive.take();
+  take(archive.pieces());
+}
+
+std::vector<char> Trainer::save() const {
+  std::vector<char> bytes;
+  save([&](std::span<const std::string_view> pieces) {
+    std::size_t size = 0;
+    for (const std::string_view piece : pieces) size += piece.size();
+    bytes.reserve(size);
+    for (const std::string_view piece : pieces) bytes.insert(bytes.end(), piece.begin(), piece.end());
+  });
+  return bytes;
 }
 
 void Trainer::restore(const std::vector<char>& bytes) {

@@ -5,8 +5,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <random>
+#include <string_view>
 
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
@@ -53,6 +55,28 @@ TEST_SUITE("io/checkpoint") {
     }
     CHECK(read_checkpoint(path + ".prev").bytes == noise(1, 7));
     CHECK(scratch.count() == 2);  // no temporary file stays
+  }
+
+  TEST_CASE("in pieces it is the same file, and until it is committed the one before stays") {
+    const Scratch scratch;
+    const std::string path = scratch.path("checkpoint.bin");
+    const auto bytes = noise(1000, 7);
+    const FileDigest whole = write_checkpoint(path, kHeader, bytes);
+    write_checkpoint(path, kHeader, noise(9, 1));
+    auto changing = bytes;
+    const std::string_view view(changing.data(), changing.size());
+    const std::string_view pieces[] = {view.substr(0, 10), view.substr(10, 0), view.substr(10)};
+    {
+      const PendingCheckpoint given_up(path, kHeader, pieces);
+      CHECK(scratch.count() == 3);  // the one, the one before, and what is on its way
+    }
+    CHECK(scratch.count() == 2);
+    PendingCheckpoint file(path, kHeader, pieces);
+    std::fill(changing.begin(), changing.end(), char(0));  // training goes on
+    CHECK(read_checkpoint(path).bytes == noise(9, 1));
+    CHECK(file.commit() == whole);
+    CHECK(read_checkpoint(path).bytes == bytes);
+    CHECK(read_checkpoint(path + ".prev").bytes == noise(9, 1));
   }
 
   TEST_CASE("every truncation and every flipped byte is found") {

@@ -128,6 +128,34 @@ TEST_SUITE("train/trainer") {
     Trainer trainer(config, *moving_ball().find("train"), moving_ball().time_map);
     CHECK_THROWS_AS(trainer.restore(state), Error);
   }
+  TEST_CASE("the model at the end is the model") {
+    const Dataset& data = moving_ball();
+    Trainer trainer(tiny_spline(20), *data.find("train"), data.time_map);
+    while (!trainer.done()) trainer.step();
+    const VoxelModel before = trainer.model(), at_end = trainer.finish();
+    CHECK(at_end.radiance.raw.values == before.radiance.raw.values);
+    REQUIRE(at_end.motion.levels.size() == 1);
+    CHECK(at_end.motion.levels[0].values == before.motion.levels[0].values);
+    CHECK(at_end.motion.points == before.motion.points);
+    CHECK(trainer.phases().rays > 0);
+  }
+  TEST_CASE("without rigidity a moving ball is learned as well") {
+    Config config = preset("draft");
+    config.run.max_time = 0, config.run.max_steps = 250;
+    config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, 0.3f};
+    config.grid.motion = {4, 8}, config.grid.motion_start = {0.1f, 0.4f};
+    const Dataset& data = moving_ball();
+    const auto quality = [&](bool rigidity) {
+      config.motion.rigidity = rigidity;
+      Trainer trainer(config, *data.find("train"), data.time_map);
+      while (!trainer.done()) trainer.step();
+      return test_psnr(trainer.model(), *data.find("test"));
+    };
+    const double with = quality(true), without = quality(false);
+    CAPTURE(with);
+    CAPTURE(without);
+    CHECK(without > with - 1);
+  }
   TEST_CASE("a moving ball is learned, and motion is what it takes") {
     Config config = preset("draft");
     config.run.max_time = 0, config.run.max_steps = 250;

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "splinevox/core/atomic_file.hpp"
@@ -25,8 +27,20 @@ struct Checkpoint {
   std::string note;  ///< not empty: `path` could not be used and this is its .prev; says why, for the user to see
 };
 
-/// Writes a checkpoint atomically; the one before stays as `path`.prev. Throws Error (Fault::output) if that fails, and
-/// then `path` still holds the old one.
+/// A checkpoint on its way to the disk. The system has its bytes: what they came from may change.
+class PendingCheckpoint {
+ public:
+  /// @param pieces  the bytes, in order. Throws Error (Fault::output), as commit does, and then `path` still holds the old one.
+  PendingCheckpoint(const std::string& path, const CheckpointHeader& header, std::span<const std::string_view> pieces);
+  /// Waits for the disk, and puts it in its place; the one before stays as `path`.prev. Once.
+  FileDigest commit();
+
+ private:
+  FileWriter file_;
+  std::string previous_;
+};
+
+/// Both at once.
 FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& header, const std::vector<char>& bytes);
 
 /// Reads a checkpoint. One that is missing, truncated, damaged or foreign is replaced by `path`.prev if that is whole,

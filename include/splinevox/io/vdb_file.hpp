@@ -58,7 +58,7 @@ struct VdbLimits {
 ///
 /// OpenVDB serialises into memory here and write_file puts the bytes on disk, because openvdb::io::File::write returns
 /// without error on a full disk.
-FileDigest write_vdb(const std::string& path, const VdbFile& file);
+FileDigest write_vdb(const std::string& path, VdbFile file);
 
 /// Reads the float and Vec3s grids of a .vdb. Whatever is truncated, damaged or foreign gives Error (Fault::input)
 /// naming the file: the seal, if there is one, is checked before parsing; sizes are bounded by VdbLimits and by the

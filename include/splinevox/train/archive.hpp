@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "splinevox/core/error.hpp"
@@ -20,7 +22,18 @@ class Archive {
   Archive() = default;                                             ///< writes
   explicit Archive(const std::vector<char>& bytes) : in_(&bytes) {}  ///< reads
   bool reading() const { return in_ != nullptr; }
-  std::vector<char> take() { return std::move(out_); }
+  /// All that was written, in order. Parameters and moments, which are most of it, are where they were: they must stay there, unchanged, as long as the pieces are used.
+  std::vector<std::string_view> pieces() const {
+    std::vector<std::string_view> out;
+    std::size_t at = 0;
+    for (const auto& [before, bytes] : large_) {
+      out.push_back(std::string_view(out_.data(), out_.size()).substr(at, before - at));
+      out.push_back(bytes);
+      at = before;
+    }
+    out.push_back(std::string_view(out_.data(), out_.size()).substr(at));
+    return out;
+  }
   bool exhausted() const { return !in_ || at_ == in_->size(); }
 
   template <class... T>
@@ -40,6 +53,9 @@ class Archive {
       const std::uint64_t each = std::is_trivially_copyable_v<T> ? sizeof(T) : 1;  // bytes of an element, at least
       if (n > (in_->size() - at_) / each) fail_short();
       values.resize(n);
+    }
+    if constexpr (std::is_same_v<A, AlignedAllocator<T>>) {
+      if (!reading()) return large_.emplace_back(out_.size(), std::string_view(reinterpret_cast<const char*>(values.data()), n * sizeof(T))), void();
     }
     if constexpr (std::is_trivially_copyable_v<T>) raw(values.data(), n * sizeof(T));
     else for (T& v : values) item(v);
@@ -97,7 +113,8 @@ class Archive {
 
   const std::vector<char>* in_ = nullptr;
   std::size_t at_ = 0;
-  std::vector<char> out_;
+  std::vector<char> out_;  ///< written, but for what is large
+  std::vector<std::pair<std::size_t, std::string_view>> large_;  ///< arrays of parameters, and how much of out_ is before each
 };
 
 }  // namespace splinevox

@@ -3,7 +3,9 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "splinevox/backend/step.hpp"
@@ -67,6 +69,8 @@ class Trainer {
 
   /// The model as it is: motion levels collapsed into one, ready for render_image and for model.vdb.
   VoxelModel model() const;
+  /// The same at the end of training, whose memory it frees: no step, no model() and no save() after it.
+  VoxelModel finish();
   PhaseSeconds phases() const;
   /// Share of what training pictures show that was moving when the rest came to rest (MotionConfig::rest); 1: motion is learned everywhere.
   double moving_share() const;
@@ -76,6 +80,8 @@ class Trainer {
   /// Everything an exact resume needs, as bytes. `restore` takes what `save` of a trainer with the same config and data
   /// gave; throws Error if it does not fit.
   std::vector<char> save() const;
+  /// The same bytes in pieces, most of them where training has them: for whoever writes them somewhere, before `take` returns.
+  void save(const std::function<void(std::span<const std::string_view>)>& take) const;
   void restore(const std::vector<char>& bytes);
 
  private:
