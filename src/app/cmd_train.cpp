@@ -40,7 +40,7 @@ void check_same_run(const RunFolder& folder, const Config& saved, const Config& 
 
 void greet(const Dataset& data, const Config& c, Device device, Progress& progress) {
   const Split& train = *data.find("train");
-  const Image16& first = train.frames.front().image;
+  const Picture& first = train.frames.front().image;
   for (const std::string& note : data.notes) progress.note("note: " + note);
   const std::string length = c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
   progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads, {}", data.path, train.frames.size(),

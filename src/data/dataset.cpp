@@ -83,8 +83,8 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts
 
 /// Decodes one split's pictures and records what they show.
 std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan, std::vector<std::string>& notes) {
-  std::vector<Image16> images = decode(plan);
-  std::vector<const Image16*> views;
+  std::vector<Picture> images = decode(plan);
+  std::vector<const Picture*> views;
   for (std::size_t i = 0; i < images.size(); ++i) {
     split.frames[i].image = std::move(images[i]);
     views.push_back(&split.frames[i].image);

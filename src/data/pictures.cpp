@@ -53,13 +53,14 @@ void check_divides(const PicturePlan& plan, std::size_t i) {
         "a divisor of both sides", size_text(plan.sizes[i]), divisors.empty() ? "no --downscale" : divisors});
 }
 
-PictureFacts facts_of(const Image16& image) {
+PictureFacts facts_of(const Picture& image) {
   PictureFacts facts;
   Fingerprint hash;
   hash.add(std::uint64_t(image.width));
   hash.add(std::uint64_t(image.height));
-  for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
-    const std::uint64_t r = image.rgba[i], g = image.rgba[i + 1], b = image.rgba[i + 2], a = image.rgba[i + 3];
+  for (std::size_t i = 0; image.read() && i < image.pixels(); ++i) {
+    const auto p = image.pixel(i);
+    const std::uint64_t r = p[0], g = p[1], b = p[2], a = p[3];
     hash.add(r | (g << 16) | (b << 32) | (a << 48));
     facts.see_through |= a < 65535;
     facts.invisible &= a == 0;
@@ -118,17 +119,17 @@ void check_memory(const std::vector<PicturePlan>& plans) {
 namespace {
 
 /// Every film once, its wanted frames in their order.
-std::vector<Image16> decode_films(const PicturePlan& plan) {
+std::vector<Picture> decode_films(const PicturePlan& plan) {
   std::map<std::filesystem::path, std::vector<std::size_t>> of_film;
   for (std::size_t i = 0; i < plan.paths.size(); ++i) of_film[plan.paths[i]].push_back(i);
-  std::vector<Image16> images(plan.paths.size());
+  std::vector<Picture> images(plan.paths.size());
   for (auto& [path, frames] : of_film) {
     std::sort(frames.begin(), frames.end(), [&](std::size_t a, std::size_t b) { return plan.film_frame[a] < plan.film_frame[b]; });
     std::vector<int> wanted;
     for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
     const PictureSize& size = plan.sizes[frames[0]];
     read_film(path, {size.width, size.height, wanted.back() + 1}, wanted, [&, &list = frames](std::size_t k, Image16&& image) {
-      images[list[k]] = plan.downscale > 1 ? area_downscale(image, plan.downscale) : std::move(image);
+      images[list[k]] = area_downscale(image, plan.downscale);
     }, plan.where[frames[0]]);
   }
   return images;
@@ -159,17 +160,14 @@ std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& pla
   return names;
 }
 
-std::vector<Image16> decode(const PicturePlan& plan) {
+std::vector<Picture> decode(const PicturePlan& plan) {
   if (plan.film()) return decode_films(plan);
-  std::vector<Image16> images(plan.paths.size());
-  for_each_frame(images.size(), [&](std::size_t i) {
-    images[i] = read_picture(plan.paths[i], plan.where[i]);
-    if (plan.downscale > 1) images[i] = area_downscale(images[i], plan.downscale);
-  });
+  std::vector<Picture> images(plan.paths.size());
+  for_each_frame(images.size(), [&](std::size_t i) { images[i] = area_downscale(read_picture(plan.paths[i], plan.where[i]), plan.downscale); });
   return images;
 }
 
-std::vector<PictureFacts> look_at(const std::vector<const Image16*>& images) {
+std::vector<PictureFacts> look_at(const std::vector<const Picture*>& images) {
   std::vector<PictureFacts> facts(images.size());
   for_each_frame(images.size(), [&](std::size_t i) { facts[i] = facts_of(*images[i]); });
   return facts;

@@ -37,7 +37,7 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
 void check_memory(const std::vector<PicturePlan>& plans);
 
 /// Decodes on all cores. If several pictures are bad, the Error is always that of the first of them.
-std::vector<Image16> decode(const PicturePlan& plan);
+std::vector<Picture> decode(const PicturePlan& plan);
 
 /// What the pixels of one picture tell, found in one pass.
 struct PictureFacts {
@@ -48,6 +48,6 @@ struct PictureFacts {
 };
 
 /// Facts of each picture, on all cores.
-std::vector<PictureFacts> look_at(const std::vector<const Image16*>& images);
+std::vector<PictureFacts> look_at(const std::vector<const Picture*>& images);
 
 }  // namespace splinevox::data

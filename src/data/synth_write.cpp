@@ -71,7 +71,8 @@ std::uint64_t fingerprint_of(const std::string& scene, const Split& train) {
   for (const Frame& frame : train.frames) {
     hash.add(frame.time);
     for (int i = 0; i < 3; ++i) hash.add(frame.camera.position[i]);
-    for (const std::uint16_t value : frame.image.rgba) hash.add(std::uint64_t(value));
+    for (std::size_t p = 0; p < frame.image.pixels(); ++p)
+      for (const std::uint16_t value : frame.image.pixel(p)) hash.add(std::uint64_t(value));
   }
   return hash.value();
 }
@@ -81,7 +82,7 @@ std::uint64_t fingerprint_of(const std::string& scene, const Split& train) {
 Dataset make_synth(const std::string& scene, const SynthOptions& options, const SynthProgress& progress) {
   const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
-  std::vector<Image16> images(shots.size());
+  std::vector<Picture> images(shots.size());
   for_each_shot(shots.size(), progress,
                 [&](std::size_t i) { images[i] = image16(data::draw(world.at(shots[i].time), shots[i].camera, options.look.opaque)); });
   Dataset dataset;

@@ -26,7 +26,7 @@ int blocks_along(int pixels) { return (pixels + 1) / 2; }
 
 /// Per 2 x 2 block the distance to the nearest one with any alpha, in blocks along the longer axis, at most 255: one sweep down and one
 /// up, each from the neighbours already known.
-std::vector<std::uint8_t> clearance(const Image16& image) {
+std::vector<std::uint8_t> clearance(const Picture& image) {
   const int w = blocks_along(image.width), h = blocks_along(image.height);
   std::vector<std::uint8_t> out(std::size_t(w) * h, 255);
   for (int y = 0; y < image.height; ++y)
@@ -80,7 +80,7 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
 
 BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame) const {
   const auto blocks = [&](int f) {
-    const Image16& image = train_.frames[f].image;
+    const Picture& image = train_.frames[f].image;
     return std::uint32_t(blocks_along(image.width) * blocks_along(image.height));
   };
   const Rng carve(seed_, kCarve + 16 * step), patch(seed_, kPatch + 16 * step);
@@ -151,7 +151,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const Vec3 behind = random ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1), ray_rng.uniform(4 * r + 2)}
                                    : background.towards(cast<float>(ray.direction));
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
-        const std::uint16_t* rgba = frame.image.pixel(x, y);
+        const auto rgba = frame.image.pixel(x, y);
         const float alpha = rgba[3] * (1 / 65535.0f);
         for (int c = 0; c < 3; ++c) out.targets[r][c] = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);
       }

@@ -72,7 +72,7 @@ Halves divide(const Split& train, const Stretch& stretch) {
     parallel_for(int(frames.size()), [&](int i) {
       const Frame& f = train.frames[frames[i]];
       const int factor = std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
-      out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length, area_downscale(f.image, factor)};
+      out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length, area_downscale(f.image.unpacked(), factor)};
     });
   };
   Halves out;

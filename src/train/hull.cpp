@@ -57,7 +57,7 @@ struct Silhouette {
   bool complete = true;  ///< nothing touches the picture's border, so nothing lies outside it
 
 
-  Silhouette(const Image16& image, int grow) : width((image.width + kBlock - 1) / kBlock), height((image.height + kBlock - 1) / kBlock), inside(std::size_t(width) * height) {
+  Silhouette(const Picture& image, int grow) : width((image.width + kBlock - 1) / kBlock), height((image.height + kBlock - 1) / kBlock), inside(std::size_t(width) * height) {
     for (int y = 0; y < image.height; ++y)
       for (int x = 0; x < image.width; ++x) {
         if (image.pixel(x, y)[3] < 1000) continue;

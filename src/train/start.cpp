@@ -21,9 +21,9 @@ namespace {
 bool any_alpha(const Split& train) {
   std::atomic<bool> any = false;
   parallel_for(int(train.frames.size()), [&](int f) {
-    const std::vector<std::uint16_t>& rgba = train.frames[f].image.rgba;
-    for (std::size_t i = 3; i < rgba.size() && !any; i += 4)
-      if (rgba[i] != 65535) any = true;
+    const Picture& picture = train.frames[f].image;
+    for (std::size_t i = 0; i < picture.pixels() && !any; ++i)
+      if (picture.pixel(i)[3] != 65535) any = true;
   });
   return any;
 }
@@ -61,8 +61,8 @@ Shown look_at(const Split& train) {
   Vec3d sum{};
   double weights = 0;
   for (const Frame& f : train.frames)
-    for (std::size_t i = 0; i < f.image.rgba.size(); i += 4 * 16) {
-      const std::uint16_t* p = f.image.rgba.data() + i;
+    for (std::size_t i = 0; i < f.image.pixels(); i += 16) {
+      const auto p = f.image.pixel(i);
       const double alpha = p[3] / 65535.0;
       sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
       weights += alpha;

@@ -27,6 +27,21 @@ Image16 round_trip(const TempFolder& folder, const TinyPng& png) {
 }
 
 TEST_SUITE("data/image_read") {
+  TEST_CASE("what has 8 bits is kept in 8, and every picture is what it was") {
+    for (const std::uint16_t step : {1, 257}) {
+      Image16 image{16, 16, {}};
+      for (int i = 0; i < 4 * 16 * 16; ++i) image.rgba.push_back(std::uint16_t(step * (i % 256)));
+      const Picture picture = image;
+      CHECK(picture.unpacked().rgba == image.rgba);
+      CHECK(picture.pixel(5, 3)[2] == image.pixel(5, 3)[2]);
+      CHECK(picture.pixel(3 * 16 + 5) == picture.pixel(5, 3));
+      CHECK(picture == Picture(picture.unpacked()));
+      CHECK(picture != Picture(Image16{16, 16, std::vector<std::uint16_t>(4 * 16 * 16, 257)}));
+    }
+    CHECK_FALSE(Picture().read());
+    CHECK_FALSE(Picture(Image16{2, 2, {}}).read());
+    CHECK(Picture(Image16{2, 2, {}}).unpacked().rgba.empty());
+  }
   TEST_CASE("8-bit RGBA becomes 257 v, straight: colour under alpha is kept as stored") {
     const TempFolder folder;
     const Image16 image = round_trip(folder, {2, 1, 8, PngKind::rgba, {200, 100, 50, 128, 255, 1, 7, 0}});

@@ -112,7 +112,7 @@ TEST_SUITE("data/jpeg") {
     CHECK_FALSE(data.has_alpha);
     convert_dataset(folder.str(), out.str() + "/c");
     const Dataset again = load_dataset(out.str() + "/c");
-    CHECK(again.find("train")->frames[5].image.rgba == data.find("train")->frames[5].image.rgba);
+    CHECK(again.find("train")->frames[5].image == data.find("train")->frames[5].image);
     CHECK(read_jpeg(out.path() / "c/train/frame_0000.jpg").width == kWide);
   }
 }

@@ -69,7 +69,7 @@ Dataset check_round_trip(const TempFolder& folder, const Cameras& cameras, const
     for (std::size_t i = 0; i < data.splits[s].frames.size(); ++i) {
       const Frame &a = data.splits[s].frames[i], &b = again.splits[s].frames[i];
       CHECK(a.time == b.time);
-      CHECK(a.image.rgba == b.image.rgba);
+      CHECK(a.image == b.image);
       CHECK(a.camera.fx == b.camera.fx);
       CHECK(a.camera.cx == b.camera.cx);
       CHECK(a.camera.lens == b.camera.lens);
@@ -241,7 +241,7 @@ TEST_SUITE("data/readers") {
     CHECK(text("a/transforms_test.json") == text("b/transforms_test.json"));
     const Dataset data = load_dataset(folder.str()), again = load_dataset(out.str() + "/a");
     CHECK(again.has_alpha);
-    CHECK(data.find("val")->frames[1].image.rgba == again.find("val")->frames[1].image.rgba);
+    CHECK(data.find("val")->frames[1].image == again.find("val")->frames[1].image);
     expect_error([&] { convert_dataset(folder.str(), out.str() + "/a"); }, {"/a: there is something of that name already", "another folder for --out"});
     expect_error([&] { convert_dataset(folder.str(), folder.str() + "/inside"); }, {"the output lies within the data set"});
     CHECK_FALSE(fs::exists(folder.path() / "inside"));
@@ -283,16 +283,16 @@ TEST_SUITE("data/readers") {
     REQUIRE(count_of(data, "test") == 5);
     CHECK(data.find("test")->frames[4].name == "cam00_0004");
     CHECK(data.find("test")->frames[1].time == 0.25);
-    const std::uint16_t* red = data.find("test")->frames[2].image.pixel(3, 3);
+    const auto red = data.find("test")->frames[2].image.pixel(3, 3);
     CHECK(red[0] > 60000);
     CHECK(red[2] < 5000);
     CHECK(data.find("train")->frames[7].image.pixel(3, 3)[2] > 60000);
     const TempFolder out;
     convert_dataset(folder.str(), out.str() + "/converted");
     const Dataset again = load_dataset(out.str() + "/converted");
-    CHECK(again.find("train")->frames[6].image.rgba == data.find("train")->frames[6].image.rgba);
+    CHECK(again.find("train")->frames[6].image == data.find("train")->frames[6].image);
     CHECK(again.find("train")->frames[6].camera.fx == 11);
-    CHECK(load_dataset(folder.str(), {.films = false}).find("train")->frames[0].image.rgba.empty());
+    CHECK_FALSE(load_dataset(folder.str(), {.films = false}).find("train")->frames[0].image.read());
     CHECK(load_dataset(folder.str(), {.downscale = 2}).find("test")->frames[0].image.width == 6);
     write_bytes(folder.path() / "cam02.mp4", {1, 2, 3});
     expect_error([&] { load_dataset(folder.str()); }, {"cam02.mp4: this is no film that ffprobe can read"});

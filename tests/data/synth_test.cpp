@@ -249,7 +249,7 @@ TEST_SUITE("data/synth") {
         const Frame &a = loaded.splits[s].frames[i], &b = made.splits[s].frames[i];
         CHECK(a.name == b.name);
         CHECK(a.time == b.time);
-        CHECK(a.image.rgba == b.image.rgba);
+        CHECK(a.image == b.image);
         CHECK(a.camera.fx == b.camera.fx);
         CHECK(length(a.camera.position - b.camera.position) == 0);
         for (std::size_t k = 0; k < 3; ++k) CHECK(length(a.camera.axes[k] - b.camera.axes[k]) < 1e-12);
@@ -295,7 +295,7 @@ TEST_SUITE("data/synth") {
     bool same = true;
     for (std::size_t s = 0; s < a.splits.size(); ++s)
       for (std::size_t i = 0; i < a.splits[s].frames.size(); ++i)
-        same &= a.splits[s].frames[i].image.rgba == b.splits[s].frames[i].image.rgba;
+        same &= a.splits[s].frames[i].image == b.splits[s].frames[i].image;
     CHECK(same);
     const Dataset c = make_synth("ball", {.frames = 10, .size = 8, .seed = 4});
     const Dataset d = make_synth("ball", {.frames = 10, .size = 8, .seed = 3});

@@ -74,13 +74,16 @@ inline double quality(const VoxelModel& model, const Split& split, float gain = 
 
 /// The same split with every picture's values passed through `change(r, g, b, a)` in [0, 1].
 inline Split repainted(Split split, const std::function<void(double (&)[4])>& change) {
-  for (Frame& f : split.frames)
-    for (std::size_t i = 0; i < f.image.rgba.size(); i += 4) {
+  for (Frame& f : split.frames) {
+    Image16 image = f.image.unpacked();
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
       double v[4];
-      for (int c = 0; c < 4; ++c) v[c] = f.image.rgba[i + c] / 65535.0;
+      for (int c = 0; c < 4; ++c) v[c] = image.rgba[i + c] / 65535.0;
       change(v);
-      for (int c = 0; c < 4; ++c) f.image.rgba[i + c] = std::uint16_t(std::lround(v[c] * 65535));
+      for (int c = 0; c < 4; ++c) image.rgba[i + c] = std::uint16_t(std::lround(v[c] * 65535));
     }
+    f.image = image;
+  }
   return split;
 }
 

@@ -119,16 +119,18 @@ TEST_SUITE("hard/scenes") {
       inner.time = 0;
       inner.camera.position = 0.05 * f.camera.position;
       for (int a : {0, 2}) inner.camera.axes[a] = -inner.camera.axes[a];  // half a turn: away from the middle
+      Image16 image = f.image.unpacked();
       for (int y = 0; y < 40; ++y)
         for (int x = 0; x < 40; ++x) {
           const Ray ray = camera_ray(inner.camera, x + 0.5, y + 0.5);
           // Where it meets the sphere of radius 2.
           const double b = dot(ray.origin, ray.direction), s = -b + std::sqrt(b * b + 4 - dot(ray.origin, ray.origin));
           const Vec3d p = 0.5 * (ray.origin + s * ray.direction);
-          std::uint16_t* to = inner.image.rgba.data() + 4 * (std::size_t(y) * 40 + x);
+          std::uint16_t* to = image.rgba.data() + 4 * (std::size_t(y) * 40 + x);
           for (int c = 0; c < 3; ++c) to[c] = std::uint16_t(65535 * (0.5 + 0.4 * p[c]));
           to[3] = 65535;
         }
+      inner.image = image;
       split.frames.push_back(inner);
     }
     Config config = short_run();

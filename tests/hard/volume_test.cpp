@@ -180,14 +180,12 @@ TEST_SUITE("hard/volume") {
     CHECK(result.transmittance == doctest::Approx(std::exp(-256e-4)).epsilon(1e-5));
 
     // D-NeRF's pictures carry garbage where alpha is 0; targets are composited from straight alpha.
-    Split split{"train", {Frame{"a", camera, 0, Image16{8, 8, {}}}}};
+    Image16 picture{8, 8, {}};
     std::mt19937 random(12);
     for (int i = 0; i < 64; ++i)
       for (int c = 0; c < 4; ++c)
-        split.frames[0].image.rgba.push_back(c < 3        ? std::uint16_t(random())
-                                             : i % 3 == 0 ? 0
-                                             : i % 3 == 1 ? 65535
-                                                          : 32768);
+        picture.rgba.push_back(c < 3 ? std::uint16_t(random()) : i % 3 == 0 ? 0 : i % 3 == 1 ? 65535 : 32768);
+    const Split split{"train", {Frame{"a", camera, 0, picture}}};
     SamplingConfig sampling;
     sampling.frames = 1, sampling.rays = 256, sampling.growth = 1, sampling.carve = 0;
     const BatchSampler sampler(split, model.box, sampling, 3);

@@ -28,14 +28,17 @@ Vec3 sky(const Vec3d& d) { return {float(0.55 + 0.25 * d.x), float(0.5 + 0.1 * d
 Dataset before_sky(int frames, int size) {
   Dataset data = make_synth("ball", {.frames = frames, .size = size, .seed = 3});
   for (Split& split : data.splits)
-    for (Frame& f : split.frames)
-      for (int y = 0; y < f.image.height; ++y)
-        for (int x = 0; x < f.image.width; ++x) {
-          std::uint16_t* p = f.image.rgba.data() + 4 * (std::size_t(y) * f.image.width + x);
+    for (Frame& f : split.frames) {
+      Image16 image = f.image.unpacked();
+      for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+          std::uint16_t* p = image.rgba.data() + 4 * (std::size_t(y) * image.width + x);
           const Vec3 behind = sky(camera_ray(f.camera, x + 0.5, y + 0.5).direction);
           for (int c = 0; c < 3; ++c) p[c] = std::uint16_t(std::lround(p[c] * (p[3] / 65535.0) + 65535 * behind[c] * (1 - p[3] / 65535.0)));
           p[3] = 65535;
         }
+      f.image = image;
+    }
   data.has_alpha = false;
   return data;
 }

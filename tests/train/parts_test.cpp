@@ -232,7 +232,7 @@ TEST_SUITE("train/bounds and batches") {
 
     // What a picture shows as 1 is a target of 1, which means 1 or more; without `clipped` it is the float before it.
     Split white = train;
-    for (Frame& frame : white.frames) std::fill(frame.image.rgba.begin(), frame.image.rgba.end(), std::uint16_t(65535));
+    for (Frame& frame : white.frames) frame.image = Image16{frame.image.width, frame.image.height, std::vector<std::uint16_t>(4 * frame.image.pixels(), 65535)};
     for (const bool clipped : {true, false}) {
       SamplingConfig as = config;
       as.clipped = clipped, as.carve = 0;

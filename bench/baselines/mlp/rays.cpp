@@ -2,6 +2,7 @@
 #include "rays.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/aabb.hpp"
@@ -27,7 +28,7 @@ class Rows {
     rays_.time.data_ptr<float>()[next_] = float(std::clamp(time, 0.0, 1.0));
     ++next_;
   }
-  void color(const std::uint16_t* rgba, Vec3 background) {
+  void color(const std::array<std::uint16_t, 4>& rgba, Vec3 background) {
     const float alpha = rgba[3] * (1 / 65535.0f);
     for (int c = 0; c < 3; ++c) color_.data_ptr<float>()[3 * colored_ + c] = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * background[c];
     ++colored_;
@@ -47,10 +48,11 @@ void visit_strided(int width, int height, int stride, Visit&& visit) {
     for (int x = stride / 2; x < width; x += stride) visit(x, y);
 }
 
-Image16 shrink(const Image16& image, int block) {
+Picture shrink(const Picture& image, int block) {
   Image16 cut{image.width / block * block, image.height / block * block, {}};
   for (int y = 0; y < cut.height; ++y)
-    cut.rgba.insert(cut.rgba.end(), image.pixel(0, y), image.pixel(0, y) + 4 * std::size_t(cut.width));
+    for (int x = 0; x < cut.width; ++x)
+      for (const std::uint16_t v : image.pixel(x, y)) cut.rgba.push_back(v);
   return area_downscale(cut, block);
 }
 
@@ -62,7 +64,7 @@ Rays view_rays(const Camera& camera, double time, const Box& box, int stride) {
   return rows.rays();
 }
 
-torch::Tensor view_colors(const Image16& image, Vec3 background, int stride) {
+torch::Tensor view_colors(const Picture& image, Vec3 background, int stride) {
   Rows rows(int64_t(strided(image.width, stride)) * strided(image.height, stride));
   visit_strided(image.width, image.height, stride, [&](int x, int y) { rows.color(image.pixel(x, y), background); });
   return rows.colors();
@@ -85,7 +87,7 @@ CropBatch CropSampler::draw(std::int64_t step) const {
   for (int c = 0; c < settings_.crops; ++c) {
     const std::size_t f = rng.below(3 * c, std::uint32_t(train_.frames.size()));
     const Frame& frame = train_.frames[f];
-    const Image16& image = block_ == 1 ? frame.image : shrunk_[f];
+    const Picture& image = block_ == 1 ? frame.image : shrunk_[f];
     const auto corner = [&](int draw, int size) { return int(rng.below(std::uint64_t(draw), std::uint32_t(std::max(1, size - settings_.crop + 1)))); };
     const int x0 = corner(3 * c + 1, image.width), y0 = corner(3 * c + 2, image.height);
     for (int y = 0; y < settings_.crop; ++y)

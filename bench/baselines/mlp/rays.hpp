@@ -12,7 +12,7 @@ namespace splinevox::mlp {
 /// Rays through the centres of every n-th pixel of every n-th row, from the (n / 2)-th on, clipped to the box.
 Rays view_rays(const Camera& camera, double time, const Box& box, int stride);
 /// The colours of those pixels over a background: [n, 3].
-torch::Tensor view_colors(const Image16& image, Vec3 background, int stride);
+torch::Tensor view_colors(const Picture& image, Vec3 background, int stride);
 /// Pixels a side that a stride leaves.
 inline int strided(int size, int stride) { return (size - stride / 2 + stride - 1) / stride; }
 
@@ -34,7 +34,7 @@ class CropSampler {
   Box box_;
   Settings settings_;
   int block_ = 1;
-  std::vector<Image16> shrunk_;  ///< empty at block 1
+  std::vector<Picture> shrunk_;  ///< empty at block 1
 };
 
 }  // namespace splinevox::mlp

@@ -19,7 +19,7 @@ struct Frame {
   std::string name;  ///< file name without folder and extension, as reports show it
   Camera camera;
   double time = 0;
-  Image16 image;
+  Picture image;
 };
 
 struct Split {
