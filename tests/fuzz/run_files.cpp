@@ -33,7 +33,9 @@ std::vector<char> state_bytes() {
   state.grids.assign(3, state.grid);
   Archive out;
   state.archive(out);
-  return out.take();
+  std::vector<char> bytes;
+  for (const std::string_view piece : out.pieces()) bytes.insert(bytes.end(), piece.begin(), piece.end());
+  return bytes;
 }
 
 }  // namespace

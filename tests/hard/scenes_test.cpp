@@ -73,7 +73,7 @@ TEST_SUITE("hard/scenes") {
     Split split = train();
     for (Frame& f : split.frames) {
       f.camera = {1, 1, 1.2, 1.2, 0.5, 0.5, f.camera.axes, f.camera.position};
-      f.image = {1, 1, {52428, 26214, 13107, 65535}};
+      f.image = Image16{1, 1, {52428, 26214, 13107, 65535}};
     }
     measured_least("H32 pictures of one pixel", quality(trained(short_run(30), split), split), 20, "dB");
     Split single{"train", {split.frames[0]}};

@@ -51,7 +51,9 @@ Opened open(const std::vector<char>& state) {
   in(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
   Archive again;
   again(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
-  return {raw, again.take().size()};
+  std::size_t end = 0;
+  for (const std::string_view piece : again.pieces()) end += piece.size();
+  return {raw, end};
 }
 
 /// A trainer with one parameter that is no number.

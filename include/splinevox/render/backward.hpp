@@ -9,7 +9,7 @@
 namespace splinevox {
 
 /// Reverse sweep of the ray a kernel just marched: turns d loss / d rgb into records for the radiance rows and, through the
-/// derivatives of the interpolation weights, for the motion slice.
+/// derivatives of the interpolation weights, for the motion slice. For those the rows are gathered again: of the samples that forward shaded, a quarter or less leaves a record.
 ///
 /// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink with the gradient,
 /// their tiny pushes would drive the density of empty space to where nothing could bring it back. 0 keeps every sample.
@@ -29,9 +29,10 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
                                   Moving ? ray.light[i] : Real(1), Moving ? ray.light_slope[i] : Real(0),
                                   ray.sigma_slope[i]};
     const Real w = ray.weight[i];
-    const EmissionAdjoint<Real> d = composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind, d_rgb);
+    const Real shown_behind = behind;
     behind += composite_share(emission, w, d_rgb);
     if (w < min_weight) continue;
+    const EmissionAdjoint<Real> d = composite_vjp(emission, w, ray.transmittance_next[i], field.step, shown_behind, d_rgb);
 
     auto& record = out.radiance.emplace_back();
     record.cell = s.radiance_cell;
@@ -44,8 +45,13 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
 
     if constexpr (Moving) {
       if (s.warp.cell.rests()) continue;
-      Eight dx = g[0] * s.slope[0][0], dy = g[0] * s.slope[0][1], dz = g[0] * s.slope[0][2];
-      for (int k = 1; k < K::kRegisters; ++k) dx += g[k] * s.slope[k][0], dy += g[k] * s.slope[k][1], dz += g[k] * s.slope[k][2];
+      const CellRows rows = field.radiance.rows(s.radiance_cell);
+      Eight dx{}, dy{}, dz{};
+      for (int k = 0; k < K::kRegisters; ++k) {
+        const auto corner = [&](int c) { return load<Eight>(field.radiance_rows + std::size_t(rows.row[c]) * K::kWidth + 8 * k); };
+        const auto v = trilinear_with_gradient(s.radiance_fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6), corner(7));
+        dx += g[k] * v.dx, dy += g[k] * v.dy, dz += g[k] * v.dz;
+      }
       const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
       auto& m = out.motion.emplace_back();
       m.cell = s.warp.cell;

@@ -80,7 +80,6 @@ class RayKernel {
   struct Sample {
     Cell radiance_cell;
     Vec radiance_fraction;
-    Eight slope[kRegisters][3];   ///< d row / d fraction
     [[no_unique_address]] std::conditional_t<Moving, Warp, NoWarp> warp;
   };
   std::vector<Sample> samples;
@@ -267,7 +266,10 @@ class RayKernel {
       if (!stored && !cell.interior())
         for (int c = 1; c < kCorners; ++c) stored |= cr.row[c] >= kBrickRows;
       if (!stored) continue;
-      for (int c = 0; c < kCorners; c += 2) __builtin_prefetch(field.radiance_rows + std::size_t(cr.row[c]) * kWidth);
+      // Short rows of two neighbours along z share a cache line.
+      for (int c = 0; c < kCorners; c += kWidth * sizeof(Stored) > 32 ? 1 : 2)
+        for (std::size_t line = 0; line < kWidth * sizeof(Stored); line += 64)
+          __builtin_prefetch(reinterpret_cast<const char*>(field.radiance_rows + std::size_t(cr.row[c]) * kWidth) + line);
       Sample& s = samples[count + kept];
       s.radiance_cell = cell;
       s.radiance_fraction = at.at(j);
@@ -286,16 +288,14 @@ class RayKernel {
   bool shade_stored(const Field& field, const CellRows* rows, int n, Real stop) {
     alignas(64) Real raw[5][kChunk] = {};  // density, r, g, b, view
     for (int j = 0; j < n; ++j) {
-      Sample& s = samples[count + j];
+      const Sample& s = samples[count + j];
       Real view_raw = 0;
       for (int k = 0; k < kRegisters; ++k) {
         const auto corner = [&](int c) { return load<Eight>(field.radiance_rows + std::size_t(rows[j].row[c]) * kWidth + 8 * k); };
-        const auto v = trilinear_with_gradient(s.radiance_fraction, corner(0), corner(1), corner(2), corner(3), corner(4),
-                                               corner(5), corner(6), corner(7));
-        s.slope[k][0] = v.dx, s.slope[k][1] = v.dy, s.slope[k][2] = v.dz;
+        const Eight v = trilinear(s.radiance_fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6), corner(7));
         if (k == 0)
-          for (int c = 0; c < 4; ++c) raw[c][j] = v.value[c];
-        if constexpr (Sh >= 0) view_raw += sum8(v.value * harmonics[k]);
+          for (int c = 0; c < 4; ++c) raw[c][j] = v[c];
+        if constexpr (Sh >= 0) view_raw += sum8(v * harmonics[k]);
       }
       raw[4][j] = view_raw;
     }
