@@ -25,16 +25,16 @@ SamplingConfig sampling_of(const Config& config) {
 }
 
 /// What the step of control points is multiplied by. As a run goes on rigidity takes displacements, and so their steps, to a twentieth of what they began with and less
-/// (docs/experiments.md, "Without rigidity"); without it they must be as small by themselves.
-float control_share(const MotionField& m) { return m.rigidity ? 1 : 0.05f; }
+/// (docs/experiments.md, "Without rigidity"); without it a step is a fiftieth of a cell of the finest lattice, where lr_control is 0.01. @param cells  along the longest edge, of that lattice
+float control_share(const MotionField& m, int cells) { return m.rigidity ? 1 : 2.0f / float(cells); }
 
 /// Motion and light of a vertex shrink each as one. A step moves every column by its rate at most, so lengths are measured in
 /// rates times the root of the number of columns.
-std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge) {
+std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge, float share) {
   if (o.shrink == 0) return {};
   Shrink motion{std::vector<float>(m.width(), 0.0f), 0}, light = motion;
   for (int c = 0; c < m.rigidity_column(); ++c) (m.displaces && c % m.stride() < 3 ? motion : light).member[c] = 1;
-  motion.threshold = o.shrink * o.lr_control * edge * control_share(m) * std::sqrt(3.0f * float(m.stored_points()));
+  motion.threshold = o.shrink * o.lr_control * edge * share * std::sqrt(3.0f * float(m.stored_points()));
   light.threshold = o.shrink * o.lr_light * std::sqrt(float(m.stored_points()));
   std::vector<Shrink> groups;
   if (m.displaces) groups.push_back(motion);
@@ -265,12 +265,13 @@ void Trainer::State::set_rates() {
   }
   const MotionField& m = model.motion;
   const int rigidity = m.rigidity_column();
+  const float share = levels.empty() ? 1 : control_share(m, config.grid.motion[levels.size() - 1]);
   for (Learner& learner : level_learners) {
-    std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge * control_share(m));
+    std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge * share);
     std::fill_n(learner.tv.begin(), rigidity, l.tv_control / edge);
     if (m.light)
       for (int c = m.light_lane(); c < rigidity; c += m.stride()) learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
-    learner.shrink = shrink_groups(m, o, edge);
+    learner.shrink = shrink_groups(m, o, edge, share);
     if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
   }
 }

@@ -36,6 +36,8 @@ Config small(std::int64_t steps) {
   c.run.max_time = 0, c.run.max_steps = int(steps);
   c.grid.radiance = {12, 20}, c.grid.radiance_start = {0, 0.05f};
   c.grid.motion = {4, 8}, c.grid.motion_start = {0.02f, 0.08f};
+  c.radiance.sh_start = {0, 0.1f};
+  c.motion.halve_start = {0.15f};
   c.loss.offset = 1e-3f, c.loss.divergence = 1e-3f;
   c.sampling.rays = 128, c.sampling.growth = 1, c.sampling.frames = 2;
   return c;
