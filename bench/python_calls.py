@@ -27,7 +27,7 @@ def cost(name, work, count):
     print(f"{name:<45} {statistics.median(times):8.1f} us")
 
 
-cost("view of a picture", lambda: frame.image, 2000)
+cost("copy of a picture of 32x32", lambda: frame.image, 2000)
 cost("view of rows", lambda: model.density, 2000)
 cost("picture of one pixel, same Renderer and time", lambda: renderer.render(pixel, 0.5), 500)
 cost("picture of 32x32", lambda: renderer.render(frame.camera, 0.5), 50)

@@ -68,7 +68,7 @@ Json dataset_json(const std::string& path) {
     std::set<double> times;
     for (const Frame& f : s.frames) times.insert(f.time);
     const Frame& first = s.frames.front();
-    seen = seen && first.image.read();
+    seen = seen && first.image.has_values();
     splits.push_back({{"name", s.name}, {"frames", s.frames.size()}, {"width", first.camera.width}, {"height", first.camera.height}, {"times", {*times.begin(), *times.rbegin()}}, {"moments", times.size()}});
   }
   Json j{{"dataset", data.path},

@@ -36,7 +36,7 @@ long take_number(std::string_view& text) {
 
 bool is_alive(long process) { return ::kill(pid_t(process), 0) == 0 || errno != ESRCH; }
 
-/// Drafts of write_file (NAME.PID-COUNT.tmp, checkpoint.bin.prev.tmp) and probes (.probe.PID) whose process is gone.
+/// Drafts of FileWriter (NAME.PID-COUNT.tmp, checkpoint.bin.prev.tmp) and probes (.probe.PID) whose process is gone.
 bool is_leftover(std::string_view name) {
   std::string_view probe = name;
   if (const long process = take_number(probe); process > 0 && probe == ".probe.") return !is_alive(process);

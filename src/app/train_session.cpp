@@ -95,7 +95,10 @@ Json TrainSession::run() {
   while (go_on()) {
     step();
     if (!writes()) continue;
-    if (held_view_due(last_.seconds)) render_held_view(trainer_.model());
+    if (held_view_due(last_.seconds)) {
+      const double start = clock();
+      render_held_view(trainer_.model(), start);
+    }
     if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
       finish_checkpoint();
     const bool due = clock() - checkpoint_at_ > std::max(setup_.config.run.checkpoint_every, checkpoint_cost_ / kCheckpointShare);
@@ -114,7 +117,7 @@ Json TrainSession::run() {
                                         {"dataset", fs::path(setup_.data.path).filename().string()}});
   finish_checkpoint();
   saving_ = clock() - start;
-  if (!interrupted_) render_held_view(model);
+  if (!interrupted_) render_held_view(model, clock());
   save_manifest(digest);
   return figures();
 }
@@ -171,9 +174,8 @@ bool TrainSession::held_view_due(double seconds) const {
   return held_spent_ + expected < kHeldShare * seconds && last_.progress > 0.02 && last_.progress < 0.98;
 }
 
-void TrainSession::render_held_view(const VoxelModel& model) {
+void TrainSession::render_held_view(const VoxelModel& model, double start) {
   if (held_step_ == double(last_.step)) return;
-  const double start = clock();
   const Image picture = clamped(Renderer(model, make_pictures(setup_.device, model)).render(held_->camera, held_->time).rgb);
   held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, model.background.color)));
   held_step_ = double(last_.step);
@@ -217,16 +219,21 @@ CheckpointHeader TrainSession::header() const {
   return h;
 }
 
-/// Hands the state to the system here, without a copy, and waits for the disk on a thread of its own.
+/// Hands the state to the system here, without a copy, and waits for the disk on a thread of its own. What goes wrong comes out of finish_checkpoint: by then
+/// whoever is about to save more has tried to.
 void TrainSession::start_checkpoint() {
   const double start = clock();
-  std::shared_ptr<PendingCheckpoint> file;
-  trainer_.save([&](std::span<const std::string_view> pieces) { file = std::make_shared<PendingCheckpoint>(setup_.folder.file(kCheckpoint), header(), pieces); });
-  const auto commit = [file] { return file->commit(); };
   try {
-    writing_ = std::async(std::launch::async, commit);
-  } catch (const std::system_error&) {  // no more threads to be had
-    writing_ = std::async(std::launch::deferred, commit);
+    std::shared_ptr<PendingCheckpoint> file;
+    trainer_.save([&](std::span<const std::string_view> pieces) { file = std::make_shared<PendingCheckpoint>(setup_.folder.file(kCheckpoint), header(), pieces); });
+    const auto commit = [file] { return file->commit(); };
+    try {
+      writing_ = std::async(std::launch::async, commit);
+    } catch (const std::system_error&) {  // no more threads to be had
+      writing_ = std::async(std::launch::deferred, commit);
+    }
+  } catch (const Error&) {
+    writing_ = std::async(std::launch::deferred, [wrong = std::current_exception()]() -> FileDigest { std::rethrow_exception(wrong); });
   }
   written_step_ = last_.step;
   checkpoint_at_ = clock();

@@ -47,7 +47,8 @@ class TrainSession {
   void report(const Json& line);
   void save_replay();
   bool held_view_due(double seconds) const;
-  void render_held_view(const VoxelModel& model);
+  /// @param start  when this began, the making of the model included
+  void render_held_view(const VoxelModel& model, double start);
   void resume();
   CheckpointHeader header() const;
   void start_checkpoint();

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/hash.hpp"
@@ -171,16 +172,14 @@ FileWriter::FileWriter(const std::string& path, std::uint64_t bytes) : state_(st
     if (!ignored) s.target = real.string();
   }
   static std::atomic<unsigned> counter{0};
-  const std::string temporary = s.target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
+  std::string temporary = s.target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
   s.file.emplace(temporary, O_WRONLY | O_CREAT | O_EXCL, mode);
   if (!s.file->ok()) s.fail(errno);
-  s.temporary = temporary;
+  s.temporary = std::move(temporary);
 }
 
-FileWriter::FileWriter(FileWriter&&) noexcept = default;
-
 FileWriter::~FileWriter() {
-  if (state_ && !state_->temporary.empty()) ::unlink(state_->temporary.c_str());
+  if (!state_->temporary.empty()) ::unlink(state_->temporary.c_str());
 }
 
 void FileWriter::add(std::string_view part) {
@@ -192,26 +191,31 @@ void FileWriter::add(std::string_view part) {
 FileDigest FileWriter::commit(const std::string& previous) {
   State& s = *state_;
   s.digest.hash = s.hash.value();
-  const bool in_place = s.temporary.empty();
-  bool ok = in_place || ::fsync(s.file->get()) == 0;
-  ok = ok && s.file->close();
-  ok = ok && (in_place || previous.empty() || keep_previous(s.target, previous));
-  ok = ok && (in_place || ::rename(s.temporary.c_str(), s.target.c_str()) == 0);
-  if (!ok) s.fail(errno);
-  if (!in_place) {
-    s.temporary.clear();
-    if (!sync_folder(s.target)) s.fail(errno);
+  if (s.temporary.empty()) {
+    if (!s.file->close()) s.fail(errno);
+    return s.digest;
   }
+  bool ok = ::fsync(s.file->get()) == 0;
+  ok = ok && s.file->close();
+  ok = ok && (previous.empty() || keep_previous(s.target, previous));
+  ok = ok && ::rename(s.temporary.c_str(), s.target.c_str()) == 0;
+  if (!ok) s.fail(errno);
+  s.temporary.clear();
+  if (!sync_folder(s.target)) s.fail(errno);
   return s.digest;
 }
 
 FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
                       const std::string& previous) {
-  std::uint64_t bytes = 0;
-  for (const std::string_view part : parts) bytes += part.size();
-  FileWriter file(path, bytes);
+  FileWriter file(path, total_size({parts.begin(), parts.size()}));
   for (const std::string_view part : parts) file.add(part);
   return file.commit(previous);
+}
+
+std::uint64_t total_size(std::span<const std::string_view> parts) {
+  std::uint64_t bytes = 0;
+  for (const std::string_view part : parts) bytes += part.size();
+  return bytes;
 }
 
 std::string read_file(const std::string& path, std::uint64_t max_bytes) {

@@ -2,13 +2,14 @@
 #include "splinevox/core/image.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace splinevox {
 
-Picture::Picture(const Image16& image) : width(image.width), height(image.height) {
+Picture::Picture(Image16 image) : width(image.width), height(image.height) {
   constexpr int kSteps = 257;  // of 16 bits in one of 8
   if (std::any_of(image.rgba.begin(), image.rgba.end(), [](std::uint16_t v) { return v % kSteps != 0; })) {
-    wide_ = image.rgba;
+    wide_ = std::move(image.rgba);
     return;
   }
   narrow_.resize(image.rgba.size());
@@ -17,7 +18,7 @@ Picture::Picture(const Image16& image) : width(image.width), height(image.height
 
 Image16 Picture::unpacked() const {
   Image16 out{width, height, {}};
-  if (!read()) return out;
+  if (!has_values()) return out;
   out.rgba.reserve(4 * pixels());
   for (std::size_t i = 0; i < pixels(); ++i)
     for (const std::uint16_t v : pixel(i)) out.rgba.push_back(v);

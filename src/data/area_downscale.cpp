@@ -5,7 +5,7 @@
 
 namespace splinevox {
 
-Image16 area_downscale(const Image16& image, int factor) {
+Image16 area_downscale(Image16 image, int factor) {
   if (factor == 1) return image;
   Image16 small{image.width / factor, image.height / factor, {}};
   small.rgba.reserve(std::size_t(small.width) * small.height * 4);

@@ -58,7 +58,7 @@ PictureFacts facts_of(const Picture& image) {
   Fingerprint hash;
   hash.add(std::uint64_t(image.width));
   hash.add(std::uint64_t(image.height));
-  for (std::size_t i = 0; image.read() && i < image.pixels(); ++i) {
+  for (std::size_t i = 0; i < image.pixels(); ++i) {
     const auto p = image.pixel(i);
     const std::uint64_t r = p[0], g = p[1], b = p[2], a = p[3];
     hash.add(r | (g << 16) | (b << 32) | (a << 48));
@@ -129,7 +129,7 @@ std::vector<Picture> decode_films(const PicturePlan& plan) {
     for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
     const PictureSize& size = plan.sizes[frames[0]];
     read_film(path, {size.width, size.height, wanted.back() + 1}, wanted, [&, &list = frames](std::size_t k, Image16&& image) {
-      images[list[k]] = area_downscale(image, plan.downscale);
+      images[list[k]] = area_downscale(std::move(image), plan.downscale);
     }, plan.where[frames[0]]);
   }
   return images;

@@ -2,6 +2,7 @@
 #include "splinevox/field/sample.hpp"
 
 #include "splinevox/core/simd.hpp"
+#include "splinevox/field/gather.hpp"
 #include "splinevox/field/locate.hpp"
 #include "splinevox/math/light.hpp"
 
@@ -10,13 +11,6 @@ namespace {
 
 using Four = Simd<float>::Four;
 using Eight = Simd<float>::Eight;
-
-template <class V>
-TrilinearValue<V> gather(const Located& at, const float* values, int width, int offset) {
-  const auto corner = [&](int c) { return load<V>(values + std::size_t(at.rows.row[c]) * width + offset); };
-  return trilinear_with_gradient(at.fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6),
-                                 corner(7));
-}
 
 Vec3 xyz(const Four& v) { return {v[0], v[1], v[2]}; }
 
@@ -40,8 +34,8 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
   Warp out{};
   if (!position_.topology) return out;
   const Located at = locate(motion_view_, x);
-  const auto p = gather<Four>(at, position_.values.data(), kSliceWidth, 0);
-  const auto v = gather<Four>(at, velocity_.values.data(), kSliceWidth, 0);
+  const auto p = gather<Four>(at.rows, at.fraction, position_.values.data(), kSliceWidth, 0);
+  const auto v = gather<Four>(at.rows, at.fraction, velocity_.values.data(), kSliceWidth, 0);
   Activated<float> r{1, 0};
   if (model_.motion.rigidity) r = sigmoid(p.value[3] + model_.motion.rigidity_offset);
   out.rigidity = r.value;
@@ -67,7 +61,7 @@ FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
   for (const std::int32_t row : at.rows.row) stored |= row >= kBrickRows;
   if (!stored) return out;
   for (int offset = 0; offset < field.raw.width; offset += 8) {
-    const Eight v = gather<Eight>(at, field.raw.values.data(), field.raw.width, offset).value;
+    const Eight v = gather<Eight>(at.rows, at.fraction, field.raw.values.data(), field.raw.width, offset).value;
     for (int i = 0; i < 8; ++i) {
       const int c = offset + i - 4;
       if (c >= 0 && c < field.sh_count()) out.sh[c] = v[i];

@@ -29,12 +29,6 @@ T get(std::string_view bytes, std::size_t at) {
   return v;
 }
 
-std::uint64_t total_size(std::span<const std::string_view> pieces) {
-  std::uint64_t bytes = 0;
-  for (const std::string_view piece : pieces) bytes += piece.size();
-  return bytes;
-}
-
 /// A checkpoint by a newer program: never a reason to fall back to older state.
 struct Newer : Error {
   using Error::Error;

@@ -41,7 +41,7 @@ FileDigest write_nvdb(const std::string& path, VdbFile file) {
     std::vector<nanovdb::GridHandle<ClearedBuffer>> handles;
     std::size_t room = 0;
     for (VdbGrid& in : file.grids) {
-      const VdbGrid grid = std::exchange(in, {});  // not kept once it is another
+      const VdbGrid grid = std::exchange(in, {});  // gone when the next one is made
       // By type: the call for any grid compiles every kind there is.
       const auto open = to_openvdb(grid);
       if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(open))

@@ -106,7 +106,7 @@ FileDigest write_vdb(const std::string& path, VdbFile file) {
   std::string bytes;
   try {
     openvdb::GridCPtrVec grids;
-    for (VdbGrid& grid : file.grids) grids.push_back(to_openvdb(std::exchange(grid, {})));  // never both in memory
+    for (VdbGrid& grid : file.grids) grids.push_back(to_openvdb(std::exchange(grid, {})));  // of all grids together, one of the two forms
     openvdb::MetaMap meta;
     put(meta, file.meta);
     std::ostringstream out(std::ios::binary);

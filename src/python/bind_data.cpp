@@ -71,8 +71,11 @@ void bind_data(py::module_& m) {
       .def_readonly("camera", &Frame::camera, "where it was taken from")
       .def_readonly("time", &Frame::time, "the model's, in [0, 1] on the train split")
       .def_property_readonly("image", [](const Frame& f) {
-            const Image16 image = f.image.unpacked();
-            return py::array_t<std::uint16_t>({py::ssize_t(image.height), py::ssize_t(image.width), py::ssize_t(4)}, image.rgba.data());
+            py::array_t<std::uint16_t> out({py::ssize_t(f.image.height), py::ssize_t(f.image.width), py::ssize_t(4)});
+            std::uint16_t* to = out.mutable_data();
+            for (std::size_t i = 0; i < f.image.pixels(); ++i)
+              for (const std::uint16_t v : f.image.pixel(i)) *to++ = v;
+            return out;
           }, "uint16 (height, width, 4), straight RGBA, 65535 = 1. A copy: in memory a picture of 8 bits is kept in 8.")
       .def("composited", [](const Frame& f, std::array<float, 3> b) { return array_of(composite(f.image, {b[0], b[1], b[2]})); },
            "float32 (height, width, 3) over a background.", py::arg("background") = std::array<float, 3>{1, 1, 1});

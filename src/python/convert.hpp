@@ -34,10 +34,8 @@ py::array_t<double> matrix_of(const Camera& camera);
 
 /// Memory of `owner` as an array: no copy, and `owner` lives as long as the array does.
 template <class T>
-py::array view_of(T* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides, py::handle owner, bool writable = true) {
-  py::array view(py::dtype::of<T>(), std::move(shape), std::move(strides), data, owner);
-  if (!writable) py::detail::array_proxy(view.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
-  return view;
+py::array view_of(T* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides, py::handle owner) {
+  return py::array(py::dtype::of<T>(), std::move(shape), std::move(strides), data, owner);
 }
 
 /// Runs without the interpreter's lock, on as many threads as set_threads asked for.

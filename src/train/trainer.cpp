@@ -7,6 +7,7 @@
 #include <limits>
 #include <string>
 
+#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/parallel.hpp"
 #include "splinevox/core/rng.hpp"
@@ -272,9 +273,7 @@ void Trainer::save(const std::function<void(std::span<const std::string_view>)>&
 std::vector<char> Trainer::save() const {
   std::vector<char> bytes;
   save([&](std::span<const std::string_view> pieces) {
-    std::size_t size = 0;
-    for (const std::string_view piece : pieces) size += piece.size();
-    bytes.reserve(size);
+    bytes.reserve(total_size(pieces));
     for (const std::string_view piece : pieces) bytes.insert(bytes.end(), piece.begin(), piece.end());
   });
   return bytes;

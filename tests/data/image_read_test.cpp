@@ -38,8 +38,8 @@ TEST_SUITE("data/image_read") {
       CHECK(picture == Picture(picture.unpacked()));
       CHECK(picture != Picture(Image16{16, 16, std::vector<std::uint16_t>(4 * 16 * 16, 257)}));
     }
-    CHECK_FALSE(Picture().read());
-    CHECK_FALSE(Picture(Image16{2, 2, {}}).read());
+    CHECK_FALSE(Picture().has_values());
+    CHECK_FALSE(Picture(Image16{2, 2, {}}).has_values());
     CHECK(Picture(Image16{2, 2, {}}).unpacked().rgba.empty());
   }
   TEST_CASE("8-bit RGBA becomes 257 v, straight: colour under alpha is kept as stored") {

@@ -292,7 +292,7 @@ TEST_SUITE("data/readers") {
     const Dataset again = load_dataset(out.str() + "/converted");
     CHECK(again.find("train")->frames[6].image == data.find("train")->frames[6].image);
     CHECK(again.find("train")->frames[6].camera.fx == 11);
-    CHECK_FALSE(load_dataset(folder.str(), {.films = false}).find("train")->frames[0].image.read());
+    CHECK_FALSE(load_dataset(folder.str(), {.films = false}).find("train")->frames[0].image.has_values());
     CHECK(load_dataset(folder.str(), {.downscale = 2}).find("test")->frames[0].image.width == 6);
     write_bytes(folder.path() / "cam02.mp4", {1, 2, 3});
     expect_error([&] { load_dataset(folder.str()); }, {"cam02.mp4: this is no film that ffprobe can read"});

@@ -78,17 +78,19 @@ TEST_SUITE("math/trilinear") {
     for (int trial = 0; trial < 50; ++trial) {
       const Vec3d f{uniform(random), uniform(random), uniform(random)};
       double w[8], linear = 0, sum = 0, corner[8];
+      double value = 0;
       Vec3d d[8], slope{};
       trilinear_weights(f, w);
       trilinear_weight_gradients(f, d);
       for (int c = 0; c < 8; ++c) {
         corner[c] = uniform(random);
         sum += w[c], linear += w[c] * (2 * (c >> 2) + 3 * (c >> 1 & 1) + 5 * (c & 1));
-        slope += corner[c] * d[c];
+        value += corner[c] * w[c], slope += corner[c] * d[c];
       }
       CHECK(sum == doctest::Approx(1).epsilon(1e-14));
       CHECK(linear == doctest::Approx(2 * f.x + 3 * f.y + 5 * f.z).epsilon(1e-13));
       const auto v = trilinear_with_gradient(f, corner[0], corner[1], corner[2], corner[3], corner[4], corner[5], corner[6], corner[7]);
+      CHECK(v.value == doctest::Approx(value).epsilon(1e-13));
       CHECK(v.dx == doctest::Approx(slope.x).epsilon(1e-12));
       CHECK(v.dy == doctest::Approx(slope.y).epsilon(1e-12));
       CHECK(v.dz == doctest::Approx(slope.z).epsilon(1e-12));

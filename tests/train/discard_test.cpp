@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/archive.hpp"
@@ -51,9 +52,7 @@ Opened open(const std::vector<char>& state) {
   in(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
   Archive again;
   again(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
-  std::size_t end = 0;
-  for (const std::string_view piece : again.pieces()) end += piece.size();
-  return {raw, end};
+  return {raw, std::size_t(total_size(again.pieces()))};
 }
 
 /// A trainer with one parameter that is no number.

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <initializer_list>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -25,8 +26,7 @@ class FileWriter {
  public:
   /// @param bytes  that will be added, for an error to tell.
   FileWriter(const std::string& path, std::uint64_t bytes);
-  FileWriter(FileWriter&&) noexcept;
-  /// Without commit: nothing was written.
+  /// Without commit nothing was written, but for what a device or pipe has had.
   ~FileWriter();
   /// Hands bytes to the system, which need not have them on disk yet.
   void add(std::string_view part);
@@ -42,6 +42,8 @@ class FileWriter {
 /// All of that at once. @param parts  the bytes, in order; they are not copied.
 FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
                       const std::string& previous = "");
+
+std::uint64_t total_size(std::span<const std::string_view> parts);
 
 /// Reads a whole file. Throws Error (Fault::input) if it cannot be read or is larger than `max_bytes`.
 std::string read_file(const std::string& path, std::uint64_t max_bytes = std::uint64_t(8) << 30);

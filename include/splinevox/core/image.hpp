@@ -39,10 +39,10 @@ class Picture {
   int width = 0, height = 0;
 
   Picture() = default;
-  Picture(const Image16& image);
+  Picture(Image16 image);
   std::size_t pixels() const { return std::size_t(width) * height; }
-  /// Whether there are values: not of a picture that was measured only.
-  bool read() const { return !narrow_.empty() || !wide_.empty(); }
+  /// False of a frame whose picture was not read.
+  bool has_values() const { return !narrow_.empty() || !wide_.empty(); }
   std::array<std::uint16_t, 4> pixel(std::size_t i) const {
     if (!narrow_.empty()) {
       const std::uint8_t* p = narrow_.data() + 4 * i;

@@ -49,7 +49,7 @@ Image16 read_picture(const std::filesystem::path& path, const std::string& where
 /// Averages blocks of factor x factor pixels, each of the four channels for itself (straight alpha stays
 /// straight, as D-NeRF's own evaluation does it), rounded to the nearest 1/65535.
 /// @pre factor >= 1 divides width and height; load_dataset checks.
-Image16 area_downscale(const Image16& image, int factor);
+Image16 area_downscale(Image16 image, int factor);
 /// The camera of a picture that was averaged so.
 Camera area_downscale(Camera camera, int factor);
 

@@ -51,7 +51,7 @@ struct VdbLimits {
   std::uint64_t max_voxels = std::uint64_t(1) << 28;  ///< active voxels of one grid once tiles are expanded
 };
 
-/// Writes a .vdb that any VDB program opens (Blosc, grid offsets, statistics), atomically: see write_file. The bytes
+/// Writes a .vdb that any VDB program opens (Blosc, grid offsets, statistics), atomically: see write_file. Takes the grids: each is let go when it has become OpenVDB's. The bytes
 /// depend on the content only (the file's unique id is a hash of it). The file ends in a 24-byte seal, which other
 /// programs never look at: a checksum of all that stands before, since VDB itself has none and OpenVDB accepts damaged
 /// files (docs/reliability.md).

@@ -27,14 +27,6 @@ SPLINEVOX_HD constexpr void trilinear_weight_gradients(const Vec3T<T>& f, Vec3T<
   }
 }
 
-/// The value at fractions f from the eight corner values; V as below.
-template <class T, class V>
-SPLINEVOX_INLINE V trilinear(const Vec3T<T>& f, const V& c0, const V& c1, const V& c2, const V& c3, const V& c4, const V& c5, const V& c6, const V& c7) {
-  const V a0 = c0 + (c4 - c0) * f.x, a1 = c1 + (c5 - c1) * f.x, a2 = c2 + (c6 - c2) * f.x, a3 = c3 + (c7 - c3) * f.x;
-  const V b0 = a0 + (a2 - a0) * f.y, b1 = a1 + (a3 - a1) * f.y;
-  return b0 + (b1 - b0) * f.z;
-}
-
 /// Value and its derivatives with respect to the three fractions, from the eight corner values. V is anything with
 /// +, - and multiplication by T: a float, a register of eight channels, a dual number.
 template <class V>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "splinevox/field/gather.hpp"
 #include "splinevox/math/composite.hpp"
 #include "splinevox/render/motion_loss.hpp"
 #include "splinevox/render/ray_kernel.hpp"
@@ -9,7 +10,7 @@
 namespace splinevox {
 
 /// Reverse sweep of the ray a kernel just marched: turns d loss / d rgb into records for the radiance rows and, through the
-/// derivatives of the interpolation weights, for the motion slice. For those the rows are gathered again: of the samples that forward shaded, a quarter or less leaves a record.
+/// derivatives of the interpolation weights, for the motion slice. For those the rows are gathered again: in training only a quarter of the samples that forward shaded leaves a record.
 ///
 /// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink with the gradient,
 /// their tiny pushes would drive the density of empty space to where nothing could bring it back. 0 keeps every sample.
@@ -29,10 +30,10 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
                                   Moving ? ray.light[i] : Real(1), Moving ? ray.light_slope[i] : Real(0),
                                   ray.sigma_slope[i]};
     const Real w = ray.weight[i];
-    const Real shown_behind = behind;
+    const Real behind_this = behind;
     behind += composite_share(emission, w, d_rgb);
     if (w < min_weight) continue;
-    const EmissionAdjoint<Real> d = composite_vjp(emission, w, ray.transmittance_next[i], field.step, shown_behind, d_rgb);
+    const EmissionAdjoint<Real> d = composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind_this, d_rgb);
 
     auto& record = out.radiance.emplace_back();
     record.cell = s.radiance_cell;
@@ -48,8 +49,7 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
       const CellRows rows = field.radiance.rows(s.radiance_cell);
       Eight dx{}, dy{}, dz{};
       for (int k = 0; k < K::kRegisters; ++k) {
-        const auto corner = [&](int c) { return load<Eight>(field.radiance_rows + std::size_t(rows.row[c]) * K::kWidth + 8 * k); };
-        const auto v = trilinear_with_gradient(s.radiance_fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6), corner(7));
+        const auto v = gather<Eight>(rows, s.radiance_fraction, field.radiance_rows, K::kWidth, 8 * k);
         dx += g[k] * v.dx, dy += g[k] * v.dy, dz += g[k] * v.dz;
       }
       const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
@@ -82,9 +82,7 @@ Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field,
     if (ray.weight[i] < min_weight) continue;
     const auto& s = ray.samples[i];
     const CellRows rows = field.motion.rows(s.warp.cell);
-    const auto corner = [&](int c) { return load<Four>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth); };
-    const auto v = trilinear_with_gradient(s.warp.fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5),
-                                           corner(6), corner(7));
+    const auto v = gather<Four>(rows, s.warp.fraction, frame.slice, kSliceWidth, 0);
     const Real inv = field.motion.inv_spacing, w = ray.weight[i];
     auto& record = out.motion[next++];
     value += motion_loss_sample(motion_jet(v, inv, ray.r[i], ray.r_slope[i]), loss, probe, w, inv, record.g, record.h);

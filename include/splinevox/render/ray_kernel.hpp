@@ -9,6 +9,7 @@
 
 #include "splinevox/core/simd.hpp"
 #include "splinevox/field/channels.hpp"
+#include "splinevox/field/gather.hpp"
 #include "splinevox/field/slice.hpp"
 #include "splinevox/math/activation.hpp"
 #include "splinevox/math/light.hpp"
@@ -266,8 +267,7 @@ class RayKernel {
       if (!stored && !cell.interior())
         for (int c = 1; c < kCorners; ++c) stored |= cr.row[c] >= kBrickRows;
       if (!stored) continue;
-      // Short rows of two neighbours along z share a cache line.
-      for (int c = 0; c < kCorners; c += kWidth * sizeof(Stored) > 32 ? 1 : 2)
+      for (int c = 0; c < kCorners; ++c)
         for (std::size_t line = 0; line < kWidth * sizeof(Stored); line += 64)
           __builtin_prefetch(reinterpret_cast<const char*>(field.radiance_rows + std::size_t(cr.row[c]) * kWidth) + line);
       Sample& s = samples[count + kept];
@@ -291,8 +291,7 @@ class RayKernel {
       const Sample& s = samples[count + j];
       Real view_raw = 0;
       for (int k = 0; k < kRegisters; ++k) {
-        const auto corner = [&](int c) { return load<Eight>(field.radiance_rows + std::size_t(rows[j].row[c]) * kWidth + 8 * k); };
-        const Eight v = trilinear(s.radiance_fraction, corner(0), corner(1), corner(2), corner(3), corner(4), corner(5), corner(6), corner(7));
+        const Eight v = gather<Eight>(rows[j], s.radiance_fraction, field.radiance_rows, kWidth, 8 * k).value;
         if (k == 0)
           for (int c = 0; c < 4; ++c) raw[c][j] = v[c];
         if constexpr (Sh >= 0) view_raw += sum8(v * harmonics[k]);

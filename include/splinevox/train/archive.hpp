@@ -54,8 +54,11 @@ class Archive {
       if (n > (in_->size() - at_) / each) fail_short();
       values.resize(n);
     }
-    if constexpr (std::is_same_v<A, AlignedAllocator<T>>) {
-      if (!reading()) return large_.emplace_back(out_.size(), std::string_view(reinterpret_cast<const char*>(values.data()), n * sizeof(T))), void();
+    if constexpr (std::is_same_v<A, AlignedAllocator<T>> && std::is_trivially_copyable_v<T>) {
+      if (!reading()) {
+        large_.emplace_back(out_.size(), std::string_view(reinterpret_cast<const char*>(values.data()), n * sizeof(T)));
+        return;
+      }
     }
     if constexpr (std::is_trivially_copyable_v<T>) raw(values.data(), n * sizeof(T));
     else for (T& v : values) item(v);

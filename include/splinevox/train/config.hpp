@@ -172,7 +172,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("optimiser.lr_density", c.optimiser.lr_density, "step of raw density", 0, 100);
   visit("optimiser.lr_color", c.optimiser.lr_color, "step of raw colour", 0, 100);
   visit("optimiser.lr_sh", c.optimiser.lr_sh, "step of the view rescale", 0, 100);
-  visit("optimiser.lr_control", c.optimiser.lr_control, "step of control points, share of the box's longest edge; smaller without rigidity", 0, 100);
+  visit("optimiser.lr_control", c.optimiser.lr_control, "step of control points, share of the box's longest edge; without rigidity times 2 / cells of the finest motion level", 0, 100);
   visit("optimiser.lr_rigidity", c.optimiser.lr_rigidity, "step of raw rigidity", 0, 100);
   visit("optimiser.lr_light", c.optimiser.lr_light, "step of the raw light", 0, 100);
   visit("optimiser.lr_background", c.optimiser.lr_background, "step of the harmonics of a learned background", 0, 100);

@@ -69,7 +69,7 @@ class Trainer {
 
   /// The model as it is: motion levels collapsed into one, ready for render_image and for model.vdb.
   VoxelModel model() const;
-  /// The same at the end of training, whose memory it frees: no step, no model() and no save() after it.
+  /// The same at the end of training, whose memory it frees: no step, model(), save() or restore() after it.
   VoxelModel finish();
   PhaseSeconds phases() const;
   /// Share of what training pictures show that was moving when the rest came to rest (MotionConfig::rest); 1: motion is learned everywhere.
