@@ -118,6 +118,19 @@ TEST_SUITE("app/faults") {
     CHECK(started.wait().code == 1);
   }
 
+  TEST_CASE("F3: where there is room for the model and none for the checkpoint, the model is saved") {
+    const Small small;
+    REQUIRE(program(small.train("whole", "10", {"--quiet"})).code == 0);
+    const auto model = fs::file_size(small.path("whole") + "/model.vdb"), checkpoint = fs::file_size(small.path("whole") + "/checkpoint.bin");
+    REQUIRE(checkpoint > model + 8192);
+    const Ended e = shell("ulimit -f " + std::to_string((model + checkpoint) / 2 / 512) + "; exec", small.train("run", "10", {"--quiet"}));
+    CAPTURE(e.err);
+    CHECK(e.code == 1);
+    CHECK(contains(e.err, "checkpoint.bin: could not be written"));
+    CHECK(slurp(small.path("run") + "/model.vdb") == slurp(small.path("whole") + "/model.vdb"));
+    for (const auto& entry : fs::directory_iterator(small.path("run"))) CHECK_FALSE(entry.path().extension() == ".tmp");
+  }
+
   TEST_CASE("F12: with too little memory it ends with a message, and a later run goes on") {
 #ifdef __SANITIZE_ADDRESS__
     MESSAGE("skipped: the address sanitizer wants terabytes of address space");
