@@ -17,6 +17,7 @@
 #include "app/train_session.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/atomic_file.hpp"
+#include "splinevox/core/process.hpp"
 #include "splinevox/io/manifest.hpp"
 
 namespace fs = std::filesystem;
@@ -61,6 +62,7 @@ void settle_effects(Config& config, bool forced, const Dataset& data, const RunF
   const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map, [&](const EffectTrial& t) {
     progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s", to_string(t.effects), t.mean(), t.steps, t.seconds));
   });
+  release_freed_memory();  // of the fits
   if (!forced) apply(choice.chosen, config), config.motion.points = choice.points;
   EffectSet used = effects_of(config);
   if (data.has_alpha) used = used.without("background");  // nothing is behind what such pictures show

@@ -13,4 +13,7 @@ double free_memory();
 /// The most memory this process has had in use at once, bytes.
 double peak_memory();
 
+/// Gives memory that was freed back to the system, where the C library can: what was a passing need would otherwise count beside what comes after it.
+void release_freed_memory();
+
 }  // namespace splinevox
