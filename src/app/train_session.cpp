@@ -4,8 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -223,17 +228,18 @@ CheckpointHeader TrainSession::header() const {
 /// whoever is about to save more has tried to.
 void TrainSession::start_checkpoint() {
   const double start = clock();
+  std::function<FileDigest()> commit;
   try {
-    std::shared_ptr<PendingCheckpoint> file;
-    trainer_.save([&](std::span<const std::string_view> pieces) { file = std::make_shared<PendingCheckpoint>(setup_.folder.file(kCheckpoint), header(), pieces); });
-    const auto commit = [file] { return file->commit(); };
-    try {
-      writing_ = std::async(std::launch::async, commit);
-    } catch (const std::system_error&) {  // no more threads to be had
-      writing_ = std::async(std::launch::deferred, commit);
-    }
+    trainer_.save([&](std::span<const std::string_view> pieces) {
+      commit = [file = std::make_shared<PendingCheckpoint>(setup_.folder.file(kCheckpoint), header(), pieces)] { return file->commit(); };
+    });
   } catch (const Error&) {
-    writing_ = std::async(std::launch::deferred, [wrong = std::current_exception()]() -> FileDigest { std::rethrow_exception(wrong); });
+    commit = [wrong = std::current_exception()]() -> FileDigest { std::rethrow_exception(wrong); };
+  }
+  try {
+    writing_ = std::async(std::launch::async, commit);
+  } catch (const std::system_error&) {  // no more threads to be had
+    writing_ = std::async(std::launch::deferred, commit);
   }
   written_step_ = last_.step;
   checkpoint_at_ = clock();

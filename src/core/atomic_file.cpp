@@ -218,6 +218,13 @@ std::uint64_t total_size(std::span<const std::string_view> parts) {
   return bytes;
 }
 
+std::vector<char> joined(std::span<const std::string_view> parts) {
+  std::vector<char> out;
+  out.reserve(total_size(parts));
+  for (const std::string_view part : parts) out.insert(out.end(), part.begin(), part.end());
+  return out;
+}
+
 std::string read_file(const std::string& path, std::uint64_t max_bytes) {
   std::string bytes;
   read_pieces(path, max_bytes, [&](std::string_view piece, std::uint64_t size) {

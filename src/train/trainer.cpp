@@ -272,10 +272,7 @@ void Trainer::save(const std::function<void(std::span<const std::string_view>)>&
 
 std::vector<char> Trainer::save() const {
   std::vector<char> bytes;
-  save([&](std::span<const std::string_view> pieces) {
-    bytes.reserve(total_size(pieces));
-    for (const std::string_view piece : pieces) bytes.insert(bytes.end(), piece.begin(), piece.end());
-  });
+  save([&](std::span<const std::string_view> pieces) { bytes = joined(pieces); });
   return bytes;
 }
 

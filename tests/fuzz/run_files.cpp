@@ -33,9 +33,7 @@ std::vector<char> state_bytes() {
   state.grids.assign(3, state.grid);
   Archive out;
   state.archive(out);
-  std::vector<char> bytes;
-  for (const std::string_view piece : out.pieces()) bytes.insert(bytes.end(), piece.begin(), piece.end());
-  return bytes;
+  return joined(out.pieces());
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/aabb.hpp"
@@ -53,7 +54,7 @@ Picture shrink(const Picture& image, int block) {
   for (int y = 0; y < cut.height; ++y)
     for (int x = 0; x < cut.width; ++x)
       for (const std::uint16_t v : image.pixel(x, y)) cut.rgba.push_back(v);
-  return area_downscale(cut, block);
+  return area_downscale(std::move(cut), block);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace splinevox {
 
@@ -43,7 +44,11 @@ class FileWriter {
 FileDigest write_file(const std::string& path, std::initializer_list<std::string_view> parts,
                       const std::string& previous = "");
 
+/// Bytes of all parts, and all of them as one.
+/// @{
 std::uint64_t total_size(std::span<const std::string_view> parts);
+std::vector<char> joined(std::span<const std::string_view> parts);
+/// @}
 
 /// Reads a whole file. Throws Error (Fault::input) if it cannot be read or is larger than `max_bytes`.
 std::string read_file(const std::string& path, std::uint64_t max_bytes = std::uint64_t(8) << 30);
