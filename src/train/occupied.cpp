@@ -96,6 +96,17 @@ void Trainer::State::clear_skipped(VoxelModel& out) const {
       if (!canonical.test(canonical.index(canonical.cell_of(x)))) raw.row(std::size_t(index + 1) * kBrickRows + i)[0] = kEmptyDensity;
     }
   });
+  drop_empty(raw);
+}
+
+bool Trainer::State::drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside) {
+  constexpr float kRounding = 1e-3f;  // of what has been resampled
+  const std::vector<std::int32_t> kept = bricks_above(raw, kEmptyDensity + kRounding);
+  if (kept.empty() || int(kept.size()) == raw.topology->brick_count()) return false;
+  keep_rows(kept, raw.width, raw.values);
+  for (AlignedVector<float>* rows : beside) keep_rows(kept, raw.width, *rows);
+  raw.topology = keep_bricks(*raw.topology, kept);
+  return true;
 }
 
 void Trainer::State::forget_seen() {
@@ -103,21 +114,28 @@ void Trainer::State::forget_seen() {
   rays_shown = 0;
 }
 
-void Trainer::State::empty_unseen() {
+bool Trainer::State::empty_unseen() {
   double pixels = 0;
   for (const Frame& f : train.frames) pixels += double(f.camera.width) * f.camera.height;
-  if (!growing() && double(rays_shown) >= kEnoughRays * pixels)
-    parallel_for(model.radiance.raw.topology->brick_count(), [&](int index) {
+  const bool enough = !growing() && double(rays_shown) >= kEnoughRays * pixels;
+  Channels& raw = model.radiance.raw;
+  if (enough)
+    parallel_for(raw.topology->brick_count(), [&](int index) {
       const int brick = index + 1;
       for (int i = 0; i < kBrickRows; ++i) {
-        const std::size_t density = (std::size_t(brick) * kBrickRows + i) * model.radiance.raw.width;
-        float& raw = model.radiance.raw.values[density];
         if (radiance.gradient.seen[brick].test(i)) continue;
-        raw = kEmptyDensity;
+        const std::size_t density = (std::size_t(brick) * kBrickRows + i) * raw.width;
+        raw.values[density] = kEmptyDensity;
         radiance.m[density] = radiance.v[density] = 0;
       }
     });
+  const bool dropped = enough && drop_empty(raw, {&radiance.m, &radiance.v});
+  if (dropped) {
+    for (AlignedVector<float>* rows : {&raw.values, &radiance.m, &radiance.v}) rows->shrink_to_fit();
+    radiance.resize(raw);
+  }
   forget_seen();
+  return dropped;
 }
 
 }  // namespace splinevox

@@ -89,7 +89,7 @@ bool Trainer::State::refine(double progress_now) {
   const bool joins = model.radiance.sh_order < wanted_order;
   if (joins || stage < wanted || int(levels.size()) < wanted_levels || elevates || empties) bring_home();
   if (empties) {
-    if (stage >= 0) empty_unseen();  // before the first stage there is nothing
+    if (stage >= 0) changed = empty_unseen();  // before the first stage there is nothing
     emptied = wanted_emptied;
     uploaded = false;
   }
@@ -222,6 +222,7 @@ void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& off
   radiance = {};  // not both the old lattice's and the new one's
   if (offset) model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, moved(matter, *offset)), [&](Vec3 x) { return x + offset->at(x); });
   else model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
+  if (drop_empty(model.radiance.raw)) model.radiance.raw.values.shrink_to_fit();
   model.step = config.sampling.step * lattice.spacing;
   radiance = Learner(model.radiance.raw);
   forget_seen();

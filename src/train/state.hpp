@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -88,7 +89,8 @@ struct Trainer::State {
   /// Rows outside `rows` ([bricks + 1] of the finest level; empty: all rows) keep what they had.
   void collapse_levels(const std::vector<RowMask>& rows);
   void refresh_occupancy();
-  /// Empties the canonical cells that the occupancy calls empty: what training skipped it never looked at again, and leftovers of the first fog would show in a picture.
+  /// Empties the canonical cells that the occupancy calls empty: what training skipped it never looked at again, and leftovers of the first fog would show in a picture. Bricks of which nothing
+  /// is left go.
   void clear_skipped(VoxelModel& model) const;
   void set_rates();
   /// The configuration's priors on curves, whose lengths are edges of the box, in scene units.
@@ -110,8 +112,11 @@ struct Trainer::State {
   /// For every change of the finest level's lattice or of what is awake.
   void find_awake_rows();
   void start_radiance();
-  /// Empties the canonical rows that no ray has shown, if there were rays enough, and begins to look anew.
-  void empty_unseen();
+  /// Empties the canonical rows that no ray has shown, if there were rays enough, and begins to look anew. Returns whether bricks went by it.
+  bool empty_unseen();
+  /// Lets go of the bricks in whose cells nothing is left, here and in arrays of rows beside them: pictures stay as they are but for the millionth of light that an empty step
+  /// takes. Returns whether any went.
+  static bool drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside = {});
   /// Begins to look anew (Gradient::seen).
   void forget_seen();
   /// Harmonics up to an order from now on, those that join as 0 in rows as wide as it takes: every picture stays as it is, and moments are kept.

@@ -235,6 +235,9 @@ TEST_SUITE("train/trainer") {
     CAPTURE(matter(full));
     CAPTURE(matter(emptied));
     CHECK(matter(emptied) < 0.9 * matter(full));
+    const Topology& bricks = *emptied.radiance.raw.topology;
+    CHECK(bricks.brick_count() < full.radiance.raw.topology->brick_count());
+    CHECK(int(bricks_above(emptied.radiance.raw, -10).size()) == bricks.brick_count());  // nothing is kept for nothing
     CHECK(test_psnr(emptied, *data.find("test")) > test_psnr(full, *data.find("test")) - 0.5);
   }
 }
