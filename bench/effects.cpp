@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, eleven kinds, several seeds each, and real ones if
+// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, fifteen kinds, several seeds each, and real ones if
 // named: what was chosen, what should have been, and a count at the end, over what is judged at all: motion, light where nothing moves, and a background behind
 // opaque pictures.
 //
-//   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME]
+//   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME] [--orbit TURNS]
 //
 // One JSON line per scene.
 #include <fmt/core.h>
@@ -31,6 +31,7 @@ struct Kind {
   SynthLook look;
   std::set<std::string> truth;  ///< effects that are there
   int frames = 0;               ///< 0: as asked for
+  std::vector<double> orbits{0};  ///< SynthOptions::orbit, one for each seed in turn
 };
 
 std::vector<Kind> kinds() {
@@ -45,13 +46,19 @@ std::vector<Kind> kinds() {
           {"moving, dark", movers, {.light = 0.1}, {"motion"}},
           {"static, few frames", still, {}, {}, 6},
           {"a twentieth moves", {"toy"}, {}, {"motion"}},
-          {"a fifth moves", {"garden"}, {}, {"motion"}}};
+          {"a fifth moves", {"garden"}, {}, {"motion"}},
+          {"film, static, matte", still, {}, {}, 0, {0.3, 0.5, 1, 1.5}},
+          {"film, static, glossy", still, {.gloss = 0.6}, {"view"}, 0, {0.3, 0.5, 1, 1.5}},
+          {"film, moving", movers, {}, {"motion"}, 0, {0.3, 0.5, 1, 1.5}},
+          {"film, a twentieth moves", {"toy"}, {}, {"motion"}, 0, {0.3, 0.5, 1, 1.5}}};
 }
 
 nlohmann::json describe(const EffectChoice& choice) {
-  nlohmann::json j{{"chosen", to_string(choice.chosen)}, {"seconds", choice.seconds}, {"note", choice.note}};
+  nlohmann::json j{{"chosen", to_string(choice.chosen)}, {"shared_direction", choice.shared_direction}, {"seconds", choice.seconds}, {"note", choice.note}};
   for (const EffectVerdict& v : choice.verdicts)
     j["gains"][v.effect] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo, v.gain.hi, to_string(v.with.without(v.effect)));
+  for (const EffectVerdict& v : choice.verdicts)
+    if (v.far > 0) j["far"] = v.far;
   for (const EffectTrial& t : choice.trials) j["fits"][to_string(t.effects)] = fmt::format("{:.2f} dB, {} steps, {:.2f} s", t.mean(), t.steps, t.seconds);
   return j;
 }
@@ -64,13 +71,15 @@ int main(int argc, char** argv) {
   CLI::App app("does the choice of effects see what is in a scene?");
   std::vector<std::string> scenes;
   int seeds = 10, size = 96, frames = 60, steps = 200;
+  double orbit = 0;
   std::string only;
-  app.add_option("scenes", scenes, "data sets; none: the eleven built-in kinds");
+  app.add_option("scenes", scenes, "data sets; none: the fifteen built-in kinds");
   app.add_option("--seeds", seeds);
   app.add_option("--steps", steps, "of each fit");
   app.add_option("--size", size);
   app.add_option("--frames", frames);
-  app.add_option("--kind", only, "of the eleven");
+  app.add_option("--kind", only, "of the fifteen");
+  app.add_option("--orbit", orbit, "times that the camera goes around; 0: as the kind has it");
   CLI11_PARSE(app, argc, argv);
   Config config = preset("fast");
   config.effects.steps = steps;
@@ -87,8 +96,9 @@ int main(int argc, char** argv) {
     for (const Kind& kind : kinds()) {
       if (!only.empty() && kind.name != only) continue;
       for (int seed = 1; seed <= seeds; ++seed) {
+        const std::vector<double> orbits = orbit != 0 ? std::vector{orbit} : kind.orbits;
         const std::string scene = kind.scenes[std::size_t(seed) % kind.scenes.size()];
-        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames, .size = size, .seed = std::uint64_t(seed), .look = kind.look});
+        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames, .size = size, .seed = std::uint64_t(seed), .orbit = orbits[std::size_t(seed) % orbits.size()], .look = kind.look});
         config.run.seed = std::uint64_t(seed);
         const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
         bool same = true;
@@ -99,7 +109,7 @@ int main(int argc, char** argv) {
           if (there != on) ++(there ? missed : switched_on)[effect], same = false;
         }
         nlohmann::json j = describe(choice);
-        j["kind"] = kind.name, j["scene"] = scene, j["seed"] = seed, j["right"] = same;
+        j["kind"] = kind.name, j["orbit"] = orbits[std::size_t(seed) % orbits.size()], j["scene"] = scene, j["seed"] = seed, j["right"] = same;
         say(j);
         if (choice.verdicts.empty()) continue;  // nothing was judged
         right += same, ++all;

@@ -26,6 +26,7 @@ Action synth_command(CLI::App& verb) {
   verb.add_option("--frames", o->synth.frames, "training pictures, each at its own time")->capture_default_str();
   verb.add_option("--size", o->synth.size, "width and height of every picture, pixels")->capture_default_str();
   verb.add_option("--seed", o->synth.seed, "of the training cameras")->capture_default_str();
+  verb.add_option("--orbit", o->synth.orbit, "training cameras are one that goes around so often over time, as of a film; 0: each anywhere")->check(CLI::Range(-100.0, 100.0));
   verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")->check(CLI::Range(0.0, 1.0));
   verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")->check(CLI::Range(0.0, 1.0));
   verb.add_option("--light", o->synth.look.light, "of everything, 0..1")->check(CLI::Range(0.0, 1.0))->capture_default_str();

@@ -11,7 +11,15 @@
 namespace splinevox::app {
 namespace {
 
-const char* name_of(EffectDecision d) { return d == EffectDecision::on ? "on" : d == EffectDecision::off ? "off" : "undecided"; }
+const char* name_of(EffectDecision d) {
+  switch (d) {
+    case EffectDecision::on: return "on";
+    case EffectDecision::off: return "off";
+    case EffectDecision::undecided: return "undecided";
+    case EffectDecision::confounded: return "confounded";
+  }
+  return "";
+}
 
 Json finite(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
 
@@ -33,6 +41,7 @@ int points_at_end(const MotionConfig& motion) {
 
 Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced) {
   Json j{{"used", set_json(used)}, {"chosen", set_json(choice.chosen)}, {"forced", forced}};
+  j["shared_direction"] = choice.shared_direction;
   j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
   j["effects"] = Json::array();
   for (const std::string& name : effect_names()) {
@@ -41,6 +50,7 @@ Json effects_json(const EffectChoice& choice, const Config& trained, const Effec
       if (v.effect == name && (!e.contains("decision") || e["decision"] != "on")) {
         e["decision"] = name_of(v.decision);
         e["gain_db"] = v.gain.mean, e["gain_lo"] = finite(v.gain.lo), e["gain_hi"] = finite(v.gain.hi), e["p"] = v.gain.p;
+        if (v.far > 0 || v.decision == EffectDecision::confounded) e["far"] = v.far;
         e["time_ratio"] = v.time_ratio, e["bytes_ratio"] = v.bytes_ratio;
         if (v.where < 1) e["where"] = v.where;
         e["beside"] = to_string(v.with.without(name));
@@ -64,7 +74,7 @@ std::string effects_line(const Json& effects) {
     list += (list.empty() ? "" : ", ") + e.at("effect").get<std::string>();
     if (e.contains("gain_db")) {
       const std::string decision = e.at("decision");
-      const bool plain = (decision == "on") == e.at("used").get<bool>() && decision != "undecided";
+      const bool plain = decision == (e.at("used").get<bool>() ? "on" : "off");
       const std::string where = e.contains("where") ? fmt::format(" in {:.1f}% of the pictures", 100 * e.at("where").get<double>()) : "";
       list += fmt::format(" ({}{}{})", decibels(e.at("gain_db")), where, plain ? "" : ", " + decision);
     }
@@ -82,8 +92,9 @@ std::string effects_table(const Json& effects) {
   for (const Json& e : effects["effects"]) {
     html += fmt::format("<tr><td>{}</td><td>{}</td>", escape(e.value("effect", "")), e.value("used", false) ? "yes" : "no");
     if (e.contains("gain_db"))
-      html += fmt::format("<td>{}</td><td>{}{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>", escape(e.value("decision", "")), decibels(e["gain_db"]),
-                          e.contains("where") ? fmt::format(" where only it explains the pictures, {:.1f}% of them", 100 * e["where"].get<double>()) : "", decibels(e["gain_lo"]), decibels(e["gain_hi"]), e.value("time_ratio", 1.0), e.value("bytes_ratio", 1.0));
+      html += fmt::format("<td>{}</td><td>{}{}{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>", escape(e.value("decision", "")), decibels(e["gain_db"]),
+                          e.contains("where") ? fmt::format(" where only it explains the pictures, {:.1f}% of them", 100 * e["where"].get<double>()) : "",
+                          e.contains("far") ? fmt::format("; {:.2f}% of what they show goes far", 100 * e["far"].get<double>()) : "", decibels(e["gain_lo"]), decibels(e["gain_hi"]), e.value("time_ratio", 1.0), e.value("bytes_ratio", 1.0));
     else
       html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
   }

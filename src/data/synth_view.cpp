@@ -102,6 +102,7 @@ void draw_pixel(const SynthMoment& moment, const Camera& camera, int x, int y, f
 std::vector<SynthShot> plan_shots(const SynthOptions& options) {
   require(options.frames >= 2 && options.frames <= 10000, "frames", "2 to 10000", options.frames);
   require(options.size >= 8 && options.size <= 4096, "size", "8 to 4096 pixels", options.size);
+  if (!(std::abs(options.orbit) <= 100)) require(false, "orbit", "-100 to 100 times around", int(options.orbit));
   std::mt19937_64 rng(options.seed);
   std::vector<SynthShot> shots;
   const auto add = [&](const char* split, int count, auto&& camera) {
@@ -112,7 +113,9 @@ std::vector<SynthShot> plan_shots(const SynthOptions& options) {
       shots.push_back({split, name, t, camera(t)});
     }
   };
-  add("train", options.frames, [&](double) {
+  const double from = options.orbit != 0 ? draw_unit(rng) : 0;  // of a turn
+  add("train", options.frames, [&](double t) {
+    if (options.orbit != 0) return camera_at(2 * M_PI * (from + options.orbit * t), 0.4 + 0.2 * std::sin(2 * M_PI * t), options.size);
     const double azimuth = 2 * M_PI * draw_unit(rng), height = 0.05 + 0.85 * draw_unit(rng);
     return camera_at(azimuth, std::asin(height), options.size);
   });

@@ -314,6 +314,23 @@ TEST_SUITE("data/synth") {
     CHECK(make_synth("ball", {.frames = 2, .size = 8, .seed = 1}).find("val")->frames.size() == 2);
   }
 
+  TEST_CASE("an orbit is one camera that goes around evenly, from a place of the seed's") {
+    const auto azimuths = [](std::uint64_t seed, double orbit) {
+      std::vector<double> out;
+      for (const Frame& f : make_synth("ball", {.frames = 9, .size = 8, .seed = seed, .orbit = orbit}).find("train")->frames) out.push_back(std::atan2(f.camera.position.y, f.camera.position.x));
+      return out;
+    };
+    const std::vector<double> a = azimuths(1, 0.5), b = azimuths(2, 0.5), back = azimuths(1, -1);
+    for (std::size_t i = 1; i < a.size(); ++i) {
+      CHECK(std::remainder(a[i] - a[i - 1] - M_PI / 8, 2 * M_PI) == doctest::Approx(0).epsilon(1e-9));
+      CHECK(std::remainder(back[i] - back[i - 1] + M_PI / 4, 2 * M_PI) == doctest::Approx(0).epsilon(1e-9));
+    }
+    CHECK(std::abs(a[0] - b[0]) > 0.01);
+    CHECK(a[0] == back[0]);
+    CHECK(caught([] { make_synth("ball", {.orbit = 101}); }).fault == Fault::input);
+    CHECK(caught([] { make_synth("ball", {.orbit = std::nan("")}); }).fault == Fault::input);
+  }
+
   TEST_CASE("options out of range and a folder that cannot be made are told apart") {
     CHECK(std::string(caught([] { make_synth("ball", {.frames = 1, .size = 8, .seed = 1}); }).what()) ==
           "synth, frames: out of range\n  expected: 2 to 10000\n  got:      1");

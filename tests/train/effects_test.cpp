@@ -79,6 +79,23 @@ TEST_SUITE("train/effects") {
     CHECK(verdict(c, "motion")->where < 0.1);  // of the pictures; the ball's share of what they show is larger
     CHECK(c.trials[0].mean() < c.trials[1].mean());  // on the whole, motion loses so early
   }
+  TEST_CASE("a film of what stands still: motion gains by going with the camera, and is not taken for the scene's") {
+    Config config = short_choice();
+    config.sampling.rays = 2048;
+    const auto film = [&](const char* scene, double gloss) { return choose(make_synth(scene, {.frames = 60, .size = 96, .orbit = 0.5, .look = {.gloss = gloss}}), config); };
+    const EffectChoice still = film("static", 0.6), moving = film("ball", 0);
+    for (const EffectChoice* c : {&still, &moving}) CHECK(c->shared_direction > 0.98);
+    CHECK_FALSE(still.chosen.motion);
+    CHECK_FALSE(still.chosen.light);
+    REQUIRE(verdict(still, "motion"));
+    CHECK(verdict(still, "motion")->gain.mean > 0.1);  // what would have been enough
+    CHECK(verdict(still, "motion")->decision == EffectDecision::confounded);
+    CHECK(still.note.find("film") != std::string::npos);
+    CHECK(moving.chosen.motion);
+    CHECK(verdict(moving, "motion")->decision == EffectDecision::on);
+    CHECK(moving.note.empty());
+    CHECK(choose(make_synth("ball", {.frames = 60, .size = 24})).shared_direction < 0.8);
+  }
   TEST_CASE("light that fades is light, not motion") {
     const EffectChoice c = choose(make_synth("static", {.frames = 60, .size = 48, .look = {.fade = 0.7}}));
     CHECK(c.chosen.light);

@@ -28,6 +28,7 @@ struct SynthOptions {
                            ///< test pictures and a tenth as many validation pictures, at least 2 each
   int size = 200;          ///< width and height of every picture, 8..4096 pixels
   std::uint64_t seed = 1;  ///< of the training cameras; the scene itself is always the same
+  double orbit = 0;        ///< 0: a training camera anywhere for every picture; else one that goes around the scene so often between time 0 and 1, as of a film, -100..100
   SynthLook look{};
 };
 

@@ -43,7 +43,7 @@ struct EffectTrial {
   double mean() const;
 };
 
-enum class EffectDecision { on, off, undecided };  ///< see choose_effects
+enum class EffectDecision { on, off, undecided, confounded };  ///< see choose_effects
 
 /// What an effect gained over the same fit without it.
 struct EffectVerdict {
@@ -52,6 +52,7 @@ struct EffectVerdict {
   EffectDecision decision;
   PairedGain gain;           ///< dB per held-out picture
   double where = 1;          ///< share of the pictures that the gain is of: of motion where only it explains what is seen, if it gains nothing on the whole
+  double far = 0;            ///< of motion in a film: share of what pictures show that is far from where the canonical volume has it
   double time_ratio = 1;     ///< seconds of the fit with it over without
   double bytes_ratio = 1;    ///< size of the model with it over without
 };
@@ -68,6 +69,7 @@ struct EffectChoice {
   std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
   int points = 0;                       ///< control points over the whole time, before the configuration's halvings
   std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
+  double shared_direction = 0;          ///< of pictures of about the same time, 0..1; from 0.9 on they are a film. 0 where motion was not tried
   int held = 0;                         ///< pictures held out, each with its own time where times differ
   double seconds = 0;                   ///< all of it
   std::string note;                     ///< why nothing was tried, or what was settled without a trial; may be empty
@@ -80,6 +82,10 @@ struct EffectChoice {
 /// and motion goes by the mean, because a still scene with motion is only dearer and a moving one without is ruined. Motion that gains nothing on the whole is
 /// looked at again where it alone explains what the fits have seen: of a scene that mostly stands still. Each is judged
 /// beside all others, so that nothing is taken for it that they explain.
+///
+/// Pictures may be a film: one camera that has moved little while a piece of the curves lasts. What the view changes then changes with time as well, and motion and light explain it
+/// as a camera passes by: a still scene gains by either, and looks wrong from anywhere else. So motion needs a gain that no still scene has, or to take something far; without either,
+/// and light in any case, an effect that gains is called confounded and stays off, the simpler model.
 ///
 /// A background is there to be learned only behind opaque pictures. It is tried first, so that motion is not taken for the fog that would stand in for
 /// it, and goes by its mean; too few views or steps to try anything leave it on.
