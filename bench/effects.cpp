@@ -54,11 +54,11 @@ std::vector<Kind> kinds() {
 }
 
 nlohmann::json describe(const EffectChoice& choice) {
-  nlohmann::json j{{"chosen", to_string(choice.chosen)}, {"shared_direction", choice.shared_direction}, {"seconds", choice.seconds}, {"note", choice.note}};
+  nlohmann::json j{{"chosen", to_string(choice.chosen)}, {"view_told_by_time", choice.view_told_by_time}, {"seconds", choice.seconds}, {"note", choice.note}};
   for (const EffectVerdict& v : choice.verdicts)
     j["gains"][v.effect] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo, v.gain.hi, to_string(v.with.without(v.effect)));
   for (const EffectVerdict& v : choice.verdicts)
-    if (v.far > 0) j["far"] = v.far;
+    if (v.far) j["far"] = *v.far;
   for (const EffectTrial& t : choice.trials) j["fits"][to_string(t.effects)] = fmt::format("{:.2f} dB, {} steps, {:.2f} s", t.mean(), t.steps, t.seconds);
   return j;
 }

@@ -29,6 +29,27 @@ Json set_json(const EffectSet& e) {
   return {{"motion", e.motion}, {"rigidity", e.rigidity}, {"view", e.view}, {"light", e.light}, {"background", e.background}};
 }
 
+/// The verdict on an effect: of a long sequence and a stretch of it the first that says on, or else the last; null: it was not judged.
+const EffectVerdict* verdict_on(const EffectChoice& choice, const std::string& effect) {
+  const EffectVerdict* found = nullptr;
+  for (const EffectVerdict& v : choice.verdicts)
+    if (v.effect == effect && !(found && found->decision == EffectDecision::on)) found = &v;
+  return found;
+}
+
+/// What to say of effects that a film may only seem to have; empty where there are none, or they are used all the same.
+std::string film_note(const Json& effects) {
+  std::string named;
+  bool any = false;
+  for (const Json& e : effects.at("effects")) {
+    const bool confounded = e.value("decision", "") == "confounded" && !e.value("used", false);
+    any |= confounded;
+    const std::string name = e.at("effect");
+    if (confounded || e.value("used", false)) named += (named.empty() ? "" : ",") + name + (confounded && name == "motion" ? ",rigidity" : "");
+  }
+  return any ? "a film: what changes may come with the camera as well as with time, and is taken to be still; if it is not, say so: --effects " + named : "";
+}
+
 /// Control points of the finished model: more than it starts with.
 int points_at_end(const MotionConfig& motion) {
   if (motion.basis != BasisKind::bspline) return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
@@ -41,20 +62,19 @@ int points_at_end(const MotionConfig& motion) {
 
 Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced) {
   Json j{{"used", set_json(used)}, {"chosen", set_json(choice.chosen)}, {"forced", forced}};
-  j["shared_direction"] = choice.shared_direction;
+  j["view_told_by_time"] = choice.view_told_by_time;
   j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
   j["effects"] = Json::array();
   for (const std::string& name : effect_names()) {
     Json e{{"effect", name}, {"used", used.has(name)}};
-    for (const EffectVerdict& v : choice.verdicts)
-      if (v.effect == name && (!e.contains("decision") || e["decision"] != "on")) {
-        e["decision"] = name_of(v.decision);
-        e["gain_db"] = v.gain.mean, e["gain_lo"] = finite(v.gain.lo), e["gain_hi"] = finite(v.gain.hi), e["p"] = v.gain.p;
-        if (v.far > 0 || v.decision == EffectDecision::confounded) e["far"] = v.far;
-        e["time_ratio"] = v.time_ratio, e["bytes_ratio"] = v.bytes_ratio;
-        if (v.where < 1) e["where"] = v.where;
-        e["beside"] = to_string(v.with.without(name));
-      }
+    if (const EffectVerdict* v = verdict_on(choice, name)) {
+      e["decision"] = name_of(v->decision);
+      e["gain_db"] = v->gain.mean, e["gain_lo"] = finite(v->gain.lo), e["gain_hi"] = finite(v->gain.hi), e["p"] = v->gain.p;
+      e["time_ratio"] = v->time_ratio, e["bytes_ratio"] = v->bytes_ratio;
+      if (v->where < 1) e["where"] = v->where;
+      if (v->far) e["far"] = *v->far;
+      e["beside"] = to_string(v->with.without(name));
+    }
     const bool absent = name == "background" && !used.has(name) && !e.contains("decision");  // neither used nor tried
     if (!absent) j["effects"].push_back(e);
   }
@@ -82,7 +102,8 @@ std::string effects_line(const Json& effects) {
   std::string line = "effects: " + (used.empty() ? "none" : used);
   if (!not_used.empty()) line += "; without " + not_used;
   if (const Json& points = effects.at("control_points"); !points.at("compared").empty()) line += fmt::format("; {} control points in the end", points.at("at_end").get<int>());
-  if (const std::string note = effects.at("note"); !note.empty()) line += " (" + note + ")";
+  for (const std::string& note : {effects.at("note").get<std::string>(), film_note(effects)})
+    if (!note.empty()) line += " (" + note + ")";
   return line;
 }
 
@@ -99,7 +120,8 @@ std::string effects_table(const Json& effects) {
       html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
   }
   html += "</table>";
-  if (const std::string note = effects.value("note", ""); !note.empty()) html += fmt::format("<p class=\"note\">{}</p>", escape(note));
+  for (const std::string& note : {effects.value("note", ""), film_note(effects)})
+    if (!note.empty()) html += fmt::format("<p class=\"note\">{}</p>", escape(note));
   if (effects.value("forced", false)) html += "<p class=\"note\">What is used was asked for, not chosen.</p>";
   return html;
 }

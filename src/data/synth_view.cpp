@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/synth_view.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -30,12 +32,12 @@ Camera camera_at(double azimuth, double elevation, int size) {
   return camera;
 }
 
-void require(bool ok, const char* field, const char* expected, int got) {
+void require(bool ok, const char* field, const char* expected, double got) {
   if (!ok)
     fail({.where = std::string("synth, ") + field,
           .what = "out of range",
           .expected = expected,
-          .got = std::to_string(got),
+          .got = fmt::format("{}", got),
           .hint = {}});
 }
 
@@ -102,7 +104,7 @@ void draw_pixel(const SynthMoment& moment, const Camera& camera, int x, int y, f
 std::vector<SynthShot> plan_shots(const SynthOptions& options) {
   require(options.frames >= 2 && options.frames <= 10000, "frames", "2 to 10000", options.frames);
   require(options.size >= 8 && options.size <= 4096, "size", "8 to 4096 pixels", options.size);
-  if (!(std::abs(options.orbit) <= 100)) require(false, "orbit", "-100 to 100 times around", int(options.orbit));
+  require(std::abs(options.orbit) <= 100, "orbit", "-100 to 100 times around", options.orbit);
   std::mt19937_64 rng(options.seed);
   std::vector<SynthShot> shots;
   const auto add = [&](const char* split, int count, auto&& camera) {

@@ -70,14 +70,15 @@ OccupancyPyramid known_occupancy(const VoxelModel& model) {
 }  // namespace
 
 Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
-    : model_(model), maker_(std::move(maker)), canonical_(known_occupancy(model)), time_(std::numeric_limits<double>::quiet_NaN()) {}
+    : model_(model), maker_(std::move(maker)), canonical_(known_occupancy(model)), moment_(std::numeric_limits<double>::quiet_NaN()) {}
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
-  if (time != time_) {
+  const double moment = model_.motion.levels.empty() ? 0 : model_.motion.time_curve(time);
+  if (moment != moment_) {
     slice_ = make_slice(model_.motion, stored_weights(model_.motion, time));
     occupied_ = frame_occupancy(model_, slice_, canonical_);
     if (maker_) maker_->set_time(slice_, occupied_);
-    time_ = time;
+    moment_ = moment;
   }
   const int w = camera.width, h = camera.height;
   Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};

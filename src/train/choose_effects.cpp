@@ -27,8 +27,8 @@ constexpr int kComparisons = 3;     // at most, and one more where a background 
 constexpr float kExplained = 0.02f; // of brightness, that motion explains at a place where it is needed
 constexpr int kFewestPixels = 8;    // of a picture, to compare it there
 constexpr double kClearGain = 0.5;  // dB there: still scenes come to 0.1 at most, those of which a twentieth moves to 0.9 and more (docs/experiments.md)
-constexpr double kFilm = 0.9;       // of directions in common (shared_direction): one camera on its way
-constexpr double kFilmGain = 1.4;   // dB, of motion in a film: a still scene gains up to 1.2 by bending a little with the camera (docs/experiments.md, "Films")
+constexpr double kFilm = 0.8;       // of where pictures see the scene from is told by their time
+constexpr double kFilmGain = 1.4;   // dB, of motion in a film: a still scene gains about 1 at most by bending a little with the camera (docs/experiments.md, "Films")
 constexpr double kFarGain = 0.3;    // dB, if it takes something far, which bending does not:
 constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the box
 constexpr double kFarShare = 0.0015;  // of what pictures show
@@ -180,21 +180,22 @@ class Ladder {
     v.gain = there, v.where = shown / pixels;
     decide(v);
   }
-  /// Whether what the fits have seen is a film: within a piece of the curves one camera on its way.
-  bool film(const EffectSet& all) {
+  /// Whether what the fits have seen is a film: a camera that hardly moves within a piece of the curves and is elsewhere in the next. @pre a fit was made
+  bool film() {
     constexpr int degree = 3;
-    const Box& box = fits_[std::size_t(find(all, config_.motion.points))].model.box;
-    const double shared = shared_direction(halves_.seen, 0.5f * (box.lo + box.hi), 1.0 / std::max(1, config_.motion.points - degree));
-    out_.shared_direction = std::max(out_.shared_direction, shared);
-    return shared > kFilm;
+    const Box& box = fits_.front().model.box;
+    const double told = view_told_by_time(halves_.seen, 0.5f * (box.lo + box.hi), 1.0 / std::max(1, config_.motion.points - degree));
+    out_.view_told_by_time = std::max(out_.view_told_by_time, told);
+    return told > kFilm;
   }
   /// What judge("motion", all) found, once more, of a film. Whether the scene moves.
   bool judge_film(const EffectSet& all) {
     const VoxelModel& moving = fits_[std::size_t(find(all, config_.motion.points))].model;
     EffectVerdict& v = out_.verdicts.back();
     v.far = share_far(moving, halves_.seen, kFar * moving.radiance.raw.topology->lattice.spacing);
-    const bool moves = v.gain.mean > kFilmGain || (v.gain.mean > kFarGain && v.far > kFarShare);
-    if (!moves && v.decision != EffectDecision::off) v.decision = EffectDecision::confounded;
+    const double least = config_.effects.min_gain;
+    const bool moves = v.gain.mean > std::max(least, *v.far > kFarShare ? kFarGain : kFilmGain);
+    if (!moves && v.gain.mean > least) v.decision = EffectDecision::confounded;
     return moves;
   }
   /// Compares two numbers of control points.
@@ -279,7 +280,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     const auto moves = [&](Ladder& by, bool whole) {
       // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
       const double gain = by.judge("motion", all).gain.mean;
-      if (by.film(all)) return by.judge_film(all);
+      if (by.film()) return by.judge_film(all);
       if (whole && gain <= config.effects.min_gain) by.judge_where_needed(all);
       return out.verdicts.back().gain.mean > config.effects.min_gain;
     };
@@ -294,11 +295,12 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   }
   if (all.light && !out.chosen.motion) {
     EffectDecision light = ladder.judge("light", out.chosen).decision;
-    if (light == EffectDecision::on && out.shared_direction > kFilm) light = out.verdicts.back().decision = EffectDecision::confounded;
+    if (light == EffectDecision::on && ladder.film()) light = out.verdicts.back().decision = EffectDecision::confounded;
     out.chosen.light = light == EffectDecision::on;
   }
-  if (std::any_of(out.verdicts.begin(), out.verdicts.end(), [](const EffectVerdict& v) { return v.decision == EffectDecision::confounded; }))
-    out.note = "a film: what changes may come with the camera as well as with time, and is taken to be still; if it moves, name it: --effects motion,rigidity,view,light";
+  // Of a long sequence the whole and a stretch may differ: what either finds is used.
+  for (EffectVerdict& v : out.verdicts)
+    if (v.decision == EffectDecision::confounded && out.chosen.has(v.effect)) v.decision = EffectDecision::undecided;
   out.seconds = elapsed();
   return out;
 }

@@ -6,12 +6,12 @@
 
 namespace splinevox {
 
-/// How far pictures of about the same time see the scene from the same side: the length of the mean of their directions, on the mean over the pictures. 1: a film,
-/// whose camera hardly moves meanwhile; towards 0: cameras all around.
-/// @param middle  of the scene. @param window  of time, in which times are about the same
-double shared_direction(const Split& train, const Vec3& middle, double window);
+/// How much of where pictures see the scene from the time tells, 0..1: one less the spread of their directions among pictures of about the same time, as a share of the spread among all
+/// (means of 1 - cos over pairs of pictures). Near 1 of a film, whose camera passes by; near 0 of cameras that are anywhere at any time, of a rig that sees every time, and of a camera that stands.
+/// @param middle  of the scene. @param window  in which times are about the same; pictures of neighbouring times always are
+double view_told_by_time(const Split& train, const Vec3& middle, double window);
 
-/// Share of what views show that a moving model displaces by more than `far` scene units.
+/// Share of what views show, in cells of a 32nd of the box, that a moving model displaces by more than `far` scene units, on the mean over time.
 double share_far(const VoxelModel& moving, const Split& views, float far);
 
 }  // namespace splinevox

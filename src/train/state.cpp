@@ -93,10 +93,9 @@ bool Trainer::State::refine(double progress_now) {
     emptied = wanted_emptied;
     uploaded = false;
   }
-  if (step > 0 && (stage < wanted || int(levels.size()) < wanted_levels)) {
-    if (stage < wanted && !growing()) tighten_box();
-    refresh_occupancy();
-  }
+  const bool refines = step > 0 && (stage < wanted || int(levels.size()) < wanted_levels);
+  if (refines && stage < wanted && !growing()) tighten_box();
+  if (refines || changed) refresh_occupancy();
   std::optional<Offset> offset;
   if (step > 0 && stage < wanted) offset = settle(bounds.box.longest_edge() / float(config.grid.radiance[wanted]));
   const bool settled = offset.has_value();
@@ -222,7 +221,7 @@ void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& off
   radiance = {};  // not both the old lattice's and the new one's
   if (offset) model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, moved(matter, *offset)), [&](Vec3 x) { return x + offset->at(x); });
   else model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
-  if (drop_empty(model.radiance.raw)) model.radiance.raw.values.shrink_to_fit();
+  if (!growing() && config.grid.prune_alpha > 0 && drop_empty(model.radiance.raw)) model.radiance.raw.values.shrink_to_fit();
   model.step = config.sampling.step * lattice.spacing;
   radiance = Learner(model.radiance.raw);
   forget_seen();

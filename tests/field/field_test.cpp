@@ -187,39 +187,6 @@ TEST_SUITE("field/levels") {
   }
 }
 
-TEST_SUITE("field/channels") {
-  TEST_CASE("bricks that hold something stay, with those that share a cell with it, and their rows as they were") {
-    const float empty[8] = {-10};
-    Channels c = make_channels(make_dense_topology(make_lattice(kBox, 38)), 8, empty);  // 5 x 3 x 3 bricks
-    const auto row_of = [](const Channels& in, Int3 v) { return std::size_t(in.topology->brick_at({v.x >> 3, v.y >> 3, v.z >> 3})) * kBrickRows + ((v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7)); };
-    for (std::size_t r = kBrickRows; r < c.topology->rows(); ++r) c.row(r)[1] = float(r);
-    const Int3 inside{20, 11, 3}, edge{16, 8, 5}, corner{39, 0, 0};
-    const auto kept_for = [&](std::vector<Int3> vertices) {
-      Channels d = c;
-      for (const Int3 v : vertices) d.row(row_of(d, v))[0] = 1;
-      std::vector<Int3> at;
-      for (const std::int32_t b : bricks_above(d, -10)) at.push_back(d.topology->bricks[b]);
-      return at;
-    };
-    CHECK(kept_for({}).empty());
-    CHECK(kept_for({inside}) == std::vector<Int3>{{2, 1, 0}});
-    CHECK(kept_for({edge}) == std::vector<Int3>{{1, 0, 0}, {1, 1, 0}, {2, 0, 0}, {2, 1, 0}});
-    CHECK(kept_for({corner}) == std::vector<Int3>{{4, 0, 0}});  // beyond the lattice there is nothing to keep
-    CHECK(kept_for({edge, corner}).size() == 5);
-
-    Channels d = c;
-    d.row(row_of(d, edge))[0] = d.row(row_of(d, corner))[0] = 1;
-    const std::vector<std::int32_t> kept = bricks_above(d, -10);
-    keep_rows(kept, d.width, d.values);
-    d.topology = keep_bricks(*c.topology, kept);
-    CHECK(d.values.size() == d.topology->rows() * 8);
-    CHECK(d.row(0)[0] == -10);
-    CHECK(d.row(row_of(d, edge))[0] == 1);
-    for (const Int3 v : {edge, corner, Int3{15, 7, 7}, Int3{23, 15, 0}}) CHECK(d.row(row_of(d, v))[1] == c.row(row_of(c, v))[1]);
-    CHECK(d.topology->brick_at({2, 2, 2}) == 0);
-  }
-}
-
 TEST_SUITE("field/slice") {
   TEST_CASE("expansion is the adjoint of contraction and clears the rows it has read") {
     for (const bool light : {false, true}) {

@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include "splinevox/data/synth.hpp"
+#include "train/film.hpp"
 
 using namespace splinevox;
 
@@ -82,19 +83,39 @@ TEST_SUITE("train/effects") {
   TEST_CASE("a film of what stands still: motion gains by going with the camera, and is not taken for the scene's") {
     Config config = short_choice();
     config.sampling.rays = 2048;
-    const auto film = [&](const char* scene, double gloss) { return choose(make_synth(scene, {.frames = 60, .size = 96, .orbit = 0.5, .look = {.gloss = gloss}}), config); };
-    const EffectChoice still = film("static", 0.6), moving = film("ball", 0);
-    for (const EffectChoice* c : {&still, &moving}) CHECK(c->shared_direction > 0.98);
+    const auto film = [&](const char* scene, double gloss, double orbit, std::uint64_t seed) {
+      return choose(make_synth(scene, {.frames = 60, .size = 96, .seed = seed, .orbit = orbit, .look = {.gloss = gloss}}), config);
+    };
+    const EffectChoice still = film("static", 0.6, 0.5, 1), moving = film("ball", 0, 0.5, 1), little = film("toy", 0, 1.5, 3);
+    for (const EffectChoice* c : {&still, &moving, &little}) CHECK(c->view_told_by_time > 0.85);
     CHECK_FALSE(still.chosen.motion);
     CHECK_FALSE(still.chosen.light);
     REQUIRE(verdict(still, "motion"));
     CHECK(verdict(still, "motion")->gain.mean > 0.1);  // what would have been enough
     CHECK(verdict(still, "motion")->decision == EffectDecision::confounded);
-    CHECK(still.note.find("film") != std::string::npos);
+    CHECK(*verdict(still, "motion")->far < 0.001);
     CHECK(moving.chosen.motion);
     CHECK(verdict(moving, "motion")->decision == EffectDecision::on);
-    CHECK(moving.note.empty());
-    CHECK(choose(make_synth("ball", {.frames = 60, .size = 24})).shared_direction < 0.8);
+    CHECK(little.chosen.motion);  // by no more than a still scene may gain, but the ball goes far
+    CHECK(*verdict(little, "motion")->far > 0.002);
+    CAPTURE(verdict(little, "motion")->gain.mean);
+    CHECK(verdict(little, "motion")->gain.mean < 1.4);
+  }
+  TEST_CASE("time tells where a film is seen from, and nothing of cameras anywhere, few or many, of a rig, or of one that stands") {
+    const auto told = [](const Dataset& data) { return view_told_by_time(*data.find("train"), {0, 0, 0}, 1.0 / 9); };
+    for (const int frames : {8, 16, 100}) {
+      CAPTURE(frames);
+      CHECK(told(make_synth("ball", {.frames = frames, .size = 8})) < 0.6);
+      CHECK(told(make_synth("ball", {.frames = frames, .size = 8, .orbit = 0.5})) > (frames < 16 ? 0.7 : 0.9));
+    }
+    CHECK(told(make_synth("ball", {.frames = 100, .size = 8, .orbit = 3})) < 0.8);
+    Dataset stands = make_synth("ball", {.frames = 20, .size = 8});
+    for (Frame& f : stands.splits[0].frames) f.camera = stands.splits[0].frames[0].camera;
+    CHECK(told(stands) == 0);
+    Dataset rig = make_synth("ball", {.frames = 60, .size = 8});
+    std::vector<Frame>& frames = rig.splits[0].frames;
+    for (std::size_t i = 0; i < frames.size(); ++i) frames[i].time = double(i / 6) / 9, frames[i].camera = frames[i % 6].camera;
+    CHECK(told(rig) < 0.2);
   }
   TEST_CASE("light that fades is light, not motion") {
     const EffectChoice c = choose(make_synth("static", {.frames = 60, .size = 48, .look = {.fade = 0.7}}));

@@ -231,7 +231,7 @@ TEST_SUITE("train/trainer") {
       for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) rows += model.radiance.raw.row(r)[0] > 2;
       return rows;
     };
-    const VoxelModel full = learned({}), emptied = learned({0.6f, 0.8f});
+    const VoxelModel full = learned({}), emptied = learned({0.598f, 0.8f});
     CAPTURE(matter(full));
     CAPTURE(matter(emptied));
     CHECK(matter(emptied) < 0.9 * matter(full));
@@ -239,5 +239,22 @@ TEST_SUITE("train/trainer") {
     CHECK(bricks.brick_count() < full.radiance.raw.topology->brick_count());
     CHECK(int(bricks_above(emptied.radiance.raw, -10).size()) == bricks.brick_count());  // nothing is kept for nothing
     CHECK(test_psnr(emptied, *data.find("test")) > test_psnr(full, *data.find("test")) - 0.5);
+
+    // The state loses the bricks too, and goes on from before and after in the same bits.
+    config.grid.empty_start = {0.598f, 0.8f};
+    Trainer trainer(config, *data.find("train"), data.time_map);
+    while (trainer.step().progress < 0.599) {}
+    const std::vector<char> before = trainer.save();
+    CHECK(trainer.step().stage_changed);
+    const std::vector<char> after = trainer.save();
+    CHECK(after.size() < before.size());
+    for (const std::vector<char>* state : {&before, &after}) {
+      Trainer again(config, *data.find("train"), data.time_map);
+      again.restore(*state);
+      while (!again.done()) again.step();
+      const VoxelModel model = again.model();
+      CHECK(model.radiance.raw.topology->bricks == bricks.bricks);
+      CHECK(model.radiance.raw.values == emptied.radiance.raw.values);
+    }
   }
 }

@@ -26,7 +26,7 @@ struct RenderOptions {
 };
 
 /// Renders one model, which must outlive it, any number of times. Knows where the canonical volume is empty, and what the last time's
-/// slice and occupancy were: views of one time after the other cost only their rays.
+/// slice and occupancy were: views of one time after the other cost only their rays, and so do times at which nothing has moved on, because nothing in the model does or an edit holds it.
 class Renderer {
  public:
   /// @param maker  what draws instead of the calling arena's threads; null: they do.
@@ -39,7 +39,7 @@ class Renderer {
   const VoxelModel& model_;
   std::unique_ptr<PictureMaker> maker_;
   OccupancyPyramid canonical_;
-  double time_;  ///< of slice_ and occupied_; NaN: of none yet
+  double moment_;  ///< on the curves, of slice_ and occupied_; NaN: of none yet
   MotionSlice slice_;
   BitGrid occupied_;
 };

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,7 +53,7 @@ struct EffectVerdict {
   EffectDecision decision;
   PairedGain gain;           ///< dB per held-out picture
   double where = 1;          ///< share of the pictures that the gain is of: of motion where only it explains what is seen, if it gains nothing on the whole
-  double far = 0;            ///< of motion in a film: share of what pictures show that is far from where the canonical volume has it
+  std::optional<double> far = {};  ///< of motion in a film: share of what pictures show that is on the mean far from where the canonical volume has it
   double time_ratio = 1;     ///< seconds of the fit with it over without
   double bytes_ratio = 1;    ///< size of the model with it over without
 };
@@ -69,7 +70,7 @@ struct EffectChoice {
   std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
   int points = 0;                       ///< control points over the whole time, before the configuration's halvings
   std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
-  double shared_direction = 0;          ///< of pictures of about the same time, 0..1; from 0.9 on they are a film. 0 where motion was not tried
+  double view_told_by_time = 0;         ///< 0..1: how much of where pictures see the scene from their time tells, on the whole or in a stretch; beyond 0.8 a film. 0 where it was not asked
   int held = 0;                         ///< pictures held out, each with its own time where times differ
   double seconds = 0;                   ///< all of it
   std::string note;                     ///< why nothing was tried, or what was settled without a trial; may be empty
@@ -83,7 +84,7 @@ struct EffectChoice {
 /// looked at again where it alone explains what the fits have seen: of a scene that mostly stands still. Each is judged
 /// beside all others, so that nothing is taken for it that they explain.
 ///
-/// Pictures may be a film: one camera that has moved little while a piece of the curves lasts. What the view changes then changes with time as well, and motion and light explain it
+/// Pictures may be a film: one camera that moves little while a piece of the curves lasts, and is elsewhere in the next. What the view changes then changes with time as well, and motion and light explain it
 /// as a camera passes by: a still scene gains by either, and looks wrong from anywhere else. So motion needs a gain that no still scene has, or to take something far; without either,
 /// and light in any case, an effect that gains is called confounded and stays off, the simpler model.
 ///

@@ -38,7 +38,7 @@ struct StepReport {
   double loss = 0;           ///< photometric loss of this batch
   double psnr = 0;           ///< of this batch's rays
   std::int64_t rays = 0, samples = 0;  ///< of this step
-  bool stage_changed = false;          ///< the lattices were refined before this step
+  bool stage_changed = false;          ///< the lattices were refined, or bricks went, before this step
   bool discarded = false;              ///< something was not finite, so no parameter was touched
   std::int64_t bad_rows = 0;           ///< of a discarded step: rows whose gradient is not finite
   std::vector<BadRay> bad_rays;        ///< of a discarded step: the rays that caused it, kBadRaysKept at most; none: a regulariser did
