@@ -36,6 +36,7 @@ struct Kind {
 
 std::vector<Kind> kinds() {
   const std::vector<std::string> movers{"dancer", "ball", "snake"}, still{"static"};
+  const std::vector<double> around{0.3, 0.5, 1, 1.5};
   return {{"static, matte", still, {}, {}},
           {"static, glossy", still, {.gloss = 0.6}, {"view"}},
           {"moving, matte", movers, {}, {"motion"}},
@@ -47,18 +48,18 @@ std::vector<Kind> kinds() {
           {"static, few frames", still, {}, {}, 6},
           {"a twentieth moves", {"toy"}, {}, {"motion"}},
           {"a fifth moves", {"garden"}, {}, {"motion"}},
-          {"film, static, matte", still, {}, {}, 0, {0.3, 0.5, 1, 1.5}},
-          {"film, static, glossy", still, {.gloss = 0.6}, {"view"}, 0, {0.3, 0.5, 1, 1.5}},
-          {"film, moving", movers, {}, {"motion"}, 0, {0.3, 0.5, 1, 1.5}},
-          {"film, a twentieth moves", {"toy"}, {}, {"motion"}, 0, {0.3, 0.5, 1, 1.5}}};
+          {"film, static, matte", still, {}, {}, 0, around},
+          {"film, static, glossy", still, {.gloss = 0.6}, {"view"}, 0, around},
+          {"film, moving", movers, {}, {"motion"}, 0, around},
+          {"film, a twentieth moves", {"toy"}, {}, {"motion"}, 0, around}};
 }
 
 nlohmann::json describe(const EffectChoice& choice) {
   nlohmann::json j{{"chosen", to_string(choice.chosen)}, {"view_told_by_time", choice.view_told_by_time}, {"seconds", choice.seconds}, {"note", choice.note}};
-  for (const EffectVerdict& v : choice.verdicts)
+  for (const EffectVerdict& v : choice.verdicts) {
     j["gains"][v.effect] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo, v.gain.hi, to_string(v.with.without(v.effect)));
-  for (const EffectVerdict& v : choice.verdicts)
     if (v.far) j["far"] = *v.far;
+  }
   for (const EffectTrial& t : choice.trials) j["fits"][to_string(t.effects)] = fmt::format("{:.2f} dB, {} steps, {:.2f} s", t.mean(), t.steps, t.seconds);
   return j;
 }
@@ -96,9 +97,9 @@ int main(int argc, char** argv) {
     for (const Kind& kind : kinds()) {
       if (!only.empty() && kind.name != only) continue;
       for (int seed = 1; seed <= seeds; ++seed) {
-        const std::vector<double> orbits = orbit != 0 ? std::vector{orbit} : kind.orbits;
+        const double turns = orbit != 0 ? orbit : kind.orbits[std::size_t(seed) % kind.orbits.size()];
         const std::string scene = kind.scenes[std::size_t(seed) % kind.scenes.size()];
-        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames, .size = size, .seed = std::uint64_t(seed), .orbit = orbits[std::size_t(seed) % orbits.size()], .look = kind.look});
+        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames, .size = size, .seed = std::uint64_t(seed), .orbit = turns, .look = kind.look});
         config.run.seed = std::uint64_t(seed);
         const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
         bool same = true;
@@ -109,7 +110,7 @@ int main(int argc, char** argv) {
           if (there != on) ++(there ? missed : switched_on)[effect], same = false;
         }
         nlohmann::json j = describe(choice);
-        j["kind"] = kind.name, j["orbit"] = orbits[std::size_t(seed) % orbits.size()], j["scene"] = scene, j["seed"] = seed, j["right"] = same;
+        j["kind"] = kind.name, j["orbit"] = turns, j["scene"] = scene, j["seed"] = seed, j["right"] = same;
         say(j);
         if (choice.verdicts.empty()) continue;  // nothing was judged
         right += same, ++all;

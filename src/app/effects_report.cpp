@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <vector>
 
 #include "app/report_chart.hpp"
 #include "splinevox/math/basis.hpp"
@@ -37,17 +38,20 @@ const EffectVerdict* verdict_on(const EffectChoice& choice, const std::string& e
   return found;
 }
 
-/// What to say of effects that a film may only seem to have; empty where there are none, or they are used all the same.
-std::string film_note(const Json& effects) {
+/// What is to be said beside the effects: the choice's own note, and of effects that a film may only seem to have and that are not used.
+std::vector<std::string> notes_on(const Json& effects) {
+  std::vector<std::string> notes;
+  if (const std::string note = effects.value("note", ""); !note.empty()) notes.push_back(note);
   std::string named;
   bool any = false;
   for (const Json& e : effects.at("effects")) {
-    const bool confounded = e.value("decision", "") == "confounded" && !e.value("used", false);
+    const bool used = e.value("used", false), confounded = !used && e.value("decision", "") == "confounded";
     any |= confounded;
     const std::string name = e.at("effect");
-    if (confounded || e.value("used", false)) named += (named.empty() ? "" : ",") + name + (confounded && name == "motion" ? ",rigidity" : "");
+    if (used || confounded) named += (named.empty() ? "" : ",") + name + (confounded && name == "motion" ? ",rigidity" : "");
   }
-  return any ? "a film: what changes may come with the camera as well as with time, and is taken to be still; if it is not, say so: --effects " + named : "";
+  if (any) notes.push_back("a film: what changes may come with the camera as well as with time, and is taken to be still; if it is not, say so: --effects " + named);
+  return notes;
 }
 
 /// Control points of the finished model: more than it starts with.
@@ -102,8 +106,7 @@ std::string effects_line(const Json& effects) {
   std::string line = "effects: " + (used.empty() ? "none" : used);
   if (!not_used.empty()) line += "; without " + not_used;
   if (const Json& points = effects.at("control_points"); !points.at("compared").empty()) line += fmt::format("; {} control points in the end", points.at("at_end").get<int>());
-  for (const std::string& note : {effects.at("note").get<std::string>(), film_note(effects)})
-    if (!note.empty()) line += " (" + note + ")";
+  for (const std::string& note : notes_on(effects)) line += " (" + note + ")";
   return line;
 }
 
@@ -120,8 +123,7 @@ std::string effects_table(const Json& effects) {
       html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
   }
   html += "</table>";
-  for (const std::string& note : {effects.value("note", ""), film_note(effects)})
-    if (!note.empty()) html += fmt::format("<p class=\"note\">{}</p>", escape(note));
+  for (const std::string& note : notes_on(effects)) html += fmt::format("<p class=\"note\">{}</p>", escape(note));
   if (effects.value("forced", false)) html += "<p class=\"note\">What is used was asked for, not chosen.</p>";
   return html;
 }

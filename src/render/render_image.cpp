@@ -75,7 +75,7 @@ Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
   const double moment = model_.motion.levels.empty() ? 0 : model_.motion.time_curve(time);
   if (moment != moment_) {
-    slice_ = make_slice(model_.motion, stored_weights(model_.motion, time));
+    slice_ = make_slice(model_.motion, parameter_weights(model_.motion, moment));
     occupied_ = frame_occupancy(model_, slice_, canonical_);
     if (maker_) maker_->set_time(slice_, occupied_);
     moment_ = moment;

@@ -35,6 +35,7 @@ constexpr double kFarShare = 0.0015;  // of what pictures show
 constexpr double kShortest = 8;     // steps of training for one of a fit, on coarser lattices and with fewer rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
+constexpr int kDegree = 3;                    // of a spline's pieces: as many control points more than pieces
 constexpr std::size_t kStretch = 80;          // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;   // moments
 
@@ -182,9 +183,7 @@ class Ladder {
   }
   /// Whether what the fits have seen is a film: a camera that hardly moves within a piece of the curves and is elsewhere in the next. @pre a fit was made
   bool film() {
-    constexpr int degree = 3;
-    const Box& box = fits_.front().model.box;
-    const double told = view_told_by_time(halves_.seen, 0.5f * (box.lo + box.hi), 1.0 / std::max(1, config_.motion.points - degree));
+    const double told = view_told_by_time(halves_.seen, fits_.front().model.box.center(), 1.0 / std::max(1, config_.motion.points - kDegree));
     out_.view_told_by_time = std::max(out_.view_told_by_time, told);
     return told > kFilm;
   }
@@ -238,11 +237,10 @@ class Ladder {
 /// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture does not lose by it, and then
 /// twice as many, because fits this short do not come to what the last pieces are for. Halvings still to come are left out.
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
-  const int degree = 3;
-  int pieces = config.motion.points - degree, twice = pieces;
-  while (pieces > 1 && !(ladder.judge(effects, pieces + degree, pieces / 2 + degree).gain.mean > config.effects.min_gain)) twice = std::exchange(pieces, pieces / 2);
+  int pieces = config.motion.points - kDegree, twice = pieces;
+  while (pieces > 1 && !(ladder.judge(effects, pieces + kDegree, pieces / 2 + kDegree).gain.mean > config.effects.min_gain)) twice = std::exchange(pieces, pieces / 2);
   const int halvings = int(config.motion.halve_start.size());
-  return std::clamp(int(std::ceil(std::ldexp(twice / stretch, -halvings))) + degree, config.motion.points, most_points(halvings));
+  return std::clamp(int(std::ceil(std::ldexp(twice / stretch, -halvings))) + kDegree, config.motion.points, most_points(halvings));
 }
 
 }  // namespace

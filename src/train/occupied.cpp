@@ -117,19 +117,18 @@ void Trainer::State::forget_seen() {
 bool Trainer::State::empty_unseen() {
   double pixels = 0;
   for (const Frame& f : train.frames) pixels += double(f.camera.width) * f.camera.height;
-  const bool enough = !growing() && double(rays_shown) >= kEnoughRays * pixels;
+  if (growing() || double(rays_shown) < kEnoughRays * pixels) return forget_seen(), false;
   Channels& raw = model.radiance.raw;
-  if (enough)
-    parallel_for(raw.topology->brick_count(), [&](int index) {
-      const int brick = index + 1;
-      for (int i = 0; i < kBrickRows; ++i) {
-        if (radiance.gradient.seen[brick].test(i)) continue;
-        const std::size_t density = (std::size_t(brick) * kBrickRows + i) * raw.width;
-        raw.values[density] = kEmptyDensity;
-        radiance.m[density] = radiance.v[density] = 0;
-      }
-    });
-  const bool dropped = enough && drop_empty(raw, {&radiance.m, &radiance.v});
+  parallel_for(raw.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    for (int i = 0; i < kBrickRows; ++i) {
+      if (radiance.gradient.seen[brick].test(i)) continue;
+      const std::size_t density = (std::size_t(brick) * kBrickRows + i) * raw.width;
+      raw.values[density] = kEmptyDensity;
+      radiance.m[density] = radiance.v[density] = 0;
+    }
+  });
+  const bool dropped = drop_empty(raw, {&radiance.m, &radiance.v});
   if (dropped) {
     for (AlignedVector<float>* rows : {&raw.values, &radiance.m, &radiance.v}) rows->shrink_to_fit();
     radiance.resize(raw);

@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include "splinevox/field/lattice_view.hpp"
 #include "splinevox/field/levels.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/field/slice.hpp"
@@ -59,7 +60,7 @@ TEST_SUITE("field/channels") {
   TEST_CASE("bricks that hold something stay, with those that share a cell with it, and their rows as they were") {
     const float empty[8] = {-10};
     Channels c = make_channels(make_dense_topology(make_lattice(kBox, 38)), 8, empty);  // 5 x 3 x 3 bricks
-    const auto row_of = [](const Channels& in, Int3 v) { return std::size_t(in.topology->brick_at({v.x >> 3, v.y >> 3, v.z >> 3})) * kBrickRows + ((v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7)); };
+    const auto row_of = [](const Channels& in, Int3 v) { return LatticeView{in.topology->table.data(), in.topology->bricks.data(), in.topology->dims, in.topology->brick_count()}.row_of(v); };
     for (std::size_t r = kBrickRows; r < c.topology->rows(); ++r) c.row(r)[1] = float(r);
     const Int3 inside{20, 11, 3}, edge{16, 8, 5}, corner{39, 0, 0};
     const auto kept_for = [&](std::vector<Int3> vertices) {
