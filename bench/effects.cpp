@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, fifteen kinds, several seeds each, and real ones if
-// named: what was chosen, what should have been, and a count at the end, over what is judged at all: motion, light where nothing moves, and a background behind
-// opaque pictures.
+// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, fifteen kinds, several
+// seeds each, and real ones if named: what was chosen, what should have been, and a count at the end, over
+// what is judged at all: motion, light where nothing moves, and a background behind opaque pictures.
 //
-//   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME] [--orbit TURNS]
+//   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME] [--orbit
+//   TURNS]
 //
 // One JSON line per scene.
+#include "splinevox/train/effects.hpp"
+
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -19,7 +22,6 @@
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/train/effects.hpp"
 
 using namespace splinevox;
 
@@ -29,8 +31,8 @@ struct Kind {
   std::string name;
   std::vector<std::string> scenes;  ///< one for each seed in turn
   SynthLook look;
-  std::set<std::string> truth;  ///< effects that are there
-  int frames = 0;               ///< 0: as asked for
+  std::set<std::string> truth;    ///< effects that are there
+  int frames = 0;                 ///< 0: as asked for
   std::vector<double> orbits{0};  ///< SynthOptions::orbit, one for each seed in turn
 };
 
@@ -55,12 +57,18 @@ std::vector<Kind> kinds() {
 }
 
 nlohmann::json describe(const EffectChoice& choice) {
-  nlohmann::json j{{"chosen", to_string(choice.chosen)}, {"view_told_by_time", choice.view_told_by_time}, {"seconds", choice.seconds}, {"note", choice.note}};
+  nlohmann::json j{{"chosen", to_string(choice.chosen)},
+                   {"view_told_by_time", choice.view_told_by_time},
+                   {"seconds", choice.seconds},
+                   {"note", choice.note}};
   for (const EffectVerdict& v : choice.verdicts) {
-    j["gains"][v.effect] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo, v.gain.hi, to_string(v.with.without(v.effect)));
+    j["gains"][v.effect] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo, v.gain.hi,
+                                       to_string(v.with.without(v.effect)));
     if (v.far) j["far"] = *v.far;
   }
-  for (const EffectTrial& t : choice.trials) j["fits"][to_string(t.effects)] = fmt::format("{:.2f} dB, {} steps, {:.2f} s", t.mean(), t.steps, t.seconds);
+  for (const EffectTrial& t : choice.trials)
+    j["fits"][to_string(t.effects)] =
+        fmt::format("{:.2f} dB, {} steps, {:.2f} s", t.mean(), t.steps, t.seconds);
   return j;
 }
 
@@ -99,7 +107,11 @@ int main(int argc, char** argv) {
       for (int seed = 1; seed <= seeds; ++seed) {
         const double turns = orbit != 0 ? orbit : kind.orbits[std::size_t(seed) % kind.orbits.size()];
         const std::string scene = kind.scenes[std::size_t(seed) % kind.scenes.size()];
-        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames, .size = size, .seed = std::uint64_t(seed), .orbit = turns, .look = kind.look});
+        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames,
+                                                .size = size,
+                                                .seed = std::uint64_t(seed),
+                                                .orbit = turns,
+                                                .look = kind.look});
         config.run.seed = std::uint64_t(seed);
         const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
         bool same = true;
@@ -118,7 +130,9 @@ int main(int argc, char** argv) {
     }
     nlohmann::json sum{{"right", right}, {"of", all}};
     for (const std::string effect : {"motion", "light", "background"})
-      sum[effect] = {{"switched on where absent", fmt::format("{} of {}", switched_on[effect], absent[effect])}, {"missed where present", fmt::format("{} of {}", missed[effect], present[effect])}};
+      sum[effect] = {
+          {"switched on where absent", fmt::format("{} of {}", switched_on[effect], absent[effect])},
+          {"missed where present", fmt::format("{} of {}", missed[effect], present[effect])}};
     say(sum);
   } catch (const Error& error) {
     fmt::print(stderr, "bench_effects: {}\n", error.what());

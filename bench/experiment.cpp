@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// One row of docs/experiments.md: trains scenes with a preset and some changes, and prints PSNR on a held-out split.
+// One row of docs/experiments.md: trains scenes with a preset and some changes, and prints PSNR on a held-out
+// split.
 //
-//   bench_experiment SCENE... [--preset fast] [--set group.key=value]... [--steps 1000] [--seeds 1] [--split val] [--threads 2]
+//   bench_experiment SCENE... [--preset fast] [--set group.key=value]... [--steps 1000] [--seeds 1] [--split
+//   val] [--threads 2]
 //                    [--pictures FOLDER]
 //
-// Runs are cut by steps (--steps 0: by the preset's time), so that a row does not depend on what else the machine does.
-// One JSON line per run.
+// Runs are cut by steps (--steps 0: by the preset's time), so that a row does not depend on what else the
+// machine does. One JSON line per run.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -56,26 +58,30 @@ Score score(const VoxelModel& model, const Split& split, std::size_t every, cons
 }
 
 void run(const Options& options, const Config& base, const std::string& scene, int seed) {
-  const Dataset data = load_dataset(scene, {.downscale = base.run.downscale, .splits = {"train", options.split}});
+  const Dataset data =
+      load_dataset(scene, {.downscale = base.run.downscale, .splits = {"train", options.split}});
   const std::string name = std::filesystem::path(scene).filename().string();
   Config config = base;
   config.run.seed = std::uint64_t(seed);
   if (options.steps > 0) config.run.max_time = 0, config.run.max_steps = options.steps;
   const Trained run = train_to_end(config, data);
-  const Score held = score(run.model, *data.find(options.split), 1, options.pictures.empty() ? "" : options.pictures + "/" + name);
+  const Score held = score(run.model, *data.find(options.split), 1,
+                           options.pictures.empty() ? "" : options.pictures + "/" + name);
   const Split& train = *data.find("train");
   const Score seen = score(run.model, train, std::max<std::size_t>(1, train.frames.size() / 20), "");
   const PhaseSeconds& s = run.phases;
-  const nlohmann::json line{{"scene", name},
-                            {"seed", seed},
-                            {"set", options.changes},
-                            {"psnr", held.mean},
-                            {"worst", held.worst},
-                            {"train_psnr", seen.mean},
-                            {"samples_per_ray", run.samples_per_ray},
-                            {"seconds", run.seconds},
-                            {"phases", fmt::format("slices {:.1f} rays {:.1f} scatter {:.1f} regularise {:.1f} update {:.1f} occupancy {:.1f} refine {:.1f}",
-                                                   s.slices, s.rays, s.scatter, s.regularise, s.update, s.occupancy, s.refine)}};
+  const nlohmann::json line{
+      {"scene", name},
+      {"seed", seed},
+      {"set", options.changes},
+      {"psnr", held.mean},
+      {"worst", held.worst},
+      {"train_psnr", seen.mean},
+      {"samples_per_ray", run.samples_per_ray},
+      {"seconds", run.seconds},
+      {"phases", fmt::format("slices {:.1f} rays {:.1f} scatter {:.1f} regularise {:.1f} update {:.1f} "
+                             "occupancy {:.1f} refine {:.1f}",
+                             s.slices, s.rays, s.scatter, s.regularise, s.update, s.occupancy, s.refine)}};
   fmt::print("{}\n", line.dump());
   std::fflush(stdout);
 }

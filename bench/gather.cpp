@@ -3,10 +3,11 @@
 //
 //   bench_gather [cells]     cells along the longest edge of the lattice, default 128
 //
-// A trilinear radiance sample reads four pairs of neighbouring rows, 32 bytes a row. "limit": nothing but reading such pairs at
-// random bricks of a shell-like field of this size, prefetched: no renderer can fetch its samples faster from random
-// places. The other lines add the voxel-to-row map: the brick table the renderer uses, an OpenVDB Int32 grid of row numbers, and an
-// OpenVDB mask grid with leaf offsets. One thread, median of five.
+// A trilinear radiance sample reads four pairs of neighbouring rows, 32 bytes a row. "limit": nothing but
+// reading such pairs at random bricks of a shell-like field of this size, prefetched: no renderer can fetch
+// its samples faster from random places. The other lines add the voxel-to-row map: the brick table the
+// renderer uses, an OpenVDB Int32 grid of row numbers, and an OpenVDB mask grid with leaf offsets. One
+// thread, median of five.
 #include <fmt/core.h>
 #include <openvdb/openvdb.h>
 
@@ -18,9 +19,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "splinevox/core/rng.hpp"
-#include "splinevox/core/simd.hpp"
-#include "splinevox/field/brick_view.hpp"
+#include "core/rng.hpp"
+#include "core/simd.hpp"
+#include "field/lattice/brick_view.hpp"
 #include "splinevox/field/channels.hpp"
 
 using namespace splinevox;
@@ -42,15 +43,20 @@ Timed median_of_five(const std::function<float()>& run) {
   for (int i = 0; i < 6; ++i) {
     const auto start = std::chrono::steady_clock::now();
     checksum = run();
-    if (i > 0) seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    if (i > 0)
+      seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   std::sort(seconds.begin(), seconds.end());
   return {seconds[seconds.size() / 2], checksum};
 }
 
 void report(const char* what, const Timed& timed, int bricks) {
-  const nlohmann::json line{{"bench", "gather"}, {"rows_by", what}, {"bricks", bricks}, {"megabytes", bricks * 512 * 32 / 1e6},
-                            {"samples_per_second", kSamples / timed.seconds}, {"checksum", timed.checksum}};
+  const nlohmann::json line{{"bench", "gather"},
+                            {"rows_by", what},
+                            {"bricks", bricks},
+                            {"megabytes", bricks * 512 * 32 / 1e6},
+                            {"samples_per_second", kSamples / timed.seconds},
+                            {"checksum", timed.checksum}};
   fmt::print("{}\n", line.dump());
 }
 
@@ -79,7 +85,8 @@ int main(int argc, char** argv) {
   const Rng rng(1, 1);
   for (int i = 0; i < kSamples; ++i) {
     const Int3 b = topology->bricks[1 + rng.below(4 * i, bricks)];
-    at[i] = {8 * b.x + int(rng.below(4 * i + 1, 7)), 8 * b.y + int(rng.below(4 * i + 2, 7)), 8 * b.z + int(rng.below(4 * i + 3, 7))};
+    at[i] = {8 * b.x + int(rng.below(4 * i + 1, 7)), 8 * b.y + int(rng.below(4 * i + 2, 7)),
+             8 * b.z + int(rng.below(4 * i + 3, 7))};
   }
   const auto gather = [&](auto&& base_row) {
     std::vector<std::int32_t> base(kSamples + kAhead, kBrickRows);
@@ -102,22 +109,26 @@ int main(int argc, char** argv) {
   }
   report("limit", median_of_five([&] { return gather([&](int i) { return known[i]; }); }), bricks);
   report("brick table", median_of_five([&] {
-           return gather([&](int i) { return view.rows(view.cell(at[i].x + 8, at[i].y + 8, at[i].z + 8)).row[0]; });
-         }), bricks);
+           return gather(
+               [&](int i) { return view.rows(view.cell(at[i].x + 8, at[i].y + 8, at[i].z + 8)).row[0]; });
+         }),
+         bricks);
 
   openvdb::Int32Grid rows(0);
   openvdb::MaskGrid mask(false);
   auto row_writer = rows.getAccessor();
   for (int b = 1; b <= bricks; ++b)
     for (int i = 0; i < kBrickRows; ++i) {
-      const openvdb::Coord v(topology->bricks[b].x * 8 + (i >> 6), topology->bricks[b].y * 8 + (i >> 3 & 7), topology->bricks[b].z * 8 + (i & 7));
+      const openvdb::Coord v(topology->bricks[b].x * 8 + (i >> 6), topology->bricks[b].y * 8 + (i >> 3 & 7),
+                             topology->bricks[b].z * 8 + (i & 7));
       row_writer.setValue(v, b * kBrickRows + i);
       mask.tree().setValueOn(v);
     }
   report("Int32 grid", median_of_five([&] {
            auto reader = rows.getConstAccessor();
            return gather([&](int i) { return reader.getValue(openvdb::Coord(at[i].x, at[i].y, at[i].z)); });
-         }), bricks);
+         }),
+         bricks);
   std::unordered_map<const void*, std::int32_t> offset;
   for (auto leaf = mask.tree().cbeginLeaf(); leaf; ++leaf) {
     const openvdb::Coord o = leaf->origin();
@@ -130,5 +141,6 @@ int main(int argc, char** argv) {
              const auto* leaf = reader.probeConstLeaf(v);
              return offset.find(leaf)->second + std::int32_t(leaf->coordToOffset(v));
            });
-         }), bricks);
+         }),
+         bricks);
 }

@@ -13,7 +13,7 @@
 # that of the program where it is not the one checked out.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-splinevox=${SPLINEVOX:-$root/build/release/src/app/splinevox}
+splinevox=${SPLINEVOX:-$root/build/release/src/cli/splinevox}
 results=${RESULTS:-$root/bench/results/quality.jsonl}
 
 train() {
@@ -137,7 +137,7 @@ write() {
   insert "$root/docs/benchmarks.md" peers "$peers"
   # Means of the presets that have all six scenes.
   awk -F ' *\\| *' '$2 ~ /^dnerf_/ { n[$3]++; psnr[$3] += $8; memory[$3] += $7 }
-    END { for (p in n) if (n[p] == 6 && p != "paper" && p != "nerf_atlas") printf "{\"%s\", %.2f, %.2f},\n", p, psnr[p] / 6, memory[p] / 6 }' "$rows" | sort > "$root/src/app/preset_figures.inc"
+    END { for (p in n) if (n[p] == 6 && p != "paper" && p != "nerf_atlas") printf "{\"%s\", %.2f, %.2f},\n", p, psnr[p] / 6, memory[p] / 6 }' "$rows" | sort > "$root/src/cli/preset_figures.inc"
   rm -f "$rows" "$peers"
 }
 

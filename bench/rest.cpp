@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What motion costs where only a part of a scene moves: two built-in scenes, or those named, trained without motion, with motion that comes to
-// rest where nothing moves, and with motion everywhere. PSNR on the test split and processor seconds of training.
+// What motion costs where only a part of a scene moves: two built-in scenes, or those named, trained without
+// motion, with motion that comes to rest where nothing moves, and with motion everywhere. PSNR on the test
+// split and processor seconds of training.
 //
 //   taskset -c 0 bench_rest [NAME|DATASET]... [--preset fast] [--steps 2400] [--seeds 3] [--same-box]
 //
-// One JSON line per run, and one per scene with the medians of ratios. The three runs of a round are made at the same time, a thread each; on one core, as
-// above, they share its speed, which on a busy machine changes by half within minutes. --same-box: all runs of a scene have the box that a short one ends
-// with, and so the same lattices; a box of their own shrinks in some and stays in others.
+// One JSON line per run, and one per scene with the medians of ratios. The three runs of a round are made at
+// the same time, a thread each; on one core, as above, they share its speed, which on a busy machine changes
+// by half within minutes. --same-box: all runs of a scene have the box that a short one ends with, and so the
+// same lattices; a box of their own shrinks in some and stays in others.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -19,9 +21,9 @@
 #include <thread>
 #include <vector>
 
+#include "core/process.hpp"
 #include "cost/timing.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/process.hpp"
 #include "splinevox/data/synth.hpp"
 #include "trained.hpp"
 
@@ -67,11 +69,18 @@ void measure(const Config& base, const std::string& name, const Dataset& data, i
       const Trained& run = runs[way];
       psnr[way].push_back(mean_psnr(run.model, *data.find("test")));
       ratio[way].push_back(run.seconds / runs[still].seconds);
-      say({{"scene", name}, {"seed", seed}, {"motion", kNames[way]}, {"psnr", psnr[way].back()}, {"seconds", run.seconds}, {"moving_share", run.moving_share}});
+      say({{"scene", name},
+           {"seed", seed},
+           {"motion", kNames[way]},
+           {"psnr", psnr[way].back()},
+           {"seconds", run.seconds},
+           {"moving_share", run.moving_share}});
     }
   }
   nlohmann::json j{{"scene", name}};
-  for (const Way way : {still, at_rest, everywhere}) j[kNames[way]] = {{"psnr", cost::median_of(psnr[way]).value}, {"times_no_motion", cost::median_of(ratio[way]).value}};
+  for (const Way way : {still, at_rest, everywhere})
+    j[kNames[way]] = {{"psnr", cost::median_of(psnr[way]).value},
+                      {"times_no_motion", cost::median_of(ratio[way]).value}};
   say(j);
 }
 
@@ -96,7 +105,8 @@ int main(int argc, char** argv) {
     for (const std::string& scene : scenes) {
       const std::vector<std::string> built_in = synth_scenes();
       const bool made = std::find(built_in.begin(), built_in.end(), scene) != built_in.end();
-      const Dataset data = made ? make_synth(scene, {}) : load_dataset(scene, {.downscale = 1, .splits = {"train", "test"}});
+      const Dataset data =
+          made ? make_synth(scene, {}) : load_dataset(scene, {.downscale = 1, .splits = {"train", "test"}});
       Config c = config;
       if (same_box) c.grid.box = box_of(config, data);
       measure(c, std::filesystem::path(scene).filename().string(), data, seeds);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/core/process.hpp"
+#include "core/process.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -16,7 +16,7 @@ struct Trained {
   double seconds = 0;          ///< of training, processor time summed over cores
   double samples_per_ray = 0;  ///< mean over all rays
   PhaseSeconds phases;
-  double moving_share = 1;     ///< Trainer::moving_share
+  double moving_share = 1;  ///< Trainer::moving_share
 };
 
 inline Trained train_to_end(const Config& config, const Dataset& data) {
@@ -27,7 +27,8 @@ inline Trained train_to_end(const Config& config, const Dataset& data) {
     const StepReport report = trainer.step();
     samples += report.samples, rays += report.rays;
   }
-  return {trainer.model(), processor_seconds() - start, double(samples) / double(rays), trainer.phases(), trainer.moving_share()};
+  return {trainer.model(), processor_seconds() - start, double(samples) / double(rays), trainer.phases(),
+          trainer.moving_share()};
 }
 
 /// Every n-th pixel of every n-th row of a picture, from the (n / 2)-th on.
@@ -35,7 +36,9 @@ inline Image strided(const Image& image, int stride) {
   const auto count = [&](int size) { return (size - stride / 2 + stride - 1) / stride; };
   Image out(count(image.width), count(image.height), image.channels);
   for (int y = 0; y < out.height; ++y)
-    for (int x = 0; x < out.width; ++x) std::copy_n(image.pixel(stride / 2 + stride * x, stride / 2 + stride * y), image.channels, out.pixel(x, y));
+    for (int x = 0; x < out.width; ++x)
+      std::copy_n(image.pixel(stride / 2 + stride * x, stride / 2 + stride * y), image.channels,
+                  out.pixel(x, y));
   return out;
 }
 
@@ -44,7 +47,8 @@ inline double mean_psnr(const VoxelModel& model, const Split& split, int stride 
   Renderer renderer(model);
   double db = 0;
   for (const Frame& f : split.frames)
-    db += capped_psnr(psnr(strided(clamped(renderer.render(f.camera, f.time).rgb), stride), strided(composite(f.image, model.background.color), stride)));
+    db += capped_psnr(psnr(strided(clamped(renderer.render(f.camera, f.time).rgb), stride),
+                           strided(composite(f.image, model.background.color), stride)));
   return db / double(split.frames.size());
 }
 

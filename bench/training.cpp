@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Samples per second of training, forward and backward with motion, and where the time of a step goes.
 //
-//   bench_training [DATASET] [threads]     DATASET: default $SPLINEVOX_DATA/dnerf_trex, or the built-in dancer
+//   bench_training [DATASET] [threads]     DATASET: default $SPLINEVOX_DATA/dnerf_trex, or the built-in
+//   dancer
 //
-// The run is cut by steps, so it does the same work on every machine. The last 500 steps are measured: all levels are on, and one
-// refresh of the occupancy falls among them, as it does in any 500 steps.
+// The run is cut by steps, so it does the same work on every machine. The last 500 steps are measured: all
+// levels are on, and one refresh of the occupancy falls among them, as it does in any 500 steps.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -26,7 +27,8 @@ int main(int argc, char** argv) {
   const std::string path = argc > 1 && *argv[1] ? argv[1] : root ? std::string(root) + "/dnerf_trex" : "";
   const int threads = argc > 2 ? std::atoi(argv[2]) : 1;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200}) : load_dataset(path, {.splits = {"train"}});
+  const Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
+                                    : load_dataset(path, {.splits = {"train"}});
 
   Config config = preset("fast");
   config.run.max_time = 0, config.run.max_steps = kSteps;
@@ -40,9 +42,12 @@ int main(int argc, char** argv) {
   }
   const PhaseSeconds after = trainer.phases();
   const double ray_loop = after.rays + after.scatter - before.rays - before.scatter;
-  const double outside = after.slices + after.regularise + after.update + after.occupancy + after.refine -
-                         (before.slices + before.regularise + before.update + before.occupancy + before.refine);
-  const auto per_step = [&](double PhaseSeconds::*phase) { return (after.*phase - before.*phase) / kMeasured * 1e3; };
+  const double outside =
+      after.slices + after.regularise + after.update + after.occupancy + after.refine -
+      (before.slices + before.regularise + before.update + before.occupancy + before.refine);
+  const auto per_step = [&](double PhaseSeconds::*phase) {
+    return (after.*phase - before.*phase) / kMeasured * 1e3;
+  };
   const nlohmann::json line{{"bench", "training"},
                             {"data", path.empty() ? "built-in dancer" : path},
                             {"threads", threads},
@@ -51,8 +56,12 @@ int main(int argc, char** argv) {
                             {"rays_per_second", double(rays) / (ray_loop + outside)},
                             {"samples_per_ray", double(samples) / double(rays)},
                             {"share_outside_ray_loop", outside / (ray_loop + outside)},
-                            {"milliseconds_per_step", {{"rays", per_step(&PhaseSeconds::rays)}, {"scatter", per_step(&PhaseSeconds::scatter)}, {"slices", per_step(&PhaseSeconds::slices)},
-                                                       {"regularise", per_step(&PhaseSeconds::regularise)}, {"update", per_step(&PhaseSeconds::update)},
-                                                       {"occupancy", per_step(&PhaseSeconds::occupancy)}}}};
+                            {"milliseconds_per_step",
+                             {{"rays", per_step(&PhaseSeconds::rays)},
+                              {"scatter", per_step(&PhaseSeconds::scatter)},
+                              {"slices", per_step(&PhaseSeconds::slices)},
+                              {"regularise", per_step(&PhaseSeconds::regularise)},
+                              {"update", per_step(&PhaseSeconds::update)},
+                              {"occupancy", per_step(&PhaseSeconds::occupancy)}}}};
   fmt::print("{}\n", line.dump());
 }

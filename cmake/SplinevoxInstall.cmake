@@ -1,6 +1,6 @@
 # What `cmake --install` puts where, for programs (COMPONENT program), the shared library (library) and those who build against it (development).
 include(CMakePackageConfigHelpers)
-set(layers core data field render backend train io)
+set(layers core math data field render backend train io run)
 
 # The library as others link it, splinevox::splinevox: one shared library, or the layers' archives.
 if(SPLINEVOX_SHARED)
@@ -14,7 +14,7 @@ if(SPLINEVOX_SHARED)
   set(exported splinevox_library)
 else()
   add_library(splinevox_library INTERFACE)
-  target_link_libraries(splinevox_library INTERFACE splinevox_io)
+  target_link_libraries(splinevox_library INTERFACE splinevox_run)
   set(exported splinevox_library)
   foreach(layer IN LISTS layers)
     set_target_properties(splinevox_${layer} PROPERTIES EXPORT_NAME ${layer})

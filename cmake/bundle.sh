@@ -5,7 +5,7 @@
 set -euo pipefail
 build=$1 out=$2
 limit_mb=60
-programs=("$build/src/app/splinevox" "$build/tests/backend/test_backend")
+programs=("$build/src/cli/splinevox" "$build/tests/backend/test_backend")
 command -v patchelf >/dev/null || { echo "bundle.sh needs patchelf" >&2; exit 1; }
 if [[ -n $(ls -A "$out" 2>/dev/null) && ! -x $out/bin/splinevox ]]; then
   echo "bundle.sh: $out holds something else than a bundle: give a folder that is new or empty" >&2

@@ -6,7 +6,7 @@
 #include <immintrin.h>
 #endif
 
-#include "splinevox/core/simd.hpp"
+#include "core/simd.hpp"
 
 namespace splinevox {
 

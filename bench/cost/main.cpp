@@ -4,7 +4,8 @@
 //   splinevox-bench cost --suite train|render|spline|versus [--micro] --out DIR [DATASET...]
 //   splinevox-bench curves RUN... --out FILE.svg
 //
-// DIR/cost.jsonl gets one line per setting; from those lines alone come DIR/SUITE_SCENE.svg, DIR/cost.md and the exit code of
+// DIR/cost.jsonl gets one line per setting; from those lines alone come DIR/SUITE_SCENE.svg, DIR/cost.md and
+// the exit code of
 // --check. Measure on a quiet machine.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -18,9 +19,9 @@
 #include <fstream>
 #include <thread>
 
-#include "app/exit_code.hpp"
 #include "curves.hpp"
 #include "present.hpp"
+#include "run/exit_code.hpp"
 #include "splinevox/core/error.hpp"
 #include "suites.hpp"
 
@@ -45,7 +46,11 @@ std::vector<Record> read_lines(const fs::path& path) {
   for (int number = 1; std::getline(in, line); ++number) try {
       out.push_back(from_json(Json::parse(line)));
     } catch (const Json::exception& error) {
-      fail({.where = fmt::format("{}, line {}", path.string(), number), .what = "is not a line of this program", .expected = "JSON with suite, scene, knob, ...", .got = error.what(), .hint = {}});
+      fail({.where = fmt::format("{}, line {}", path.string(), number),
+            .what = "is not a line of this program",
+            .expected = "JSON with suite, scene, knob, ...",
+            .got = error.what(),
+            .hint = {}});
     }
   return out;
 }
@@ -59,7 +64,8 @@ std::string machine(int threads, const std::string& commit) {
       model = line.substr(line.find(": ") + 2);
       break;
     }
-  return fmt::format("{}, {} of {} threads, compiler {}, {}", model, threads, std::thread::hardware_concurrency(), __VERSION__, commit);
+  return fmt::format("{}, {} of {} threads, compiler {}, {}", model, threads,
+                     std::thread::hardware_concurrency(), __VERSION__, commit);
 }
 
 /// Where a group's lines were measured, each place once.
@@ -71,15 +77,21 @@ std::string places(const std::vector<Record>& group) {
 }
 
 void present(const fs::path& folder, const std::vector<Record>& records) {
-  std::string text = "# What accuracy costs in time\n\nMade by `splinevox-bench cost` from the lines of cost.jsonl alone. Medians with bootstrap intervals; `front` says how many times as long as the fastest setting of at most the same error.\n";
+  std::string text =
+      "# What accuracy costs in time\n\nMade by `splinevox-bench cost` from the lines of cost.jsonl alone. "
+      "Medians with bootstrap intervals; `front` says how many times as long as the fastest setting of at "
+      "most the same error.\n";
   for (const std::vector<Record>& group : by_scene(records)) {
     std::string file = group.front().suite + "_" + group.front().scene + ".svg";
     std::replace(file.begin(), file.end(), ' ', '_');
-    std::ofstream(folder / file) << diagram(group, fmt::format("{}: {}", group.front().suite, group.front().scene));
-    text += fmt::format("\n## {}: {}\n\n{}\n\n![{}]({})\n\n{}\n{}", group.front().suite, group.front().scene, places(group), group.front().suite, file, table(group),
+    std::ofstream(folder / file) << diagram(group,
+                                            fmt::format("{}: {}", group.front().suite, group.front().scene));
+    text += fmt::format("\n## {}: {}\n\n{}\n\n![{}]({})\n\n{}\n{}", group.front().suite, group.front().scene,
+                        places(group), group.front().suite, file, table(group),
                         group.front().suite == "versus" ? versus_table(group) : sentences(group));
   }
-  if (!(std::ofstream(folder / "cost.md") << text)) fail_output({(folder / "cost.md").string(), "this file could not be written", "", "a full disk?", ""});
+  if (!(std::ofstream(folder / "cost.md") << text))
+    fail_output({(folder / "cost.md").string(), "this file could not be written", "", "a full disk?", ""});
 }
 
 constexpr double kMargin = 1.05;  ///< of time, that counts as a difference
@@ -90,7 +102,8 @@ double noise(const std::vector<Record>& group) {
     const auto found = std::find_if(group.begin(), group.end(), is);
     return found == group.end() ? 0.0 : found->seconds.value;
   };
-  const double again = seconds([](const Record& r) { return r.knob == "A/A"; }), base = seconds([](const Record& r) { return r.is_default; });
+  const double again = seconds([](const Record&r) { return r.knob == "A/A"; }),
+               base = seconds([](const Record&r) { return r.is_default; });
   return again > 0 && base > 0 ? std::max(again / base, base / again) : 1;
 }
 
@@ -101,15 +114,20 @@ std::vector<std::string> check(const std::vector<Record>& records, const SuiteOp
     for (const Record& r : group) {
       const std::string name = fmt::format("{} {}, {} {}", r.suite, r.scene, r.knob, r.value);
       const double distance = distance_to_front(group, r);
-      if (r.failed) bad.push_back(fmt::format("{}: failed: {}", name, r.note));
-      else if (r.expected_dominated && distance <= (o.micro ? 1 : kMargin)) bad.push_back(fmt::format("{}: should be dominated and is not", name));
-      else if (!o.micro && r.is_default && (r.suite == "train" || r.suite == "render") && distance > kMargin * noise(group))
-        bad.push_back(fmt::format("{}: takes {:.2f} times as long as another setting that is as good", name, distance));
+      if (r.failed)
+        bad.push_back(fmt::format("{}: failed: {}", name, r.note));
+      else if (r.expected_dominated && distance <= (o.micro ? 1 : kMargin))
+        bad.push_back(fmt::format("{}: should be dominated and is not", name));
+      else if (!o.micro && r.is_default && (r.suite == "train" || r.suite == "render") &&
+               distance > kMargin * noise(group))
+        bad.push_back(
+            fmt::format("{}: takes {:.2f} times as long as another setting that is as good", name, distance));
     }
   if (rendered) {
     const double order = render_order(o);
     fmt::print("order of the renderer's convergence: {:.3f}\n", order);
-    if (!(std::abs(order - 2) <= 0.1)) bad.push_back(fmt::format("the renderer converges with order {:.3f}, not 2", order));
+    if (!(std::abs(order - 2) <= 0.1))
+      bad.push_back(fmt::format("the renderer converges with order {:.3f}, not 2", order));
   }
   return bad;
 }
@@ -129,8 +147,11 @@ int run(Options o) {
     std::ofstream out(lines);
     const Told told = [&](Record r) {
       if (r.where.empty()) r.where = o.suite.where;
-      if (!(out << to_json(r).dump() << "\n" << std::flush)) fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
-      fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value, r.seconds.value, r.error.value), std::fflush(stdout);
+      if (!(out << to_json(r).dump() << "\n" << std::flush))
+        fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
+      fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value,
+                 r.seconds.value, r.error.value),
+          std::fflush(stdout);
     };
     for (const Record& r : kept) out << to_json(r).dump() << "\n";
     for (const std::string& suite : o.suites)
@@ -142,7 +163,8 @@ int run(Options o) {
   const std::vector<Record> records = read_lines(lines);
   present(folder, records);
   if (!o.check) return 0;
-  const std::vector<std::string> bad = check(records, o.suite, std::find(o.suites.begin(), o.suites.end(), "render") != o.suites.end());
+  const std::vector<std::string> bad =
+      check(records, o.suite, std::find(o.suites.begin(), o.suites.end(), "render") != o.suites.end());
   for (const std::string& b : bad) fmt::print(stderr, "splinevox-bench: {}\n", b);
   return bad.empty() ? 0 : 1;
 }
@@ -153,8 +175,11 @@ int main(int argc, char** argv) {
   CLI::App words("splinevox-bench: measurements");
   words.require_subcommand(1);
   Options o;
-  CLI::App* cost = words.add_subcommand("cost", "what accuracy costs in time: lines, diagrams with their Pareto front, tables, sentences");
-  cost->add_option("--suite", o.suites, "train, render, spline (default: these three), versus")->check(CLI::IsMember({"train", "render", "spline", "versus"}))->delimiter(',');
+  CLI::App* cost = words.add_subcommand(
+      "cost", "what accuracy costs in time: lines, diagrams with their Pareto front, tables, sentences");
+  cost->add_option("--suite", o.suites, "train, render, spline (default: these three), versus")
+      ->check(CLI::IsMember({"train", "render", "spline", "versus"}))
+      ->delimiter(',');
   cost->add_option("--out", o.out, "folder")->required();
   cost->add_option("DATASET", o.suite.scenes, "data sets for all but spline (default: the built-in dancer)");
   cost->add_flag("--micro", o.suite.micro, "within a minute, on small built-in data");
@@ -162,14 +187,20 @@ int main(int argc, char** argv) {
   cost->add_flag("--present-only", o.present_only, "only tables and diagrams, from the lines that are there");
   cost->add_option("--steps", o.suite.steps, "training steps of the default setting")->capture_default_str();
   cost->add_option("--seeds", o.suite.seeds, "runs per training setting")->capture_default_str();
-  cost->add_option("--knobs", o.suite.knobs, "train: only these knobs, beside the default and A/A")->delimiter(',');
-  cost->add_option("--rounds", o.suite.rounds, "interleaved repetitions of timed settings")->capture_default_str();
-  cost->add_option("--mlp", o.mlp, "versus: finished splinevox-mlp runs, made with --cpu-time and --test-at")->delimiter(',');
-  cost->add_option("--versus-steps", o.suite.versus_steps, "versus: training steps of the voxels' runs")->delimiter(',')->capture_default_str();
+  cost->add_option("--knobs", o.suite.knobs, "train: only these knobs, beside the default and A/A")
+      ->delimiter(',');
+  cost->add_option("--rounds", o.suite.rounds, "interleaved repetitions of timed settings")
+      ->capture_default_str();
+  cost->add_option("--mlp", o.mlp, "versus: finished splinevox-mlp runs, made with --cpu-time and --test-at")
+      ->delimiter(',');
+  cost->add_option("--versus-steps", o.suite.versus_steps, "versus: training steps of the voxels' runs")
+      ->delimiter(',')
+      ->capture_default_str();
   cost->add_option("--threads", o.threads, "0 = every core");
   cost->add_option("--commit", o.commit, "of this program, for every line");
   std::vector<std::string> runs;
-  CLI::App* curve = words.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
+  CLI::App* curve =
+      words.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
   curve->add_option("RUN", runs, "runs")->required();
   curve->add_option("--out", o.out, "SVG file")->required();
   try {
@@ -177,9 +208,10 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return words.exit(error) == 0 ? 0 : 2;  // --help is no mistake
   }
-  return app::exit_code_of("splinevox-bench", [&] {
+  return run::exit_code_of("splinevox-bench", [&] {
     if (!*curve) return run(o);
-    if (!(std::ofstream(o.out) << curves(runs))) fail_output({o.out, "this file could not be written", "", "a full disk?", ""});
+    if (!(std::ofstream(o.out) << curves(runs)))
+      fail_output({o.out, "this file could not be written", "", "a full disk?", ""});
     return 0;
   });
 }

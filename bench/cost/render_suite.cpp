@@ -7,22 +7,22 @@
 #include <functional>
 #include <type_traits>
 
+#include "core/parallel.hpp"
 #include "half_rows.hpp"
-#include "splinevox/core/parallel.hpp"
+#include "render/field_view.hpp"
+#include "render/occupancy.hpp"
+#include "render/ray_kernel.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/render/field_view.hpp"
-#include "splinevox/render/occupancy.hpp"
-#include "splinevox/render/ray_kernel.hpp"
-#include "splinevox/train/refine.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
+#include "train/refine.hpp"
 #include "trained.hpp"
 
 namespace splinevox::cost {
 namespace {
 
-constexpr int kSh = 1;               ///< harmonic order of the models here
-constexpr int kCells = 64;           ///< of the occupancy
+constexpr int kSh = 1;      ///< harmonic order of the models here
+constexpr int kCells = 64;  ///< of the occupancy
 constexpr float kEmptyAlpha = 1e-3f;
 
 /// A model at one time before one camera, computed in Real with the radiance rows kept as Stored.
@@ -30,25 +30,33 @@ template <class Real, class Stored = Real>
 class Shot {
  public:
   Shot(const VoxelModel& model, const Camera& camera, double time)
-      : model_(model), camera_(camera), time_(time), canonical_(canonical_occupancy(model, kCells, kEmptyAlpha, model.step)) {
+      : model_(model),
+        camera_(camera),
+        time_(time),
+        canonical_(canonical_occupancy(model, kCells, kEmptyAlpha, model.step)) {
     const auto& raw = model.radiance.raw;
     rows_.assign(raw.values.begin(), raw.values.end());
     make_frame();
   }
 
-  /// What a renderer does anew for every time: the motion contracted to a slice, and where there is matter then.
+  /// What a renderer does anew for every time: the motion contracted to a slice, and where there is matter
+  /// then.
   void make_frame() {
     fill_slice(model_.motion, stored_weights(model_.motion, time_), contracted_);
     occupied_ = frame_occupancy(model_, contracted_, canonical_);
-    if constexpr (!std::is_same_v<Real, float>) slice_.assign(contracted_.values.begin(), contracted_.values.end());
+    if constexpr (!std::is_same_v<Real, float>)
+      slice_.assign(contracted_.values.begin(), contracted_.values.end());
   }
 
-  /// [height * width * 3] and the samples in stored bricks. @param skip  leave out cells that the occupancy calls empty.
+  /// [height * width * 3] and the samples in stored bricks. @param skip  leave out cells that the occupancy
+  /// calls empty.
   std::vector<double> picture(double step_scale, double stop, bool skip, double* samples = nullptr) const {
     const FieldView<Real, Stored> field = view_field(model_, rows_.data(), Real(model_.step * step_scale));
     FrameView<Real> frame;
-    if constexpr (std::is_same_v<Real, float>) frame.slice = contracted_.values.data();
-    else frame.slice = slice_.data();
+    if constexpr (std::is_same_v<Real, float>)
+      frame.slice = contracted_.values.data();
+    else
+      frame.slice = slice_.data();
     const OccupancyView<float> cells = occupied_.view();
     frame.occupancy.origin = cast<Real>(cells.origin), frame.occupancy.inv_cell = Real(cells.inv_cell);
     frame.occupancy.size = cells.size, frame.occupancy.bits = skip ? cells.bits : nullptr;
@@ -82,13 +90,15 @@ class Shot {
   AlignedVector<Real> slice_;  ///< contracted_ in Real, where that is not float
 };
 
-/// The model with its radiance on a lattice of a share of the cells, its march step longer by as much: a level of detail.
+/// The model with its radiance on a lattice of a share of the cells, its march step longer by as much: a
+/// level of detail.
 VoxelModel coarser(const VoxelModel& model, int factor) {
   VoxelModel out = model;
   const Lattice& fine = model.radiance.raw.topology->lattice;
   const int cells = std::max({fine.size.x, fine.size.y, fine.size.z}) - 1;
   const BitGrid matter = canonical_occupancy(model, kCells, kEmptyAlpha, model.step);
-  out.radiance.raw = resample(model.radiance.raw, bricks_near(make_lattice(model.box, std::max(1, cells / factor)), matter));
+  out.radiance.raw =
+      resample(model.radiance.raw, bricks_near(make_lattice(model.box, std::max(1, cells / factor)), matter));
   out.step = model.step * float(factor);
   return out;
 }
@@ -110,13 +120,16 @@ struct Stage {
 Stage make_stage(const SuiteOptions& o, const std::string& scene) {
   Stage s;
   s.name = scene.empty() ? "dancer" : std::filesystem::path(scene).filename().string();
-  s.data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 64 : 200}) : load_dataset(scene, {.splits = {"train", "test"}});
+  s.data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 64 : 200})
+                         : load_dataset(scene, {.splits = {"train", "test"}});
   Config config = preset("fast");
   config.run.max_time = 0, config.run.max_steps = o.micro ? 300 : 1500;
   config.radiance.sh_order = kSh;
   if (o.micro) {
-    config.grid.radiance = {24, 48}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8}, config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
-    // In 300 steps a window of time leaves fog at the sides of the box, where rays then end in a jump: no model to measure an order on.
+    config.grid.radiance = {24, 48}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8},
+    config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
+    // In 300 steps a window of time leaves fog at the sides of the box, where rays then end in a jump: no
+    // model to measure an order on.
     config.sampling.window = 1;
   }
   s.model = train_to_end(config, s.data).model;
@@ -135,18 +148,26 @@ struct Variant {
   std::string knob, value;
   double order = 0, step_scale = 1, stop = 1e-3;
   bool skip = true, dominated = false;
-  std::function<std::vector<double>(double*)> work{};  ///< [height * width * 3]; fills in the samples a ray where asked to
+  std::function<std::vector<double>(double*)>
+      work{};  ///< [height * width * 3]; fills in the samples a ray where asked to
 };
 
 std::vector<Variant> variants(bool micro) {
   std::vector<Variant> out{{"default", "step 1, stop 1e-3, skipping, float"}};
-  for (const double s : micro ? std::vector<double>{2, 0.5, 0.25} : std::vector<double>{2, 1.5, 0.75, 0.5, 0.25, 0.125, 0.0625})
+  for (const double s : micro ? std::vector<double>{2, 0.5, 0.25}
+                              : std::vector<double>{2, 1.5, 0.75, 0.5, 0.25, 0.125, 0.0625})
     out.push_back({.knob = "step", .value = fmt::format("{}", s), .order = -s, .step_scale = s});
-  for (const double t : micro ? std::vector<double>{1e-1, 1e-5} : std::vector<double>{1e-1, 1e-2, 1e-4, 1e-5, 1e-6})
+  for (const double t :
+       micro ? std::vector<double>{1e-1, 1e-5} : std::vector<double>{1e-1, 1e-2, 1e-4, 1e-5, 1e-6})
     out.push_back({.knob = "stop", .value = fmt::format("{:g}", t), .order = -std::log10(t), .stop = t});
   // As accurate as the step alone allows: an early stop and skipped cells have errors of their own.
   for (const double s : micro ? std::vector<double>{0.5} : std::vector<double>{1, 0.5, 0.25, 0.125, 0.0625})
-    out.push_back({.knob = "step, nothing left out", .value = fmt::format("{}", s), .order = -s, .step_scale = s, .stop = 1e-6, .skip = false});
+    out.push_back({.knob = "step, nothing left out",
+                   .value = fmt::format("{}", s),
+                   .order = -s,
+                   .step_scale = s,
+                   .stop = 1e-6,
+                   .skip = false});
   out.push_back({.knob = "skipping", .value = "off", .order = 1, .skip = false, .dominated = true});
   return out;
 }
@@ -161,18 +182,34 @@ void render_suite(const SuiteOptions& o, const Told& told) {
     Shot<float> single(stage.model, frame.camera, frame.time);
     const Shot<float, Half> half(stage.model, frame.camera, frame.time);
     const Shot<double> twice(stage.model, frame.camera, frame.time);
-    const Shot<float> half_detail(half_lattice, frame.camera, frame.time), quarter_detail(quarter_lattice, frame.camera, frame.time);
+    const Shot<float> half_detail(half_lattice, frame.camera, frame.time),
+        quarter_detail(quarter_lattice, frame.camera, frame.time);
     const std::vector<double> truth = reference(twice);
 
     std::vector<Variant> list = variants(o.micro);
     const Variant base = list.front();
-    const auto plain = [](const auto& shot, const Variant& v) { return [&shot, v](double* samples) { return shot.picture(v.step_scale, v.stop, v.skip, samples); }; };
+    const auto plain = [](const auto& shot, const Variant& v) {
+      return [&shot, v](double* samples) { return shot.picture(v.step_scale, v.stop, v.skip, samples); };
+    };
     for (Variant& v : list) v.work = plain(single, v);
-    list.push_back({.knob = "precision", .value = "double", .order = 1, .dominated = true, .work = plain(twice, base)});
-    list.push_back({.knob = "precision", .value = "radiance rows in half floats", .order = -1, .work = plain(half, base)});
-    list.push_back({.knob = "detail", .value = "half the cells, twice the step", .order = -1, .work = plain(half_detail, base)});
-    list.push_back({.knob = "detail", .value = "a quarter of the cells, four times the step", .order = -2, .work = plain(quarter_detail, base)});
-    list.push_back({.knob = "slice", .value = "made for this picture", .order = 1, .work = [&, again = plain(single, base)](double* samples) {
+    list.push_back(
+        {.knob = "precision", .value = "double", .order = 1, .dominated = true, .work = plain(twice, base)});
+    list.push_back({.knob = "precision",
+                    .value = "radiance rows in half floats",
+                    .order = -1,
+                    .work = plain(half, base)});
+    list.push_back({.knob = "detail",
+                    .value = "half the cells, twice the step",
+                    .order = -1,
+                    .work = plain(half_detail, base)});
+    list.push_back({.knob = "detail",
+                    .value = "a quarter of the cells, four times the step",
+                    .order = -2,
+                    .work = plain(quarter_detail, base)});
+    list.push_back({.knob = "slice",
+                    .value = "made for this picture",
+                    .order = 1,
+                    .work = [&, again = plain(single, base)](double* samples) {
                       single.make_frame();
                       return again(samples);
                     }});
@@ -187,9 +224,11 @@ void render_suite(const SuiteOptions& o, const Told& told) {
       Record r;
       const double error = rms(v.work(&r.samples), truth);
       r.suite = "render", r.scene = stage.name, r.knob = v.knob, r.value = v.value, r.order = v.order;
-      r.error = {error, error, error}, r.seconds = timed[i].seconds, r.instructions = timed[i].instructions, r.runs = rounds;
+      r.error = {error, error, error}, r.seconds = timed[i].seconds, r.instructions = timed[i].instructions,
+      r.runs = rounds;
       r.is_default = i == 0, r.expected_dominated = v.dominated, r.failed = !std::isfinite(error);
-      r.note = fmt::format("{:.3f} [{:.3f}, {:.3f}] times the default's time", timed[i].ratio.value, timed[i].ratio.lo, timed[i].ratio.hi);
+      r.note = fmt::format("{:.3f} [{:.3f}, {:.3f}] times the default's time", timed[i].ratio.value,
+                           timed[i].ratio.lo, timed[i].ratio.hi);
       told(r);
     }
   }
@@ -199,7 +238,8 @@ double render_order(const SuiteOptions& o) {
   const Stage stage = make_stage(o, o.scenes.empty() ? "" : o.scenes.front());
   const Shot<double> shot(stage.model, stage.frame().camera, stage.frame().time);
   const std::vector<double> truth = reference(shot);
-  const double coarse = rms(shot.picture(0.25, 0, false), truth), fine = rms(shot.picture(1.0 / 16, 0, false), truth);
+  const double coarse = rms(shot.picture(0.25, 0, false), truth),
+               fine = rms(shot.picture(1.0 / 16, 0, false), truth);
   return std::log2(coarse / fine) / 2;
 }
 

@@ -11,11 +11,12 @@
 namespace splinevox::cost {
 namespace {
 
-constexpr int kMost = 64;   ///< control points
+constexpr int kMost = 64;  ///< control points
 constexpr int kCurves = 4096;
 constexpr int kTimes = 16;  ///< equally spaced, for all curves
 
-/// Curves of one length: structure of arrays would favour the shared weights, so points lie as the motion rows do.
+/// Curves of one length: structure of arrays would favour the shared weights, so points lie as the motion
+/// rows do.
 struct Curves {
   int points;
   std::vector<float> p;  ///< [kCurves][points][3]
@@ -62,7 +63,8 @@ void weigh(const float* p, int points, const float* w, float* out) {
   for (int a = 0; a < 3; ++a) out[a] = sum[a];
 }
 
-/// Nested multiplication of sum_k C(n, k) t^k (1 - t)^(n - k) p_k: powers of t go along, (1 - t) is multiplied in from outside.
+/// Nested multiplication of sum_k C(n, k) t^k (1 - t)^(n - k) p_k: powers of t go along, (1 - t) is
+/// multiplied in from outside.
 void horner(const float* p, int points, float t, float* out) {
   const int n = points - 1;
   const float s = 1 - t;
@@ -77,7 +79,7 @@ void horner(const float* p, int points, float t, float* out) {
 
 struct Method {
   const char* name;
-  bool shared;  ///< recommended: what the renderer does
+  bool shared;                                                  ///< recommended: what the renderer does
   std::function<void(const Curves&, std::vector<float>&)> run;  ///< out[kTimes][kCurves][3]
 };
 
@@ -87,7 +89,8 @@ void every(const Curves& c, std::vector<float>& out, Each&& each) {
     for (int k = 0; k < kCurves; ++k) each(i, c.curve(k), out.data() + (std::size_t(i) * kCurves + k) * 3);
 }
 
-/// Differences of each curve at the first times, then one addition per degree and time: fast, and errors pile up.
+/// Differences of each curve at the first times, then one addition per degree and time: fast, and errors pile
+/// up.
 void forward_differences(const Curves& c, std::vector<float>& out) {
   const int n = c.points;
   for (int k = 0; k < kCurves; ++k) {
@@ -113,7 +116,8 @@ const std::vector<Method>& methods() {
            float w[kMost];
            weights(c.points, time_of(i), exact);
            for (int k = 0; k < c.points; ++k) w[k] = float(exact[k]);
-           for (int k = 0; k < kCurves; ++k) weigh(c.curve(k), c.points, w, out.data() + (std::size_t(i) * kCurves + k) * 3);
+           for (int k = 0; k < kCurves; ++k)
+             weigh(c.curve(k), c.points, w, out.data() + (std::size_t(i) * kCurves + k) * 3);
          }
        }},
       {"Bernstein weights per curve", false,
@@ -126,13 +130,15 @@ const std::vector<Method>& methods() {
        }},
       {"De Casteljau", false,
        [](const Curves& c, std::vector<float>& out) {
-         every(c, out, [&](int i, const float* p, float* x) { casteljau<float>(p, c.points, float(time_of(i)), x); });
+         every(c, out,
+               [&](int i, const float* p, float* x) { casteljau<float>(p, c.points, float(time_of(i)), x); });
        }},
       {"Horner", false,
        [](const Curves& c, std::vector<float>& out) {
          every(c, out, [&](int i, const float* p, float* x) { horner(p, c.points, float(time_of(i)), x); });
        }},
-      {"forward differences", false, forward_differences},  // last: left out for curves of more points than there are times
+      {"forward differences", false,
+       forward_differences},  // last: left out for curves of more points than there are times
   };
   return list;
 }
@@ -145,7 +151,8 @@ double error_of(const Curves& c, const std::vector<float>& out) {
       long double exact[3];
       casteljau<long double>(c.curve(k), c.points, (long double)time_of(i), exact);
       for (int a = 0; a < 3; ++a)
-        worst = std::max(worst, double(std::fabs(exact[a] - (long double)out[(std::size_t(i) * kCurves + k) * 3 + a])));
+        worst = std::max(
+            worst, double(std::fabs(exact[a] - (long double)out[(std::size_t(i) * kCurves + k) * 3 + a])));
     }
   return worst * 0x1p24;
 }
@@ -169,13 +176,16 @@ void spline_suite(const SuiteOptions& o, const Told& told) {
       const double error = error_of(curves, outs[again ? 0 : m]);
       const auto each = [&](double v) { return v / kEach; };
       Record r;
-      r.suite = "spline", r.scene = fmt::format("{} points", points), r.knob = again ? "A/A" : "method", r.value = candidates[m].name, r.order = double(m);
+      r.suite = "spline", r.scene = fmt::format("{} points", points), r.knob = again ? "A/A" : "method",
+      r.value = candidates[m].name, r.order = double(m);
       r.error = {error, error, error};
       r.seconds = {each(timed[m].seconds.value), each(timed[m].seconds.lo), each(timed[m].seconds.hi)};
       r.instructions = each(timed[m].instructions), r.runs = o.micro ? 5 : o.rounds;
       r.is_default = !again && methods()[m].shared;
       r.failed = !std::isfinite(error);
-      if (again) r.note = fmt::format("the default against itself: {:.3f} [{:.3f}, {:.3f}] times", timed[m].ratio.value, timed[m].ratio.lo, timed[m].ratio.hi);
+      if (again)
+        r.note = fmt::format("the default against itself: {:.3f} [{:.3f}, {:.3f}] times",
+                             timed[m].ratio.value, timed[m].ratio.lo, timed[m].ratio.hi);
       told(r);
     }
   }

@@ -72,7 +72,8 @@ std::vector<Timed> interleave(const std::vector<Candidate>& candidates, int roun
   std::iota(order.begin(), order.end(), std::size_t(0));
   std::mt19937 random(7);
   InstructionCounter counter;
-  for (const Candidate& c : candidates) c.run();  // memory and caches of the first time are not what is measured
+  for (const Candidate& c : candidates)
+    c.run();  // memory and caches of the first time are not what is measured
   for (int r = 0; r < rounds; ++r) {
     std::shuffle(order.begin(), order.end(), random);
     for (const std::size_t i : order) {
@@ -85,7 +86,8 @@ std::vector<Timed> interleave(const std::vector<Candidate>& candidates, int roun
     for (std::size_t i = 0; i < n; ++i) ratio[i].push_back(seconds[i].back() / seconds[0].back());
   }
   std::vector<Timed> out;
-  for (std::size_t i = 0; i < n; ++i) out.push_back({median_of(seconds[i]), median_of(ratio[i]), median(instructions[i])});
+  for (std::size_t i = 0; i < n; ++i)
+    out.push_back({median_of(seconds[i]), median_of(ratio[i]), median(instructions[i])});
   return out;
 }
 

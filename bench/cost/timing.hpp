@@ -19,12 +19,13 @@ struct Candidate {
 };
 
 struct Timed {
-  Figure seconds;        ///< of one run
-  Figure ratio;          ///< time over the first candidate's of the same round
-  double instructions;   ///< of one run in user mode, 0 where the kernel or the machine does not count them
+  Figure seconds;       ///< of one run
+  Figure ratio;         ///< time over the first candidate's of the same round
+  double instructions;  ///< of one run in user mode, 0 where the kernel or the machine does not count them
 };
 
-/// Times every candidate once per round, in an order drawn anew each round, so that slow moments of the machine fall on all alike.
+/// Times every candidate once per round, in an order drawn anew each round, so that slow moments of the
+/// machine fall on all alike.
 std::vector<Timed> interleave(const std::vector<Candidate>& candidates, int rounds);
 
 }  // namespace splinevox::cost

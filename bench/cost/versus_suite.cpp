@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "splinevox/core/error.hpp"
-#include "splinevox/core/process.hpp"
-#include "splinevox/train/effects.hpp"
+#include "core/process.hpp"
 #include "present.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/train/effects.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
 #include "trained.hpp"
@@ -19,11 +19,13 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What one run or several of one setting came to.
-Record point(const std::string& scene, const std::string& system, const std::vector<double>& seconds, const std::vector<double>& db) {
+Record point(const std::string& scene, const std::string& system, const std::vector<double>& seconds,
+             const std::vector<double>& db) {
   std::vector<double> error;
   for (const double v : db) error.push_back(std::pow(10, -v / 20));
   Record r;
-  r.suite = "versus", r.scene = scene, r.knob = system, r.seconds = median_of(seconds), r.order = r.seconds.value, r.runs = int(db.size());
+  r.suite = "versus", r.scene = scene, r.knob = system, r.seconds = median_of(seconds),
+  r.order = r.seconds.value, r.runs = int(db.size());
   r.error = median_of(error), r.quality = -20 * std::log10(r.error.value);
   return r;
 }
@@ -31,7 +33,8 @@ Record point(const std::string& scene, const std::string& system, const std::vec
 /// Short runs are what `draft` is for, long ones what `standard` is.
 const char* preset_for(int steps) { return steps <= 400 ? "draft" : steps <= 6400 ? "fast" : "standard"; }
 
-Record voxels(const std::string& path, const Dataset& tests, const std::string& scene, int steps, int seeds, int stride) {
+Record voxels(const std::string& path, const Dataset& tests, const std::string& scene, int steps, int seeds,
+              int stride) {
   std::vector<double> seconds, db;
   double samples = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
@@ -47,11 +50,13 @@ Record voxels(const std::string& path, const Dataset& tests, const std::string& 
     samples += run.samples_per_ray / seeds;
   }
   Record r = point(scene, "voxels", seconds, db);
-  r.value = fmt::format("{}, {} steps", preset_for(steps), steps), r.samples = samples, r.memory = peak_memory();
+  r.value = fmt::format("{}, {} steps", preset_for(steps), steps), r.samples = samples,
+  r.memory = peak_memory();
   return r;
 }
 
-/// What a picture of nothing but the background would have: where a method has hardly begun, its PSNR says as little.
+/// What a picture of nothing but the background would have: where a method has hardly begun, its PSNR says as
+/// little.
 Record nothing(const Dataset& tests, const std::string& scene, int stride) {
   const Vec3 white{1, 1, 1};
   double db = 0;
@@ -67,7 +72,8 @@ Record nothing(const Dataset& tests, const std::string& scene, int stride) {
   return r;
 }
 
-/// Finished runs of splinevox-mlp on one scene, and every how many pixels of the test views they were measured at.
+/// Finished runs of splinevox-mlp on one scene, and every how many pixels of the test views they were
+/// measured at.
 struct Perceptrons {
   std::vector<Record> points;
   int stride = 1;
@@ -78,15 +84,22 @@ Perceptrons perceptrons(const std::string& run) {
   const Json figures = Json::parse(metrics, nullptr, false);
   std::string scene, line;
   while (std::getline(config, line))
-    if (line.rfind("dataset = \"", 0) == 0) scene = fs::path(line.substr(11, line.size() - 12)).filename().string();
-  if (!figures.is_object() || !figures.value("cpu_time", false) || !figures.contains("tests") || scene.empty())
-    fail({run, "this is no finished run of splinevox-mlp in processor time", "metrics.json with 'tests' and 'cpu_time', and config.toml", "", "train it with --cpu-time and --test-at"});
+    if (line.rfind("dataset = \"", 0) == 0)
+      scene = fs::path(line.substr(11, line.size() - 12)).filename().string();
+  if (!figures.is_object() || !figures.value("cpu_time", false) || !figures.contains("tests") ||
+      scene.empty())
+    fail({run, "this is no finished run of splinevox-mlp in processor time",
+          "metrics.json with 'tests' and 'cpu_time', and config.toml", "",
+          "train it with --cpu-time and --test-at"});
   std::vector<Record> out;
   const int stride = figures.at("test_stride");
   for (const Json& t : figures["tests"]) {
-    Record r = point(scene, fmt::format("MLP {}", figures.at("kind").get<std::string>()), {double(t.at("seconds")) * double(figures.at("threads"))}, {t.at("psnr")});
-    r.where = fmt::format("splinevox-mlp on {}, {} threads, a run of its own", figures.value("device", "cpu"), figures.at("threads").get<int>());
-    r.value = fmt::format("{} steps", t.at("step").get<std::int64_t>()), r.memory = figures.at("peak_memory_bytes");
+    Record r = point(scene, fmt::format("MLP {}", figures.at("kind").get<std::string>()),
+                     {double(t.at("seconds")) * double(figures.at("threads"))}, {t.at("psnr")});
+    r.where = fmt::format("splinevox-mlp on {}, {} threads, a run of its own", figures.value("device", "cpu"),
+                          figures.at("threads").get<int>());
+    r.value = fmt::format("{} steps", t.at("step").get<std::int64_t>()),
+    r.memory = figures.at("peak_memory_bytes");
     out.push_back(r);
   }
   return {out, stride};
@@ -99,7 +112,9 @@ void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, c
   int stride = runs.empty() ? 1 : perceptrons(runs.front()).stride;
   for (const std::string& run : runs) {
     const Perceptrons p = perceptrons(run);
-    if (p.stride != stride) fail({run, "was measured at other pixels than the runs before it", fmt::format("--stride {}", stride), fmt::format("{}", p.stride), "splinevox-mlp train with one --stride for all"});
+    if (p.stride != stride)
+      fail({run, "was measured at other pixels than the runs before it", fmt::format("--stride {}", stride),
+            fmt::format("{}", p.stride), "splinevox-mlp train with one --stride for all"});
     others.insert(others.end(), p.points.begin(), p.points.end());
   }
   for (const std::string& path : o.scenes) {

@@ -3,14 +3,15 @@
 
 #include <memory>
 
+#include "backend/pictures.hpp"
+#include "backend/step.hpp"
 #include "splinevox/backend/device.hpp"
-#include "splinevox/backend/pictures.hpp"
-#include "splinevox/backend/step.hpp"
 
 /// What the .cu files offer; none.cpp stands in for them in a build without CUDA.
 namespace splinevox::cuda {
 
-/// Makes one of the devices this process sees that of the calling thread: the only one, or the one of that number, if it is there.
+/// Makes one of the devices this process sees that of the calling thread: the only one, or the one of that
+/// number, if it is there.
 void take(int local);
 /// The calling thread's device.
 CudaFound find();

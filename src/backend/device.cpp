@@ -15,19 +15,23 @@ Device choose_device(const std::string& name, Ranks& ranks) {
   const double mine = device == Device::cuda;
   for (const double theirs : ranks.gather({&mine, 1}))
     if (theirs != mine)
-      fail({"--device", "some processes found a CUDA device and others none", "all of them alike", describe(device) + " in process " + std::to_string(ranks.rank()),
+      fail({"--device", "some processes found a CUDA device and others none", "all of them alike",
+            describe(device) + " in process " + std::to_string(ranks.rank()),
             "--device cpu, or machines that all have one"});
   return device;
 }
 
 Device choose_device(const std::string& name) {
   if (name == "cpu") return Device::cpu;
-  if (name != "auto" && name != "cuda") fail({"--device", "there is no such device", "auto, cpu or cuda", name, ""});
+  if (name != "auto" && name != "cuda")
+    fail({"--device", "there is no such device", "auto, cpu or cuda", name, ""});
   const CudaFound found = find_cuda();
   if (found.usable) return Device::cuda;
   if (name == "auto") return Device::cpu;
-  fail({"--device", found.built ? "CUDA has no device here" : "this build has no CUDA", "auto or cpu", found.built ? found.reason : name,
-        found.built ? "nvidia-smi shows the devices and the driver; --device cpu" : "a build made where nvcc is (docs/cuda.md), or --device cpu"});
+  fail({"--device", found.built ? "CUDA has no device here" : "this build has no CUDA", "auto or cpu",
+        found.built ? found.reason : name,
+        found.built ? "nvidia-smi shows the devices and the driver; --device cpu"
+                    : "a build made where nvcc is (docs/cuda.md), or --device cpu"});
 }
 
 std::string describe(Device device) { return device == Device::cuda ? "cuda: " + find_cuda().name : "cpu"; }
@@ -36,6 +40,8 @@ std::unique_ptr<PictureMaker> make_pictures(Device device, const VoxelModel& mod
   return device == Device::cuda ? cuda::make_pictures(model) : nullptr;
 }
 
-std::unique_ptr<StepBackend> make_step(Device, bool deterministic, Ranks* ranks) { return cuda::make_step(deterministic, ranks); }
+std::unique_ptr<StepBackend> make_step(Device, bool deterministic, Ranks* ranks) {
+  return cuda::make_step(deterministic, ranks);
+}
 
 }  // namespace splinevox

@@ -17,7 +17,8 @@ __global__ void probe_kernel() {}
 void take(int local) {
   int count = 0;
   if (cudaGetDeviceCount(&count) == cudaSuccess && count > 1 && local >= count)
-    fail({"--device", "there are more processes on this machine than CUDA devices", std::to_string(count) + " at most", std::to_string(local + 1) + " or more",
+    fail({"--device", "there are more processes on this machine than CUDA devices",
+          std::to_string(count) + " at most", std::to_string(local + 1) + " or more",
           "fewer processes a machine, or --device cpu"});
   if (count > 1) cudaSetDevice(local);
   cudaGetLastError();  // find() tells

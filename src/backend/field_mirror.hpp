@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/field/lattice_view.hpp"
-#include "splinevox/render/field_view.hpp"
+#include "field/lattice/lattice_view.hpp"
+#include "render/field_view.hpp"
 
 namespace splinevox {
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "backend/field_mirror.hpp"
-#include "splinevox/backend/step.hpp"
-#include "splinevox/field/learn_kernels.hpp"
+#include "backend/step.hpp"
+#include "field/learn_kernels.hpp"
 
 namespace splinevox {
 
@@ -29,7 +29,7 @@ struct LearnedMirror {
   Buffer<std::uint64_t> touched, seen;
   std::vector<Buffer<float>> member;
   std::vector<float> threshold, tv, tv_weight;  ///< of total variation: of the model, and of this step
-  bool varies = false;  ///< total variation of this step has weights
+  bool varies = false;                          ///< total variation of this step has weights
 
   std::size_t rows() const { return lattice.topology->rows(); }
 
@@ -61,19 +61,24 @@ struct LearnedMirror {
   void prepare(Executor& run, float scale, float share) {
     tv_weight.resize(tv.size());
     varies = false;
-    for (std::size_t k = 0; k < tv.size(); ++k) tv_weight[k] = scale * tv[k] / share, varies |= tv_weight[k] > 0;
+    for (std::size_t k = 0; k < tv.size(); ++k)
+      tv_weight[k] = scale * tv[k] / share, varies |= tv_weight[k] > 0;
     run.upload(weight, tv_weight.data(), tv_weight.size());
   }
   void regularise(Executor& run, float share, std::uint64_t draw) {
-    if (varies) run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(), lattice.view(), width, share, draw});
+    if (varies)
+      run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(), lattice.view(),
+                            width, share, draw});
   }
-  /// A prior on this level's curves; on those of `sum` with its gradient here, if it is given, where `among` has a row.
+  /// A prior on this level's curves; on those of `sum` with its gradient here, if it is given, where `among`
+  /// has a row.
   template <class Prior>
-  void hold_curves(Executor& run, const MotionField& motion, const Prior& prior, float share, std::uint64_t draw, const float* sum = nullptr,
-                   const std::uint64_t* among = nullptr) {
+  void hold_curves(Executor& run, const MotionField& motion, const Prior& prior, float share,
+                   std::uint64_t draw, const float* sum = nullptr, const std::uint64_t* among = nullptr) {
     if (!prior.any()) return;
-    run.for_each(CurvePriorKernel<Prior>{sum ? sum : values.data(), gradient.data(), touched.data(), rows(), among, width, motion.stride(),
-                                         motion.stored_points(), motion.stored_points() < motion.points, prior, share, draw});
+    run.for_each(CurvePriorKernel<Prior>{sum ? sum : values.data(), gradient.data(), touched.data(), rows(),
+                                         among, width, motion.stride(), motion.stored_points(),
+                                         motion.stored_points() < motion.points, prior, share, draw});
   }
   void check(Executor& run, std::int64_t* bad_rows, float largest) {
     run.for_each(CheckKernel{gradient.data(), touched.data(), bad_rows, rows(), width, largest});

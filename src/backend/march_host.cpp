@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "backend/executor_host.hpp"
 #include "backend/march_impl.hpp"
-#include "splinevox/backend/executor_host.hpp"
 
 namespace splinevox {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/render/train_kernel.hpp"
+#include "render/train_kernel.hpp"
 
 namespace splinevox {
 
@@ -20,16 +20,16 @@ struct MarchJob {
   Vec3* behind;
 };
 
-/// Runs the rays of a job with the kernel for its harmonics. Declared here and defined per order, so that the orders compile at the same
-/// time (src/backend/CMakeLists.txt).
+/// Runs the rays of a job with the kernel for its harmonics. Declared here and defined per order, so that the
+/// orders compile at the same time (src/backend/CMakeLists.txt).
 template <class Executor, int Sh>
 void run_march(Executor& run, const MarchJob& job);
 
 template <class Executor, int Sh, bool Moving, bool Jet>
 void run_march_kernel(Executor& run, const MarchJob& j) {
   using Kernel = TrainKernel<Sh, Moving, Jet>;
-  const Kernel kernel{j.field,     j.frames,       j.rays,   j.targets, j.outcomes, j.rays_per_slot,
-                      j.most_samples, j.losses, j.largest, j.radiance, j.motion, j.behind};
+  const Kernel kernel{j.field,        j.frames, j.rays,    j.targets,  j.outcomes, j.rays_per_slot,
+                      j.most_samples, j.losses, j.largest, j.radiance, j.motion,   j.behind};
   run.for_teams(j.ray_count, kernel, Kernel::scratch_bytes(j.most_samples));
 }
 

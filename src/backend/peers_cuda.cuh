@@ -34,17 +34,23 @@ struct Nccl {
     return found;
   }
   void check(ncclResult_t code, const char* what) const {
-    if (code != ncclSuccess) throw Error({"NCCL", std::string(what) + " failed", "", error(code), "NCCL_DEBUG=INFO says more; --device cpu"}, Fault::output);
+    if (code != ncclSuccess)
+      throw Error(
+          {"NCCL", std::string(what) + " failed", "", error(code), "NCCL_DEBUG=INFO says more; --device cpu"},
+          Fault::output);
   }
 
  private:
   Nccl() {
     void* const library = dlopen("libnccl.so.2", RTLD_NOW | RTLD_LOCAL);
     if (!library)
-      fail({"--device", "processes on several CUDA devices need NCCL, which is not there", "libnccl.so.2 where the loader finds it", dlerror(), "LD_LIBRARY_PATH, or --device cpu"});
+      fail({"--device", "processes on several CUDA devices need NCCL, which is not there",
+            "libnccl.so.2 where the loader finds it", dlerror(), "LD_LIBRARY_PATH, or --device cpu"});
     const auto take = [&](auto& function, const char* name) {
       void* const found = dlsym(library, name);
-      if (!found) fail({"libnccl.so.2", "this library has not all that is needed", name, "nothing of that name", "NCCL 2.9 or newer"});
+      if (!found)
+        fail({"libnccl.so.2", "this library has not all that is needed", name, "nothing of that name",
+              "NCCL 2.9 or newer"});
       std::memcpy(&function, &found, sizeof found);  // an object pointer is no function pointer, except here
     };
     take(get_unique_id, "ncclGetUniqueId"), take(init, "ncclCommInitRank"), take(destroy, "ncclCommDestroy");
@@ -66,9 +72,9 @@ struct UniteMasksKernel {
   }
 };
 
-/// The ranks of a CudaExecutor's step: their devices send each other what they have, in the order of the stream, and the hosts do not wait.
-/// A sum is made once and sent to all, so it has the same bits everywhere, which is what keeps ranks from parting. (NCCL's algorithms do that
-/// between devices of one kind.)
+/// The ranks of a CudaExecutor's step: their devices send each other what they have, in the order of the
+/// stream, and the hosts do not wait. A sum is made once and sent to all, so it has the same bits everywhere,
+/// which is what keeps ranks from parting. (NCCL's algorithms do that between devices of one kind.)
 class CudaPeers {
  public:
   explicit CudaPeers(Ranks& ranks) : ranks_(ranks) {
@@ -76,24 +82,31 @@ class CudaPeers {
     ncclUniqueId id{};
     static_assert(sizeof id % sizeof(std::uint64_t) == 0);
     std::uint64_t words[sizeof id / sizeof(std::uint64_t)] = {};
-    if (ranks.first()) nccl_.check(nccl_.get_unique_id(&id), "making an address for all"), std::memcpy(words, &id, sizeof id);
+    if (ranks.first())
+      nccl_.check(nccl_.get_unique_id(&id), "making an address for all"), std::memcpy(words, &id, sizeof id);
     ranks.merge(words);  // the others gave zeros
     std::memcpy(&id, words, sizeof id);
     nccl_.check(nccl_.init(&all_, ranks.count(), id, ranks.rank()), "meeting the other devices");
   }
-  /// After an error the others may be anywhere, and parting would wait for them; the end of the process does not.
+  /// After an error the others may be anywhere, and parting would wait for them; the end of the process does
+  /// not.
   ~CudaPeers() {
     if (std::uncaught_exceptions() == 0) nccl_.destroy(all_);
   }
   CudaPeers(const CudaPeers&) = delete;
   CudaPeers& operator=(const CudaPeers&) = delete;
 
-  void sum(CudaExecutor& run, CudaExecutor::Buffer<float>& numbers) { reduce(run, numbers.data(), numbers.size(), ncclFloat); }
-  void sum(CudaExecutor& run, CudaExecutor::Buffer<std::int64_t>& numbers) { reduce(run, numbers.data(), numbers.size(), ncclInt64); }
+  void sum(CudaExecutor& run, CudaExecutor::Buffer<float>& numbers) {
+    reduce(run, numbers.data(), numbers.size(), ncclFloat);
+  }
+  void sum(CudaExecutor& run, CudaExecutor::Buffer<std::int64_t>& numbers) {
+    reduce(run, numbers.data(), numbers.size(), ncclInt64);
+  }
   void merge(CudaExecutor& run, CudaExecutor::Buffer<std::uint64_t>& masks) {
     const int count = ranks_.count();
     run.resize(masks_, masks.size() * std::size_t(count));
-    nccl_.check(nccl_.all_gather(masks.data(), masks_.data(), masks.size(), ncclUint64, all_, run.stream()), "gathering masks");
+    nccl_.check(nccl_.all_gather(masks.data(), masks_.data(), masks.size(), ncclUint64, all_, run.stream()),
+                "gathering masks");
     run.for_each(UniteMasksKernel{masks_.data(), masks.data(), masks.size(), count});
     ranks_.traffic.bytes += std::int64_t(masks.size() * sizeof(std::uint64_t)) * (count - 1);
   }
@@ -114,12 +127,16 @@ class CudaPeers {
     for (int a = 0; a < ranks_.count(); ++a)
       for (int b = 0; b < a; ++b)
         if (all[2 * a] == all[2 * b] && all[2 * a + 1] == all[2 * b + 1])
-          fail({"--device", "two processes have the same CUDA device", "a device for each", "processes " + std::to_string(b) + " and " + std::to_string(a) + " share one",
+          fail({"--device", "two processes have the same CUDA device", "a device for each",
+                "processes " + std::to_string(b) + " and " + std::to_string(a) + " share one",
                 "fewer processes a machine, or --device cpu"});
   }
   void reduce(CudaExecutor& run, void* numbers, std::size_t n, ncclDataType_t type) {
-    nccl_.check(nccl_.all_reduce(numbers, numbers, n, type, ncclSum, all_, run.stream()), "adding up gradients");
-    ranks_.traffic.bytes += std::int64_t(2 * (ranks_.count() - 1) * n * (type == ncclFloat ? sizeof(float) : sizeof(std::int64_t)) / std::size_t(ranks_.count()));
+    nccl_.check(nccl_.all_reduce(numbers, numbers, n, type, ncclSum, all_, run.stream()),
+                "adding up gradients");
+    ranks_.traffic.bytes += std::int64_t(2 * (ranks_.count() - 1) * n *
+                                         (type == ncclFloat ? sizeof(float) : sizeof(std::int64_t)) /
+                                         std::size_t(ranks_.count()));
   }
   const Nccl& nccl_ = Nccl::library();
   Ranks& ranks_;
@@ -133,7 +150,8 @@ class CudaPeers {
 class CudaPeers {
  public:
   explicit CudaPeers(Ranks&) {
-    fail({"--device", "this build cannot let several CUDA devices train together", "a build made where nccl.h is (docs/cuda.md)", "none", "one process, or --device cpu"});
+    fail({"--device", "this build cannot let several CUDA devices train together",
+          "a build made where nccl.h is (docs/cuda.md)", "none", "one process, or --device cpu"});
   }
   template <class T>
   void sum(CudaExecutor&, CudaExecutor::Buffer<T>&) {}

@@ -5,6 +5,8 @@
 
 namespace splinevox::cuda {
 
-std::unique_ptr<PictureMaker> make_pictures(const VoxelModel& model) { return std::make_unique<Pictures<CudaExecutor>>(model); }
+std::unique_ptr<PictureMaker> make_pictures(const VoxelModel& model) {
+  return std::make_unique<Pictures<CudaExecutor>>(model);
+}
 
 }  // namespace splinevox::cuda

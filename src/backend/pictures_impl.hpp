@@ -4,12 +4,12 @@
 #include <vector>
 
 #include "backend/field_mirror.hpp"
+#include "core/parallel.hpp"
+#include "render/picture_kernel.hpp"
+#include "render/specialise.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/render/picture_kernel.hpp"
 #include "splinevox/render/picture_maker.hpp"
 #include "splinevox/render/render_image.hpp"
-#include "splinevox/render/specialise.hpp"
 
 namespace splinevox {
 
@@ -34,8 +34,8 @@ class Pictures final : public PictureMaker {
     if (field.moving) field.motion = motion_.brick_view();
     const int most = most_samples(model_.box, step);
     if (most > MarchList::kMostSamples)
-      fail({"the march step", "a ray would have too many samples for the device", "at most " + std::to_string(MarchList::kMostSamples),
-            std::to_string(most), "--device cpu"});
+      fail({"the march step", "a ray would have too many samples for the device",
+            "at most " + std::to_string(MarchList::kMostSamples), std::to_string(most), "--device cpu"});
     run_.resize(pixels_, std::size_t(camera.width) * camera.height);
     specialise(model_.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
       using Kernel = PictureKernel<Sh, Moving>;
@@ -50,10 +50,14 @@ class Pictures final : public PictureMaker {
         const std::size_t i = std::size_t(y) * camera.width + x;
         const Pixel& p = host_[i];
         // One colour needs no ray.
-        const Vec3 behind = background.learned() ? background.towards(cast<float>(camera_ray(camera, x + 0.5, y + 0.5).direction)) : background.color;
+        const Vec3 behind =
+            background.learned()
+                ? background.towards(cast<float>(camera_ray(camera, x + 0.5, y + 0.5).direction))
+                : background.color;
         const Vec3 rgb = p.rgb + p.transmittance * behind;
         for (int c = 0; c < 3; ++c) out.rgb.data[3 * i + c] = rgb[c], out.flow.data[3 * i + c] = p.flow[c];
-        out.alpha.data[i] = 1 - p.transmittance, out.depth.data[i] = p.depth, out.rigidity.data[i] = p.rigidity;
+        out.alpha.data[i] = 1 - p.transmittance, out.depth.data[i] = p.depth,
+        out.rigidity.data[i] = p.rigidity;
       }
     });
   }

@@ -10,13 +10,14 @@
 #include "backend/field_mirror.hpp"
 #include "backend/learned_mirror.hpp"
 #include "backend/march_job.hpp"
-#include "splinevox/backend/step.hpp"
+#include "backend/step.hpp"
+#include "field/lattice/level_kernels.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/level_kernels.hpp"
 
 namespace splinevox {
 
-/// The sum of a step's rays, by as many threads as there are rays: in fixed point, so that their order does not matter.
+/// The sum of a step's rays, by as many threads as there are rays: in fixed point, so that their order does
+/// not matter.
 struct OutcomeKernel {
   static constexpr double kUnit = 0x1p32, kMost = 0x1p54;  ///< all rays together; room for 2^8 ranks
   const RayOutcome* outcomes;
@@ -39,7 +40,8 @@ struct OutcomeKernel {
 };
 
 /// StepBackend on any executor.
-/// @tparam Peers  adds up what the ranks' executors computed: sum(executor, buffer) of numbers, merge(executor, buffer) of masks, on all ranks alike.
+/// @tparam Peers  adds up what the ranks' executors computed: sum(executor, buffer) of numbers,
+/// merge(executor, buffer) of masks, on all ranks alike.
 template <class Executor, class Peers>
 class Steps final : public StepBackend {
  public:
@@ -52,8 +54,9 @@ class Steps final : public StepBackend {
     const VoxelModel& m = *model.model;
     most_samples_ = most_samples(m.box, m.step);
     if (most_samples_ > MarchList::kMostSamples)
-      fail({"sampling.step", "a ray would have too many samples for the device", "at most " + std::to_string(MarchList::kMostSamples),
-            std::to_string(most_samples_), "a larger sampling.step, or --device cpu"});
+      fail({"sampling.step", "a ray would have too many samples for the device",
+            "at most " + std::to_string(MarchList::kMostSamples), std::to_string(most_samples_),
+            "a larger sampling.step, or --device cpu"});
     radiance_.upload(run_, model.radiance);
     if (deterministic_) clear(radiance_fixed_, radiance_.values.size());
     levels_.resize(model.levels.size());
@@ -128,14 +131,17 @@ class Steps final : public StepBackend {
     radiance_.update(run_, totals_.data(), in.factors, in.radiance_rate);
     for (auto& level : levels_) level.update(run_, totals_.data(), in.factors, in.motion_rate);
   }
-  /// The gradient of all ranks' rays in place of ours. Whole arrays: untouched rows are zero, and picking out the others would cost
-  /// more than their bytes do between devices.
-  void add_up(LearnedMirror<Executor>& rows) { peers_->sum(run_, rows.gradient), peers_->merge(run_, rows.touched); }
+  /// The gradient of all ranks' rays in place of ours. Whole arrays: untouched rows are zero, and picking out
+  /// the others would cost more than their bytes do between devices.
+  void add_up(LearnedMirror<Executor>& rows) {
+    peers_->sum(run_, rows.gradient), peers_->merge(run_, rows.touched);
+  }
   const LearnedMirror<Executor>& finest() const { return levels_.back(); }
   /// The sum of all levels on the finest lattice: with one level, that level.
   const float* collapsed() const { return levels_.size() > 1 ? sums_.back().data() : finest().values.data(); }
 
-  /// Everything that comes from the host, while the stream is idle: a copy from pageable memory behind a kernel would wait for it.
+  /// Everything that comes from the host, while the stream is idle: a copy from pageable memory behind a
+  /// kernel would wait for it.
   void prepare(const StepInput& in, int slots) {
     run_.upload(rays_, in.rays.data(), in.rays.size());
     run_.upload(targets_, in.targets.data(), in.targets.size());
@@ -169,7 +175,9 @@ class Steps final : public StepBackend {
       FrameView<float> frame{slices_.data() + s * slice, grid.view()};
       frame.occupancy.bits = bits_.data() + grid.bits.size() * std::size_t(in.occupancy[s]);
       frames.push_back(frame);
-      rows.push_back({slice_gradients_.data() + s * slice, deterministic_ ? slice_fixed_.data() + s * slice : nullptr, motion_touched_.data(), kSliceWidth});
+      rows.push_back({slice_gradients_.data() + s * slice,
+                      deterministic_ ? slice_fixed_.data() + s * slice : nullptr, motion_touched_.data(),
+                      kSliceWidth});
     }
     run_.upload(frames_, frames.data(), frames.size());
     run_.upload(motion_rows_, rows.data(), rows.size());
@@ -182,10 +190,12 @@ class Steps final : public StepBackend {
     const int width = finest().width;
     for (std::size_t l = 1; l < levels_.size(); ++l) {
       const bool last = l + 1 == levels_.size();
-      run_.for_each(CollapseKernel{levels_[l].values.data(), l > 1 ? sums_[l - 1].data() : levels_[0].values.data(), sums_[l].data(),
-                                   levels_[l].lattice.view(), levels_[l - 1].lattice.view(), last ? active_.data() : nullptr, width});
+      run_.for_each(CollapseKernel{
+          levels_[l].values.data(), l > 1 ? sums_[l - 1].data() : levels_[0].values.data(), sums_[l].data(),
+          levels_[l].lattice.view(), levels_[l - 1].lattice.view(), last ? active_.data() : nullptr, width});
     }
-    run_.for_each(ContractKernel{MotionColumns(model_.model->motion), collapsed(), active_.data(), weights_.data(), slots, finest().rows(), slices_.data()});
+    run_.for_each(ContractKernel{MotionColumns(model_.model->motion), collapsed(), active_.data(),
+                                 weights_.data(), slots, finest().rows(), slices_.data()});
   }
 
   void march(const StepInput& in, int slots) {
@@ -195,25 +205,37 @@ class Steps final : public StepBackend {
     job.field.radiance = radiance_.lattice.brick_view();
     job.field.moving = !levels_.empty();
     if (job.field.moving) job.field.motion = finest().lattice.brick_view();
-    job.frames = frames_.data(), job.rays = rays_.data(), job.targets = targets_.data(), job.outcomes = outcomes_.data();
-    job.ray_count = int(in.rays.size()), job.rays_per_slot = job.ray_count / slots, job.most_samples = most_samples_;
+    job.frames = frames_.data(), job.rays = rays_.data(), job.targets = targets_.data(),
+    job.outcomes = outcomes_.data();
+    job.ray_count = int(in.rays.size()), job.rays_per_slot = job.ray_count / slots,
+    job.most_samples = most_samples_;
     job.losses = in.losses;
     job.largest = deterministic_ ? std::min(in.largest, GradientRows::kLargest) : in.largest;
-    job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr, radiance_.touched.data(), radiance_.width,
+    job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr,
+                    radiance_.touched.data(), radiance_.width,
                     model_.radiance.seen.empty() ? nullptr : radiance_.seen.data()};
     job.motion = motion_rows_.data();
     job.behind = in.behind.empty() ? nullptr : behind_.data();
     switch (m.radiance.sh_order) {
-      case -1: run_march<Executor, -1>(run_, job); break;
-      case 0: run_march<Executor, 0>(run_, job); break;
-      case 1: run_march<Executor, 1>(run_, job); break;
-      case 2: run_march<Executor, 2>(run_, job); break;
-      default: run_march<Executor, 3>(run_, job);
+      case -1:
+        run_march<Executor, -1>(run_, job);
+        break;
+      case 0:
+        run_march<Executor, 0>(run_, job);
+        break;
+      case 1:
+        run_march<Executor, 1>(run_, job);
+        break;
+      case 2:
+        run_march<Executor, 2>(run_, job);
+        break;
+      default:
+        run_march<Executor, 3>(run_, job);
     }
     run_.for_each(OutcomeKernel{outcomes_.data(), in.rays.size(), totals_.data()});
     if (deterministic_)
-      run_.for_each(DecodeKernel{radiance_fixed_.data(), radiance_.gradient.data(), radiance_.touched.data(), radiance_.rows(), radiance_.width,
-                                 1 / GradientRows::kUnit});
+      run_.for_each(DecodeKernel{radiance_fixed_.data(), radiance_.gradient.data(), radiance_.touched.data(),
+                                 radiance_.rows(), radiance_.width, 1 / GradientRows::kUnit});
   }
 
   /// Gradients of the slices -> of the finest level -> of the coarser ones.
@@ -222,30 +244,35 @@ class Steps final : public StepBackend {
     if (deterministic_)
       for (int s = 0; s < slots; ++s) {
         const std::size_t offset = s * rows * kSliceWidth;
-        run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset, motion_touched_.data(), rows, kSliceWidth,
-                                   1 / GradientRows::kUnit});
+        run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset,
+                                   motion_touched_.data(), rows, kSliceWidth, 1 / GradientRows::kUnit});
       }
-    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), active_.data(), weights_.data(), slots, rows, slice_gradients_.data(),
+    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), active_.data(),
+                               weights_.data(), slots, rows, slice_gradients_.data(),
                                levels_.back().gradient.data()});
-    run_.for_each(MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), active_.data(), rows / 64});
+    run_.for_each(
+        MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), active_.data(), rows / 64});
     if (peers_) add_up(levels_.back());
-    levels_.back().hold_curves(run_, model_.model->motion, in.rest, in.tv_share, in.draw + levels_.size(), collapsed(), active_.data());
+    levels_.back().hold_curves(run_, model_.model->motion, in.rest, in.tv_share, in.draw + levels_.size(),
+                               collapsed(), active_.data());
     for (std::size_t l = levels_.size() - 1; l > 0; --l)
-      run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(), levels_[l - 1].gradient.data(), levels_[l - 1].touched.data(),
+      run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(),
+                                   levels_[l - 1].gradient.data(), levels_[l - 1].touched.data(),
                                    levels_[l].lattice.view(), levels_[l - 1].lattice.view(), finest().width});
   }
 
   const bool deterministic_;
   StepModel model_{};
   int most_samples_ = 0;
-  bool fresh_ = true;  ///< the next step is the first since an upload: kernels are loaded when they first start, which a recording could not do
+  bool fresh_ = true;  ///< the next step is the first since an upload: kernels are loaded when they first
+                       ///< start, which a recording could not do
   Executor run_;
-  std::optional<Peers> peers_;                   ///< after run_: parted from before it goes
+  std::optional<Peers> peers_;  ///< after run_: parted from before it goes
   LearnedMirror<Executor> radiance_;
   std::vector<LearnedMirror<Executor>> levels_;
-  std::vector<Buffer<float>> sums_;              ///< of the levels up to each but the first
+  std::vector<Buffer<float>> sums_;  ///< of the levels up to each but the first
   Buffer<std::uint64_t> active_, motion_touched_;
-  Buffer<std::uint32_t> bits_;                   ///< occupancy grids, one after the other
+  Buffer<std::uint32_t> bits_;  ///< occupancy grids, one after the other
   Buffer<SlotWeights> weights_;
   Buffer<float> slices_, slice_gradients_;
   Buffer<std::int64_t> radiance_fixed_, slice_fixed_;
@@ -254,7 +281,7 @@ class Steps final : public StepBackend {
   Buffer<RayOutcome> outcomes_;
   Buffer<FrameView<float>> frames_;
   Buffer<GradientRows> motion_rows_;
-  Buffer<std::int64_t> totals_;                  ///< bad rays, bad rows, samples, squared error, motion loss
+  Buffer<std::int64_t> totals_;  ///< bad rays, bad rows, samples, squared error, motion loss
 };
 
 }  // namespace splinevox

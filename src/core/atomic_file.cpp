@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 
 #include <fcntl.h>
 #include <pthread.h>
@@ -102,7 +102,8 @@ std::string hint_for(int reason) {
   fail({.where = path, .what = "could not be read", .got = std::strerror(reason)});
 }
 
-/// Gives `path` the second name `previous`, replacing what had it; falls back to a move where links are not supported.
+/// Gives `path` the second name `previous`, replacing what had it; falls back to a move where links are not
+/// supported.
 bool keep_previous(const std::string& path, const std::string& previous) {
   const std::string link = previous + ".tmp";
   ::unlink(link.c_str());
@@ -145,7 +146,8 @@ void read_pieces(const std::string& path, std::uint64_t max_bytes, const Piece& 
 }  // namespace
 
 struct FileWriter::State {
-  std::string path, target, temporary;  ///< temporary: beside the target; empty: a device or pipe, which there is nothing to rename to
+  std::string path, target, temporary;  ///< temporary: beside the target; empty: a device or pipe, which
+                                        ///< there is nothing to rename to
   std::uint64_t expected = 0;
   FileDigest digest;
   Hash64 hash;
@@ -168,11 +170,13 @@ FileWriter::FileWriter(const std::string& path, std::uint64_t bytes) : state_(st
     }
     mode = info.st_mode & 0777;
     std::error_code ignored;
-    const auto real = std::filesystem::canonical(path, ignored);  // keep a link a link: replace what it points to
+    const auto real =
+        std::filesystem::canonical(path, ignored);  // keep a link a link: replace what it points to
     if (!ignored) s.target = real.string();
   }
   static std::atomic<unsigned> counter{0};
-  std::string temporary = s.target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
+  std::string temporary =
+      s.target + "." + std::to_string(::getpid()) + "-" + std::to_string(counter.fetch_add(1)) + ".tmp";
   s.file.emplace(temporary, O_WRONLY | O_CREAT | O_EXCL, mode);
   if (!s.file->ok()) s.fail(errno);
   s.temporary = std::move(temporary);

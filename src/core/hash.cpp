@@ -21,7 +21,9 @@ T load(const unsigned char* p) {
   return v;
 }
 
-std::uint64_t mix(std::uint64_t lane, std::uint64_t input) { return std::rotl(lane + input * kPrime2, 31) * kPrime1; }
+std::uint64_t mix(std::uint64_t lane, std::uint64_t input) {
+  return std::rotl(lane + input * kPrime2, 31) * kPrime1;
+}
 
 void absorb(std::uint64_t (&lane)[4], const unsigned char* block) {
   for (int i = 0; i < 4; ++i) lane[i] = mix(lane[i], load<std::uint64_t>(block + 8 * i));

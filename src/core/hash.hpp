@@ -7,8 +7,9 @@
 
 namespace splinevox {
 
-/// XXH64 with seed 0, fed piece by piece: the checksum of every file this project writes. It finds damage, not forgery.
-/// Source: the xxHash specification (Collet), section XXH64. Little-endian hosts only, as is the rest of the file code.
+/// XXH64 with seed 0, fed piece by piece: the checksum of every file this project writes. It finds damage,
+/// not forgery. Source: the xxHash specification (Collet), section XXH64. Little-endian hosts only, as is the
+/// rest of the file code.
 class Hash64 {
  public:
   void add(const void* data, std::size_t bytes);

@@ -13,7 +13,8 @@ Picture::Picture(Image16 image) : width(image.width), height(image.height) {
     return;
   }
   narrow_.resize(image.rgba.size());
-  std::transform(image.rgba.begin(), image.rgba.end(), narrow_.begin(), [](std::uint16_t v) { return std::uint8_t(v / kSteps); });
+  std::transform(image.rgba.begin(), image.rgba.end(), narrow_.begin(),
+                 [](std::uint16_t v) { return std::uint8_t(v / kSteps); });
 }
 
 Image16 Picture::unpacked() const {

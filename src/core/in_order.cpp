@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/core/in_order.hpp"
+#include "core/in_order.hpp"
 
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
@@ -9,7 +9,8 @@
 
 namespace splinevox {
 
-void in_order(int n, int at_once, const std::function<void(int i)>& work, const std::function<bool(int i)>& finish) {
+void in_order(int n, int at_once, const std::function<void(int i)>& work,
+              const std::function<bool(int i)>& finish) {
   struct Worked {
     int i;
     std::exception_ptr error;
@@ -21,7 +22,8 @@ void in_order(int n, int at_once, const std::function<void(int i)>& work, const 
     if (next == n || stopped) control.stop();
     return next < n ? next++ : n;
   };
-  // Caught here: an exception that TBB sees cancels the loops inside the others, which would end early and say nothing.
+  // Caught here: an exception that TBB sees cancels the loops inside the others, which would end early and
+  // say nothing.
   const auto middle = [&](int i) {
     Worked out{i, {}};
     try {
@@ -41,7 +43,8 @@ void in_order(int n, int at_once, const std::function<void(int i)>& work, const 
     }
   };
   using tbb::filter_mode;
-  const auto all = tbb::make_filter<void, int>(filter_mode::serial_in_order, begin) & tbb::make_filter<int, Worked>(filter_mode::parallel, middle) &
+  const auto all = tbb::make_filter<void, int>(filter_mode::serial_in_order, begin) &
+                   tbb::make_filter<int, Worked>(filter_mode::parallel, middle) &
                    tbb::make_filter<Worked, void>(filter_mode::serial_in_order, end);
   tbb::parallel_pipeline(std::size_t(at_once), all);
   if (failed) std::rethrow_exception(failed);

@@ -7,11 +7,12 @@
 #include <thread>
 #include <vector>
 
-#include "splinevox/core/in_order.hpp"
+#include "core/in_order.hpp"
 
 namespace splinevox {
 
-void in_order(int n, int at_once, const std::function<void(int i)>& work, const std::function<bool(int i)>& finish) {
+void in_order(int n, int at_once, const std::function<void(int i)>& work,
+              const std::function<bool(int i)>& finish) {
   std::mutex mutex;
   std::condition_variable turn;
   int begun = 0, finished = 0;

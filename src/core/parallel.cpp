@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/core/parallel.hpp"
+#include "core/parallel.hpp"
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same loops on plain threads, for builds with the thread sanitizer. It does not see into TBB, whose hand-over of every task would be
-// reported as a race; here it sees all there is: threads begin and are joined, and nothing else orders one task after another.
+// The same loops on plain threads, for builds with the thread sanitizer. It does not see into TBB, whose
+// hand-over of every task would be reported as a race; here it sees all there is: threads begin and are
+// joined, and nothing else orders one task after another.
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
@@ -11,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "splinevox/core/parallel.hpp"
+#include "core/parallel.hpp"
 
 namespace splinevox {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/core/process.hpp"
+#include "core/process.hpp"
 
 #include <sys/resource.h>
 

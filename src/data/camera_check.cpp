@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include "data/message_text.hpp"
+#include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/math/camera.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -20,7 +20,8 @@ constexpr const char* kMatrix = "'transform_matrix' ";
 void check_numbers(const std::array<double, 16>& m, const std::string& where) {
   for (std::size_t i = 0; i < 16; ++i)
     if (!(std::abs(m[i]) <= kFarthest))
-      fail({where, std::string(kMatrix) + "has a number that is not finite or too large", "finite, at most 1e12",
+      fail({where, std::string(kMatrix) + "has a number that is not finite or too large",
+            "finite, at most 1e12",
             number(m[i]) + " in row " + std::to_string(i / 4) + ", column " + std::to_string(i % 4), ""});
   for (std::size_t i = 12; i < 16; ++i)
     if (std::abs(m[i] - (i == 15 ? 1.0 : 0.0)) > 1e-6)
@@ -31,12 +32,14 @@ void check_numbers(const std::array<double, 16>& m, const std::string& where) {
 
 void check_rigid(const Eigen::Vector3d& s, double det, const std::string& where) {
   const std::string got = "singular values " + number(s[0]) + ", " + number(s[1]) + ", " + number(s[2]);
-  if (s[2] <= 1e-6 * s[0]) fail({where, std::string(kMatrix) + "is singular", "a rotation and a position", got, ""});
+  if (s[2] <= 1e-6 * s[0])
+    fail({where, std::string(kMatrix) + "is singular", "a rotation and a position", got, ""});
   if (det < 0)
     fail({where, std::string(kMatrix) + "mirrors the camera", "a rotation (determinant 1)",
           "determinant " + number(det), "flip one axis: x must point right, y up, z backwards (OpenGL)"});
   if (s[0] - s[2] > kTolerance * s[0])
-    fail({where, std::string(kMatrix) + "is not rigid (shear or uneven scale)", "a rotation and a position", got, ""});
+    fail({where, std::string(kMatrix) + "is not rigid (shear or uneven scale)", "a rotation and a position",
+          got, ""});
   if (std::abs(s.mean() - 1) > kTolerance)
     fail({where, std::string(kMatrix) + "has a scale", "a rotation and a position, scale 1",
           "scale " + number(s.mean()), "divide its first three columns by the scale"});
@@ -47,8 +50,8 @@ double focal(double angle, int pixels) { return 0.5 * pixels / std::tan(0.5 * an
 void check_angle(const std::optional<double>& angle, const char* field, const std::string& where) {
   if (!angle || (*angle > 0 && *angle < std::numbers::pi)) return;
   const bool degrees = *angle > std::numbers::pi && *angle < 180;
-  fail({where, std::string("'") + field + "' is no field of view", "radians, above 0 and below pi", number(*angle),
-        degrees ? "it looks like degrees: multiply by pi / 180" : ""});
+  fail({where, std::string("'") + field + "' is no field of view", "radians, above 0 and below pi",
+        number(*angle), degrees ? "it looks like degrees: multiply by pi / 180" : ""});
 }
 
 void check_focal(double f, const char* field, int pixels, const std::string& where) {
@@ -57,7 +60,8 @@ void check_focal(double f, const char* field, int pixels, const std::string& whe
         number(1e-4 * pixels) + " to " + number(1e7 * pixels) + " pixels", number(f), ""});
 }
 
-void check_size(const std::optional<double>& stated, const char* field, int pixels, const std::string& where) {
+void check_size(const std::optional<double>& stated, const char* field, int pixels,
+                const std::string& where) {
   if (!stated || *stated == pixels) return;
   fail({where, std::string("'") + field + "' is not the picture's size",
         std::to_string(pixels) + ", as in the image file", number(*stated),
@@ -66,8 +70,8 @@ void check_size(const std::optional<double>& stated, const char* field, int pixe
 
 void check_centre(double c, const char* field, int pixels, const std::string& where) {
   if (std::abs(c) <= 10.0 * pixels) return;
-  fail({where, std::string("the centre '") + field + "' is far outside the picture", "within 10 picture widths",
-        number(c), ""});
+  fail({where, std::string("the centre '") + field + "' is far outside the picture",
+        "within 10 picture widths", number(c), ""});
 }
 
 /// A lens given for w x h pixels as that of a picture of another size.
@@ -75,8 +79,10 @@ Lens scale_lens(Lens lens, int width, int height, const std::string& where) {
   if (!lens.w || !lens.h || *lens.w <= 0 || *lens.h <= 0) return lens;
   const double across = width / *lens.w, down = height / *lens.h;
   if (std::abs(*lens.w * down - width) > 2 && std::abs(*lens.h * across - height) > 2)
-    fail({where, "the picture has another shape than its camera", number(*lens.w) + " x " + number(*lens.h) + " or the same scaled",
-          std::to_string(width) + " x " + std::to_string(height), "use the pictures that the cameras were made for"});
+    fail({where, "the picture has another shape than its camera",
+          number(*lens.w) + " x " + number(*lens.h) + " or the same scaled",
+          std::to_string(width) + " x " + std::to_string(height),
+          "use the pictures that the cameras were made for"});
   if (across == 1 && down == 1) return lens;
   if (lens.fl_x) lens.fl_y = lens.fl_y.value_or(*lens.fl_x) * down;
   for (auto& value : {&lens.fl_x, &lens.cx})
@@ -93,9 +99,12 @@ void bend(Camera& camera, const Lens& lens, const std::string& where) {
   d.k = {lens.k1.value_or(0), lens.k2.value_or(0), lens.k3.value_or(0), lens.k4.value_or(0)};
   d.p = {lens.p1.value_or(0), lens.p2.value_or(0)};
   for (const double value : {d.k[0], d.k[1], d.k[2], d.k[3], d.p[0], d.p[1]})
-    if (!(std::abs(value) <= 1e6)) fail({where, "a coefficient of the distortion is out of range", "finite, at most 1e6", number(value), ""});
+    if (!(std::abs(value) <= 1e6))
+      fail({where, "a coefficient of the distortion is out of range", "finite, at most 1e6", number(value),
+            ""});
   if (fisheye && (d.p[0] != 0 || d.p[1] != 0))
-    fail({where, "a fisheye lens has no tangential distortion", "p1 and p2 absent or 0", number(d.p[0]) + ", " + number(d.p[1]), ""});
+    fail({where, "a fisheye lens has no tangential distortion", "p1 and p2 absent or 0",
+          number(d.p[0]) + ", " + number(d.p[1]), ""});
   if (!fisheye && d.k == std::array<double, 4>{} && d.p == std::array<double, 2>{}) return;
   d.kind = fisheye ? Distortion::Kind::fisheye : Distortion::Kind::brown;
   d.reach = lens_reach(d);
@@ -107,9 +116,11 @@ void bend(Camera& camera, const Lens& lens, const std::string& where) {
       const double u = camera.width * double(i) / kSteps, v = camera.height * double(j) / kSteps;
       const Projection p = project(still, camera_ray(still, u, v).direction);
       if (p.depth > 0 && std::abs(p.u - u) < 1e-6 && std::abs(p.v - v) < 1e-6) continue;
-      fail({where, "the lens distortion cannot be undone in all of the picture", "one direction for every pixel",
-            "none at pixel (" + number(u) + ", " + number(v) + ")",
-            fisheye ? "crop the pictures to less than 180 degrees" : "check k1, k2, k3, p1 and p2, or undistort the pictures first (colmap image_undistorter)"});
+      fail({where, "the lens distortion cannot be undone in all of the picture",
+            "one direction for every pixel", "none at pixel (" + number(u) + ", " + number(v) + ")",
+            fisheye
+                ? "crop the pictures to less than 180 degrees"
+                : "check k1, k2, k3, p1 and p2, or undistort the pictures first (colmap image_undistorter)"});
     }
 }
 
@@ -133,10 +144,12 @@ RigidPose rigid_pose(const std::array<double, 16>& m, const std::string& where) 
 
 Lens merge(const Lens& file, const Lens& frame) {
   Lens lens = file;
-  if (frame.camera_angle_x || frame.fl_x) lens.camera_angle_x = lens.camera_angle_y = lens.fl_x = lens.fl_y = {};
+  if (frame.camera_angle_x || frame.fl_x)
+    lens.camera_angle_x = lens.camera_angle_y = lens.fl_x = lens.fl_y = {};
   using Field = std::optional<double> Lens::*;
-  for (const Field f : {&Lens::camera_angle_x, &Lens::camera_angle_y, &Lens::fl_x, &Lens::fl_y, &Lens::cx, &Lens::cy,
-                        &Lens::w, &Lens::h, &Lens::k1, &Lens::k2, &Lens::k3, &Lens::k4, &Lens::p1, &Lens::p2})
+  for (const Field f :
+       {&Lens::camera_angle_x, &Lens::camera_angle_y, &Lens::fl_x, &Lens::fl_y, &Lens::cx, &Lens::cy,
+        &Lens::w, &Lens::h, &Lens::k1, &Lens::k2, &Lens::k3, &Lens::k4, &Lens::p1, &Lens::p2})
     if (frame.*f) lens.*f = frame.*f;
   if (frame.fisheye) lens.fisheye = frame.fisheye;
   return lens;

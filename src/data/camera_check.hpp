@@ -29,8 +29,9 @@ struct Lens {
   std::optional<double> fl_x, fl_y, cx, cy;              ///< pixels
   std::optional<double> w, h;                            ///< pixels
   std::optional<double> k1, k2, k3, k4, p1, p2;          ///< distortion, core/camera.hpp
-  std::optional<bool> fisheye;                           ///< the coefficients are those of OpenCV's fisheye model
-  bool scaled = false;  ///< w x h are those of another size of the same picture: the lens is scaled to the stored one
+  std::optional<bool> fisheye;  ///< the coefficients are those of OpenCV's fisheye model
+  bool scaled =
+      false;  ///< w x h are those of another size of the same picture: the lens is scaled to the stored one
 };
 
 /// A frame's lens: its own fields where it has any, else the file's. A frame's own angle beats the file's
@@ -40,8 +41,8 @@ Lens merge(const Lens& file, const Lens& frame);
 /// The camera of a stored picture of width x height pixels. Focal length from fl_x, else from
 /// camera_angle_x; fl_y from itself, camera_angle_y or fl_x; centre from cx, cy, else the middle.
 /// Refuses (Error, Fault::input): no focal length at all, an angle outside (0, pi), a focal length outside
-/// [1e-4, 1e7] picture widths, a centre more than 10 widths away, w or h that is not the picture's (or not of its shape, where scaled), a distortion that
-/// cannot be undone somewhere in the picture.
+/// [1e-4, 1e7] picture widths, a centre more than 10 widths away, w or h that is not the picture's (or not of
+/// its shape, where scaled), a distortion that cannot be undone somewhere in the picture.
 Camera pinhole(const Lens& lens, const RigidPose& pose, int width, int height, const std::string& where);
 
 }  // namespace splinevox::data

@@ -5,12 +5,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "data/film_read.hpp"
+#include "core/atomic_file.hpp"
+#include "data/layouts/read_scene.hpp"
+#include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
-#include "data/pictures.hpp"
-#include "data/read_scene.hpp"
-#include "data/transforms.hpp"
-#include "splinevox/core/atomic_file.hpp"
+#include "data/pictures/film_read.hpp"
+#include "data/pictures/pictures.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
 
@@ -25,17 +25,21 @@ void make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (!error && fs::is_directory(folder)) return;
-  fail_output({printable(folder.string()), "the folder cannot be created", "a folder that can be written", error ? error.message() : "a file of that name", "choose another place with --out"});
+  fail_output({printable(folder.string()), "the folder cannot be created", "a folder that can be written",
+               error ? error.message() : "a file of that name", "choose another place with --out"});
 }
 
 /// A folder that is new or empty, and not within the data set.
 void check_target(const fs::path& from, const fs::path& folder) {
   std::error_code ignored;
   if (fs::exists(folder, ignored) && !(fs::is_directory(folder, ignored) && fs::is_empty(folder, ignored)))
-    fail({printable(folder.string()), "there is something of that name already", "an empty folder, or a name that is free", "", "another folder for --out"});
-  const fs::path inside = fs::weakly_canonical(folder, ignored).lexically_relative(fs::weakly_canonical(from, ignored));
+    fail({printable(folder.string()), "there is something of that name already",
+          "an empty folder, or a name that is free", "", "another folder for --out"});
+  const fs::path inside =
+      fs::weakly_canonical(folder, ignored).lexically_relative(fs::weakly_canonical(from, ignored));
   if (!inside.empty() && *inside.begin() != "..")
-    fail({printable(folder.string()), "the output lies within the data set", "a folder beside it", "", "another folder for --out"});
+    fail({printable(folder.string()), "the output lies within the data set", "a folder beside it", "",
+          "another folder for --out"});
 }
 
 /// The lens of a camera as fields of a transforms file.
@@ -52,7 +56,8 @@ Json lens_json(const Camera& c) {
 Json matrix_json(const std::array<double, 16>& m, const Vec3d& shift) {
   const double add[4] = {shift.x, shift.y, shift.z, 0};
   Json matrix = Json::array();
-  for (std::size_t row = 0; row < 4; ++row) matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3] + add[row]});
+  for (std::size_t row = 0; row < 4; ++row)
+    matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3] + add[row]});
   return matrix;
 }
 
@@ -67,11 +72,14 @@ std::vector<char> png_of(const Image16& picture) {
 std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
   const std::vector<std::string> names = frame_names(raw, plan);
   std::vector<std::string> paths;
-  for (std::size_t i = 0; i < names.size(); ++i) paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i], plan.film() ? ".png" : plan.paths[i].extension().string()));
+  for (std::size_t i = 0; i < names.size(); ++i)
+    paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i],
+                                plan.film() ? ".png" : plan.paths[i].extension().string()));
   return paths;
 }
 
-void write_films(const PicturePlan& plan, const std::vector<std::string>& to, const fs::path& folder, const std::function<void()>& done) {
+void write_films(const PicturePlan& plan, const std::vector<std::string>& to, const fs::path& folder,
+                 const std::function<void()>& done) {
   std::map<fs::path, std::map<int, std::size_t>> of_film;
   for (std::size_t i = 0; i < plan.paths.size(); ++i) of_film[plan.paths[i]][plan.film_frame[i]] = i;
   for (const auto& [path, frames] : of_film) {
@@ -79,17 +87,21 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
     std::vector<std::size_t> place;
     for (const auto& [number, i] : frames) wanted.push_back(number), place.push_back(i);
     const PictureSize& size = plan.sizes[place[0]];
-    read_film(path, {size.width, size.height, wanted.back() + 1}, wanted, [&](std::size_t k, Image16&& image) {
-      const std::vector<char> png = png_of(image);
-      write_file((folder / to[place[k]]).string(), {std::string_view(png.data(), png.size())});
-      done();
-    }, plan.where[place[0]]);
+    read_film(
+        path, {size.width, size.height, wanted.back() + 1}, wanted,
+        [&](std::size_t k, Image16&& image) {
+          const std::vector<char> png = png_of(image);
+          write_file((folder / to[place[k]]).string(), {std::string_view(png.data(), png.size())});
+          done();
+        },
+        plan.where[place[0]]);
   }
 }
 
 }  // namespace
 
-void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress, const Vec3d& shift) {
+void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress,
+                     const Vec3d& shift) {
   const fs::path folder(target);
   check_target(path, folder);
   OpenScene open = open_scene(path, {});
@@ -102,7 +114,8 @@ void convert_dataset(const std::string& path, const std::string& target, const C
     const std::vector<std::string> to = targets(raw, plan);
     Json frames = Json::array();
     for (std::size_t i = 0; i < raw.frames.size(); ++i) {
-      const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width, plan.sizes[i].height, raw.where(i));
+      const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width,
+                                    plan.sizes[i].height, raw.where(i));
       Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
       frame.update(lens_json(camera));
       frame["transform_matrix"] = matrix_json(raw.frames[i].matrix, shift);
@@ -112,7 +125,8 @@ void convert_dataset(const std::string& path, const std::string& target, const C
     if (shift != Vec3d{}) file["shift"] = {shift.x, shift.y, shift.z};
     if (raw.name == "train" && open.scene.box) {
       const Box& b = *open.scene.box;
-      file["scene_box"] = {{b.lo.x + shift.x, b.lo.y + shift.y, b.lo.z + shift.z}, {b.hi.x + shift.x, b.hi.y + shift.y, b.hi.z + shift.z}};
+      file["scene_box"] = {{b.lo.x + shift.x, b.lo.y + shift.y, b.lo.z + shift.z},
+                           {b.hi.x + shift.x, b.hi.y + shift.y, b.hi.z + shift.z}};
     }
     file["frames"] = std::move(frames);
     files.push_back(std::move(file));
@@ -134,7 +148,8 @@ void convert_dataset(const std::string& path, const std::string& target, const C
       count();
     }
   }
-  for (std::size_t s = 0; s < files.size(); ++s) write_file((folder / transforms_name(open.scene.splits[s].name)).string(), {files[s].dump(1) + "\n"});
+  for (std::size_t s = 0; s < files.size(); ++s)
+    write_file((folder / transforms_name(open.scene.splits[s].name)).string(), {files[s].dump(1) + "\n"});
 }
 
 }  // namespace splinevox

@@ -5,9 +5,9 @@
 #include <filesystem>
 
 #include "data/fingerprint.hpp"
+#include "data/layouts/read_scene.hpp"
 #include "data/message_text.hpp"
-#include "data/pictures.hpp"
-#include "data/read_scene.hpp"
+#include "data/pictures/pictures.hpp"
 #include "data/time_map.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
@@ -27,14 +27,17 @@ TimeMap map_of(const OpenScene& open, const LoadOptions& options, std::vector<st
 }
 
 Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
-  return area_downscale(pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width, plan.sizes[i].height, raw.where(i)), plan.downscale);
+  return area_downscale(pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width,
+                                plan.sizes[i].height, raw.where(i)),
+                        plan.downscale);
 }
 
 /// Frames with everything but their pictures.
 Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map) {
   Split split{raw.name, {}};
   const std::vector<std::string> names = frame_names(raw, plan);
-  for (std::size_t i = 0; i < raw.frames.size(); ++i) split.frames.push_back({names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}});
+  for (std::size_t i = 0; i < raw.frames.size(); ++i)
+    split.frames.push_back({names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}});
   return split;
 }
 
@@ -57,8 +60,9 @@ void note_pictures(const Split& split, const std::vector<PictureFacts>& facts, b
   const auto found = std::find_if(facts.begin(), facts.end(), [&](const PictureFacts& f) { return f.*odd; });
   if (found == facts.end()) return;
   const auto count = std::count_if(facts.begin(), facts.end(), [&](const PictureFacts& f) { return f.*odd; });
-  notes.push_back(split.name + ": " + std::to_string(count) + " of " + std::to_string(facts.size()) + " pictures are " +
-                  what + ", first " + printable(split.frames[std::size_t(found - facts.begin())].name));
+  notes.push_back(split.name + ": " + std::to_string(count) + " of " + std::to_string(facts.size()) +
+                  " pictures are " + what + ", first " +
+                  printable(split.frames[std::size_t(found - facts.begin())].name));
 }
 
 /// Over the numbers as written and the pixels as kept, so that it does not depend on this machine's rounding.
@@ -69,10 +73,12 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts
     const RawFrame& frame = raw.frames[i];
     for (const double value : frame.matrix) hash.add(value);
     const Lens& lens = frame.lens;
-    for (const auto& value : {lens.camera_angle_x, lens.camera_angle_y, lens.fl_x, lens.fl_y, lens.cx, lens.cy})
+    for (const auto& value :
+         {lens.camera_angle_x, lens.camera_angle_y, lens.fl_x, lens.fl_y, lens.cx, lens.cy})
       hash.add(value);
     std::uint64_t place = 0;
-    for (const auto& value : {lens.k1, lens.k2, lens.k3, lens.k4, lens.p1, lens.p2})  // a lens without them has the hash it always had
+    for (const auto& value : {lens.k1, lens.k2, lens.k3, lens.k4, lens.p1,
+                              lens.p2})  // a lens without them has the hash it always had
       if (++place; value && *value != 0) hash.add(place), hash.add(value);
     if (lens.fisheye.value_or(false)) hash.add(std::uint64_t(1));
     hash.add(frame.time);
@@ -82,7 +88,8 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts
 }
 
 /// Decodes one split's pictures and records what they show.
-std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan, std::vector<std::string>& notes) {
+std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan,
+                                        std::vector<std::string>& notes) {
   std::vector<Picture> images = decode(plan);
   std::vector<const Picture*> views;
   for (std::size_t i = 0; i < images.size(); ++i) {
@@ -102,8 +109,12 @@ void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSpli
     const std::vector<PictureSize>& sizes = plans[s].sizes;
     const PictureSize &first = sizes[0], &of_all = plans[0].sizes[0];
     const auto others = std::ptrdiff_t(sizes.size()) - std::count(sizes.begin(), sizes.end(), first);
-    if (others > 0) notes.push_back(fmt::format("{}: {} of {} pictures are not of {} as the first", raw[s].name, others, sizes.size(), size_text(first)));
-    if (first != of_all) notes.push_back(fmt::format("{}: pictures of {}, {} has {}", raw[s].name, size_text(first), raw[0].name, size_text(of_all)));
+    if (others > 0)
+      notes.push_back(fmt::format("{}: {} of {} pictures are not of {} as the first", raw[s].name, others,
+                                  sizes.size(), size_text(first)));
+    if (first != of_all)
+      notes.push_back(fmt::format("{}: pictures of {}, {} has {}", raw[s].name, size_text(first), raw[0].name,
+                                  size_text(of_all)));
   }
 }
 
@@ -112,7 +123,8 @@ void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSpli
 Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   const fs::path folder(path);
   if (options.downscale < 1)
-    fail({"--downscale", "out of range", "a whole number, at least 1", std::to_string(options.downscale), ""});
+    fail(
+        {"--downscale", "out of range", "a whole number, at least 1", std::to_string(options.downscale), ""});
   OpenScene open = open_scene(folder, options);
   std::vector<RawSplit>& raw = open.scene.splits;
   Dataset dataset;

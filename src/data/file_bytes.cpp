@@ -14,8 +14,8 @@ std::uintmax_t file_size_of(const fs::path& path, const std::string& where) {
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found) fail({where, "the file does not exist", "", "", ""});
   if (fs::exists(status) && !fs::is_regular_file(status))
-    fail({where, "this is not a file", "a regular file", fs::is_directory(status) ? "a folder" : "a device or pipe",
-          ""});
+    fail({where, "this is not a file", "a regular file",
+          fs::is_directory(status) ? "a folder" : "a device or pipe", ""});
   const std::uintmax_t size = fs::file_size(path, error);
   if (error) fail({where, "the file cannot be read", "a readable file", error.message(), ""});
   return size;

@@ -8,12 +8,13 @@
 
 namespace splinevox::data {
 
-/// The size of a plain file. Throws Error (Fault::input) if it is absent or something else (a folder, a pipe).
+/// The size of a plain file. Throws Error (Fault::input) if it is absent or something else (a folder, a
+/// pipe).
 std::uintmax_t file_size_of(const std::filesystem::path& path, const std::string& where);
 
 /// The whole file, or its first `first` bytes. Throws Error (Fault::input) if it cannot be read or is longer
 /// than `limit` bytes.
-std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path, const std::string& where, std::uintmax_t limit,
-                                     std::uintmax_t first = UINTMAX_MAX);
+std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path, const std::string& where,
+                                     std::uintmax_t limit, std::uintmax_t first = UINTMAX_MAX);
 
 }  // namespace splinevox::data

@@ -59,14 +59,15 @@ class Guard {
 
   void open(bool array) {
     if (levels_.size() >= kDeepest)
-      fail({where_, "the JSON is nested too deeply", "at most " + std::to_string(kDeepest) + " levels", "more", ""});
+      fail({where_, "the JSON is nested too deeply", "at most " + std::to_string(kDeepest) + " levels",
+            "more", ""});
     levels_.push_back({array, 0, "", {}});
   }
   void key(const std::string& name) {
     levels_.back().key = name;
     if (!levels_.back().keys.insert(name).second)
-      fail({where_, "the field " + path() + " is there twice", "each key once in an object", in_quotes(name) + " again",
-            "remove one of the two"});
+      fail({where_, "the field " + path() + " is there twice", "each key once in an object",
+            in_quotes(name) + " again", "remove one of the two"});
     if (levels_.back().keys.size() > most_keys_)
       fail({where_, "an object has too many fields", "at most " + std::to_string(most_keys_), "more", ""});
   }
@@ -126,7 +127,9 @@ J read(const std::filesystem::path& path, const std::string& where, std::size_t 
 
 }  // namespace
 
-json read_json(const std::filesystem::path& path, const std::string& where) { return read<json>(path, where, std::size_t(-1)); }
+json read_json(const std::filesystem::path& path, const std::string& where) {
+  return read<json>(path, where, std::size_t(-1));
+}
 
 nlohmann::ordered_json read_ordered_json(const std::filesystem::path& path, const std::string& where) {
   return read<nlohmann::ordered_json>(path, where, 4096);

@@ -12,8 +12,8 @@ namespace splinevox::data {
 /// @param where  how an error names the file.
 /// Throws Error (Fault::input) with line, column and the field that was being read.
 nlohmann::json read_json(const std::filesystem::path& path, const std::string& where);
-/// The same with fields in the file's order, for files of this program: at most 4096 fields in an object, since looking for one takes
-/// time in proportion to their number.
+/// The same with fields in the file's order, for files of this program: at most 4096 fields in an object,
+/// since looking for one takes time in proportion to their number.
 nlohmann::ordered_json read_ordered_json(const std::filesystem::path& path, const std::string& where);
 
 }  // namespace splinevox::data

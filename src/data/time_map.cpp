@@ -31,12 +31,14 @@ TimeMap fit_time_map(const std::vector<double>& raw) {
   return {*lo, 1 / (*hi - *lo)};
 }
 
-TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits, std::vector<std::string>& notes) {
+TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits,
+                        std::vector<std::string>& notes) {
   if (train != nullptr) {
     const std::vector<double> times = times_of(*train);
     const TimeMap map = fit_time_map(times);
     const auto [lo, hi] = std::minmax_element(times.begin(), times.end());
-    if (map.scale == 0) notes.push_back("train: every frame has the time " + number(*lo) + "; nothing can move");
+    if (map.scale == 0)
+      notes.push_back("train: every frame has the time " + number(*lo) + "; nothing can move");
     if (map.scale != 0 && map != TimeMap{})
       notes.push_back("train: times from " + number(*lo) + " to " + number(*hi) +
                       " are mapped to 0 to 1, in every split");
@@ -45,8 +47,9 @@ TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& spli
   for (const RawSplit& split : splits)
     for (std::size_t i = 0; i < split.frames.size(); ++i)
       if (!in_unit(split.frames[i].time))
-        fail({split.where(i), "'time' is outside [0, 1] and there is no train split to map it by", "a number in [0, 1]",
-              number(split.frames[i].time), "add " + transforms_name("train") + ", or pass the run's time map"});
+        fail({split.where(i), "'time' is outside [0, 1] and there is no train split to map it by",
+              "a number in [0, 1]", number(split.frames[i].time),
+              "add " + transforms_name("train") + ", or pass the run's time map"});
   notes.push_back("there is no train split: times are taken as they are");
   return {};
 }
@@ -54,8 +57,8 @@ TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& spli
 void note_times(const RawSplit& split, const TimeMap& map, std::vector<std::string>& notes) {
   const std::size_t n = split.frames.size();
   if (!split.timed) {
-    notes.push_back(split.name + ": no frame has a 'time'; frame i of " + std::to_string(n) + " is taken at i / " +
-                    std::to_string(std::max<std::size_t>(n - 1, 1)));
+    notes.push_back(split.name + ": no frame has a 'time'; frame i of " + std::to_string(n) +
+                    " is taken at i / " + std::to_string(std::max<std::size_t>(n - 1, 1)));
     return;
   }
   std::vector<double> times = times_of(split);
@@ -63,7 +66,8 @@ void note_times(const RawSplit& split, const TimeMap& map, std::vector<std::stri
     notes.push_back(split.name + ": frames are not in the order of time");
   const auto outside =
       std::size_t(std::count_if(times.begin(), times.end(), [&](double t) { return !in_unit(map(t)); }));
-  if (outside > 0) notes.push_back(split.name + ": " + count_of(outside, n) + " lie outside the train split's times");
+  if (outside > 0)
+    notes.push_back(split.name + ": " + count_of(outside, n) + " lie outside the train split's times");
   std::sort(times.begin(), times.end());
   const auto distinct = std::size_t(std::unique(times.begin(), times.end()) - times.begin());
   if (distinct < n && map.scale != 0)

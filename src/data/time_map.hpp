@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "data/transforms.hpp"
+#include "data/layouts/transforms.hpp"
 #include "splinevox/core/camera.hpp"
 
 namespace splinevox::data {
@@ -16,7 +16,8 @@ TimeMap fit_time_map(const std::vector<double>& raw);
 /// The map of a data set, from its train split.
 /// @param train   null if the folder has none: then the identity, and the splits' times must lie in [0, 1].
 /// @param splits  those that were read, for that check. Throws Error (Fault::input).
-TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits, std::vector<std::string>& notes);
+TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits,
+                        std::vector<std::string>& notes);
 
 /// A frame's time in the model's [0, 1]. Times made from indices are there already.
 inline double model_time(const RawSplit& split, std::size_t frame, const TimeMap& map) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/field/sample.hpp"
 
-#include "splinevox/core/simd.hpp"
-#include "splinevox/field/gather.hpp"
-#include "splinevox/field/locate.hpp"
-#include "splinevox/math/light.hpp"
+#include "core/simd.hpp"
+#include "field/lattice/gather.hpp"
+#include "field/lattice/locate.hpp"
+#include "math/light.hpp"
 
 namespace splinevox {
 namespace {
@@ -20,9 +20,11 @@ FrameSampler::FrameSampler(const VoxelModel& model, double time)
     : FrameSampler(model, stored_weights(model.motion, time), stored_weights_dt(model.motion, time)) {}
 
 FrameSampler::FrameSampler(const VoxelModel& model, AtParameter parameter)
-    : FrameSampler(model, parameter_weights(model.motion, parameter.value), parameter_weights_dt(model.motion, parameter.value)) {}
+    : FrameSampler(model, parameter_weights(model.motion, parameter.value),
+                   parameter_weights_dt(model.motion, parameter.value)) {}
 
-FrameSampler::FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights, const BasisWeights<float>& weights_dt)
+FrameSampler::FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights,
+                           const BasisWeights<float>& weights_dt)
     : model_(model), radiance_view_(*model.radiance.raw.topology) {
   if (model.motion.levels.empty()) return;
   position_ = make_slice(model.motion, weights);
@@ -39,7 +41,8 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
   Activated<float> r{1, 0};
   if (model_.motion.rigidity) r = sigmoid(p.value[3] + model_.motion.rigidity_offset);
   out.rigidity = r.value;
-  if (model_.motion.light) out.light = light_gain(interpolate<Four>(at, position_.values.data(), kSliceWidth, 4)[0]).value;
+  if (model_.motion.light)
+    out.light = light_gain(interpolate<Four>(at, position_.values.data(), kSliceWidth, 4)[0]).value;
   out.displacement = r.value * xyz(p.value);
   out.velocity_to_canonical = r.value * xyz(v.value);
   // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.
@@ -61,12 +64,16 @@ FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
   for (const std::int32_t row : at.rows.row) stored |= row >= kBrickRows;
   if (!stored) return out;
   for (int offset = 0; offset < field.raw.width; offset += 8) {
-    const Eight v = gather<Eight>(at.rows, at.fraction, field.raw.values.data(), field.raw.width, offset).value;
+    const Eight v =
+        gather<Eight>(at.rows, at.fraction, field.raw.values.data(), field.raw.width, offset).value;
     for (int i = 0; i < 8; ++i) {
       const int c = offset + i - 4;
-      if (c >= 0 && c < field.sh_count()) out.sh[c] = v[i];
-      else if (c == -4) out.density = field.activation.scale * softplus(v[0] + field.activation.shift).value;
-      else if (c < 0) out.color[c + 3] = sigmoid(v[i]).value;
+      if (c >= 0 && c < field.sh_count())
+        out.sh[c] = v[i];
+      else if (c == -4)
+        out.density = field.activation.scale * softplus(v[0] + field.activation.shift).value;
+      else if (c < 0)
+        out.color[c + 3] = sigmoid(v[i]).value;
     }
   }
   return out;

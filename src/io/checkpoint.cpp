@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/checkpoint.hpp"
+#include "io/checkpoint.hpp"
 
 #include <cstring>
 #include <string_view>
@@ -12,8 +12,8 @@ namespace {
 
 // magic (8) | framing version (4) | format (4) | config (8) | dataset (8) | step (8) | length of kind (8) |
 // length of bytes (8) | kind | bytes | XXH64 of everything before (8).
-// The magic, the version after it and the checksum at the very end are the same in every version to come, so that a
-// newer file is told from a damaged one.
+// The magic, the version after it and the checksum at the very end are the same in every version to come, so
+// that a newer file is told from a damaged one.
 constexpr std::string_view kMagic = "SPVXCKPT";
 constexpr std::uint32_t kFraming = 1;
 constexpr std::size_t kFixed = 56, kHash = 8;
@@ -36,16 +36,21 @@ struct Newer : Error {
 
 Checkpoint parse(const std::string& path, std::string_view file) {
   const auto damaged = [&](std::string expected, std::string got) {
-    fail({.where = path, .what = "is damaged or not complete", .expected = std::move(expected), .got = std::move(got)});
+    fail({.where = path,
+          .what = "is damaged or not complete",
+          .expected = std::move(expected),
+          .got = std::move(got)});
   };
   if (file.substr(0, kMagic.size()) != kMagic)
     fail({.where = path,
           .what = "is not a checkpoint of splinevox",
           .expected = "a file that begins with " + std::string(kMagic),
           .got = file.empty() ? "an empty file" : "other bytes"});
-  if (file.size() < kMagic.size() + 4 + kHash) damaged("a whole header", std::to_string(file.size()) + " bytes");
+  if (file.size() < kMagic.size() + 4 + kHash)
+    damaged("a whole header", std::to_string(file.size()) + " bytes");
   const std::string_view body = file.substr(0, file.size() - kHash);
-  if (hash64(body) != get<std::uint64_t>(file, body.size())) damaged("a checksum that fits the content", "another one");
+  if (hash64(body) != get<std::uint64_t>(file, body.size()))
+    damaged("a checksum that fits the content", "another one");
   const auto version = get<std::uint32_t>(file, 8);
   if (version > kFraming)
     throw Newer({.where = path,
@@ -54,7 +59,8 @@ Checkpoint parse(const std::string& path, std::string_view file) {
                  .got = std::to_string(version),
                  .hint = "resume with the version that wrote it, or train into another folder"},
                 Fault::input);
-  if (version != kFraming || body.size() < kFixed) damaged("a whole header", std::to_string(file.size()) + " bytes");
+  if (version != kFraming || body.size() < kFixed)
+    damaged("a whole header", std::to_string(file.size()) + " bytes");
   Checkpoint out;
   out.header.format = get<std::uint32_t>(file, 12);
   out.header.config = get<std::uint64_t>(file, 16);
@@ -70,7 +76,8 @@ Checkpoint parse(const std::string& path, std::string_view file) {
 
 }  // namespace
 
-PendingCheckpoint::PendingCheckpoint(const std::string& path, const CheckpointHeader& header, std::span<const std::string_view> pieces)
+PendingCheckpoint::PendingCheckpoint(const std::string& path, const CheckpointHeader& header,
+                                     std::span<const std::string_view> pieces)
     : file_(path, kFixed + header.kind.size() + total_size(pieces) + kHash), previous_(path + ".prev") {
   std::string head(kMagic);
   put(head, kFraming);
@@ -92,7 +99,8 @@ PendingCheckpoint::PendingCheckpoint(const std::string& path, const CheckpointHe
 
 FileDigest PendingCheckpoint::commit() { return file_.commit(previous_); }
 
-FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& header, const std::vector<char>& bytes) {
+FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& header,
+                            const std::vector<char>& bytes) {
   const std::string_view whole(bytes.data(), bytes.size());
   return PendingCheckpoint(path, header, {&whole, 1}).commit();
 }
@@ -107,8 +115,9 @@ Checkpoint read_checkpoint(const std::string& path) {
     try {
       Checkpoint out = parse(previous, read_file(previous));
       const Problem& p = error.problem;
-      out.note = p.where + " " + p.what + (p.got.empty() ? "" : " (" + p.got + ")") + "; the one before it, " +
-                 previous + " at step " + std::to_string(out.header.step) + ", is used instead";
+      out.note = p.where + " " + p.what + (p.got.empty() ? "" : " (" + p.got + ")") +
+                 "; the one before it, " + previous + " at step " + std::to_string(out.header.step) +
+                 ", is used instead";
       return out;
     } catch (const Error&) {
     }

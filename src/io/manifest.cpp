@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/manifest.hpp"
+#include "io/manifest.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/vdb_file.hpp"
 
 namespace splinevox {
 namespace {
@@ -25,9 +25,11 @@ std::string hash_text(std::uint64_t hash) {
 
 std::uint64_t parse_hash(const std::string& text, const std::string& where) {
   std::uint64_t hash = 0;
-  const char *begin = text.data() + std::min(kHashPrefix.size(), text.size()), *end = text.data() + text.size();
+  const char *begin = text.data() + std::min(kHashPrefix.size(), text.size()),
+             *end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(begin, end, hash, 16);
-  if (text.compare(0, kHashPrefix.size(), kHashPrefix) != 0 || end - begin != 16 || stop != end || error != std::errc())
+  if (text.compare(0, kHashPrefix.size(), kHashPrefix) != 0 || end - begin != 16 || stop != end ||
+      error != std::errc())
     fail({.where = where,
           .what = "'hash' is malformed",
           .expected = std::string(kHashPrefix) + " and 16 hexadecimal digits",
@@ -61,7 +63,8 @@ Manifest parse(const std::string& path, const std::string& text) {
   try {
     const Read json = Read::parse(text, guard);
     const int version = json.at("version");
-    if (json.at("format") != "splinevox manifest") fail({.where = path, .what = "is not a manifest of splinevox"});
+    if (json.at("format") != "splinevox manifest")
+      fail({.where = path, .what = "is not a manifest of splinevox"});
     if (version > kVersion)
       fail({.where = path,
             .what = "was written by a newer version of splinevox",
@@ -92,7 +95,8 @@ FileCheck check_file(const std::string& folder, const ManifestFile& listed) {
     const FileDigest found = digest_file(path);
     if (found.size != listed.digest.size)
       return {listed.name, false,
-              "has " + std::to_string(found.size) + " bytes, the manifest says " + std::to_string(listed.digest.size)};
+              "has " + std::to_string(found.size) + " bytes, the manifest says " +
+                  std::to_string(listed.digest.size)};
     if (found.hash != listed.digest.hash)
       return {listed.name, false,
               "has hash " + hash_text(found.hash) + ", the manifest says " + hash_text(listed.digest.hash)};
@@ -157,7 +161,8 @@ Manifest read_manifest(const std::string& folder, const std::string& name) {
 
 std::vector<FileCheck> verify(const std::string& folder) {
   namespace fs = std::filesystem;
-  if (const auto partial = partial_manifests(folder); !partial.empty() && !fs::exists(fs::path(folder) / kManifestName))
+  if (const auto partial = partial_manifests(folder);
+      !partial.empty() && !fs::exists(fs::path(folder) / kManifestName))
     fail({.where = folder,
           .what = "holds an export that was not finished",
           .expected = kManifestName,
@@ -168,7 +173,8 @@ std::vector<FileCheck> verify(const std::string& folder) {
           .what = "has no list of its files to check them by",
           .expected = kManifestName,
           .got = fs::is_directory(folder) ? "none" : "no such folder",
-          .hint = "a run has one once it ended or was interrupted (train ... --resume goes on), an export once all its frames are there"});
+          .hint = "a run has one once it ended or was interrupted (train ... --resume goes on), an export "
+                  "once all its frames are there"});
   const Manifest manifest = read_manifest(folder);
   std::vector<FileCheck> checks;
   for (const ManifestFile& file : manifest.files) checks.push_back(check_file(folder, file));

@@ -18,8 +18,8 @@ constexpr double kSigma = 1.5, kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;
 constexpr std::array<double, 5> kScaleWeights{0.0448, 0.2856, 0.3001, 0.2363, 0.1333};
 
 std::string shape(const Image& image) {
-  return std::to_string(image.width) + "x" + std::to_string(image.height) + " with " + std::to_string(image.channels) +
-         " channels";
+  return std::to_string(image.width) + "x" + std::to_string(image.height) + " with " +
+         std::to_string(image.channels) + " channels";
 }
 
 void require_same_shape(const char* metric, const Image& a, const Image& b) {
@@ -62,7 +62,8 @@ std::vector<double> gaussian(int size) {
   return w;
 }
 
-/// Separable filter over the valid region: first along rows, then along columns (row by row, so both vectorise).
+/// Separable filter over the valid region: first along rows, then along columns (row by row, so both
+/// vectorise).
 Plane filter(const Plane& in, const std::vector<double>& w) {
   const int n = int(w.size()), width = in.width - n + 1, height = in.height - n + 1;
   std::vector<double> rows(std::size_t(width) * in.height, 0.0);
@@ -100,7 +101,8 @@ Similarity similarity(const Plane& a, const Plane& b) {
     bb.data[i] *= db.data[i];
     ab.data[i] *= db.data[i];
   }
-  const Plane ma = filter(da, w), mb = filter(db, w), maa = filter(aa, w), mbb = filter(bb, w), mab = filter(ab, w);
+  const Plane ma = filter(da, w), mb = filter(db, w), maa = filter(aa, w), mbb = filter(bb, w),
+              mab = filter(ab, w);
   Similarity sum;
   for (std::size_t i = 0; i < ma.data.size(); ++i) {
     const double va = maa.data[i] - ma.data[i] * ma.data[i], vb = mbb.data[i] - mb.data[i] * mb.data[i];

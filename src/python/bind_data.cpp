@@ -9,12 +9,15 @@
 namespace splinevox::python {
 namespace {
 
-Camera make_camera(int width, int height, const Doubles& matrix, std::optional<double> fx, std::optional<double> fy, std::optional<double> cx,
-                   std::optional<double> cy, std::optional<double> angle_x) {
+Camera make_camera(int width, int height, const Doubles& matrix, std::optional<double> fx,
+                   std::optional<double> fy, std::optional<double> cx, std::optional<double> cy,
+                   std::optional<double> angle_x) {
   if (matrix.ndim() != 2 || matrix.shape(0) != 4 || matrix.shape(1) != 4)
-    fail({"Camera", "camera_to_world is not a matrix", "an array of shape (4, 4)", py::str(matrix.attr("shape")), ""});
+    fail({"Camera", "camera_to_world is not a matrix", "an array of shape (4, 4)",
+          py::str(matrix.attr("shape")), ""});
   if (width < 1 || height < 1 || width > 16384 || height > 16384)
-    fail({"Camera", "this is not a picture's size", "1 to 16384 pixels", std::to_string(width) + " x " + std::to_string(height), ""});
+    fail({"Camera", "this is not a picture's size", "1 to 16384 pixels",
+          std::to_string(width) + " x " + std::to_string(height), ""});
   std::array<double, 16> m;
   std::copy_n(matrix.data(), 16, m.begin());
   data::Lens lens;
@@ -53,32 +56,51 @@ double metric(const Floats& a, const Floats& b) {
 }  // namespace
 
 void bind_data(py::module_& m) {
-  py::class_<Camera>(m, "Camera", "A pinhole camera. Pixel (i, j) has its centre at (i + 0.5, j + 0.5), j from the top; axes are OpenGL's: x right, y up, looking along -z.")
-      .def(py::init(&make_camera), "width and height in pixels; camera_to_world (4, 4); fx (or angle_x, the full field of view in radians), fy (fx), cx, cy (the middle) in pixels.",
-           py::arg("width"), py::arg("height"), py::arg("camera_to_world"), py::arg("fx") = py::none(), py::arg("fy") = py::none(), py::arg("cx") = py::none(),
-           py::arg("cy") = py::none(), py::arg("angle_x") = py::none())
+  py::class_<Camera>(m, "Camera",
+                     "A pinhole camera. Pixel (i, j) has its centre at (i + 0.5, j + 0.5), j from the top; "
+                     "axes are OpenGL's: x right, y up, looking along -z.")
+      .def(py::init(&make_camera),
+           "width and height in pixels; camera_to_world (4, 4); fx (or angle_x, the full field of view in "
+           "radians), fy (fx), cx, cy (the middle) in pixels.",
+           py::arg("width"), py::arg("height"), py::arg("camera_to_world"), py::arg("fx") = py::none(),
+           py::arg("fy") = py::none(), py::arg("cx") = py::none(), py::arg("cy") = py::none(),
+           py::arg("angle_x") = py::none())
       .def_readonly("width", &Camera::width, "pixels")
       .def_readonly("height", &Camera::height, "pixels")
       .def_readonly("fx", &Camera::fx, "focal length, pixels")
       .def_readonly("fy", &Camera::fy, "focal length, pixels")
       .def_readonly("cx", &Camera::cx, "centre, pixels")
       .def_readonly("cy", &Camera::cy, "centre, pixels")
-      .def_property_readonly("camera_to_world", &matrix_of, "float64 (4, 4): world axes of the camera in the first three columns, its place in the fourth.")
-      .def("__repr__", [](const Camera& c) { return "<splinevox.Camera " + std::to_string(c.width) + "x" + std::to_string(c.height) + ">"; });
+      .def_property_readonly(
+          "camera_to_world", &matrix_of,
+          "float64 (4, 4): world axes of the camera in the first three columns, its place in the fourth.")
+      .def("__repr__", [](const Camera& c) {
+        return "<splinevox.Camera " + std::to_string(c.width) + "x" + std::to_string(c.height) + ">";
+      });
 
   py::class_<Frame>(m, "Frame", "One posed picture of a data set.")
       .def_readonly("name", &Frame::name, "file name without folder and extension")
       .def_readonly("camera", &Frame::camera, "where it was taken from")
       .def_readonly("time", &Frame::time, "the model's, in [0, 1] on the train split")
-      .def_property_readonly("image", [](const Frame& f) {
-            py::array_t<std::uint16_t> out({py::ssize_t(f.image.height), py::ssize_t(f.image.width), py::ssize_t(4)});
+      .def_property_readonly(
+          "image",
+          [](const Frame& f) {
+            py::array_t<std::uint16_t> out(
+                {py::ssize_t(f.image.height), py::ssize_t(f.image.width), py::ssize_t(4)});
             std::uint16_t* to = out.mutable_data();
             for (std::size_t i = 0; i < f.image.pixels(); ++i)
               for (const std::uint16_t v : f.image.pixel(i)) *to++ = v;
             return out;
-          }, "uint16 (height, width, 4), straight RGBA, 65535 = 1. A copy: in memory a picture of 8 bits is kept in 8.")
-      .def("composited", [](const Frame& f, std::array<float, 3> b) { return array_of(composite(f.image, {b[0], b[1], b[2]})); },
-           "float32 (height, width, 3) over a background.", py::arg("background") = std::array<float, 3>{1, 1, 1});
+          },
+          "uint16 (height, width, 4), straight RGBA, 65535 = 1. A copy: in memory a picture of 8 bits is "
+          "kept in 8.")
+      .def(
+          "composited",
+          [](const Frame& f, std::array<float, 3> b) {
+            return array_of(composite(f.image, {b[0], b[1], b[2]}));
+          },
+          "float32 (height, width, 3) over a background.",
+          py::arg("background") = std::array<float, 3>{1, 1, 1});
 
   py::class_<Dataset, std::shared_ptr<Dataset>>(m, "Dataset", "A data set, read and checked once.")
       .def_readonly("path", &Dataset::path, "where it was read from")
@@ -86,34 +108,56 @@ void bind_data(py::module_& m) {
       .def_readonly("notes", &Dataset::notes, "what is odd about it, one line each")
       .def_readonly("has_alpha", &Dataset::has_alpha, "whether any training pixel is not opaque")
       .def_readonly("downscale", &Dataset::downscale, "block size of the area filter")
-      .def_property_readonly("time_map", [](const Dataset& d) { return std::pair(d.time_map.origin, d.time_map.scale); }, "(origin, scale): model time = (time - origin) * scale")
-      .def("frames", [](py::object self, const std::string& split) {
+      .def_property_readonly(
+          "time_map", [](const Dataset& d) { return std::pair(d.time_map.origin, d.time_map.scale); },
+          "(origin, scale): model time = (time - origin) * scale")
+      .def(
+          "frames",
+          [](py::object self, const std::string& split) {
             py::list frames;
-            for (const Frame& f : split_of(self.cast<const Dataset&>(), split).frames) frames.append(py::cast(f, py::return_value_policy::reference_internal, self));
+            for (const Frame& f : split_of(self.cast<const Dataset&>(), split).frames)
+              frames.append(py::cast(f, py::return_value_policy::reference_internal, self));
             return frames;
-          }, "The pictures of a split, in order; they keep the data set alive.", py::arg("split") = "train");
+          },
+          "The pictures of a split, in order; they keep the data set alive.", py::arg("split") = "train");
 
-  m.def("load_dataset", [](const std::string& path, int downscale, std::vector<std::string> splits) {
-          LoadOptions options;
-          options.downscale = downscale, options.splits = std::move(splits);
-          auto data = std::make_shared<Dataset>();
-          released([&] { *data = load_dataset(path, options); });
-          return data;
-        }, "Reads a data set folder as the command line does. splits: which; none = all.", py::arg("path"), py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{});
-  m.def("make_synth", [](const std::string& scene, int frames, int size, std::uint64_t seed) {
-          auto data = std::make_shared<Dataset>();
-          released([&] { *data = make_synth(scene, synth_options(frames, size, seed)); });
-          return data;
-        }, "A built-in scene in memory: dancer, ball, snake or static.", py::arg("scene") = "dancer", py::arg("frames") = 100, py::arg("size") = 200, py::arg("seed") = 1);
-  m.def("write_synth", [](const std::string& scene, const std::string& folder, int frames, int size, std::uint64_t seed) {
-          released([&] { write_synth(scene, folder, synth_options(frames, size, seed)); });
-        }, "A built-in scene as a data set folder with motion ground truth.", py::arg("scene"), py::arg("folder"), py::arg("frames") = 100, py::arg("size") = 200, py::arg("seed") = 1);
+  m.def(
+      "load_dataset",
+      [](const std::string& path, int downscale, std::vector<std::string> splits) {
+        LoadOptions options;
+        options.downscale = downscale, options.splits = std::move(splits);
+        auto data = std::make_shared<Dataset>();
+        released([&] { *data = load_dataset(path, options); });
+        return data;
+      },
+      "Reads a data set folder as the command line does. splits: which; none = all.", py::arg("path"),
+      py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{});
+  m.def(
+      "make_synth",
+      [](const std::string& scene, int frames, int size, std::uint64_t seed) {
+        auto data = std::make_shared<Dataset>();
+        released([&] { *data = make_synth(scene, synth_options(frames, size, seed)); });
+        return data;
+      },
+      "A built-in scene in memory: dancer, ball, snake or static.", py::arg("scene") = "dancer",
+      py::arg("frames") = 100, py::arg("size") = 200, py::arg("seed") = 1);
+  m.def(
+      "write_synth",
+      [](const std::string& scene, const std::string& folder, int frames, int size, std::uint64_t seed) {
+        released([&] { write_synth(scene, folder, synth_options(frames, size, seed)); });
+      },
+      "A built-in scene as a data set folder with motion ground truth.", py::arg("scene"), py::arg("folder"),
+      py::arg("frames") = 100, py::arg("size") = 200, py::arg("seed") = 1);
 
-  m.def("write_png", [](const std::string& path, const Floats& image) { write_png(path, image_of(image, "image")); },
-        "1, 3 or 4 channels, clamped to [0, 1], 8 bit.", py::arg("path"), py::arg("image"));
+  m.def(
+      "write_png",
+      [](const std::string& path, const Floats& image) { write_png(path, image_of(image, "image")); },
+      "1, 3 or 4 channels, clamped to [0, 1], 8 bit.", py::arg("path"), py::arg("image"));
   m.def("psnr", &metric<psnr>, "dB, of pictures within [0, 1].", py::arg("a"), py::arg("b"));
-  m.def("ssim", &metric<ssim>, "Structural similarity of pictures within [0, 1].", py::arg("a"), py::arg("b"));
-  m.def("ms_ssim", &metric<ms_ssim>, "Multi-scale structural similarity of pictures within [0, 1].", py::arg("a"), py::arg("b"));
+  m.def("ssim", &metric<ssim>, "Structural similarity of pictures within [0, 1].", py::arg("a"),
+        py::arg("b"));
+  m.def("ms_ssim", &metric<ms_ssim>, "Multi-scale structural similarity of pictures within [0, 1].",
+        py::arg("a"), py::arg("b"));
 }
 
 }  // namespace splinevox::python

@@ -11,7 +11,8 @@ struct Kinds {
 Kinds g_kinds;
 
 PyObject* make_kind(py::module_& m, const char* name, const char* doc, const py::tuple& bases) {
-  PyObject* kind = PyErr_NewExceptionWithDoc((std::string("splinevox.") + name).c_str(), doc, bases.ptr(), nullptr);
+  PyObject* kind =
+      PyErr_NewExceptionWithDoc((std::string("splinevox.") + name).c_str(), doc, bases.ptr(), nullptr);
   if (!kind) throw py::error_already_set();
   m.add_object(name, kind);
   return kind;
@@ -19,9 +20,12 @@ PyObject* make_kind(py::module_& m, const char* name, const char* doc, const py:
 
 /// The same message as on the command line, and its parts as attributes.
 void raise(const Error& e) {
-  PyObject* kind = e.fault == Fault::input ? g_kinds.input : e.fault == Fault::output ? g_kinds.output : g_kinds.numeric;
+  PyObject* kind = e.fault == Fault::input    ? g_kinds.input
+                   : e.fault == Fault::output ? g_kinds.output
+                                              : g_kinds.numeric;
   const py::object exception = py::reinterpret_borrow<py::object>(kind)(py::str(e.what()));
-  exception.attr("where") = e.problem.where, exception.attr("what") = e.problem.what, exception.attr("expected") = e.problem.expected;
+  exception.attr("where") = e.problem.where, exception.attr("what") = e.problem.what,
+  exception.attr("expected") = e.problem.expected;
   exception.attr("got") = e.problem.got, exception.attr("hint") = e.problem.hint;
   PyErr_SetObject(kind, exception.ptr());
 }
@@ -30,10 +34,17 @@ void raise(const Error& e) {
 
 void bind_errors(py::module_& m) {
   const auto base = [](PyObject* type) { return py::reinterpret_borrow<py::object>(type); };
-  g_kinds.error = make_kind(m, "Error", "Anything splinevox refuses or cannot do. Attributes: where, what, expected, got, hint.", py::make_tuple(base(PyExc_Exception)));
-  g_kinds.input = make_kind(m, "InputError", "A file or an argument is wrong (exit code 2 of the command line).", py::make_tuple(base(g_kinds.error), base(PyExc_ValueError)));
-  g_kinds.output = make_kind(m, "OutputError", "A file could not be written.", py::make_tuple(base(g_kinds.error), base(PyExc_OSError)));
-  g_kinds.numeric = make_kind(m, "NumericError", "The computation itself failed: steps in a row that were not finite.", py::make_tuple(base(g_kinds.error), base(PyExc_ArithmeticError)));
+  g_kinds.error = make_kind(
+      m, "Error", "Anything splinevox refuses or cannot do. Attributes: where, what, expected, got, hint.",
+      py::make_tuple(base(PyExc_Exception)));
+  g_kinds.input =
+      make_kind(m, "InputError", "A file or an argument is wrong (exit code 2 of the command line).",
+                py::make_tuple(base(g_kinds.error), base(PyExc_ValueError)));
+  g_kinds.output = make_kind(m, "OutputError", "A file could not be written.",
+                             py::make_tuple(base(g_kinds.error), base(PyExc_OSError)));
+  g_kinds.numeric =
+      make_kind(m, "NumericError", "The computation itself failed: steps in a row that were not finite.",
+                py::make_tuple(base(g_kinds.error), base(PyExc_ArithmeticError)));
   py::register_exception_translator([](std::exception_ptr p) {
     try {
       if (p) std::rethrow_exception(p);

@@ -2,10 +2,10 @@
 #include <limits>
 #include <mutex>
 
-#include "app/evaluate.hpp"
+#include "field/lattice/slice.hpp"
 #include "python/convert.hpp"
+#include "run/evaluate.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/slice.hpp"
 #include "splinevox/field/track.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -19,7 +19,8 @@ struct Looker {
   explicit Looker(ModelPtr m) : model(std::move(m)), renderer(*model) {}
   Rendered look(const Camera& camera, double time, double step_scale, double stop) {
     if (!(step_scale > 0 && stop >= 0 && stop < 1))
-      fail({"render", "there is no such march", "step_scale > 0 and stop in [0, 1)", std::to_string(step_scale) + ", " + std::to_string(stop), ""});
+      fail({"render", "there is no such march", "step_scale > 0 and stop in [0, 1)",
+            std::to_string(step_scale) + ", " + std::to_string(stop), ""});
     Rendered out;
     released([&] {
       const std::lock_guard lock(mutex);
@@ -36,11 +37,15 @@ struct Looker {
 struct Pictures {
   py::array_t<float> rgb, alpha, depth, flow, rigidity;
   explicit Pictures(Rendered&& r)
-      : rgb(array_of(std::move(r.rgb))), alpha(array_of(std::move(r.alpha))), depth(array_of(std::move(r.depth))),
-        flow(array_of(std::move(r.flow))), rigidity(array_of(std::move(r.rigidity))) {}
+      : rgb(array_of(std::move(r.rgb))),
+        alpha(array_of(std::move(r.alpha))),
+        depth(array_of(std::move(r.depth))),
+        flow(array_of(std::move(r.flow))),
+        rigidity(array_of(std::move(r.rigidity))) {}
 };
 
-/// Columns [first, first + count) of every row, as they lie in memory; groups > 1: that many of them, `apart` floats from each other.
+/// Columns [first, first + count) of every row, as they lie in memory; groups > 1: that many of them, `apart`
+/// floats from each other.
 py::object columns(Channels& c, int first, int count, py::handle owner, int groups = 0, int apart = 0) {
   const py::ssize_t rows = py::ssize_t(c.values.size()) / c.width, row = c.width * 4;
   float* data = c.values.data() + first;
@@ -81,12 +86,14 @@ py::tuple tracked(const std::vector<std::vector<TrackedPoint>>& found, std::size
   float* p = place.mutable_data();
   bool* f = folded.mutable_data();
   for (const auto& row : found)
-    for (const TrackedPoint& t : row) *p++ = t.position.x, *p++ = t.position.y, *p++ = t.position.z, *f++ = t.folded;
+    for (const TrackedPoint& t : row)
+      *p++ = t.position.x, *p++ = t.position.y, *p++ = t.position.z, *f++ = t.folded;
   return py::make_tuple(place, folded);
 }
 
 void check_time(double t) {
-  if (!(t >= 0 && t <= 1)) fail({"time", "there is no such time in the model", "a number in [0, 1]", std::to_string(t), ""});
+  if (!(t >= 0 && t <= 1))
+    fail({"time", "there is no such time in the model", "a number in [0, 1]", std::to_string(t), ""});
 }
 
 py::tuple track_points(const ModelPtr& model, const Floats& array, double from, std::vector<double> to) {
@@ -114,101 +121,184 @@ std::array<std::array<float, 3>, 2> box_of(const VoxelModel& m) {
 
 void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
   model
-      .def_property_readonly("density", [](py::object self) { return columns(model_of(self).radiance.raw, 0, 1, self); },
-           "float32 (rows,), raw: density is scale * softplus(raw + shift). A view that may be written, as all of them are; "
-           "rows 0 to 511 stand for everything absent. A Renderer made before a change may skip what was empty then.")
-      .def_property_readonly("rgb", [](py::object self) { return columns(model_of(self).radiance.raw, 1, 3, self); }, "float32 (rows, 3), raw: colour is sigmoid(raw). A view.")
-      .def_property_readonly("sh", [](py::object self) -> py::object {
+      .def_property_readonly(
+          "density", [](py::object self) { return columns(model_of(self).radiance.raw, 0, 1, self); },
+          "float32 (rows,), raw: density is scale * softplus(raw + shift). A view that may be written, as "
+          "all of them are; "
+          "rows 0 to 511 stand for everything absent. A Renderer made before a change may skip what was "
+          "empty then.")
+      .def_property_readonly(
+          "rgb", [](py::object self) { return columns(model_of(self).radiance.raw, 1, 3, self); },
+          "float32 (rows, 3), raw: colour is sigmoid(raw). A view.")
+      .def_property_readonly(
+          "sh",
+          [](py::object self) -> py::object {
             RadianceField& r = model_of(self).radiance;
             if (r.sh_order < 0) return py::none();
-            return view_of(r.raw.values.data() + 4, {py::ssize_t(r.raw.values.size()) / r.raw.width, r.sh_count()}, {r.raw.width * 4, 4}, self);
-          }, "float32 (rows, coefficients) of the view rescale; None without view dependence. A view.")
-      .def_property_readonly("control_points", motion_view([](const MotionField& f) { return f.displaces; },
-           [](MotionField& f, Channels& c, const py::object& self) { return columns(c, 0, 3, self, f.stored_points(), f.stride()); }),
-           "float32 (rows, stored points, 3), scene units; None where nothing moves. A view; a Renderer made before a change may skip what was zero then.")
-      .def_property_readonly("light", motion_view([](const MotionField& f) { return f.light; },
-           [](MotionField& f, Channels& c, const py::object& self) { return columns(c, f.light_lane(), 1, self, f.stored_points(), f.stride()); }),
-           "float32 (rows, stored points), raw: the gain is 2 sigmoid; None where the light does not change. A view.")
-      .def_property_readonly("rigidity", motion_view([](const MotionField& f) { return f.displaces && f.rigidity; },
-           [](MotionField& f, Channels& c, const py::object& self) { return columns(c, f.rigidity_column(), 1, self); }),
-           "float32 (rows,), raw: 1 moves and 0 is static after the sigmoid; None if it has none. A view.")
-      .def("radiance_positions", [](const VoxelModel& m) { return positions(*m.radiance.raw.topology); }, "float32 (rows, 3): where density, rgb and sh are; scene units. A copy.")
-      .def("motion_positions", [](const VoxelModel& m) -> py::object {
+            return view_of(r.raw.values.data() + 4,
+                           {py::ssize_t(r.raw.values.size()) / r.raw.width, r.sh_count()},
+                           {r.raw.width * 4, 4}, self);
+          },
+          "float32 (rows, coefficients) of the view rescale; None without view dependence. A view.")
+      .def_property_readonly("control_points",
+                             motion_view([](const MotionField& f) { return f.displaces; },
+                                         [](MotionField& f, Channels& c, const py::object& self) {
+                                           return columns(c, 0, 3, self, f.stored_points(), f.stride());
+                                         }),
+                             "float32 (rows, stored points, 3), scene units; None where nothing moves. A "
+                             "view; a Renderer made before a change may skip what was zero then.")
+      .def_property_readonly("light",
+                             motion_view([](const MotionField& f) { return f.light; },
+                                         [](MotionField& f, Channels& c, const py::object& self) {
+                                           return columns(c, f.light_lane(), 1, self, f.stored_points(),
+                                                          f.stride());
+                                         }),
+                             "float32 (rows, stored points), raw: the gain is 2 sigmoid; None where the "
+                             "light does not change. A view.")
+      .def_property_readonly(
+          "rigidity",
+          motion_view([](const MotionField& f) { return f.displaces && f.rigidity; },
+                      [](MotionField& f, Channels& c, const py::object& self) {
+                        return columns(c, f.rigidity_column(), 1, self);
+                      }),
+          "float32 (rows,), raw: 1 moves and 0 is static after the sigmoid; None if it has none. A view.")
+      .def(
+          "radiance_positions", [](const VoxelModel& m) { return positions(*m.radiance.raw.topology); },
+          "float32 (rows, 3): where density, rgb and sh are; scene units. A copy.")
+      .def(
+          "motion_positions",
+          [](const VoxelModel& m) -> py::object {
             if (m.motion.levels.empty()) return py::none();
             return positions(*m.motion.levels[0].topology);
-          }, "float32 (rows, 3): where control_points, light and rigidity are; None where nothing changes. A copy.");
+          },
+          "float32 (rows, 3): where control_points, light and rigidity are; None where nothing changes. A "
+          "copy.");
 }
 
 }  // namespace
 
 py::dict evaluate(const VoxelModel& model, const Split& split) {
-  app::Run run;
+  run::Run run;
   run.model.background = model.background;
   Renderer renderer(model);
   std::vector<double> psnrs;
   double ssim = 0, ms_ssim = 0;
   py::list frames;
   for (const Frame& frame : split.frames) {
-    app::View v;
-    released([&] { v = app::evaluate_view(run, renderer, frame); });
+    run::View v;
+    released([&] { v = run::evaluate_view(run, renderer, frame); });
     psnrs.push_back(v.psnr), ssim += v.ssim, ms_ssim += v.ms_ssim;
-    frames.append(py::dict(py::arg("name") = frame.name, py::arg("time") = frame.time, py::arg("psnr") = capped_psnr(v.psnr), py::arg("ssim") = v.ssim, py::arg("ms_ssim") = v.ms_ssim));
+    frames.append(py::dict(py::arg("name") = frame.name, py::arg("time") = frame.time,
+                           py::arg("psnr") = capped_psnr(v.psnr), py::arg("ssim") = v.ssim,
+                           py::arg("ms_ssim") = v.ms_ssim));
   }
   const double n = double(split.frames.size());
-  return py::dict(py::arg("psnr") = mean_psnr(psnrs), py::arg("ssim") = ssim / n, py::arg("ms_ssim") = ms_ssim / n, py::arg("split") = split.name, py::arg("frames") = frames);
+  return py::dict(py::arg("psnr") = mean_psnr(psnrs), py::arg("ssim") = ssim / n,
+                  py::arg("ms_ssim") = ms_ssim / n, py::arg("split") = split.name,
+                  py::arg("frames") = frames);
 }
 
 void bind_model(py::module_& m) {
   py::class_<Pictures>(m, "Rendered", "What one view shows; float32 arrays.")
       .def_readonly("rgb", &Pictures::rgb, "(height, width, 3) over the background, not clamped")
       .def_readonly("alpha", &Pictures::alpha, "(height, width)")
-      .def_readonly("depth", &Pictures::depth, "(height, width), scene units along the viewing axis; 0 where alpha is 0")
-      .def_readonly("flow", &Pictures::flow, "(height, width, 3), displacement to the canonical volume, scene units")
+      .def_readonly("depth", &Pictures::depth,
+                    "(height, width), scene units along the viewing axis; 0 where alpha is 0")
+      .def_readonly("flow", &Pictures::flow,
+                    "(height, width, 3), displacement to the canonical volume, scene units")
       .def_readonly("rigidity", &Pictures::rigidity, "(height, width): 1 moves, 0 is static");
 
   py::class_<VoxelModel, ModelPtr> model(m, "Model", "A reconstructed scene.");
   model
-      .def("render", [](const ModelPtr& self, const Camera& camera, double time, double step_scale, double stop) { return Pictures(Looker(self).look(camera, time, step_scale, stop)); },
-           "One picture at a time in [0, 1]; of several, a Renderer is faster.", py::arg("camera"), py::arg("time"), py::arg("step_scale") = 1.0, py::arg("stop") = double(RenderOptions().stop))
-      .def("evaluate", [](const VoxelModel& self, const Dataset& data, const std::string& split) {
-             const Split* found = data.find(split);
-             if (!found) fail({data.path, "there is no split '" + split + "'", "train, val or test, if it was read", split, ""});
-             return evaluate(self, *found);
-           }, "psnr, ssim, ms_ssim of a split and of its frames, as `splinevox eval --json`.", py::arg("dataset"), py::arg("split") = "test")
-      .def("warp", &warp_points, "The canonical places of points (n, 3) of a time, and where the warp is not one to one: float32 (n, 3), bool (n,).", py::arg("points"), py::arg("time"))
-      .def("track", &track_points, "Points (n, 3) of one time carried to others: float32 (times, n, 3), bool (times, n) where they are not to be trusted.",
+      .def(
+          "render",
+          [](const ModelPtr& self, const Camera& camera, double time, double step_scale, double stop) {
+            return Pictures(Looker(self).look(camera, time, step_scale, stop));
+          },
+          "One picture at a time in [0, 1]; of several, a Renderer is faster.", py::arg("camera"),
+          py::arg("time"), py::arg("step_scale") = 1.0, py::arg("stop") = double(RenderOptions().stop))
+      .def(
+          "evaluate",
+          [](const VoxelModel& self, const Dataset& data, const std::string& split) {
+            const Split* found = data.find(split);
+            if (!found)
+              fail({data.path, "there is no split '" + split + "'", "train, val or test, if it was read",
+                    split, ""});
+            return evaluate(self, *found);
+          },
+          "psnr, ssim, ms_ssim of a split and of its frames, as `splinevox eval --json`.", py::arg("dataset"),
+          py::arg("split") = "test")
+      .def("warp", &warp_points,
+           "The canonical places of points (n, 3) of a time, and where the warp is not one to one: float32 "
+           "(n, 3), bool (n,).",
+           py::arg("points"), py::arg("time"))
+      .def("track", &track_points,
+           "Points (n, 3) of one time carried to others: float32 (times, n, 3), bool (times, n) where they "
+           "are not to be trusted.",
            py::arg("points"), py::arg("from_time"), py::arg("to_times"))
       .def_property_readonly("box", &box_of, "((x, y, z), (x, y, z)), scene units; outside it is empty")
-      .def_property_readonly("background", [](const VoxelModel& v) {
-             const Vec3 c = v.background.color;
-             return std::array<float, 3>{c.x, c.y, c.z};
-           }, "colour behind everything; of a learned background its mean")
-      .def("background_towards", [](const VoxelModel& v, const std::array<double, 3>& direction) {
-             const Vec3d d{direction[0], direction[1], direction[2]};
-             const double n = length(d);
-             if (!(n > 0 && n < 1e150)) fail({"direction", "is no direction", "three finite numbers, not all 0", std::to_string(d.x) + ", " + std::to_string(d.y) + ", " + std::to_string(d.z), ""});
-             const Vec3 c = v.background.towards(cast<float>(normalize(d)));
-             return std::array<float, 3>{c.x, c.y, c.z};
-           }, "Colour behind everything in a direction: where it was learned it is not the same everywhere.", py::arg("direction"))
-      .def_property_readonly("moves", [](const VoxelModel& v) { return v.motion.moves(); }, "whether it has motion")
-      .def_property_readonly("points", [](const VoxelModel& v) { return v.motion.points; }, "control points of a curve")
-      .def_property_readonly("density_activation", [](const VoxelModel& v) { return std::pair(v.radiance.activation.scale, v.radiance.activation.shift); },
-           "(scale, shift): density per scene unit is scale * softplus(raw + shift)")
-      .def("copy", [](const VoxelModel& v) { return std::make_shared<VoxelModel>(v); }, "A model of its own with the same values.");
+      .def_property_readonly(
+          "background",
+          [](const VoxelModel& v) {
+            const Vec3 c = v.background.color;
+            return std::array<float, 3>{c.x, c.y, c.z};
+          },
+          "colour behind everything; of a learned background its mean")
+      .def(
+          "background_towards",
+          [](const VoxelModel& v, const std::array<double, 3>& direction) {
+            const Vec3d d{direction[0], direction[1], direction[2]};
+            const double n = length(d);
+            if (!(n > 0 && n < 1e150))
+              fail({"direction", "is no direction", "three finite numbers, not all 0",
+                    std::to_string(d.x) + ", " + std::to_string(d.y) + ", " + std::to_string(d.z), ""});
+            const Vec3 c = v.background.towards(cast<float>(normalize(d)));
+            return std::array<float, 3>{c.x, c.y, c.z};
+          },
+          "Colour behind everything in a direction: where it was learned it is not the same everywhere.",
+          py::arg("direction"))
+      .def_property_readonly(
+          "moves", [](const VoxelModel& v) { return v.motion.moves(); }, "whether it has motion")
+      .def_property_readonly(
+          "points", [](const VoxelModel& v) { return v.motion.points; }, "control points of a curve")
+      .def_property_readonly(
+          "density_activation",
+          [](const VoxelModel& v) {
+            return std::pair(v.radiance.activation.scale, v.radiance.activation.shift);
+          },
+          "(scale, shift): density per scene unit is scale * softplus(raw + shift)")
+      .def(
+          "copy", [](const VoxelModel& v) { return std::make_shared<VoxelModel>(v); },
+          "A model of its own with the same values.");
   bind_views(model);
 
-  py::class_<Looker>(m, "Renderer", "Renders one model many times: what it finds out about the model, and about the last time, it keeps.")
+  py::class_<Looker>(
+      m, "Renderer",
+      "Renders one model many times: what it finds out about the model, and about the last time, it keeps.")
       .def(py::init([](const ModelPtr& v) { return std::make_unique<Looker>(v); }), py::arg("model"))
-      .def("render", [](Looker& self, const Camera& camera, double time, double step_scale, double stop) { return Pictures(self.look(camera, time, step_scale, stop)); },
-           "A picture at a time in [0, 1].", py::arg("camera"), py::arg("time"), py::arg("step_scale") = 1.0, py::arg("stop") = double(RenderOptions().stop));
+      .def(
+          "render",
+          [](Looker& self, const Camera& camera, double time, double step_scale, double stop) {
+            return Pictures(self.look(camera, time, step_scale, stop));
+          },
+          "A picture at a time in [0, 1].", py::arg("camera"), py::arg("time"), py::arg("step_scale") = 1.0,
+          py::arg("stop") = double(RenderOptions().stop));
 
-  m.def("load_model", [](const std::string& path) {
-          auto v = std::make_shared<VoxelModel>();
-          released([&] { *v = load_model(path); });
-          return v;
-        }, "Reads a model.vdb.", py::arg("path"));
-  m.def("save_model", [](const std::string& path, const ModelPtr& v, const ModelNotes& notes, bool half) { released([&] { save_model(path, *v, notes, half); }); },
-        "Writes a model.vdb, whole or not at all. half: 16-bit floats.", py::arg("path"), py::arg("model"), py::arg("notes") = ModelNotes{}, py::arg("half") = false);
+  m.def(
+      "load_model",
+      [](const std::string& path) {
+        auto v = std::make_shared<VoxelModel>();
+        released([&] { *v = load_model(path); });
+        return v;
+      },
+      "Reads a model.vdb.", py::arg("path"));
+  m.def(
+      "save_model",
+      [](const std::string& path, const ModelPtr& v, const ModelNotes& notes, bool half) {
+        released([&] { save_model(path, *v, notes, half); });
+      },
+      "Writes a model.vdb, whole or not at all. half: 16-bit floats.", py::arg("path"), py::arg("model"),
+      py::arg("notes") = ModelNotes{}, py::arg("half") = false);
 }
 
 }  // namespace splinevox::python

@@ -2,8 +2,8 @@
 #include <chrono>
 #include <mutex>
 
-#include "app/train_options.hpp"
 #include "python/convert.hpp"
+#include "run/train_options.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
@@ -18,13 +18,15 @@ constexpr auto kListenEvery = std::chrono::milliseconds(20);  // for Ctrl-C
 struct Learning {
   Learning(std::shared_ptr<Dataset> d, const Config& c) : data(std::move(d)) {
     const Split* train = data->find("train");
-    if (!train) fail({data->path, "there is nothing to train on", "a split named train, if it was read", "", ""});
+    if (!train)
+      fail({data->path, "there is nothing to train on", "a split named train, if it was read", "", ""});
     validate(c);
     released([&] { trainer = std::make_unique<Trainer>(c, *train, data->time_map); });
   }
   std::shared_ptr<Dataset> data;
   std::unique_ptr<Trainer> trainer;
-  std::mutex mutex;  ///< of the trainer; waited for without the interpreter's lock, never held while calling back
+  std::mutex
+      mutex;  ///< of the trainer; waited for without the interpreter's lock, never held while calling back
 };
 
 /// Calls work(trainer) while no other thread uses the trainer.
@@ -36,7 +38,8 @@ void alone(Learning& l, const Work& work) {
   });
 }
 
-/// Until the budget is spent or the callback returns False. Takes the interpreter's lock only to call back and to hear Ctrl-C.
+/// Until the budget is spent or the callback returns False. Takes the interpreter's lock only to call back
+/// and to hear Ctrl-C.
 bool run(Learning& l, const py::object& callback, int every) {
   if (every < 1) fail({"train", "'every' is not a number of steps", "at least 1", std::to_string(every), ""});
   bool stopped = false;
@@ -72,28 +75,36 @@ std::string text_of(const py::handle& value) {
 
 template <class T>
 py::object object_of(const T& value) {
-  if constexpr (std::is_enum_v<T>) return py::str(EnumNames<T>::names[int(value)]);
-  else return py::cast(value);
+  if constexpr (std::is_enum_v<T>)
+    return py::str(EnumNames<T>::names[int(value)]);
+  else
+    return py::cast(value);
 }
 
 py::dict settings_of(const Config& c) {
   py::dict all;
-  visit_config(c, [&](const char* key, const auto& value, const char*, double, double) { all[key] = object_of(value); });
+  visit_config(c, [&](const char* key, const auto& value, const char*, double, double) {
+    all[key] = object_of(value);
+  });
   return all;
 }
 
-Config make_config(std::optional<std::string> preset, const std::string& file, const py::dict& settings, std::optional<double> max_time, std::optional<int> max_steps,
-                   std::optional<std::uint64_t> seed, std::optional<int> downscale, std::optional<std::string> background, const std::string& effects) {
-  app::TrainOptions o;
-  o.preset = std::move(preset), o.config_file = file, o.effects = effects, o.max_time = max_time, o.max_steps = max_steps;
+Config make_config(std::optional<std::string> preset, const std::string& file, const py::dict& settings,
+                   std::optional<double> max_time, std::optional<int> max_steps,
+                   std::optional<std::uint64_t> seed, std::optional<int> downscale,
+                   std::optional<std::string> background, const std::string& effects) {
+  run::TrainOptions o;
+  o.preset = std::move(preset), o.config_file = file, o.effects = effects, o.max_time = max_time,
+  o.max_steps = max_steps;
   o.seed = seed, o.downscale = downscale, o.background = std::move(background);
   for (const auto& [key, value] : settings) o.sets.push_back(text_of(key) + "=" + text_of(value));
-  return app::effective_config(o, nullptr);
+  return run::effective_config(o, nullptr);
 }
 
 py::dict phases_of(const PhaseSeconds& p) {
-  return py::dict(py::arg("slices") = p.slices, py::arg("rays") = p.rays, py::arg("scatter") = p.scatter, py::arg("regularise") = p.regularise,
-                  py::arg("update") = p.update, py::arg("occupancy") = p.occupancy, py::arg("refine") = p.refine);
+  return py::dict(py::arg("slices") = p.slices, py::arg("rays") = p.rays, py::arg("scatter") = p.scatter,
+                  py::arg("regularise") = p.regularise, py::arg("update") = p.update,
+                  py::arg("occupancy") = p.occupancy, py::arg("refine") = p.refine);
 }
 
 std::shared_ptr<VoxelModel> model_of(Learning& l) {
@@ -105,59 +116,96 @@ std::shared_ptr<VoxelModel> model_of(Learning& l) {
 void bind_trainer(py::module_& m) {
   py::class_<Learning>(m, "Trainer", "Trains a model on the train split of a data set.")
       .def(py::init<std::shared_ptr<Dataset>, const Config&>(), py::arg("dataset"), py::arg("config"))
-      .def("step", [](Learning& l) {
-             StepReport r;
-             alone(l, [&](Trainer& t) { r = t.step(); });
-             return r;
-           }, "One step.")
-      .def("train", &run, "Steps until the budget is spent, with the interpreter free for other threads. callback(report) is called every `every` steps and after the last; "
-           "if it returns False training stops. True if the budget is spent. After KeyboardInterrupt the trainer is as it was after its last step.",
+      .def(
+          "step",
+          [](Learning& l) {
+            StepReport r;
+            alone(l, [&](Trainer& t) { r = t.step(); });
+            return r;
+          },
+          "One step.")
+      .def("train", &run,
+           "Steps until the budget is spent, with the interpreter free for other threads. callback(report) "
+           "is called every `every` steps and after the last; "
+           "if it returns False training stops. True if the budget is spent. After KeyboardInterrupt the "
+           "trainer is as it was after its last step.",
            py::arg("callback") = py::none(), py::arg("every") = 10)
-      .def_property_readonly("done", [](Learning& l) {
-             bool done = false;
-             alone(l, [&](const Trainer& t) { done = t.done(); });
-             return done;
-           }, "whether the budget is spent")
-      .def_property_readonly("seconds", [](Learning& l) {
-             double seconds = 0;
-             alone(l, [&](const Trainer& t) { seconds = t.seconds(); });
-             return seconds;
-           }, "of the budget spent so far")
-      .def_property_readonly("phases", [](Learning& l) {
-             PhaseSeconds phases;
-             alone(l, [&](const Trainer& t) { phases = t.phases(); });
-             return phases_of(phases);
-           }, "seconds in each part of a step")
-      .def_property_readonly("moving_share", [](Learning& l) {
-             double share = 1;
-             alone(l, [&](const Trainer& t) { share = t.moving_share(); });
-             return share;
-           }, "of what training pictures show, what was moving when the rest came to rest; 1: motion is learned everywhere")
+      .def_property_readonly(
+          "done",
+          [](Learning& l) {
+            bool done = false;
+            alone(l, [&](const Trainer& t) { done = t.done(); });
+            return done;
+          },
+          "whether the budget is spent")
+      .def_property_readonly(
+          "seconds",
+          [](Learning& l) {
+            double seconds = 0;
+            alone(l, [&](const Trainer& t) { seconds = t.seconds(); });
+            return seconds;
+          },
+          "of the budget spent so far")
+      .def_property_readonly(
+          "phases",
+          [](Learning& l) {
+            PhaseSeconds phases;
+            alone(l, [&](const Trainer& t) { phases = t.phases(); });
+            return phases_of(phases);
+          },
+          "seconds in each part of a step")
+      .def_property_readonly(
+          "moving_share",
+          [](Learning& l) {
+            double share = 1;
+            alone(l, [&](const Trainer& t) { share = t.moving_share(); });
+            return share;
+          },
+          "of what training pictures show, what was moving when the rest came to rest; 1: motion is learned "
+          "everywhere")
       .def("model", &model_of, "The model as it is now: a copy.")
-      .def("save", [](Learning& l) {
-             std::vector<char> bytes;
-             alone(l, [&](const Trainer& t) { bytes = t.save(); });
-             return py::bytes(bytes.data(), bytes.size());
-           }, "Everything that restore needs to go on in the same bits.")
-      .def("restore", [](Learning& l, const py::bytes& bytes) {
-             const std::string_view view = bytes;
-             const std::vector<char> own(view.begin(), view.end());
-             alone(l, [&](Trainer& t) { t.restore(own); });
-           }, "Goes back to what save of a trainer with the same data and configuration gave.", py::arg("bytes"));
+      .def(
+          "save",
+          [](Learning& l) {
+            std::vector<char> bytes;
+            alone(l, [&](const Trainer& t) { bytes = t.save(); });
+            return py::bytes(bytes.data(), bytes.size());
+          },
+          "Everything that restore needs to go on in the same bits.")
+      .def(
+          "restore",
+          [](Learning& l, const py::bytes& bytes) {
+            const std::string_view view = bytes;
+            const std::vector<char> own(view.begin(), view.end());
+            alone(l, [&](Trainer& t) { t.restore(own); });
+          },
+          "Goes back to what save of a trainer with the same data and configuration gave.", py::arg("bytes"));
 }
 
 }  // namespace
 
 void bind_train(py::module_& m) {
   py::class_<Config>(m, "Config", "Every number of a training run.")
-      .def(py::init(&make_config), "As the command line: a preset (fast), a TOML file over it, settings such as {'loss.offset': 0.1}, then the named ones. max_steps alone leaves time out of it.",
-           py::arg("preset") = py::none(), py::arg("file") = "", py::arg("settings") = py::dict(), py::arg("max_time") = py::none(), py::arg("max_steps") = py::none(),
-           py::arg("seed") = py::none(), py::arg("downscale") = py::none(), py::arg("background") = py::none(), py::arg("effects") = "auto")
+      .def(py::init(&make_config),
+           "As the command line: a preset (fast), a TOML file over it, settings such as {'loss.offset': "
+           "0.1}, then the named ones. max_steps alone leaves time out of it.",
+           py::arg("preset") = py::none(), py::arg("file") = "", py::arg("settings") = py::dict(),
+           py::arg("max_time") = py::none(), py::arg("max_steps") = py::none(), py::arg("seed") = py::none(),
+           py::arg("downscale") = py::none(), py::arg("background") = py::none(), py::arg("effects") = "auto")
       .def_property_readonly("settings", &settings_of, "every number by its key, a copy")
-      .def("__getitem__", [](const Config& c, const std::string& key) -> py::object { return settings_of(c)[py::str(key)]; }, py::arg("key"))
-      .def("__setitem__", [](Config& c, const std::string& key, const py::object& value) { set_config(c, key + "=" + text_of(value), "Config"); }, py::arg("key"), py::arg("value"))
+      .def(
+          "__getitem__",
+          [](const Config& c, const std::string& key) -> py::object { return settings_of(c)[py::str(key)]; },
+          py::arg("key"))
+      .def(
+          "__setitem__",
+          [](Config& c, const std::string& key, const py::object& value) {
+            set_config(c, key + "=" + text_of(value), "Config");
+          },
+          py::arg("key"), py::arg("value"))
       .def("to_toml", &write_config, "As config.toml has it.")
-      .def("copy", [](const Config& c) { return c; }, "One of its own.");
+      .def(
+          "copy", [](const Config& c) { return c; }, "One of its own.");
 
   py::class_<StepReport>(m, "StepReport", "What one step reports.")
       .def_readonly("step", &StepReport::step, "steps done, this one included")
@@ -167,23 +215,35 @@ void bind_train(py::module_& m) {
       .def_readonly("psnr", &StepReport::psnr, "of this batch's rays, dB")
       .def_readonly("rays", &StepReport::rays, "of this step")
       .def_readonly("samples", &StepReport::samples, "of this step")
-      .def_readonly("discarded", &StepReport::discarded, "something was not finite, so no parameter was touched");
+      .def_readonly("discarded", &StepReport::discarded,
+                    "something was not finite, so no parameter was touched");
   bind_trainer(m);
 
-  m.def("choose_effects", [](const Config& config, const Dataset& data) {
-          const Split* train = data.find("train");
-          if (!train) fail({data.path, "there is nothing to try effects on", "a split named train, if it was read", "", ""});
-          EffectChoice choice;
-          released([&] { choice = choose_effects(config, *train, data.time_map); });
-          Config out = config;
-          apply(choice.chosen, out), out.motion.points = choice.points;
-          return out;
-        }, "The configuration with only those effects that the scene calls for, tried out as the command line does with --effects auto.", py::arg("config"), py::arg("dataset"));
-  m.def("train", [](std::shared_ptr<Dataset> data, const Config& config, const py::object& callback, int every) {
-          Learning l(std::move(data), config);
-          run(l, callback, every);
-          return model_of(l);
-        }, "A trained model; see Trainer.train.", py::arg("dataset"), py::arg("config"), py::arg("callback") = py::none(), py::arg("every") = 10);
+  m.def(
+      "choose_effects",
+      [](const Config& config, const Dataset& data) {
+        const Split* train = data.find("train");
+        if (!train)
+          fail({data.path, "there is nothing to try effects on", "a split named train, if it was read", "",
+                ""});
+        EffectChoice choice;
+        released([&] { choice = choose_effects(config, *train, data.time_map); });
+        Config out = config;
+        apply(choice.chosen, out), out.motion.points = choice.points;
+        return out;
+      },
+      "The configuration with only those effects that the scene calls for, tried out as the command line "
+      "does with --effects auto.",
+      py::arg("config"), py::arg("dataset"));
+  m.def(
+      "train",
+      [](std::shared_ptr<Dataset> data, const Config& config, const py::object& callback, int every) {
+        Learning l(std::move(data), config);
+        run(l, callback, every);
+        return model_of(l);
+      },
+      "A trained model; see Trainer.train.", py::arg("dataset"), py::arg("config"),
+      py::arg("callback") = py::none(), py::arg("every") = 10);
 }
 
 }  // namespace splinevox::python

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/convert.hpp"
 
-#include "app/support.hpp"
+#include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::python {
@@ -23,16 +23,19 @@ py::array_t<float> array_of(Image&& picture) {
 
 Image image_of(const Floats& array, const char* argument) {
   if (array.ndim() != 2 && array.ndim() != 3)
-    fail({argument, "this is not a picture", "an array of shape (height, width) or (height, width, channels)", shape_text(array), ""});
+    fail({argument, "this is not a picture", "an array of shape (height, width) or (height, width, channels)",
+          shape_text(array), ""});
   Image picture(int(array.shape(1)), int(array.shape(0)), array.ndim() == 3 ? int(array.shape(2)) : 1);
   std::copy_n(array.data(), picture.data.size(), picture.data.begin());
   return picture;
 }
 
 std::vector<Vec3> points_of(const Floats& array) {
-  if (array.ndim() != 2 || array.shape(1) != 3) fail({"points", "these are not points", "an array of shape (n, 3)", shape_text(array), ""});
+  if (array.ndim() != 2 || array.shape(1) != 3)
+    fail({"points", "these are not points", "an array of shape (n, 3)", shape_text(array), ""});
   std::vector<Vec3> points(std::size_t(array.shape(0)));
-  for (std::size_t i = 0; i < points.size(); ++i) points[i] = {array.data()[3 * i], array.data()[3 * i + 1], array.data()[3 * i + 2]};
+  for (std::size_t i = 0; i < points.size(); ++i)
+    points[i] = {array.data()[3 * i], array.data()[3 * i + 1], array.data()[3 * i + 2]};
   return points;
 }
 
@@ -40,7 +43,8 @@ py::array_t<double> matrix_of(const Camera& c) {
   py::array_t<double> matrix({4, 4});
   auto m = matrix.mutable_unchecked<2>();
   for (int row = 0; row < 4; ++row) {
-    for (int column = 0; column < 3; ++column) m(row, column) = row < 3 ? c.axes[std::size_t(column)][row] : 0;
+    for (int column = 0; column < 3; ++column)
+      m(row, column) = row < 3 ? c.axes[std::size_t(column)][row] : 0;
     m(row, 3) = row < 3 ? c.position[row] : 1;
   }
   return matrix;
@@ -48,11 +52,13 @@ py::array_t<double> matrix_of(const Camera& c) {
 
 void released(const std::function<void()>& work) {
   const py::gil_scoped_release release;
-  app::with_threads(g_threads, [&] { return work(), 0; });
+  run::with_threads(g_threads, [&] { return work(), 0; });
 }
 
 void set_threads(int threads) {
-  if (threads < 0 || threads > 4096) fail({"set_threads", "there cannot be so many threads", "a whole number in [0, 4096], 0 = one per core", std::to_string(threads), ""});
+  if (threads < 0 || threads > 4096)
+    fail({"set_threads", "there cannot be so many threads", "a whole number in [0, 4096], 0 = one per core",
+          std::to_string(threads), ""});
   g_threads = threads;
 }
 

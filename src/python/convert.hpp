@@ -23,7 +23,8 @@ using Floats = py::array_t<float, py::array::c_style | py::array::forcecast>;
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using ModelPtr = std::shared_ptr<VoxelModel>;
 
-/// A picture as (height, width, channels), or (height, width) for one channel; takes its memory, copies nothing.
+/// A picture as (height, width, channels), or (height, width) for one channel; takes its memory, copies
+/// nothing.
 py::array_t<float> array_of(Image&& picture);
 /// A copy, of (height, width) or (height, width, channels). Throws Error (input) naming `argument`.
 Image image_of(const Floats& array, const char* argument);
@@ -34,7 +35,8 @@ py::array_t<double> matrix_of(const Camera& camera);
 
 /// Memory of `owner` as an array: no copy, and `owner` lives as long as the array does.
 template <class T>
-py::array view_of(T* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides, py::handle owner) {
+py::array view_of(T* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
+                  py::handle owner) {
   return py::array(py::dtype::of<T>(), std::move(shape), std::move(strides), data, owner);
 }
 

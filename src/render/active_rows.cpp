@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/render/active_rows.hpp"
+#include "render/active_rows.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "splinevox/core/parallel.hpp"
+#include "core/parallel.hpp"
 
 namespace splinevox {
 
 float reach_of_vertex(const Lattice& lattice) {
   const Vec3 lo = lattice.origin, hi = lattice.position(lattice.size - Int3{1, 1, 1});
-  const float farthest = std::max({std::abs(lo.x), std::abs(lo.y), std::abs(lo.z), std::abs(hi.x), std::abs(hi.y), std::abs(hi.z)});
+  const float farthest = std::max(
+      {std::abs(lo.x), std::abs(lo.y), std::abs(lo.z), std::abs(hi.x), std::abs(hi.y), std::abs(hi.z)});
   // A little more than one spacing: rays find cells and vertices by other roundings.
   return 1.01f * lattice.spacing + 4 * std::numeric_limits<float>::epsilon() * farthest;
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/render/occupancy.hpp"
+#include "render/occupancy.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <utility>
 
-#include "splinevox/core/simd.hpp"
-#include "splinevox/field/brick_view.hpp"
-#include "splinevox/math/activation.hpp"
+#include "core/simd.hpp"
+#include "field/lattice/brick_view.hpp"
+#include "math/activation.hpp"
 
 namespace splinevox {
 namespace {
@@ -17,7 +17,9 @@ namespace {
 /// ORs each cell with its two neighbours along one axis.
 BitGrid dilate_axis(const BitGrid& in, int axis) {
   BitGrid out = in;
-  const std::size_t stride = axis == 0 ? std::size_t(in.size.y) * in.size.z : axis == 1 ? std::size_t(in.size.z) : 1;
+  const std::size_t stride = axis == 0   ? std::size_t(in.size.y) * in.size.z
+                             : axis == 1 ? std::size_t(in.size.z)
+                                         : 1;
   Int3 c;
   for (c.x = 0; c.x < in.size.x; ++c.x)
     for (c.y = 0; c.y < in.size.y; ++c.y)
@@ -44,12 +46,15 @@ BitGrid coarsen(const BitGrid& in, int n) {
   return out;
 }
 
-/// x + Delta(x) of a slice at the centres of a grid's cells. What a coordinate means for the lattice is looked up in a table per
-/// axis: finding the rows would cost more than reading them.
+/// x + Delta(x) of a slice at the centres of a grid's cells. What a coordinate means for the lattice is
+/// looked up in a table per axis: finding the rows would cost more than reading them.
 class WarpedCenters {
  public:
   WarpedCenters(const VoxelModel& model, const MotionSlice& slice, const BitGrid& grid)
-      : view_(*slice.topology), values_(slice.values.data()), rigidity_(model.motion.rigidity), offset_(model.motion.rigidity_offset) {
+      : view_(*slice.topology),
+        values_(slice.values.data()),
+        rigidity_(model.motion.rigidity),
+        offset_(model.motion.rigidity_offset) {
     const std::int32_t slots[3] = {view_.stride_x, view_.stride_y, 1}, locals[3] = {64, 8, 1};
     for (int a = 0; a < 3; ++a) {
       axis_[a].resize(grid.size[a]);
@@ -65,11 +70,13 @@ class WarpedCenters {
   Vec3 operator()(Int3 c) const {
     using Four = Simd<float>::Four;
     const Entry &x = axis_[0][c.x], &y = axis_[1][c.y], &z = axis_[2][c.z];
-    const CellRows rows = view_.rows({x.cell.slot + y.cell.slot + z.cell.slot, x.cell.local + y.cell.local + z.cell.local});
+    const CellRows rows =
+        view_.rows({x.cell.slot + y.cell.slot + z.cell.slot, x.cell.local + y.cell.local + z.cell.local});
     float w[kCorners];
     trilinear_weights(Vec3{x.fraction, y.fraction, z.fraction}, w);
     Four m{};
-    for (int i = 0; i < kCorners; ++i) m += w[i] * load<Four>(values_ + std::size_t(rows.row[i]) * kSliceWidth);
+    for (int i = 0; i < kCorners; ++i)
+      m += w[i] * load<Four>(values_ + std::size_t(rows.row[i]) * kSliceWidth);
     const float r = rigidity_ ? sigmoid(m[3] + offset_).value : 1.0f;
     return Vec3{x.position, y.position, z.position} + r * Vec3{m[0], m[1], m[2]};
   }
@@ -130,7 +137,8 @@ BitGrid drop_small_parts(const BitGrid& grid, float share) {
         part.assign(1, seed);
         left.clear(left.index(seed));
         for (std::size_t next = 0; next < part.size(); ++next) {
-          const Int3 at = part[next], lo = max(at - Int3{1, 1, 1}, Int3{0, 0, 0}), hi = min(at + Int3{2, 2, 2}, grid.size);
+          const Int3 at = part[next], lo = max(at - Int3{1, 1, 1}, Int3{0, 0, 0}),
+                     hi = min(at + Int3{2, 2, 2}, grid.size);
           Int3 c;
           for (c.x = lo.x; c.x < hi.x; ++c.x)
             for (c.y = lo.y; c.y < hi.y; ++c.y)
@@ -153,7 +161,8 @@ Box bounding_box(const BitGrid& grid, float margin) {
       for (c.z = 0; c.z < grid.size.z; ++c.z)
         if (grid.test(grid.index(c))) lo = min(lo, c), hi = max(hi, c);
   if (hi.x < 0) lo = {0, 0, 0}, hi = grid.size - Int3{1, 1, 1};
-  Box box{grid.origin + grid.cell * cast<float>(lo), grid.origin + grid.cell * cast<float>(hi + Int3{1, 1, 1})};
+  Box box{grid.origin + grid.cell * cast<float>(lo),
+          grid.origin + grid.cell * cast<float>(hi + Int3{1, 1, 1})};
   const float m = margin * box.longest_edge();
   box.lo -= Vec3{m, m, m}, box.hi += Vec3{m, m, m};
   return box;
@@ -164,7 +173,8 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
   const Topology& topology = *field.raw.topology;
   const Lattice& lattice = topology.lattice;
   BitGrid grid(model.box, cells);
-  // alpha >= a  <=>  softplus(raw + shift) >= -log(1 - a) / (scale step)  <=>  raw >= inverse_softplus(that) - shift.
+  // alpha >= a  <=>  softplus(raw + shift) >= -log(1 - a) / (scale step)  <=>  raw >= inverse_softplus(that)
+  // - shift.
   const double depth = optical_depth(alpha) / (double(field.activation.scale) * step);
   const float threshold = float(inverse_softplus(depth) - field.activation.shift);
   for (int b = 1; b <= topology.brick_count(); ++b)
@@ -180,13 +190,15 @@ BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, flo
   return dilate(grid);
 }
 
-OccupancyPyramid::OccupancyPyramid(BitGrid canonical, BitGrid reach) : levels{{std::move(canonical), {}, {}}}, moving{{std::move(reach), {}, {}}} {
+OccupancyPyramid::OccupancyPyramid(BitGrid canonical, BitGrid reach)
+    : levels{{std::move(canonical), {}, {}}}, moving{{std::move(reach), {}, {}}} {
   // A block is warped by its centre alone, hence the margin of one block.
   for (int l = 1; l < kLevels; ++l) levels[l] = dilate(coarsen(levels[0], 1 << l));
   for (int l = 1; l < kLevels && moving[0].cells() > 0; ++l) moving[l] = coarsen(moving[0], 1 << l);
 }
 
-BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const OccupancyPyramid& canonical) {
+BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice,
+                        const OccupancyPyramid& canonical) {
   const BitGrid& cells = canonical.levels[0];
   if (!slice.topology || !model.motion.displaces) return cells;
   BitGrid out = cells;
@@ -205,7 +217,8 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const
         for (c.z = first.z; c.z < last.z; ++c.z)
           if (const std::size_t i = cells.index(c); cells.test(i)) out.set(i);
   };
-  // What is not displaced is where it is, and where a whole block is warped into nothing, its parts need no look.
+  // What is not displaced is where it is, and where a whole block is warped into nothing, its parts need no
+  // look.
   const bool known = canonical.moving[0].cells() > 0;
   const auto descend = [&](const auto& self, int level, Int3 c) -> void {
     if (known && !canonical.moving[level].test(canonical.moving[level].index(c))) return copy(level, c);

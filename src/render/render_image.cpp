@@ -5,30 +5,31 @@
 #include <limits>
 #include <utility>
 
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/field/slice.hpp"
-#include "splinevox/render/active_rows.hpp"
-#include "splinevox/render/field_view.hpp"
-#include "splinevox/render/ray_kernel.hpp"
-#include "splinevox/render/specialise.hpp"
+#include "core/parallel.hpp"
+#include "field/lattice/slice.hpp"
+#include "render/active_rows.hpp"
+#include "render/field_view.hpp"
+#include "render/ray_kernel.hpp"
+#include "render/specialise.hpp"
 
 namespace splinevox {
 namespace {
 
-constexpr int kTile = 16;                ///< pixels per tile edge: neighbouring rays share cache lines
+constexpr int kTile = 16;  ///< pixels per tile edge: neighbouring rays share cache lines
 constexpr int kOccupancyCells = 64;
-constexpr float kOccupancyAlpha = 1e-3f; ///< far below what shows in 8 bit over a whole ray of skipped cells
+constexpr float kOccupancyAlpha = 1e-3f;  ///< far below what shows in 8 bit over a whole ray of skipped cells
 
 template <int Sh, bool Moving>
-void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<float>& field, const FrameView<float>& frame,
-                 float stop, int tile, Rendered& out) {
+void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<float>& field,
+                 const FrameView<float>& frame, float stop, int tile, Rendered& out) {
   RayKernel<float, Sh, float, Moving> kernel;
   const int tiles_x = (camera.width + kTile - 1) / kTile;
   const int x0 = tile % tiles_x * kTile, y0 = tile / tiles_x * kTile;
   for (int y = y0; y < std::min(y0 + kTile, camera.height); ++y)
     for (int x = x0; x < std::min(x0 + kTile, camera.width); ++x) {
       const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
-      const RayInput<float> input = clip_ray(ray, model.box, field.step, 0.5f, model.background.towards(cast<float>(ray.direction)));
+      const RayInput<float> input =
+          clip_ray(ray, model.box, field.step, 0.5f, model.background.towards(cast<float>(ray.direction)));
       const RayResult<float> result = kernel.forward(input, field, frame, stop);
       const float alpha = 1 - result.transmittance;
       Vec3 flow{};
@@ -54,7 +55,8 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
     }
 }
 
-/// Where the canonical volume has matter, and where a model's motion is not zero, unless that is most of where it is stored.
+/// Where the canonical volume has matter, and where a model's motion is not zero, unless that is most of
+/// where it is stored.
 OccupancyPyramid known_occupancy(const VoxelModel& model) {
   BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step), reach;
   if (!model.motion.levels.empty()) {
@@ -62,7 +64,8 @@ OccupancyPyramid known_occupancy(const VoxelModel& model) {
     const std::vector<RowMask> rows = nonzero_rows(level);
     std::size_t count = 0;
     for (const RowMask& brick : rows) brick.for_each([&](int) { ++count; });
-    if (!rows[0].any() && 2 * count < level.topology->rows()) reach = reach_of(*level.topology, rows, canonical);
+    if (!rows[0].any() && 2 * count < level.topology->rows())
+      reach = reach_of(*level.topology, rows, canonical);
   }
   return OccupancyPyramid(std::move(canonical), std::move(reach));
 }
@@ -70,7 +73,10 @@ OccupancyPyramid known_occupancy(const VoxelModel& model) {
 }  // namespace
 
 Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
-    : model_(model), maker_(std::move(maker)), canonical_(known_occupancy(model)), moment_(std::numeric_limits<double>::quiet_NaN()) {}
+    : model_(model),
+      maker_(std::move(maker)),
+      canonical_(known_occupancy(model)),
+      moment_(std::numeric_limits<double>::quiet_NaN()) {}
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
   const double moment = model_.motion.levels.empty() ? 0 : model_.motion.time_curve(time);
@@ -91,12 +97,15 @@ Rendered Renderer::render(const Camera& camera, double time, const RenderOptions
   const FrameView<float> frame{slice_.values.data(), occupied_.view()};
   const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
   parallel_for(tiles, [&](int tile) {
-    specialise(model_.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() { render_tile<Sh, Moving>(model_, camera, field, frame, options.stop, tile, out); });
+    specialise(model_.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
+      render_tile<Sh, Moving>(model_, camera, field, frame, options.stop, tile, out);
+    });
   });
   return out;
 }
 
-Rendered render_image(const VoxelModel& model, const Camera& camera, double time, const RenderOptions& options) {
+Rendered render_image(const VoxelModel& model, const Camera& camera, double time,
+                      const RenderOptions& options) {
   return Renderer(model).render(camera, time, options);
 }
 

@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/train/batch.hpp"
+#include "train/batch.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "by_time.hpp"
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/core/rng.hpp"
-#include "splinevox/math/camera.hpp"
-#include "splinevox/render/field_view.hpp"
+#include "core/parallel.hpp"
+#include "core/rng.hpp"
+#include "math/camera.hpp"
+#include "render/field_view.hpp"
+#include "train/by_time.hpp"
 
 namespace splinevox {
 namespace {
 
 constexpr int kTaskRays = 128;
-constexpr int kRing = 4;             ///< blocks around the silhouette that count as near it
-constexpr float kBusyShare = 0.9f;   ///< of the patches, taken near the silhouette
+constexpr int kRing = 4;            ///< blocks around the silhouette that count as near it
+constexpr float kBusyShare = 0.9f;  ///< of the patches, taken near the silhouette
 
 /// Random streams, one per kind of draw.
 enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4 };
@@ -24,8 +24,8 @@ enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4 };
 /// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
 int blocks_along(int pixels) { return (pixels + 1) / 2; }
 
-/// Per 2 x 2 block the distance to the nearest one with any alpha, in blocks along the longer axis, at most 255: one sweep down and one
-/// up, each from the neighbours already known.
+/// Per 2 x 2 block the distance to the nearest one with any alpha, in blocks along the longer axis, at most
+/// 255: one sweep down and one up, each from the neighbours already known.
 std::vector<std::uint8_t> clearance(const Picture& image) {
   const int w = blocks_along(image.width), h = blocks_along(image.height);
   std::vector<std::uint8_t> out(std::size_t(w) * h, 255);
@@ -38,9 +38,11 @@ std::vector<std::uint8_t> clearance(const Picture& image) {
     d = std::min<std::uint8_t>(d, std::uint8_t(std::min(254, int(out[std::size_t(v) * w + u])) + 1));
   };
   for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) lower(x, y, x - 1, y), lower(x, y, x - 1, y - 1), lower(x, y, x, y - 1), lower(x, y, x + 1, y - 1);
+    for (int x = 0; x < w; ++x)
+      lower(x, y, x - 1, y), lower(x, y, x - 1, y - 1), lower(x, y, x, y - 1), lower(x, y, x + 1, y - 1);
   for (int y = h - 1; y >= 0; --y)
-    for (int x = w - 1; x >= 0; --x) lower(x, y, x + 1, y), lower(x, y, x + 1, y + 1), lower(x, y, x, y + 1), lower(x, y, x - 1, y + 1);
+    for (int x = w - 1; x >= 0; --x)
+      lower(x, y, x + 1, y), lower(x, y, x + 1, y + 1), lower(x, y, x, y + 1), lower(x, y, x - 1, y + 1);
   return out;
 }
 
@@ -69,8 +71,17 @@ int card(std::uint64_t seed, std::int64_t i, int n, std::vector<int>& deck, std:
 
 }  // namespace
 
-BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, std::uint64_t seed, float brightest)
-    : train_(train), box_(box), config_(config), brightest_(brightest), seed_(seed), by_time_(frames_by_time(train)), rank_(train.frames.size()), clearance_(train.frames.size()), busy_(train.frames.size()) {
+BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config,
+                           std::uint64_t seed, float brightest)
+    : train_(train),
+      box_(box),
+      config_(config),
+      brightest_(brightest),
+      seed_(seed),
+      by_time_(frames_by_time(train)),
+      rank_(train.frames.size()),
+      clearance_(train.frames.size()),
+      busy_(train.frames.size()) {
   parallel_for(int(train.frames.size()), [&](int f) {
     clearance_[f] = clearance(train.frames[f].image);
     busy_[f] = busy_blocks(clearance_[f]);
@@ -85,7 +96,8 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
   };
   const Rng carve(seed_, kCarve + 16 * step), patch(seed_, kPatch + 16 * step);
   if (carve.uniform(3 * number) < config_.carve) {
-    const int reach = config_.carve_frames, drawn = int(carve.below(3 * number + 1, std::uint32_t(2 * reach)));
+    const int reach = config_.carve_frames,
+              drawn = int(carve.below(3 * number + 1, std::uint32_t(2 * reach)));
     const int away = drawn < reach ? drawn - reach : drawn - reach + 1;  // -reach..-1, 1..reach
     const int rank = rank_[frame] + away;
     if (rank >= 0 && rank < int(by_time_.size())) {
@@ -93,12 +105,14 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
       const std::uint32_t block = carve.below(3 * number + 2, blocks(other));
       const double apart = std::abs(train_.frames[other].time - train_.frames[frame].time);
       const double margin = kRing + config_.carve_speed * apart * (train_.frames[other].image.width / 2);
-      if (block < clearance_[other].size() && clearance_[other][block] > margin && !busy_[other].empty()) return {other, block};
+      if (block < clearance_[other].size() && clearance_[other][block] > margin && !busy_[other].empty())
+        return {other, block};
     }
   }
   const auto& busy = busy_[frame];
   const bool near = !busy.empty() && patch.uniform(2 * number) < kBusyShare;
-  return {frame, near ? busy[patch.below(2 * number + 1, std::uint32_t(busy.size()))] : patch.below(2 * number + 1, blocks(frame))};
+  return {frame, near ? busy[patch.below(2 * number + 1, std::uint32_t(busy.size()))]
+                      : patch.below(2 * number + 1, blocks(frame))};
 }
 
 std::span<const int> BatchSampler::window(double progress) const {
@@ -114,7 +128,8 @@ std::span<const int> BatchSampler::window(double progress) const {
   return std::span(by_time_).subspan(first, last - first);
 }
 
-void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background, Batch& out) const {
+void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background,
+                        Batch& out) const {
   const std::span<const int> window = this->window(progress);
   const int n = int(window.size()), frames = std::min(config_.frames, n);
   const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
@@ -128,7 +143,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.tasks.clear();
   const int per_frame = patches * 4;
   const bool random = config_.background == BackgroundKind::random && !background.learned();
-  // A target of 1 is a lower bound (65535 times the float 1 / 65535 is 1); the float before it is as good a target as any other.
+  // A target of 1 is a lower bound (65535 times the float 1 / 65535 is 1); the float before it is as good a
+  // target as any other.
   const float most = config_.clipped ? std::numeric_limits<float>::infinity() : std::nextafter(1.0f, 0.0f);
   for (int f = 0; f < frames; ++f)
     for (int first = 0; first < per_frame; first += kTaskRays)
@@ -138,7 +154,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
     const Rng ray_rng(seed_, kRay + 16 * std::uint64_t(index));
     // Patches sorted along the pictures: neighbours in the list share what they fetch.
     std::vector<Patch> drawn(patches);
-    for (int p = 0; p < patches; ++p) drawn[p] = draw_patch(std::uint64_t(index), std::uint64_t(f) * patches + p, out.frames[f]);
+    for (int p = 0; p < patches; ++p)
+      drawn[p] = draw_patch(std::uint64_t(index), std::uint64_t(f) * patches + p, out.frames[f]);
     std::sort(drawn.begin(), drawn.end());
     for (int p = 0; p < patches; ++p)
       for (int k = 0; k < 4; ++k) {
@@ -148,12 +165,14 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const int x = std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1);
         const int y = std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1);
         const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
-        const Vec3 behind = random ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1), ray_rng.uniform(4 * r + 2)}
+        const Vec3 behind = random ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
+                                                       ray_rng.uniform(4 * r + 2)}
                                    : background.towards(cast<float>(ray.direction));
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const auto rgba = frame.image.pixel(x, y);
         const float alpha = rgba[3] * (1 / 65535.0f);
-        for (int c = 0; c < 3; ++c) out.targets[r][c] = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);
+        for (int c = 0; c < 3; ++c)
+          out.targets[r][c] = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);
       }
   });
 }

@@ -13,7 +13,8 @@ namespace splinevox {
 inline std::vector<int> frames_by_time(const Split& split) {
   std::vector<int> out(split.frames.size());
   std::iota(out.begin(), out.end(), 0);
-  std::stable_sort(out.begin(), out.end(), [&](int a, int b) { return split.frames[a].time < split.frames[b].time; });
+  std::stable_sort(out.begin(), out.end(),
+                   [&](int a, int b) { return split.frames[a].time < split.frames[b].time; });
   return out;
 }
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/train/engine.hpp"
+#include "train/engine.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 
-#include "splinevox/core/atomic.hpp"
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/core/simd.hpp"
-#include "splinevox/field/slice.hpp"
-#include "splinevox/math/photometric.hpp"
-#include "splinevox/render/field_view.hpp"
-#include "splinevox/render/scatter.hpp"
-#include "splinevox/render/specialise.hpp"
+#include "core/atomic.hpp"
+#include "core/parallel.hpp"
+#include "core/simd.hpp"
+#include "field/lattice/slice.hpp"
+#include "math/photometric.hpp"
+#include "render/field_view.hpp"
+#include "render/scatter.hpp"
+#include "render/specialise.hpp"
 
 namespace splinevox {
 namespace {
@@ -58,12 +58,17 @@ class RayEngine final : public Engine {
   }
 
  public:
-  PassResult run(const VoxelModel& model, const ActiveRows& active, float step, const Batch& batch, const std::vector<double>& times,
-                 const std::vector<const BitGrid*>& occupancy, const RayLosses& losses, Gradient& radiance, Gradient& motion, std::span<Vec3> behind) override {
+  PassResult run(const VoxelModel& model, const ActiveRows& active, float step, const Batch& batch,
+                 const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
+                 const RayLosses& losses, Gradient& radiance, Gradient& motion,
+                 std::span<Vec3> behind) override {
     PassResult result;
     auto clock = Clock::now();
     FieldView<float> field = view_field(model, step);
-    if constexpr (!Jet) field.reach = active.reach.cells() > 0 ? active.reach.bits.data() : nullptr;  // losses of motion are asked of every sample, moving or not
+    if constexpr (!Jet)
+      field.reach = active.reach.cells() > 0
+                        ? active.reach.bits.data()
+                        : nullptr;  // losses of motion are asked of every sample, moving or not
     if constexpr (Moving) make_slices(model, active.rows, times);
     result.slice_seconds = seconds_since(clock);
 
@@ -74,9 +79,11 @@ class RayEngine final : public Engine {
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(times.size()));
     std::uint64_t* const seen = radiance.seen.empty() ? nullptr : radiance.seen.data()->word;
     parallel_for(tasks, [&](int t) {
-      march(field, seen, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, workers_[t], behind);
+      march(field, seen, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, workers_[t],
+            behind);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
-      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame);
+      if constexpr (Moving)
+        motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame);
     });
     for (const Worker& w : workers_) {
       result.squared_error += w.squared_error, result.motion_loss += w.motion_loss;
@@ -108,7 +115,8 @@ class RayEngine final : public Engine {
       typename Worker::Ray before{0, 0, 0};
       for (std::size_t i = 0; i < w.rays.size(); ++i) {
         const typename Worker::Ray& ray = w.rays[i];
-        if (!std::isfinite(ray.loss) || !all_usable(w.records.radiance, before.radiance, ray.radiance) || !all_usable(w.records.motion, before.motion, ray.motion))
+        if (!std::isfinite(ray.loss) || !all_usable(w.records.radiance, before.radiance, ray.radiance) ||
+            !all_usable(w.records.motion, before.motion, ray.motion))
           bad.push_back(w.first + int(i));
         before = ray;
       }
@@ -117,14 +125,16 @@ class RayEngine final : public Engine {
   }
 
  private:
-  void make_slices(const VoxelModel& model, const std::vector<RowMask>& active, const std::vector<double>& times) {
+  void make_slices(const VoxelModel& model, const std::vector<RowMask>& active,
+                   const std::vector<double>& times) {
     const Channels& level = model.motion.levels[0];
     const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
     slices_.resize(frames), slice_gradients_.resize(frames), weights_.resize(frames);
     for (int f = 0; f < frames; ++f) {
       weights_[f] = stored_weights(model.motion, times[f]);
       slices_[f].resize(level.topology->rows() * kSliceWidth);
-      slice_gradients_[f].resize(slices_[f].size());  // all zero between steps: expand_brick clears what it reads
+      slice_gradients_[f].resize(
+          slices_[f].size());  // all zero between steps: expand_brick clears what it reads
     }
     if (active != contracted_) {  // rows that were active may be no more
       contracted_ = active;
@@ -132,13 +142,11 @@ class RayEngine final : public Engine {
     }
     std::vector<float*> slices(frames);
     for (int f = 0; f < frames; ++f) slices[f] = slices_[f].data();
-    parallel_for(bricks, [&](int b) {
-      contract_brick(model.motion, level, weights_, b, active[b], slices);
-    });
+    parallel_for(bricks, [&](int b) { contract_brick(model.motion, level, weights_, b, active[b], slices); });
   }
 
-  void march(const FieldView<float>& field, std::uint64_t* seen, const Batch& batch, const Batch::Task& task, const BitGrid& occupancy,
-             const RayLosses& losses, Worker& w, std::span<Vec3> behind) {
+  void march(const FieldView<float>& field, std::uint64_t* seen, const Batch& batch, const Batch::Task& task,
+             const BitGrid& occupancy, const RayLosses& losses, Worker& w, std::span<Vec3> behind) {
     w.records.clear();
     w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
     w.rays.clear(), w.first = task.first;
@@ -147,7 +155,8 @@ class RayEngine final : public Engine {
       const RayInput<float>& ray = batch.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, losses.stop);
       const Vec3 error = photometric_error(result.rgb, batch.targets[i]);
-      if (seen && has_matter(batch.targets[i], ray.background, losses.faintest)) show(field, w.kernel, losses, seen);
+      if (seen && has_matter(batch.targets[i], ray.background, losses.faintest))
+        show(field, w.kernel, losses, seen);
       const double squared = dot(error, error);
       if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
       double motion = 0;
@@ -156,14 +165,16 @@ class RayEngine final : public Engine {
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
       backward(w.kernel, ray, result, field, 2.0f * error, losses.min_weight, w.records);
       if constexpr (Jet)
-        motion = motion_losses(w.kernel, field, frame, losses.motion, draw_probe(losses.probe_seed, i), losses.min_weight, first, w.records);
+        motion = motion_losses(w.kernel, field, frame, losses.motion, draw_probe(losses.probe_seed, i),
+                               losses.min_weight, first, w.records);
       w.motion_loss += motion;
       w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion});
     }
   }
 
   /// Marks what a ray showed (Gradient::seen). Tasks may mark the same words: the order does not matter.
-  static void show(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses, std::uint64_t* seen) {
+  static void show(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses,
+                   std::uint64_t* seen) {
     float most = 0;
     for (int k = 0; k < ray.count; ++k) most = std::max(most, ray.weight[k]);
     const float enough = std::max(losses.seen_share * most, losses.min_weight);
@@ -174,7 +185,8 @@ class RayEngine final : public Engine {
     }
   }
 
-  void expand_motion(const VoxelModel& model, const std::vector<RowMask>& active, const std::vector<double>& times, int bricks, Gradient& motion) {
+  void expand_motion(const VoxelModel& model, const std::vector<RowMask>& active,
+                     const std::vector<double>& times, int bricks, Gradient& motion) {
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;
       for (std::size_t f = 0; f < times.size(); ++f) {
@@ -184,7 +196,9 @@ class RayEngine final : public Engine {
         RowMask hit;
         motion_scatter_.reduce(bin, rows, hit);
         RowMask at_rest = hit;
-        (at_rest &= ~active[b]).for_each([&](int i) { std::fill_n(rows + std::size_t(i) * kSliceWidth, kSliceWidth, 0.0f); });
+        (at_rest &= ~active[b]).for_each([&](int i) {
+          std::fill_n(rows + std::size_t(i) * kSliceWidth, kSliceWidth, 0.0f);
+        });
         hit &= active[b];
         expand_brick(model.motion, weights_[f], hit, rows, b, motion.values);
         motion.touched[b] |= hit;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/train/gradient.hpp"
+#include "train/gradient.hpp"
 
 #include <algorithm>
 #include <atomic>
 
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/core/simd.hpp"
+#include "core/parallel.hpp"
+#include "core/simd.hpp"
 
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "built with -ffast-math or -ffinite-math-only: usable() below could no longer see a NaN"
@@ -29,13 +29,16 @@ bool usable_row(const float* row, int width) {
 
 }  // namespace
 
-Gradient::Gradient(const Channels& of) : values{of.topology, of.width, {}}, touched(of.topology->brick_count() + 1) {
+Gradient::Gradient(const Channels& of)
+    : values{of.topology, of.width, {}}, touched(of.topology->brick_count() + 1) {
   values.values.assign(of.values.size(), 0.0f);
 }
 
 bool usable(const Gradient& gradient, int brick) {
   bool all = true;
-  gradient.touched[brick].for_each([&](int i) { all &= usable_row(gradient.values.row(std::size_t(brick) * kBrickRows + i), gradient.values.width); });
+  gradient.touched[brick].for_each([&](int i) {
+    all &= usable_row(gradient.values.row(std::size_t(brick) * kBrickRows + i), gradient.values.width);
+  });
   return all;
 }
 
@@ -43,7 +46,9 @@ std::int64_t unusable_rows(const Gradient& gradient) {
   std::atomic<std::int64_t> bad = 0;
   parallel_for(int(gradient.touched.size()), [&](int brick) {
     std::int64_t here = 0;
-    gradient.touched[brick].for_each([&](int i) { here += !usable_row(gradient.values.row(std::size_t(brick) * kBrickRows + i), gradient.values.width); });
+    gradient.touched[brick].for_each([&](int i) {
+      here += !usable_row(gradient.values.row(std::size_t(brick) * kBrickRows + i), gradient.values.width);
+    });
     bad += here;
   });
   return bad;

@@ -1,18 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "learn_background.hpp"
+#include "train/learn_background.hpp"
 
 #include <algorithm>
 #include <vector>
 
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/field/learn_kernels.hpp"
-#include "splinevox/math/logit.hpp"
+#include "core/parallel.hpp"
+#include "field/learn_kernels.hpp"
+#include "math/logit.hpp"
 
 namespace splinevox {
 namespace {
 
 /// Colour at the raw values of band 0, all others left out.
-Vec3 mean_color(const Background& b) { return background_color(0, b.raw, Vec3{}).value; }  // band 0 is the same everywhere
+Vec3 mean_color(const Background& b) {
+  return background_color(0, b.raw, Vec3{}).value;
+}  // band 0 is the same everywhere
 
 Vec3 border_color(const Split& train) {
   Vec3d sum{};
@@ -31,13 +33,16 @@ Vec3 border_color(const Split& train) {
 
 }  // namespace
 
-bool learns_background(const Config& config, const Shown& shown) { return config.run.background_order >= 0 && !shown.see_through; }
+bool learns_background(const Config& config, const Shown& shown) {
+  return config.run.background_order >= 0 && !shown.see_through;
+}
 
 Background starting_background(const Config& config, const Split& train, const Shown& shown) {
   const std::vector<float>& c = config.run.background;
   Background out{.color = {c[0], c[1], c[2]}};
   if (!learns_background(config, shown)) return out;
-  constexpr float kEnd = 1 / 512.0f;  // half a step of 8 bits: neither black nor white is in reach of a sigmoid
+  constexpr float kEnd =
+      1 / 512.0f;  // half a step of 8 bits: neither black nor white is in reach of a sigmoid
   out.order = config.run.background_order;
   float band0;
   sh_basis(0, Vec3{}, &band0);
@@ -47,12 +52,14 @@ Background starting_background(const Config& config, const Split& train, const S
   return out;
 }
 
-BackgroundGradient background_gradient(const Background& background, const Batch& batch, std::span<const Vec3> behind) {
+BackgroundGradient background_gradient(const Background& background, const Batch& batch,
+                                       std::span<const Vec3> behind) {
   std::vector<BackgroundGradient> parts(batch.tasks.size());
   parallel_for(int(parts.size()), [&](int t) {
     for (int i = batch.tasks[t].first; i < batch.tasks[t].last; ++i) {
       const Vec3& d = batch.rays[i].direction;
-      background_color_vjp(background.order, d, background_color(background.order, background.raw, d).slope, behind[i], parts[t].data());
+      background_color_vjp(background.order, d, background_color(background.order, background.raw, d).slope,
+                           behind[i], parts[t].data());
     }
   });
   BackgroundGradient sum{};
@@ -61,9 +68,12 @@ BackgroundGradient background_gradient(const Background& background, const Batch
   return sum;
 }
 
-void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient, const MomentFactors& factors, float rate) {
+void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient,
+            const MomentFactors& factors, float rate) {
   for (int j = 0; j < background.count(); ++j)
-    for (int a = 0; a < 3; ++a) adam_step(factors, rate, float(gradient[j][a]), learner.m[j][a], learner.v[j][a], background.raw[j][a], PlainRoot{}, PlainFlush{});
+    for (int a = 0; a < 3; ++a)
+      adam_step(factors, rate, float(gradient[j][a]), learner.m[j][a], learner.v[j][a], background.raw[j][a],
+                PlainRoot{}, PlainFlush{});
   background.color = mean_color(background);
 }
 

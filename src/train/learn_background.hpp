@@ -4,10 +4,10 @@
 #include <array>
 #include <span>
 
-#include "splinevox/math/adam.hpp"
+#include "math/adam.hpp"
 #include "splinevox/math/background.hpp"
-#include "splinevox/train/batch.hpp"
-#include "start.hpp"
+#include "train/batch.hpp"
+#include "train/start.hpp"
 
 namespace splinevox {
 
@@ -16,18 +16,22 @@ struct BackgroundLearner {
   Vec3 m[kMaxShCount] = {}, v[kMaxShCount] = {};
 };
 
-/// Whether a colour is learned behind these pictures: the configuration wants one and they are opaque. Pictures with alpha say that there is
-/// nothing behind.
+/// Whether a colour is learned behind these pictures: the configuration wants one and they are opaque.
+/// Pictures with alpha say that there is nothing behind.
 bool learns_background(const Config& config, const Shown& shown);
 
-/// One colour before training, that along the borders of the pictures: what is there is more often behind than what is in the middle.
+/// One colour before training, that along the borders of the pictures: what is there is more often behind
+/// than what is in the middle.
 Background starting_background(const Config& config, const Split& train, const Shown& shown);
 
-/// Gradient of the harmonics: the sum over the rays of a batch's tasks, in their order, so the same bits for any number of threads.
+/// Gradient of the harmonics: the sum over the rays of a batch's tasks, in their order, so the same bits for
+/// any number of threads.
 using BackgroundGradient = std::array<Vec3d, kMaxShCount>;
-BackgroundGradient background_gradient(const Background& background, const Batch& batch, std::span<const Vec3> behind);
+BackgroundGradient background_gradient(const Background& background, const Batch& batch,
+                                       std::span<const Vec3> behind);
 
 /// One step on the harmonics; `color` follows their band 0.
-void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient, const MomentFactors& factors, float rate);
+void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient,
+            const MomentFactors& factors, float rate);
 
 }  // namespace splinevox

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/field/slice.hpp"
-#include "splinevox/render/field_view.hpp"
-#include "splinevox/render/occupancy.hpp"
-#include "splinevox/render/ray_kernel.hpp"
+#include "field/lattice/slice.hpp"
+#include "render/field_view.hpp"
+#include "render/occupancy.hpp"
+#include "render/ray_kernel.hpp"
 
 namespace splinevox {
 
@@ -15,18 +15,27 @@ class Look {
  public:
   /// @param occupancy  of that time; null: rays look everywhere
   Look(const VoxelModel& model, double time, const BitGrid* occupancy = nullptr)
-      : model_(model), slice_(model.motion.levels.empty() ? MotionSlice{} : make_slice(model.motion, stored_weights(model.motion, time))),
-        field_(view_field(model, model.step)), frame_{slice_.values.data(), occupancy ? occupancy->view() : OccupancyView<float>{}} {}
+      : model_(model),
+        slice_(model.motion.levels.empty() ? MotionSlice{}
+                                           : make_slice(model.motion, stored_weights(model.motion, time))),
+        field_(view_field(model, model.step)),
+        frame_{slice_.values.data(), occupancy ? occupancy->view() : OccupancyView<float>{}} {}
 
   Vec3 along(const Ray& ray) {
-    through_ = clip_ray(ray, model_.box, model_.step, 0.5f, model_.background.towards(cast<float>(ray.direction)));
-    return (field_.moving ? moving_.forward(through_, field_, frame_, kStop) : still_.forward(through_, field_, frame_, kStop)).rgb;
+    through_ =
+        clip_ray(ray, model_.box, model_.step, 0.5f, model_.background.towards(cast<float>(ray.direction)));
+    return (field_.moving ? moving_.forward(through_, field_, frame_, kStop)
+                          : still_.forward(through_, field_, frame_, kStop))
+        .rgb;
   }
-  /// Calls visit(position, weight, i) for the samples i of the last ray that count in its pixel. @pre something changes over time in the model
+  /// Calls visit(position, weight, i) for the samples i of the last ray that count in its pixel. @pre
+  /// something changes over time in the model
   template <class Visit>
   void each_sample(Visit&& visit) const {
     for (int i = 0; i < moving_.count; ++i)
-      if (moving_.weight[i] >= kLeastWeight) visit(through_.origin + (moving_.distance[i] * field_.step) * through_.direction, moving_.weight[i], i);
+      if (moving_.weight[i] >= kLeastWeight)
+        visit(through_.origin + (moving_.distance[i] * field_.step) * through_.direction, moving_.weight[i],
+              i);
   }
   /// How far from sample i of the last ray its matter is in the canonical volume, scene units.
   Vec3 displacement(int i) const {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/train/optimiser.hpp"
+#include "train/optimiser.hpp"
 
 #include <cmath>
 
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/core/simd.hpp"
-#include "splinevox/field/learn_kernels.hpp"
-#include "splinevox/math/shrink.hpp"
-#include "splinevox/math/tv.hpp"
+#include "core/parallel.hpp"
+#include "core/simd.hpp"
+#include "field/learn_kernels.hpp"
+#include "math/shrink.hpp"
+#include "math/tv.hpp"
 
 namespace splinevox {
 namespace {
@@ -39,20 +39,26 @@ struct Padded {
     std::int32_t around[3][3][3];
     for (int x = -1; x <= 1; ++x)
       for (int y = -1; y <= 1; ++y)
-        for (int z = -1; z <= 1; ++z) around[x + 1][y + 1][z + 1] = t.brick_at({at.x + x, at.y + y, at.z + z});
+        for (int z = -1; z <= 1; ++z)
+          around[x + 1][y + 1][z + 1] = t.brick_at({at.x + x, at.y + y, at.z + z});
     for (int x = -1; x <= 8; ++x)
       for (int y = -1; y <= 8; ++y)
         for (int z = -1; z <= 8; ++z) {
           const std::int32_t b = around[(x + 8) >> 3][(y + 8) >> 3][(z + 8) >> 3];
-          row[x + 1][y + 1][z + 1] = b ? c.row(std::size_t(b) * kBrickRows + ((x & 7) << 6 | (y & 7) << 3 | (z & 7))) : nullptr;
+          row[x + 1][y + 1][z + 1] =
+              b ? c.row(std::size_t(b) * kBrickRows + ((x & 7) << 6 | (y & 7) << 3 | (z & 7))) : nullptr;
         }
   }
 };
 
 void brick_total_variation(const Channels& values, int brick, const float* weight, float* gradient) {
   const Padded padded(values, brick);
-  const auto inside = [](int x, int y, int z) { return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8; };
-  const auto target = [&](int x, int y, int z) { return gradient + std::size_t(x * 64 + y * 8 + z) * values.width; };
+  const auto inside = [](int x, int y, int z) {
+    return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8;
+  };
+  const auto target = [&](int x, int y, int z) {
+    return gradient + std::size_t(x * 64 + y * 8 + z) * values.width;
+  };
   for (int x = -1; x < 8; ++x)
     for (int y = -1; y < 8; ++y)
       for (int z = -1; z < 8; ++z) {
@@ -65,7 +71,8 @@ void brick_total_variation(const Channels& values, int brick, const float* weigh
         const float* ny = neighbour(padded.row[x + 1][y + 2][z + 1]);
         const float* nz = neighbour(padded.row[x + 1][y + 1][z + 2]);
         for (int k = 0; k < values.width; k += 8) {
-          const auto term = tv_term(load<Eight>(self + k), load<Eight>(nx + k), load<Eight>(ny + k), load<Eight>(nz + k), kTvSoftening, root);
+          const auto term = tv_term(load<Eight>(self + k), load<Eight>(nx + k), load<Eight>(ny + k),
+                                    load<Eight>(nz + k), kTvSoftening, root);
           const Eight w = load<Eight>(weight + k);
           const auto add = [&](int cx, int cy, int cz, const Eight& d) {
             if (!inside(cx, cy, cz)) return;
@@ -89,13 +96,18 @@ void shrink_row(const Shrink& shrink, float scale, int width, float* row) {
   float sum = 0;
   for (int lane = 0; lane < 8; ++lane) sum += squares[lane];
   const float share = garrote_share(std::sqrt(sum), scale * shrink.threshold);
-  for (int k = 0; k < width; k += 8) store(row + k, load<Eight>(row + k) * (1.0f - share * load<Eight>(shrink.member.data() + k)));
+  for (int k = 0; k < width; k += 8)
+    store(row + k, load<Eight>(row + k) * (1.0f - share * load<Eight>(shrink.member.data() + k)));
 }
 
 }  // namespace
 
 Learner::Learner(const Channels& values)
-    : gradient(values), m(values.values.size(), 0.0f), v(values.values.size(), 0.0f), rate(values.width, 0.0f), tv(values.width, 0.0f) {}
+    : gradient(values),
+      m(values.values.size(), 0.0f),
+      v(values.values.size(), 0.0f),
+      rate(values.width, 0.0f),
+      tv(values.width, 0.0f) {}
 
 void Learner::resize(const Channels& values) {
   std::vector<RowMask> seen = std::move(gradient.seen);
@@ -115,19 +127,22 @@ void update(Channels& values, Learner& learner, const MomentFactors& factors, fl
       for (int k = 0; k < width; k += 8) {
         float* g = learner.gradient.values.values.data() + row + k;
         if (width > kLongRow && all_zero(load<Eight>(g))) continue;
-        float *m = learner.m.data() + row + k, *v = learner.v.data() + row + k, *p = values.values.data() + row + k;
+        float *m = learner.m.data() + row + k, *v = learner.v.data() + row + k,
+              *p = values.values.data() + row + k;
         Eight mm = load<Eight>(m), vv = load<Eight>(v), pp = load<Eight>(p);
         const Eight rate = rate_scale * load<Eight>(learner.rate.data() + k);
         adam_step(factors, rate, load<Eight>(g), mm, vv, pp, root, flush);
         store(m, mm), store(v, vv), store(p, pp), store(g, Eight{});
       }
-      for (const Shrink& shrink : learner.shrink) shrink_row(shrink, rate_scale, width, values.values.data() + row);
+      for (const Shrink& shrink : learner.shrink)
+        shrink_row(shrink, rate_scale, width, values.values.data() + row);
     });
     touched = {};
   });
 }
 
-void add_total_variation(const Channels& values, Learner& learner, float scale, float share, std::uint64_t draw) {
+void add_total_variation(const Channels& values, Learner& learner, float scale, float share,
+                         std::uint64_t draw) {
   std::vector<float> weight(values.width);
   bool any = false;
   for (int k = 0; k < values.width; ++k) weight[k] = scale * learner.tv[k] / share, any |= weight[k] > 0;
@@ -135,7 +150,8 @@ void add_total_variation(const Channels& values, Learner& learner, float scale, 
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
     if (!chosen_brick(draw, brick, share)) return;
-    brick_total_variation(values, brick, weight.data(), learner.gradient.values.row(std::size_t(brick) * kBrickRows));
+    brick_total_variation(values, brick, weight.data(),
+                          learner.gradient.values.row(std::size_t(brick) * kBrickRows));
     learner.gradient.touched[brick].set_all();
   });
 }
@@ -143,8 +159,8 @@ void add_total_variation(const Channels& values, Learner& learner, float scale, 
 namespace {
 
 template <class Prior>
-void add_prior(const Channels& values, Learner& learner, const MotionField& motion, const Prior& prior, float share, std::uint64_t draw,
-               std::span<const RowMask> among) {
+void add_prior(const Channels& values, Learner& learner, const MotionField& motion, const Prior& prior,
+               float share, std::uint64_t draw, std::span<const RowMask> among) {
   if (!prior.any()) return;
   const int stride = motion.stride(), stored = motion.stored_points();
   const bool pinned = stored < motion.points;
@@ -154,7 +170,8 @@ void add_prior(const Channels& values, Learner& learner, const MotionField& moti
     const RowMask rows = among.empty() ? RowMask::all() : among[brick];
     rows.for_each([&](int i) {
       const std::size_t row = std::size_t(brick) * kBrickRows + i;
-      curve_prior_vjp(prior, values.row(row), stride, stored, pinned, share, learner.gradient.values.row(row));
+      curve_prior_vjp(prior, values.row(row), stride, stored, pinned, share,
+                      learner.gradient.values.row(row));
     });
     learner.gradient.touched[brick] |= rows;
   });
@@ -162,11 +179,13 @@ void add_prior(const Channels& values, Learner& learner, const MotionField& moti
 
 }  // namespace
 
-void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const CurvePrior& prior, float share, std::uint64_t draw) {
+void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion,
+                     const CurvePrior& prior, float share, std::uint64_t draw) {
   add_prior(values, learner, motion, prior, share, draw, {});
 }
 
-void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion, const RestPrior& prior, float share, std::uint64_t draw,
+void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion,
+                     const RestPrior& prior, float share, std::uint64_t draw,
                      std::span<const RowMask> among) {
   add_prior(values, learner, motion, prior, share, draw, among);
 }

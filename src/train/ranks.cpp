@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/train/ranks.hpp"
+#include "train/ranks.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <bit>
 
-#include "splinevox/core/parallel.hpp"
+#include "core/parallel.hpp"
 
 namespace splinevox {
 
@@ -13,24 +13,30 @@ static_assert(sizeof(RowMask) == kBrick * sizeof(std::uint64_t), "masks are sent
 
 void keep_own_share(const Ranks& ranks, Batch& batch) {
   std::vector<Batch::Task> own;
-  for (std::size_t t = std::size_t(ranks.rank()); t < batch.tasks.size(); t += std::size_t(ranks.count())) own.push_back(batch.tasks[t]);
+  for (std::size_t t = std::size_t(ranks.rank()); t < batch.tasks.size(); t += std::size_t(ranks.count()))
+    own.push_back(batch.tasks[t]);
   batch.tasks = std::move(own);
 }
 
 void keep_own_rays(const Ranks& ranks, Batch& batch) {
   const std::size_t slots = batch.frames.size(), drawn = batch.rays.size() / slots;
-  const std::size_t first = ranks.share_begin(drawn, ranks.rank()), own = ranks.share_begin(drawn, ranks.rank() + 1) - first;
+  const std::size_t first = ranks.share_begin(drawn, ranks.rank()),
+                    own = ranks.share_begin(drawn, ranks.rank() + 1) - first;
   batch.tasks.clear();
-  for (std::size_t slot = 0; slot < slots; ++slot) {  // to the front, so nothing is overwritten that is still to be moved
-    std::copy_n(batch.rays.begin() + std::ptrdiff_t(slot * drawn + first), own, batch.rays.begin() + std::ptrdiff_t(slot * own));
-    std::copy_n(batch.targets.begin() + std::ptrdiff_t(slot * drawn + first), own, batch.targets.begin() + std::ptrdiff_t(slot * own));
+  for (std::size_t slot = 0; slot < slots;
+       ++slot) {  // to the front, so nothing is overwritten that is still to be moved
+    std::copy_n(batch.rays.begin() + std::ptrdiff_t(slot * drawn + first), own,
+                batch.rays.begin() + std::ptrdiff_t(slot * own));
+    std::copy_n(batch.targets.begin() + std::ptrdiff_t(slot * drawn + first), own,
+                batch.targets.begin() + std::ptrdiff_t(slot * own));
     batch.tasks.push_back({int(slot), int(slot * own), int((slot + 1) * own)});
   }
   batch.rays.resize(slots * own), batch.targets.resize(slots * own);
 }
 
 PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
-  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), double(mine.visited), mine.usable ? 0.0 : 1.0};
+  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), double(mine.visited),
+                      mine.usable ? 0.0 : 1.0};
   sum_over_ranks(ranks, std::span<double>(numbers));
   PassResult sum = mine;
   sum.squared_error = numbers[0], sum.motion_loss = numbers[1];
@@ -52,10 +58,13 @@ bool sum_over_ranks(Ranks& ranks, Gradient& gradient) {
   }
   const auto each_row = [&](int b, auto&& visit) {
     std::size_t at = start[b];
-    gradient.touched[b].for_each([&](int i) { visit(gradient.values.row(std::size_t(b) * kBrickRows + i), width * at++); });
+    gradient.touched[b].for_each(
+        [&](int i) { visit(gradient.values.row(std::size_t(b) * kBrickRows + i), width * at++); });
   };
   AlignedVector<float> all(start.back() * width);
-  parallel_for(bricks, [&](int b) { each_row(b, [&](const float* row, std::size_t at) { std::copy_n(row, width, all.data() + at); }); });
+  parallel_for(bricks, [&](int b) {
+    each_row(b, [&](const float* row, std::size_t at) { std::copy_n(row, width, all.data() + at); });
+  });
 
   sum_over_ranks(ranks, std::span<float>(all));
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/train/refine.hpp"
+#include "train/refine.hpp"
 
 #include <algorithm>
 #include <utility>
 #include <vector>
 
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/field/locate.hpp"
+#include "core/parallel.hpp"
+#include "field/lattice/locate.hpp"
 #include "splinevox/math/basis.hpp"
 
 namespace splinevox {
@@ -46,7 +46,8 @@ Channels resample(const Channels& from, TopologyPtr topology, const std::functio
       const Vec3 x = to.position(b, i);
       const Located at = locate(view, moved ? moved(x) : x);
       float* row = out.row(std::size_t(b) * kBrickRows + i);
-      for (int k = 0; k < out.width; k += 8) store(row + k, interpolate<Eight>(at, from.values.data(), out.width, k));
+      for (int k = 0; k < out.width; k += 8)
+        store(row + k, interpolate<Eight>(at, from.values.data(), out.width, k));
     }
   });
   return out;
@@ -65,8 +66,10 @@ void elevate(MotionField& motion) {
     for (std::size_t r = 0; r < old.topology->rows(); ++r) {
       for (int a = 0; a < motion.stride(); ++a) {
         for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[motion.stride() * (k - pinned) + a];
-        if (spline) halve_bspline(motion.points, in.data(), out.data());
-        else elevate_bezier(motion.points, in.data(), out.data());
+        if (spline)
+          halve_bspline(motion.points, in.data(), out.data());
+        else
+          elevate_bezier(motion.points, in.data(), out.data());
         for (int k = pinned; k < next.points; ++k) level.row(r)[motion.stride() * (k - pinned) + a] = out[k];
       }
       level.row(r)[next.rigidity_column()] = old.row(r)[motion.rigidity_column()];

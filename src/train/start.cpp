@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "start.hpp"
+#include "train/start.hpp"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 #include <limits>
 #include <vector>
 
+#include "core/parallel.hpp"
+#include "math/logit.hpp"
+#include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/math/logit.hpp"
 #include "splinevox/math/sh.hpp"
-#include "splinevox/math/view_factor.hpp"
 
 namespace splinevox {
 namespace {
@@ -28,19 +28,22 @@ bool any_alpha(const Split& train) {
   return any;
 }
 
-/// Positions in the scene's space are floats. They must tell apart places within a cell of the finest lattice: up to a
-/// seventh of one costs nothing, from one cell on decibels (numerics H14).
+/// Positions in the scene's space are floats. They must tell apart places within a cell of the finest
+/// lattice: up to a seventh of one costs nothing, from one cell on decibels (numerics H14).
 void check_place(const Box& box, int cells) {
   const Vec3 c = box.center();
   const float furthest = 0.5f * box.longest_edge() + std::max({std::abs(c.x), std::abs(c.y), std::abs(c.z)});
-  const float apart = furthest * std::numeric_limits<float>::epsilon(), cell = box.longest_edge() / float(cells);
+  const float apart = furthest * std::numeric_limits<float>::epsilon(),
+              cell = box.longest_edge() / float(cells);
   if (apart <= 0.25f * cell) return;
   const auto text = [](const Vec3& v) { return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x, v.y, v.z); };
   fail({"the training cameras", "the scene lies too far from the origin for its size",
         fmt::format("a distance of at most {:.3g} for cells of {:.3g} scene units",
                     0.25f * cell / std::numeric_limits<float>::epsilon(), cell),
         fmt::format("a box around {}, {:.3g} wide", text(c), box.longest_edge()),
-        fmt::format("subtract {} from every position: splinevox convert DATASET --out NEW --shift={:.9g},{:.9g},{:.9g}", text(c), -c.x, -c.y, -c.z)});
+        fmt::format("subtract {} from every position: splinevox convert DATASET --out NEW "
+                    "--shift={:.9g},{:.9g},{:.9g}",
+                    text(c), -c.x, -c.y, -c.z)});
 }
 
 SceneBounds bounds_of(const Config& config, const Split& train, const Shown& shown) {
@@ -83,14 +86,17 @@ float brightness(const Config& config, const Shown& shown) {
   constexpr float kLeast = 1e-3f;  // a black scene has no brightness of its own
   if (!shown.dark()) return 1;
   const std::vector<float>& b = config.run.background;
-  const float behind = config.sampling.background == BackgroundKind::fixed ? *std::max_element(b.begin(), b.end()) : 0;
+  const float behind =
+      config.sampling.background == BackgroundKind::fixed ? *std::max_element(b.begin(), b.end()) : 0;
   return std::max({shown.brightest, behind, kLeast});
 }
 
 Config in_units_of(float brightness, Config config) {
   const float square = brightness * brightness;
   LossConfig& l = config.loss;
-  for (float* weight : {&l.tv_density, &l.tv_color, &l.tv_sh, &l.tv_control, &l.tv_rigidity, &l.tv_light, &l.offset, &l.divergence, &l.curve_length, &l.curve_light, &l.curve_knots, &l.curve_rest})
+  for (float* weight :
+       {&l.tv_density, &l.tv_color, &l.tv_sh, &l.tv_control, &l.tv_rigidity, &l.tv_light, &l.offset,
+        &l.divergence, &l.curve_length, &l.curve_light, &l.curve_knots, &l.curve_rest})
     *weight *= square;
   config.optimiser.epsilon *= square;
   return config;

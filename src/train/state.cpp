@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "state.hpp"
+#include "train/state.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/field/slice.hpp"
-#include "splinevox/math/activation.hpp"
-#include "splinevox/math/schedule.hpp"
-#include "splinevox/train/ranks.hpp"
+#include "core/parallel.hpp"
+#include "field/lattice/slice.hpp"
+#include "math/activation.hpp"
+#include "math/schedule.hpp"
+#include "train/ranks.hpp"
 
 namespace splinevox {
 namespace {
@@ -24,16 +24,19 @@ SamplingConfig sampling_of(const Config& config) {
   return out;
 }
 
-/// What the step of control points is multiplied by. As a run goes on rigidity takes displacements, and so their steps, to a tenth of what they began with and less
-/// (docs/experiments.md, "Without rigidity"); without it a step is a fiftieth of a cell of the finest lattice, where lr_control is 0.01. @param cells  along the longest edge, of that lattice
+/// What the step of control points is multiplied by. As a run goes on rigidity takes displacements, and so
+/// their steps, to a tenth of what they began with and less (docs/experiments.md, "Without rigidity");
+/// without it a step is a fiftieth of a cell of the finest lattice, where lr_control is 0.01. @param cells
+/// along the longest edge, of that lattice
 float control_share(const MotionField& m, int cells) { return m.rigidity ? 1 : 2.0f / float(cells); }
 
-/// Motion and light of a vertex shrink each as one. A step moves every column by its rate at most, so lengths are measured in
-/// rates times the root of the number of columns.
+/// Motion and light of a vertex shrink each as one. A step moves every column by its rate at most, so lengths
+/// are measured in rates times the root of the number of columns.
 std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge, float share) {
   if (o.shrink == 0) return {};
   Shrink motion{std::vector<float>(m.width(), 0.0f), 0}, light = motion;
-  for (int c = 0; c < m.rigidity_column(); ++c) (m.displaces && c % m.stride() < 3 ? motion : light).member[c] = 1;
+  for (int c = 0; c < m.rigidity_column(); ++c)
+    (m.displaces && c % m.stride() < 3 ? motion : light).member[c] = 1;
   motion.threshold = o.shrink * o.lr_control * edge * share * std::sqrt(3.0f * float(m.stored_points()));
   light.threshold = o.shrink * o.lr_light * std::sqrt(float(m.stored_points()));
   std::vector<Shrink> groups;
@@ -42,7 +45,8 @@ std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o
   return groups;
 }
 
-/// The cells whose centres the offset leads to one of a grid. Matter that is a cell wide with its margin loses no more than some of that.
+/// The cells whose centres the offset leads to one of a grid. Matter that is a cell wide with its margin
+/// loses no more than some of that.
 BitGrid moved(const BitGrid& grid, const Offset& offset) {
   BitGrid out = grid;
   std::fill(out.bits.begin(), out.bits.end(), 0u);
@@ -54,13 +58,19 @@ BitGrid moved(const BitGrid& grid, const Offset& offset) {
 }
 
 void check_fits(bool good) {
-  if (!good) fail({"checkpoint", "the training state does not fit this configuration", "a state written by the same version and configuration", "other sizes", ""});
+  if (!good)
+    fail({"checkpoint", "the training state does not fit this configuration",
+          "a state written by the same version and configuration", "other sizes", ""});
 }
 
 }  // namespace
 
 Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
-    : shown(look_at(t)), unit(brightness(c, shown)), config(in_units_of(unit, c)), train(t), bounds(starting_bounds(c, t, shown)),
+    : shown(look_at(t)),
+      unit(brightness(c, shown)),
+      config(in_units_of(unit, c)),
+      train(t),
+      bounds(starting_bounds(c, t, shown)),
       sampler(t, bounds.box, sampling_of(c), c.run.seed, unit) {
   model.box = bounds.box;
   edge = model.box.longest_edge();
@@ -81,7 +91,8 @@ bool Trainer::State::refine(double progress_now) {
   const bool changes = config.motion.enabled || config.motion.light;
   int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
   const bool spline = config.motion.basis == BasisKind::bspline;
-  const int wanted_elevations = changes ? reached(spline ? config.motion.halve_start : config.motion.elevate_start, progress) + 1 : 0;
+  const int wanted_elevations =
+      changes ? reached(spline ? config.motion.halve_start : config.motion.elevate_start, progress) + 1 : 0;
   const bool elevates = elevations < wanted_elevations;
   const int wanted_emptied = reached(config.grid.empty_start, progress) + 1;
   const bool empties = emptied < wanted_emptied;
@@ -97,13 +108,19 @@ bool Trainer::State::refine(double progress_now) {
   if (refines && stage < wanted && !growing()) tighten_box();
   if (refines || changed) refresh_occupancy();
   std::optional<Offset> offset;
-  if (step > 0 && stage < wanted) offset = settle(bounds.box.longest_edge() / float(config.grid.radiance[wanted]));
+  if (step > 0 && stage < wanted)
+    offset = settle(bounds.box.longest_edge() / float(config.grid.radiance[wanted]));
   const bool settled = offset.has_value();
-  if (settled) wanted_levels = int(config.grid.motion.size());  // they cost little now, and what rests is told from what moves as finely as they are
+  if (settled)
+    wanted_levels = int(
+        config.grid.motion
+            .size());  // they cost little now, and what rests is told from what moves as finely as they are
   while (stage < wanted) {
     ++stage;
-    if (stage == 0) start_radiance();
-    else refine_radiance(config.grid.radiance[stage], std::exchange(offset, {}));
+    if (stage == 0)
+      start_radiance();
+    else
+      refine_radiance(config.grid.radiance[stage], std::exchange(offset, {}));
     changed = true;
   }
   if (joins) add_harmonics(wanted_order), changed = true;
@@ -146,7 +163,8 @@ void Trainer::State::fit_lattices() {
 void Trainer::State::start_radiance() {
   const Lattice lattice = make_lattice(bounds.box, config.grid.radiance[0]);
   model.step = config.sampling.step * lattice.spacing;
-  // One step of the first lattice has alpha initial_alpha at raw density 0: softplus(shift) = -log(1 - alpha).
+  // One step of the first lattice has alpha initial_alpha at raw density 0: softplus(shift) = -log(1 -
+  // alpha).
   model.radiance.activation.scale = 1 / model.step;
   model.radiance.activation.shift = float(inverse_softplus(optical_depth(config.radiance.initial_alpha)));
   const int width = radiance_width(model.radiance.sh_order);
@@ -163,7 +181,8 @@ void Trainer::State::start_radiance() {
 void Trainer::State::tighten_box() {
   if (!config.grid.box.empty()) return;
   collapse_levels({});
-  BitGrid kept = canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.box_alpha, model.step);
+  BitGrid kept =
+      canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.box_alpha, model.step);
   for (const BitGrid& frame : frame_occupancies(config.grid.box_alpha)) kept |= frame;
   Box box = bounding_box(drop_small_parts(kept, kSmallPart), config.grid.box_margin);
   box.lo = max(box.lo, model.box.lo), box.hi = min(box.hi, model.box.hi);
@@ -176,11 +195,13 @@ void Trainer::State::tighten_box() {
   for (c.x = 0; c.x < bounds.hull.size.x; ++c.x)
     for (c.y = 0; c.y < bounds.hull.size.y; ++c.y)
       for (c.z = 0; c.z < bounds.hull.size.z; ++c.z)
-        if (old_hull.test(old_hull.index(old_hull.cell_of(bounds.hull.center(c))))) bounds.hull.set(bounds.hull.index(c));
+        if (old_hull.test(old_hull.index(old_hull.cell_of(bounds.hull.center(c)))))
+          bounds.hull.set(bounds.hull.index(c));
   model.box = box;
   edge = model.box.longest_edge();
   sampler.set_box(box);
-  if (!levels.empty()) put_on_levels(Channels(model.motion.levels[0]), awake.cells() > 0 ? swept() : dilate(bounds.hull));
+  if (!levels.empty())
+    put_on_levels(Channels(model.motion.levels[0]), awake.cells() > 0 ? swept() : dilate(bounds.hull));
 }
 
 void Trainer::State::put_on_levels(const Channels& sum, const BitGrid& cells) {
@@ -192,7 +213,8 @@ void Trainer::State::put_on_levels(const Channels& sum, const BitGrid& cells) {
     if (l > 0) {
       Channels known = make_channels(topology, target.width, std::vector<float>(target.width, 0.0f).data());
       for (int b = 1; b <= topology->brick_count(); ++b) prolong_brick(coarser, known, b, RowMask::all());
-      for (std::size_t i = std::size_t(kBrickRows) * target.width; i < target.values.size(); ++i) levels[l].values[i] -= known.values[i];
+      for (std::size_t i = std::size_t(kBrickRows) * target.width; i < target.values.size(); ++i)
+        levels[l].values[i] -= known.values[i];
     }
     coarser = target;
     level_learners[l] = Learner(levels[l]);
@@ -207,7 +229,8 @@ void Trainer::State::add_harmonics(int order) {
   if (from == to) return;  // they have room
   for (AlignedVector<float>* rows : {&raw.values, &radiance.m, &radiance.v}) {
     AlignedVector<float> wide(raw.topology->rows() * to, 0.0f);
-    for (std::size_t r = 0; r < raw.topology->rows(); ++r) std::copy_n(rows->data() + r * from, from, wide.data() + r * to);
+    for (std::size_t r = 0; r < raw.topology->rows(); ++r)
+      std::copy_n(rows->data() + r * from, from, wide.data() + r * to);
     *rows = std::move(wide);
   }
   raw.width = to;
@@ -216,12 +239,17 @@ void Trainer::State::add_harmonics(int order) {
 
 void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& offset) {
   const Lattice lattice = make_lattice(bounds.box, cells);
-  const BitGrid matter =
-      growing() ? bounds.hull : canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.prune_alpha, model.step);
+  const BitGrid matter = growing() ? bounds.hull
+                                   : canonical_occupancy(model, config.sampling.occupancy_cells,
+                                                         config.grid.prune_alpha, model.step);
   radiance = {};  // not both the old lattice's and the new one's
-  if (offset) model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, moved(matter, *offset)), [&](Vec3 x) { return x + offset->at(x); });
-  else model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
-  if (!growing() && config.grid.prune_alpha > 0 && drop_empty(model.radiance.raw)) model.radiance.raw.values.shrink_to_fit();
+  if (offset)
+    model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, moved(matter, *offset)),
+                                  [&](Vec3 x) { return x + offset->at(x); });
+  else
+    model.radiance.raw = resample(model.radiance.raw, bricks_near(lattice, matter));
+  if (!growing() && config.grid.prune_alpha > 0 && drop_empty(model.radiance.raw))
+    model.radiance.raw.values.shrink_to_fit();
   model.step = config.sampling.step * lattice.spacing;
   radiance = Learner(model.radiance.raw);
   forget_seen();
@@ -229,7 +257,8 @@ void Trainer::State::refine_radiance(int cells, const std::optional<Offset>& off
 
 void Trainer::State::add_level(int cells) {
   const std::vector<float> zero(model.motion.width(), 0.0f);
-  levels.push_back(make_channels(bricks_near(make_lattice(bounds.box, cells), swept()), int(zero.size()), zero.data()));
+  levels.push_back(
+      make_channels(bricks_near(make_lattice(bounds.box, cells), swept()), int(zero.size()), zero.data()));
   level_learners.emplace_back(levels.back());
 }
 
@@ -249,9 +278,15 @@ void Trainer::State::collapse_levels(const std::vector<RowMask>& rows) {
     parallel_for(sum.topology->brick_count(), [&](int index) {
       const int b = index + 1;
       const RowMask mask = finest && !rows.empty() ? rows[b] : RowMask::all();
-      mask.for_each([&](int i) { std::copy_n(levels[l].row(std::size_t(b) * kBrickRows + i), sum.width, sum.row(std::size_t(b) * kBrickRows + i)); });
+      mask.for_each([&](int i) {
+        std::copy_n(levels[l].row(std::size_t(b) * kBrickRows + i), sum.width,
+                    sum.row(std::size_t(b) * kBrickRows + i));
+      });
       if (l > 0) prolong_brick(partial_sums[l - 1], sum, b, mask);
-      if (finest && rows.empty() && !awake_rows.empty()) (~awake_rows[b]).for_each([&](int i) { std::fill_n(sum.row(std::size_t(b) * kBrickRows + i), sum.width, 0.0f); });
+      if (finest && rows.empty() && !awake_rows.empty())
+        (~awake_rows[b]).for_each([&](int i) {
+          std::fill_n(sum.row(std::size_t(b) * kBrickRows + i), sum.width, 0.0f);
+        });
     });
   }
 }
@@ -270,7 +305,8 @@ void Trainer::State::set_rates() {
     std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge * share);
     std::fill_n(learner.tv.begin(), rigidity, l.tv_control / edge);
     if (m.light)
-      for (int c = m.light_lane(); c < rigidity; c += m.stride()) learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
+      for (int c = m.light_lane(); c < rigidity; c += m.stride())
+        learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
     learner.shrink = shrink_groups(m, o, edge, share);
     if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
   }
@@ -285,7 +321,8 @@ void Trainer::State::learn_background(double progress_now) {
   if (!model.background.learned()) return;
   BackgroundGradient gradient = background_gradient(model.background, batch, behind);
   if (ranks) sum_over_ranks(*ranks, {&gradient[0].x, 3 * gradient.size()});
-  update(model.background, background, gradient, factors(), config.optimiser.lr_background * float(cosine_decay(progress_now, config.optimiser.final_radiance)));
+  update(model.background, background, gradient, factors(),
+         config.optimiser.lr_background * float(cosine_decay(progress_now, config.optimiser.final_radiance)));
 }
 
 CurvePrior Trainer::State::curve_prior() const {
@@ -309,16 +346,19 @@ bool Trainer::State::wild_weights() const {
   const LossConfig& l = config.loss;
   constexpr float kWild = 1e12f;
   const CurvePrior curves = curve_prior();
-  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity, l.tv_light, curves.length, curves.light, curves.knots, rest_prior().weight});
+  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity,
+                               l.tv_light, curves.length, curves.light, curves.knots, rest_prior().weight});
   return !(most / l.tv_share < kWild);
 }
 
 void Trainer::State::archive(Archive& a) {
   a(step, stage, elevations, seconds_before, seconds_at_start, phases);
-  a(bounds.box, bounds.hull, model.step, model.radiance.activation, model.radiance.raw, radiance.m, radiance.v, model.motion.points);
+  a(bounds.box, bounds.hull, model.step, model.radiance.activation, model.radiance.raw, radiance.m,
+    radiance.v, model.motion.points);
   std::uint64_t count = levels.size(), frames = occupancy.size();
   a(count, frames);
-  check_fits(!a.reading() || (count <= config.grid.motion.size() && (frames <= 1 || frames == train.frames.size())));
+  check_fits(!a.reading() ||
+             (count <= config.grid.motion.size() && (frames <= 1 || frames == train.frames.size())));
   levels.resize(count), level_learners.resize(count), occupancy.resize(frames);
   for (std::size_t l = 0; l < count; ++l) {
     a(levels[l]);
@@ -334,11 +374,16 @@ void Trainer::State::archive(Archive& a) {
   const auto fits = [](const Channels& c, const Learner& l, int width) {
     return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();
   };
-  bool good = model.background.order == background_order && stage >= 0 && stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints && model.motion.points <= kMaxPoints;
-  good = good && model.radiance.sh_order >= order_at(config.radiance, 0) && model.radiance.sh_order <= config.radiance.sh_order;
+  bool good = model.background.order == background_order && stage >= 0 &&
+              stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints &&
+              model.motion.points <= kMaxPoints;
+  good = good && model.radiance.sh_order >= order_at(config.radiance, 0) &&
+         model.radiance.sh_order <= config.radiance.sh_order;
   good = good && fits(model.radiance.raw, radiance, radiance_width(model.radiance.sh_order));
-  good = good && seen.size() == (config.grid.empty_start.empty() ? 0 : model.radiance.raw.topology->bricks.size());
-  for (std::size_t l = 0; good && l < count; ++l) good = fits(levels[l], level_learners[l], model.motion.width());
+  good = good &&
+         seen.size() == (config.grid.empty_start.empty() ? 0 : model.radiance.raw.topology->bricks.size());
+  for (std::size_t l = 0; good && l < count; ++l)
+    good = fits(levels[l], level_learners[l], model.motion.width());
   check_fits(good);
   model.box = bounds.box;
   edge = model.box.longest_edge();

@@ -7,13 +7,13 @@
 #include <limits>
 #include <string>
 
-#include "splinevox/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
+#include "core/parallel.hpp"
+#include "core/rng.hpp"
+#include "math/schedule.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/parallel.hpp"
-#include "splinevox/core/rng.hpp"
-#include "splinevox/math/schedule.hpp"
-#include "splinevox/train/ranks.hpp"
-#include "state.hpp"
+#include "train/ranks.hpp"
+#include "train/state.hpp"
 
 namespace splinevox {
 namespace {
@@ -34,7 +34,8 @@ template <class State>
 double schedule_position(const State& s) {
   const RunConfig& run = s.config.run;
   double p = 0;
-  if (run.max_time > 0) p = std::max(p, clock_progress(s.seconds_before, s.seconds_at_start, run.max_time, run.late_cost));
+  if (run.max_time > 0)
+    p = std::max(p, clock_progress(s.seconds_before, s.seconds_at_start, run.max_time, run.late_cost));
   if (run.max_steps > 0) p = std::max(p, double(s.step) / run.max_steps);
   return std::min(p, 1.0);
 }
@@ -46,17 +47,23 @@ StepReport give_up_after_many(State& s, const StepReport& report) {
   if (int(s.discarded.size()) < Trainer::kMostDiscarded) return report;
   s.step -= Trainer::kMostDiscarded;
   std::string got = std::to_string(report.bad_rows) + " rows of the gradient";
-  if (!report.bad_rays.empty()) got += ", from ray " + std::to_string(report.bad_rays[0].index) + " of training view " + std::to_string(report.bad_rays[0].frame) + " first";
-  else got += s.ranks ? ", from no ray of this process" : ", from no ray: from a regulariser";
+  if (!report.bad_rays.empty())
+    got += ", from ray " + std::to_string(report.bad_rays[0].index) + " of training view " +
+           std::to_string(report.bad_rays[0].frame) + " first";
+  else
+    got += s.ranks ? ", from no ray of this process" : ", from no ray: from a regulariser";
   throw Error({"step " + std::to_string(s.step + 1),
-               std::to_string(Trainer::kMostDiscarded) + " steps in a row were not finite; the model is as it was before them",
-               "finite losses and gradients", got, "smaller weights of losses and smaller learning rates (--set loss... and optimiser...)"},
+               std::to_string(Trainer::kMostDiscarded) +
+                   " steps in a row were not finite; the model is as it was before them",
+               "finite losses and gradients", got,
+               "smaller weights of losses and smaller learning rates (--set loss... and optimiser...)"},
               Fault::numeric);
 }
 
 /// The report of a step that was made.
 template <class State>
-StepReport finished(const State& s, StepReport report, double squared_error, double motion_loss, std::int64_t samples) {
+StepReport finished(const State& s, StepReport report, double squared_error, double motion_loss,
+                    std::int64_t samples) {
   const double rays = double(report.rays);
   report.step = s.step;
   report.seconds = s.seconds_before;
@@ -101,7 +108,8 @@ bool Trainer::State::discard(const PassResult& pass, const std::vector<double>& 
   return true;
 }
 
-void Trainer::State::report_discarded(std::int64_t samples, std::int64_t bad_rows, const std::vector<int>& bad, const std::vector<double>& times,
+void Trainer::State::report_discarded(std::int64_t samples, std::int64_t bad_rows,
+                                      const std::vector<int>& bad, const std::vector<double>& times,
                                       StepReport& report) {
   report.bad_rows = bad_rows;
   report.discarded = true;
@@ -109,15 +117,18 @@ void Trainer::State::report_discarded(std::int64_t samples, std::int64_t bad_row
   report.samples = samples;
   report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
   std::vector<int> slot(batch.rays.size());
-  for (const Batch::Task& task : batch.tasks) std::fill(slot.begin() + task.first, slot.begin() + task.last, task.frame);
+  for (const Batch::Task& task : batch.tasks)
+    std::fill(slot.begin() + task.first, slot.begin() + task.last, task.frame);
   for (const int i : bad) {
     if (report.bad_rays.size() == kBadRaysKept) break;
     const RayInput<float>& ray = batch.rays[i];
-    report.bad_rays.push_back({batch.frames[slot[i]], i, ray.origin, ray.direction, batch.targets[i], times[slot[i]]});
+    report.bad_rays.push_back(
+        {batch.frames[slot[i]], i, ray.origin, ray.direction, batch.targets[i], times[slot[i]]});
   }
 }
 
-Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used, Ranks* ranks, std::unique_ptr<StepBackend> device) {
+Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used,
+                 Ranks* ranks, std::unique_ptr<StepBackend> device) {
   validate(config);
   const auto start = Clock::now();
   state_ = std::make_unique<State>(config, train, time_map);
@@ -135,7 +146,9 @@ bool Trainer::done() const { return budget_used(state_->config, state_->step, st
 StepReport Trainer::step(double seconds_outside) {
   StepReport report = one_step();
   state_->seconds_before += seconds_outside;
-  if (state_->ranks) state_->seconds_before = state_->ranks->from_first(state_->seconds_before);  // clocks differ, schedules must not
+  if (state_->ranks)
+    state_->seconds_before =
+        state_->ranks->from_first(state_->seconds_before);  // clocks differ, schedules must not
   report.seconds = state_->seconds_before;
   return report;
 }
@@ -168,7 +181,9 @@ StepReport Trainer::one_step() {
   std::vector<const BitGrid*> occupancy;
   for (const int f : s.batch.frames) {
     times.push_back(s.train.frames[f].time);
-    occupancy.push_back(s.occupancy.empty() ? &s.bounds.hull : s.occupancy.size() == 1 ? &s.occupancy[0] : &s.occupancy[f]);
+    occupancy.push_back(s.occupancy.empty()       ? &s.bounds.hull
+                        : s.occupancy.size() == 1 ? &s.occupancy[0]
+                                                  : &s.occupancy[f]);
   }
   lap(s.phases.slices);
 
@@ -195,9 +210,11 @@ StepReport Trainer::one_step() {
     lap(s.phases.update);
     return finished(s, report, sums.squared_error, sums.motion_loss, sums.samples);
   }
-  PassResult pass = s.engine->run(s.model, s.active, s.model.step, s.batch, times, occupancy, losses, s.radiance.gradient, s.motion_gradient, s.behind);
+  PassResult pass = s.engine->run(s.model, s.active, s.model.step, s.batch, times, occupancy, losses,
+                                  s.radiance.gradient, s.motion_gradient, s.behind);
   clock = Clock::now();
-  s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds, s.phases.scatter += pass.scatter_seconds;
+  s.phases.slices += pass.slice_seconds, s.phases.rays += pass.ray_seconds,
+      s.phases.scatter += pass.scatter_seconds;
   s.seconds_before += pass.slice_seconds + pass.ray_seconds + pass.scatter_seconds;
 
   if (s.ranks) {
@@ -209,7 +226,8 @@ StepReport Trainer::one_step() {
   const MotionField& motion = s.model.motion;
   if (!s.levels.empty()) {
     take_motion_gradient(s.motion_gradient, s.level_learners.back());
-    add_curve_prior(motion.levels[0], s.level_learners.back(), motion, s.rest_prior(), c.loss.tv_share, draw + s.levels.size(), s.active.rows);
+    add_curve_prior(motion.levels[0], s.level_learners.back(), motion, s.rest_prior(), c.loss.tv_share,
+                    draw + s.levels.size(), s.active.rows);
     spread_motion_gradient(s.level_learners);
   }
   lap(s.phases.slices);
@@ -226,9 +244,11 @@ StepReport Trainer::one_step() {
   if (s.discard(pass, times, report)) return give_up_after_many(s, report);
   s.discarded.clear();
   const MomentFactors factors = s.factors();
-  update(s.model.radiance.raw, s.radiance, factors, float(cosine_decay(progress, c.optimiser.final_radiance)));
+  update(s.model.radiance.raw, s.radiance, factors,
+         float(cosine_decay(progress, c.optimiser.final_radiance)));
   for (std::size_t l = 0; l < s.levels.size(); ++l)
-    update(s.levels[l], s.level_learners[l], factors, float(cosine_decay(progress, c.optimiser.final_motion)));
+    update(s.levels[l], s.level_learners[l], factors,
+           float(cosine_decay(progress, c.optimiser.final_motion)));
   s.learn_background(progress);
   lap(s.phases.update);
 
@@ -280,7 +300,9 @@ void Trainer::restore(const std::vector<char>& bytes) {
   Archive archive(bytes);
   state_->home = true, state_->uploaded = false;
   state_->archive(archive);
-  if (!archive.exhausted()) fail({"checkpoint", "the training state goes on after its end", "a state written by the same version and configuration", "more bytes", ""});
+  if (!archive.exhausted())
+    fail({"checkpoint", "the training state goes on after its end",
+          "a state written by the same version and configuration", "more bytes", ""});
 }
 
 }  // namespace splinevox

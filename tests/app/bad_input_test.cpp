@@ -11,7 +11,8 @@ TEST_SUITE("app/bad input") {
   TEST_CASE("help and version are no errors, and the help lists every verb") {
     const Ended help = program({"--help"});
     CHECK(help.code == 0);
-    for (const char* verb : {"train", "eval", "render", "track", "export", "info", "verify", "synth", "report"}) {
+    for (const char* verb :
+         {"train", "eval", "render", "track", "export", "info", "verify", "synth", "report"}) {
       CHECK(contains(help.out, verb));
       CHECK(program({verb, "--help"}).code == 0);
     }
@@ -35,14 +36,24 @@ TEST_SUITE("app/bad input") {
         {{"train", "data", "--out", run, "--set", "optimiser.lr_colour=1"},
          "there is no setting 'optimiser.lr_colour'",
          "optimiser.lr_color"},
-        {{"train", "data", "--out", run, "--set", "motion.points=999"}, "'motion.points' is out of range", "in [2, 256]"},
-        {{"train", "data", "--out", run, "--effects", "glow"}, "there is no effect 'glow'", "motion, rigidity, view"},
-        {{"train", "data", "--out", run, "--effects", "rigidity"}, "rigidity scales motion", "motion,rigidity"},
+        {{"train", "data", "--out", run, "--set", "motion.points=999"},
+         "'motion.points' is out of range",
+         "in [2, 256]"},
+        {{"train", "data", "--out", run, "--effects", "glow"},
+         "there is no effect 'glow'",
+         "motion, rigidity, view"},
+        {{"train", "data", "--out", run, "--effects", "rigidity"},
+         "rigidity scales motion",
+         "motion,rigidity"},
         {{"train", "data", "--out", run, "--device", "tpu"}, "there is no such device", "auto, cpu or cuda"},
         {{"train", "data", "--out", run, "--background", "mauve"}, "'mauve' is not a number", "R,G,B"},
         {{"train", "data", "--out", run, "--background", "1,2,3"}, "this is not a colour", "R,G,B"},
-        {{"train", "data", "--out", run, "--max-time", "-3"}, "'run.max_time' is out of range", "a number in [0"},
-        {{"train", "data", "--out", run, "--config", "nowhere.toml"}, "no such configuration file", "a TOML file"},
+        {{"train", "data", "--out", run, "--max-time", "-3"},
+         "'run.max_time' is out of range",
+         "a number in [0"},
+        {{"train", "data", "--out", run, "--config", "nowhere.toml"},
+         "no such configuration file",
+         "a TOML file"},
         {{"train", "data"}, "--out is missing", "splinevox train DATASET --out RUN"},
         {{"train", "data", "--out", run, "--threads", "-1"}, "--threads", ""},
         {{"synth", "dancre", "--out", run}, "dancre", "dancer"},
@@ -51,7 +62,9 @@ TEST_SUITE("app/bad input") {
         {{"render", run, "--out", run, "--format", "gif"}, "there is no such format", "png, exr or mp4"},
         {{"render", run, "--out", run, "--share", "5/4"}, "this is not a share", "1/4 is the first of four"},
         {{"export", run, "--out", run, "--share", "half"}, "'half' is not a number", "K/N"},
-        {{"render", run, "--out", run, "--format", "mp4", "--share", "1/2"}, "a film is written by one process", "png or exr"},
+        {{"render", run, "--out", run, "--format", "mp4", "--share", "1/2"},
+         "a film is written by one process",
+         "png or exr"},
         {{"info", run}, "there is nothing of that name", "a run, a .vdb file or a data set"},
         {{"report", run, "--out", temp.str() + "/page.html"}, "there is no such run", ""},
     };
@@ -70,7 +83,8 @@ TEST_SUITE("app/bad input") {
   TEST_CASE("a data set that is missing or broken is named before training starts") {
     const TempFolder temp;
     const auto train = [&](const std::string& data) {
-      return program({"train", temp.str() + "/" + data, "--out", temp.str() + "/run_" + data, "--max-steps", "2"});
+      return program(
+          {"train", temp.str() + "/" + data, "--out", temp.str() + "/run_" + data, "--max-steps", "2"});
     };
     const Ended missing = train("nowhere");
     CHECK(missing.code == 2);
@@ -101,7 +115,8 @@ TEST_SUITE("app/bad input") {
   TEST_CASE("an output folder that cannot be written is found before the data is read") {
     const TempFolder temp;
     write_text(temp.path() / "file", "mine");
-    for (const std::string& out : {temp.str() + "/file", temp.str() + "/file/run", std::string("/proc/none/run")}) {
+    for (const std::string& out :
+         {temp.str() + "/file", temp.str() + "/file/run", std::string("/proc/none/run")}) {
       CAPTURE(out);
       const Ended e = program({"train", "no/data/at/all", "--out", out});
       CHECK(e.code == 2);

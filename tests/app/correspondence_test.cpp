@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/correspondence.hpp"
+#include "run/correspondence.hpp"
 
 #include <doctest/doctest.h>
 
 #include <random>
 
+#include "data/pictures/exr.hpp"
+#include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/exr.hpp"
 #include "splinevox/data/image_write.hpp"
-#include "splinevox/math/camera.hpp"
 #include "support/blob_model.hpp"
 #include "support/tiny_dataset.hpp"
 
 using namespace splinevox;
-using namespace splinevox::app;
+using namespace splinevox::run;
 using namespace splinevox::test;
 
 namespace {
@@ -85,7 +85,8 @@ TEST_SUITE("app/correspondence") {
     const auto frames = read_truth(folder.str(), split, 0.1f);
     REQUIRE(frames.size() == 1);
     CHECK(frames[0].time == 0.25);
-    // Rows 3..6 (2 is the edge of what is hit, 7 of the picture), columns 1..3 and 6: 4 and 5 lie at the step.
+    // Rows 3..6 (2 is the edge of what is hit, 7 of the picture), columns 1..3 and 6: 4 and 5 lie at the
+    // step.
     CHECK(frames[0].position.size() == 4 * 4);
     CHECK(frames[0].rest.size() == 4 * 4);
     Split half = split;  // pictures may be read smaller than the truth is
@@ -93,12 +94,16 @@ TEST_SUITE("app/correspondence") {
     CHECK(read_truth(folder.str(), half, 0.1f)[0].position.size() == 4 * 4);
     Split other = split;
     other.frames[0].camera.position = {0.1, 0, 0};
-    CHECK_THROWS_WITH_AS(read_truth(folder.str(), other, 0.1f), doctest::Contains("belongs to another view than 'r_7'"), Error);
+    CHECK_THROWS_WITH_AS(read_truth(folder.str(), other, 0.1f),
+                         doctest::Contains("belongs to another view than 'r_7'"), Error);
     other.frames[0].camera.position = {0, 0, -9};
-    CHECK_THROWS_WITH_AS(read_truth(folder.str(), other, 0.1f), doctest::Contains("points behind the camera"), Error);
+    CHECK_THROWS_WITH_AS(read_truth(folder.str(), other, 0.1f), doctest::Contains("points behind the camera"),
+                         Error);
     write_exr(path, {{"position", position, {"X", "Y", "Z"}}});
-    CHECK_THROWS_WITH_AS(read_truth(folder.str(), split, 0.1f), doctest::Contains("there is no layer 'rest'"), Error);
+    CHECK_THROWS_WITH_AS(read_truth(folder.str(), split, 0.1f), doctest::Contains("there is no layer 'rest'"),
+                         Error);
     split.frames[0].name = "r_8";
-    CHECK_THROWS_WITH_AS(read_truth(folder.str(), split, 0.1f), doctest::Contains("no motion ground truth"), Error);
+    CHECK_THROWS_WITH_AS(read_truth(folder.str(), split, 0.1f), doctest::Contains("no motion ground truth"),
+                         Error);
   }
 }

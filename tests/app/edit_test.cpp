@@ -20,7 +20,9 @@ struct Trained {
   std::string data = temp.str() + "/ball", run = temp.str() + "/run";
   Trained() {
     write_moving_ball(data, {12, 2, 3, 24, 0.8});
-    const Ended e = program({"train", data, "--out", run, "--preset", "draft", "--max-steps", "150", "--set", "sampling.rays=512", "--set", "grid.radiance=16,24,32", "--effects", "motion,light", "--quiet"});
+    const Ended e = program({"train", data, "--out", run, "--preset", "draft", "--max-steps", "150", "--set",
+                             "sampling.rays=512", "--set", "grid.radiance=16,24,32", "--effects",
+                             "motion,light", "--quiet"});
     CAPTURE(e.err);
     REQUIRE(e.code == 0);
   }
@@ -44,7 +46,8 @@ double picture_difference(const std::string& a, double at_a, const std::string& 
   const VoxelModel x = load_model(a + "/model.vdb"), y = load_model(b + "/model.vdb");
   const Image p = render_image(x, camera(), at_a).rgb, q = render_image(y, camera(), at_b).rgb;
   double worst = 0;
-  for (std::size_t i = 0; i < p.data.size(); ++i) worst = std::max(worst, double(std::abs(p.data[i] - q.data[i])));
+  for (std::size_t i = 0; i < p.data.size(); ++i)
+    worst = std::max(worst, double(std::abs(p.data[i] - q.data[i])));
   return worst;
 }
 
@@ -58,17 +61,20 @@ TEST_SUITE("app/edit") {
     REQUIRE(t.edit(t.path("back"), "forth", {"--reverse"}).code == 0);
     CHECK(slurp(t.path("forth") + "/model.vdb") == model);
     CHECK(slurp(t.run + "/model.vdb") == model);
-    for (const double time : {0.0, 0.25, 0.7}) CHECK(picture_difference(t.path("back"), 1 - time, t.run, time) < 1e-5);
+    for (const double time : {0.0, 0.25, 0.7})
+      CHECK(picture_difference(t.path("back"), 1 - time, t.run, time) < 1e-5);
     CHECK(Json::parse(slurp(t.path("forth") + "/edit.json"))["history"].size() == 2);
 
     REQUIRE(t.edit(t.run, "half", {"--speed", "0.5"}).code == 0);
-    for (const double time : {0.0, 0.2, 0.5}) CHECK(picture_difference(t.path("half"), 2 * time, t.run, time) == 0);
+    for (const double time : {0.0, 0.2, 0.5})
+      CHECK(picture_difference(t.path("half"), 2 * time, t.run, time) == 0);
     CHECK(picture_difference(t.path("half"), 1, t.run, 1) > 0.05);
 
     REQUIRE(t.edit(t.run, "curves", {"--basis", "bezier:6"}).code == 0);
     REQUIRE(t.edit(t.path("curves"), "more", {"--elevate", "7"}).code == 0);
     CHECK(load_model(t.path("more") + "/model.vdb").motion.points == 13);
-    for (const double time : {0.0, 0.3, 1.0}) CHECK(picture_difference(t.path("more"), time, t.path("curves"), time) < 1e-5);
+    for (const double time : {0.0, 0.3, 1.0})
+      CHECK(picture_difference(t.path("more"), time, t.path("curves"), time) < 1e-5);
 
     const std::string run = t.path("half");
     CHECK(program({"verify", run}).code == 0);
@@ -77,11 +83,14 @@ TEST_SUITE("app/edit") {
     CHECK(contains(info.out, "edited"));
     CHECK(contains(info.out, "--speed 0.5"));
     CHECK(program({"eval", run}).code == 0);
-    CHECK(program({"render", run, "--out", t.path("pictures"), "--times", "0:1:2", "--size", "16"}).code == 0);
+    CHECK(program({"render", run, "--out", t.path("pictures"), "--times", "0:1:2", "--size", "16"}).code ==
+          0);
     CHECK(program({"export", run, "--out", t.path("vdb"), "--frames", "1-2"}).code == 0);
     CHECK(program({"report", run, "--out", t.path("page.html"), "--views", "1"}).code == 0);
     write_text(t.path("points.csv"), "x,y,z\n0.1,0.2,0.3\n");
-    CHECK(program({"track", run, "--points", t.path("points.csv"), "--to", "1", "--out", t.path("tracks.csv")}).code == 0);
+    CHECK(
+        program({"track", run, "--points", t.path("points.csv"), "--to", "1", "--out", t.path("tracks.csv")})
+            .code == 0);
     const Ended resume = program({"train", t.data, "--out", run, "--resume"});
     CHECK(resume.code == 2);
     CHECK(contains(resume.err, "was made by `splinevox edit`"));
@@ -110,12 +119,16 @@ TEST_SUITE("app/edit") {
       std::vector<std::string> words;
       const char* says;
     };
-    for (const Row& row : {Row{{}, "there is nothing to do"}, Row{{"--speed", "0"}, "out of range"}, Row{{"--loop", "1.5"}, "not a whole number"},
-                           Row{{"--time-curve", "0:0,0.7:1"}, "ends at time 1"}, Row{{"--time-curve", "0:0,0.7:1,0.6:0,1:1"}, "must not go back"},
-                           Row{{"--basis", "spline"}, "try:      --basis bspline"}, Row{{"--basis", "hermite:5"}, "5 points do not suit hermite"},
-                           Row{{"--elevate", "1"}, "only Bezier curves"}, Row{{"--hide"}, "there are no clusters yet"},
-                           Row{{"--clusters", "2", "--hide"}, "no cluster is chosen"}, Row{{"--clusters", "2", "--cluster", "9"}, "from 0 to 1"},
-                           Row{{"--clusters", "2", "--cluster", "1", "--rotate", "w,3"}, "this is not a rotation"}}) {
+    for (const Row& row :
+         {Row{{}, "there is nothing to do"}, Row{{"--speed", "0"}, "out of range"},
+          Row{{"--loop", "1.5"}, "not a whole number"}, Row{{"--time-curve", "0:0,0.7:1"}, "ends at time 1"},
+          Row{{"--time-curve", "0:0,0.7:1,0.6:0,1:1"}, "must not go back"},
+          Row{{"--basis", "spline"}, "try:      --basis bspline"},
+          Row{{"--basis", "hermite:5"}, "5 points do not suit hermite"},
+          Row{{"--elevate", "1"}, "only Bezier curves"}, Row{{"--hide"}, "there are no clusters yet"},
+          Row{{"--clusters", "2", "--hide"}, "no cluster is chosen"},
+          Row{{"--clusters", "2", "--cluster", "9"}, "from 0 to 1"},
+          Row{{"--clusters", "2", "--cluster", "1", "--rotate", "w,3"}, "this is not a rotation"}}) {
       const Ended e = t.edit(t.run, "refused", row.words);
       CAPTURE(e.err);
       CHECK(e.code == 2);

@@ -50,10 +50,12 @@ TEST_SUITE("app/faults") {
   TEST_CASE("F1: what a killed run left half written is cleared away and does not stand in the way") {
     const Small small;
     fs::create_directories(small.path("run"));
-    for (const char* name : {"config.toml.4194305-0.tmp", ".probe.4194305", "checkpoint.bin.prev.tmp", "effects.json"})
+    for (const char* name :
+         {"config.toml.4194305-0.tmp", ".probe.4194305", "checkpoint.bin.prev.tmp", "effects.json"})
       write_text(small.path("run") + "/" + name, "half");
     CHECK(program(small.train("run", "4", {"--quiet"})).code == 0);
-    for (const auto& entry : fs::directory_iterator(small.path("run"))) CHECK_FALSE(entry.path().extension() == ".tmp");
+    for (const auto& entry : fs::directory_iterator(small.path("run")))
+      CHECK_FALSE(entry.path().extension() == ".tmp");
     CHECK_FALSE(fs::exists(small.path("run") + "/.probe.4194305"));
     // A draft of a process that lives, and files that only look like one, are somebody's.
     const std::string living = small.path("run") + "/x." + std::to_string(::getpid()) + "-0.tmp",
@@ -79,8 +81,8 @@ TEST_SUITE("app/faults") {
     REQUIRE(program(small.train("run", "4", {"--quiet"})).code == 0);
     const auto render = [&](const std::string& text) {
       write_text(small.path("path.json"), text);
-      return program(
-          {"render", small.path("run"), "--out", small.path("pictures"), "--camera", small.path("path.json")});
+      return program({"render", small.path("run"), "--out", small.path("pictures"), "--camera",
+                      small.path("path.json")});
     };
     const std::string deep(200000, '[');
     for (const auto& [text, says] :
@@ -100,8 +102,8 @@ TEST_SUITE("app/faults") {
     CHECK(program({"report", small.path("run"), "--out", small.path("page.html")}).code == 2);
     write_text(small.path("points.csv"), "x,y,z\n");
     fs::resize_file(small.path("points.csv"), (std::uintmax_t(1) << 30) + 1);  // a hole: no disk is used
-    const Ended points = program({"track", small.path("run"), "--points", small.path("points.csv"), "--to", "1",
-                                  "--out", small.path("out.csv")});
+    const Ended points = program({"track", small.path("run"), "--points", small.path("points.csv"), "--to",
+                                  "1", "--out", small.path("out.csv")});
     CHECK(points.code == 2);
     CHECK(contains(points.err, "too large"));
   }
@@ -114,21 +116,25 @@ TEST_SUITE("app/faults") {
     for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     // Until one of them is the second: two that arrive together count as one.
-    for (int i = 0; i < 500; ++i) ::kill(started.process(), SIGTERM), std::this_thread::sleep_for(std::chrono::microseconds(50));
+    for (int i = 0; i < 500; ++i)
+      ::kill(started.process(), SIGTERM), std::this_thread::sleep_for(std::chrono::microseconds(50));
     CHECK(started.wait().code == 1);
   }
 
   TEST_CASE("F3: where there is room for the model and none for the checkpoint, the model is saved") {
     const Small small;
     REQUIRE(program(small.train("whole", "10", {"--quiet"})).code == 0);
-    const auto model = fs::file_size(small.path("whole") + "/model.vdb"), checkpoint = fs::file_size(small.path("whole") + "/checkpoint.bin");
+    const auto model = fs::file_size(small.path("whole") + "/model.vdb"),
+               checkpoint = fs::file_size(small.path("whole") + "/checkpoint.bin");
     REQUIRE(checkpoint > model + 8192);
-    const Ended e = shell("ulimit -f " + std::to_string((model + checkpoint) / 2 / 512) + "; exec", small.train("run", "10", {"--quiet"}));
+    const Ended e = shell("ulimit -f " + std::to_string((model + checkpoint) / 2 / 512) + "; exec",
+                          small.train("run", "10", {"--quiet"}));
     CAPTURE(e.err);
     CHECK(e.code == 1);
     CHECK(contains(e.err, "checkpoint.bin: could not be written"));
     CHECK(slurp(small.path("run") + "/model.vdb") == slurp(small.path("whole") + "/model.vdb"));
-    for (const auto& entry : fs::directory_iterator(small.path("run"))) CHECK_FALSE(entry.path().extension() == ".tmp");
+    for (const auto& entry : fs::directory_iterator(small.path("run")))
+      CHECK_FALSE(entry.path().extension() == ".tmp");
   }
 
   TEST_CASE("F12: with too little memory it ends with a message, and a later run goes on") {
@@ -139,8 +145,8 @@ TEST_SUITE("app/faults") {
     const Small small;
     int ended = 0;
     for (const char* kilobytes : {"180000", "220000", "260000", "300000", "400000", "2000000"}) {
-      const Ended e =
-          shell(std::string("ulimit -v ") + kilobytes + "; exec", small.train("run", "4", {"--quiet", "--resume"}));
+      const Ended e = shell(std::string("ulimit -v ") + kilobytes + "; exec",
+                            small.train("run", "4", {"--quiet", "--resume"}));
       CAPTURE(kilobytes);
       CAPTURE(e.err);
       CHECK((e.code == 0 || e.code == 1));
@@ -211,7 +217,8 @@ TEST_SUITE("app/faults") {
 
   TEST_CASE("five steps in a row that are not finite: the run stops as it was before them, with a replay") {
     const Small small;
-    const Ended e = program(small.train("run", "60", {"--set", "loss.tv_color=1e30", "--set", "loss.tv_share=1"}));
+    const Ended e =
+        program(small.train("run", "60", {"--set", "loss.tv_color=1e30", "--set", "loss.tv_share=1"}));
     CAPTURE(e.err);
     CHECK(e.code == 1);
     CHECK(contains(e.err, "5 steps in a row were not finite"));

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "data/layouts.hpp"
+
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
 
-#include "data/layouts.hpp"
 #include "program.hpp"
 
 /// Data sets of other layouts on the command line.
@@ -20,8 +21,11 @@ TEST_SUITE("app/layouts") {
     const Ended text = program({"info", folder.str()});
     CAPTURE(text.out);
     CHECK(text.code == 0);
-    for (const char* part : {"Nerfies / HyperNeRF, opaque pictures", "train     13 frames of 12x8", "test       3 frames", "times  0 to 15 in the data", "focal length 11 x 12 pixels (57 x 37 degrees)",
-                             "centre 5.5, 4.25", "brown distortion, up to", "places 16 cameras", "box    [", "note: pictures are those of rgb/2x", "note: the frames of val_ids are the test split"})
+    for (const char* part :
+         {"Nerfies / HyperNeRF, opaque pictures", "train     13 frames of 12x8", "test       3 frames",
+          "times  0 to 15 in the data", "focal length 11 x 12 pixels (57 x 37 degrees)", "centre 5.5, 4.25",
+          "brown distortion, up to", "places 16 cameras", "box    [", "note: pictures are those of rgb/2x",
+          "note: the frames of val_ids are the test split"})
       CHECK_MESSAGE(contains(text.out, part), part);
     const Json j = Json::parse(program({"info", folder.str(), "--json"}).out);
     CHECK(j["format"] == "Nerfies / HyperNeRF");
@@ -47,7 +51,9 @@ TEST_SUITE("app/layouts") {
 
     // The box is the data's own, in the configuration of the run; a run on the source itself is the same run.
     const auto train = [&](const std::string& data, const std::string& to) {
-      return program({"train", data, "--out", to, "--preset", "draft", "--max-steps", "4", "--set", "sampling.rays=256", "--set", "grid.radiance=16,24,32", "--effects", "all", "--threads", "1"});
+      return program({"train", data, "--out", to, "--preset", "draft", "--max-steps", "4", "--set",
+                      "sampling.rays=256", "--set", "grid.radiance=16,24,32", "--effects", "all", "--threads",
+                      "1"});
     };
     const Ended trained = train(out, run);
     CAPTURE(trained.err);
@@ -55,12 +61,14 @@ TEST_SUITE("app/layouts") {
     CHECK(contains(trained.err + trained.out, "the box is the data's own"));
     CHECK_FALSE(contains(slurp(run + "/config.toml"), "box = []"));
     REQUIRE(train(in, run + "2").code == 0);
-    CHECK(Json::parse(slurp(run + "/metrics.json"))["loss"] == Json::parse(slurp(run + "2/metrics.json"))["loss"]);
+    CHECK(Json::parse(slurp(run + "/metrics.json"))["loss"] ==
+          Json::parse(slurp(run + "2/metrics.json"))["loss"]);
     const Ended eval = program({"eval", run + "2", "--json"});
     CAPTURE(eval.err);
     REQUIRE(eval.code == 0);
     CHECK(Json::parse(eval.out)["frames"].size() == 2);
-    CHECK(program({"render", run + "2", "--out", folder.str() + "/film", "--camera", "dataset:test"}).code == 0);
+    CHECK(program({"render", run + "2", "--out", folder.str() + "/film", "--camera", "dataset:test"}).code ==
+          0);
     const Ended resumed = program({"train", in, "--out", run + "2", "--resume", "--threads", "1"});
     CAPTURE(resumed.err);
     CHECK(resumed.code == 0);

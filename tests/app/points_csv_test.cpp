@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/points_csv.hpp"
+#include "run/points_csv.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,14 +9,15 @@
 #include "support/tiny_dataset.hpp"
 
 using namespace splinevox;
-using namespace splinevox::app;
+using namespace splinevox::run;
 using namespace splinevox::test;
 
 TEST_SUITE("app/points") {
   TEST_CASE("columns in any order, others ignored, spaces, empty lines and remarks passed over") {
     const TempFolder folder;
     const std::string path = folder.str() + "/p.csv";
-    std::ofstream(path) << "# made by hand\nname, z ,x,y,time,id\r\n\nball,3,1,2,0.25,a 1\r\nball, -3e-1 ,1.5,-2,1,b";
+    std::ofstream(path)
+        << "# made by hand\nname, z ,x,y,time,id\r\n\nball,3,1,2,0.25,a 1\r\nball, -3e-1 ,1.5,-2,1,b";
     const PointTable t = read_points(path);
     REQUIRE(t.position.size() == 2);
     CHECK(t.position[0] == Vec3{1, 2, 3});
@@ -30,12 +31,20 @@ TEST_SUITE("app/points") {
     struct Row {
       const char *text, *says;
     };
-    for (const Row& row : {Row{"", "not one point"}, {"x,y,z\n", "not one point"}, {"1,2,3\n", "does not name the columns"}, {"x,y\n1,2\n", "does not name the columns"},
-                           {"x,y,z,x\n1,2,3,4\n", "two columns 'x'"}, {"x,y,z\n1,2\n", "line 2: there are too few fields"}, {"x,y,z\n1,2,3\n1,2,three\n", "line 3: 'z' is not a number"},
-                           {"x,y,z\n1,nan,3\n", "'y' is not a number"}, {"x,y,z\n1,1e999,3\n", "'y' is not a number"}, {"x,y,z\n1,,3\n", "'y' is not a number"}}) {
+    for (const Row& row : {Row{"", "not one point"},
+                           {"x,y,z\n", "not one point"},
+                           {"1,2,3\n", "does not name the columns"},
+                           {"x,y\n1,2\n", "does not name the columns"},
+                           {"x,y,z,x\n1,2,3,4\n", "two columns 'x'"},
+                           {"x,y,z\n1,2\n", "line 2: there are too few fields"},
+                           {"x,y,z\n1,2,3\n1,2,three\n", "line 3: 'z' is not a number"},
+                           {"x,y,z\n1,nan,3\n", "'y' is not a number"},
+                           {"x,y,z\n1,1e999,3\n", "'y' is not a number"},
+                           {"x,y,z\n1,,3\n", "'y' is not a number"}}) {
       std::ofstream(path) << row.text;
       CHECK_THROWS_WITH_AS(read_points(path), doctest::Contains(row.says), Error);
     }
-    CHECK_THROWS_WITH_AS(read_points(folder.str() + "/none.csv"), doctest::Contains("could not be read"), Error);
+    CHECK_THROWS_WITH_AS(read_points(folder.str() + "/none.csv"), doctest::Contains("could not be read"),
+                         Error);
   }
 }

@@ -42,7 +42,8 @@ class Started {
     posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions, 1, (folder_.str() + "/out").c_str(), O_CREAT | O_WRONLY, 0600);
     posix_spawn_file_actions_addopen(&actions, 2, (folder_.str() + "/err").c_str(), O_CREAT | O_WRONLY, 0600);
-    if (posix_spawnp(&process_, arguments[0], &actions, nullptr, arguments.data(), environ) != 0) process_ = -1;
+    if (posix_spawnp(&process_, arguments[0], &actions, nullptr, arguments.data(), environ) != 0)
+      process_ = -1;
     posix_spawn_file_actions_destroy(&actions);
   }
   pid_t process() const { return process_; }
@@ -67,6 +68,8 @@ inline Ended program(std::vector<std::string> words) {
   return Started(words).wait();
 }
 
-inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
+inline bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != text.npos;
+}
 
 }  // namespace splinevox::test

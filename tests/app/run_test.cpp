@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "data/pictures/exr.hpp"
 #include "program.hpp"
-#include "splinevox/data/exr.hpp"
 #include "splinevox/data/image_read.hpp"
 
 using namespace splinevox;
@@ -45,7 +45,8 @@ TEST_SUITE("app/run") {
     REQUIRE(train.code == 0);
     CHECK(contains(train.out, "peak memory"));
     const fs::path run = scene.path("run");
-    for (const char* file : {"config.toml", "model.vdb", "checkpoint.bin", "metrics.jsonl", "metrics.json", "preview"})
+    for (const char* file :
+         {"config.toml", "model.vdb", "checkpoint.bin", "metrics.jsonl", "metrics.json", "preview"})
       CHECK_MESSAGE(fs::exists(run / file), file);
     const std::string config = slurp(run / "config.toml");
     for (const char* part :
@@ -78,21 +79,24 @@ TEST_SUITE("app/run") {
     CAPTURE(verify.out);
     CHECK(verify.code == 0);
 
-    const Ended render =
-        program({"render", run.string(), "--out", scene.path("views"), "--camera", "dataset:test", "--layers", "all"});
+    const Ended render = program({"render", run.string(), "--out", scene.path("views"), "--camera",
+                                  "dataset:test", "--layers", "all"});
     CAPTURE(render.err);
     CHECK(render.code == 0);
-    for (const char* file : {"rgb_0001.png", "alpha_0002.png", "depth_0003.png", "flow_0001.png", "rigidity_0001.png", "cluster_0001.png"})
+    for (const char* file : {"rgb_0001.png", "alpha_0002.png", "depth_0003.png", "flow_0001.png",
+                             "rigidity_0001.png", "cluster_0001.png"})
       CHECK_MESSAGE(fs::exists(scene.path("views") + "/" + file), file);
-    CHECK(program({"render", run.string(), "--out", scene.path("exr"), "--camera", "orbit", "--times", "0:1:2",
-                   "--size", "16", "--format", "exr", "--layers", "rgb,depth"})
+    CHECK(program({"render", run.string(), "--out", scene.path("exr"), "--camera", "orbit", "--times",
+                   "0:1:2", "--size", "16", "--format", "exr", "--layers", "rgb,depth"})
               .code == 0);
     CHECK(fs::exists(scene.path("exr") + "/frame_0002.exr"));
-    CHECK(program({"render", run.string(), "--out", scene.path("own"), "--camera", scene.data + "/transforms_val.json",
-                   "--size", "20"})
+    CHECK(program({"render", run.string(), "--out", scene.path("own"), "--camera",
+                   scene.data + "/transforms_val.json", "--size", "20"})
               .code == 0);
     CHECK(fs::exists(scene.path("own") + "/rgb_0002.png"));
-    CHECK(program({"render", run.string(), "--out", scene.path("shared"), "--camera", "dataset:test", "--share", "2/2"}).code == 0);
+    CHECK(program({"render", run.string(), "--out", scene.path("shared"), "--camera", "dataset:test",
+                   "--share", "2/2"})
+              .code == 0);
     CHECK_FALSE(fs::exists(scene.path("shared") + "/rgb_0001.png"));
     CHECK(slurp(scene.path("shared") + "/rgb_0002.png") == slurp(scene.path("views") + "/rgb_0002.png"));
 
@@ -102,20 +106,26 @@ TEST_SUITE("app/run") {
     CHECK(exported.code == 0);
     CHECK(program({"verify", scene.path("vdb")}).code == 0);
     for (const char* share : {"1/2", "2/2"})
-      CHECK(program({"export", run.string(), "--out", scene.path("shares"), "--frames", "1-2", "--share", share}).code == 0);
+      CHECK(program(
+                {"export", run.string(), "--out", scene.path("shares"), "--frames", "1-2", "--share", share})
+                .code == 0);
     CHECK(program({"verify", scene.path("shares")}).code == 2);
-    CHECK(contains(program({"export", run.string(), "--out", scene.path("shares"), "--frames", "1-2"}).out, "2 of them were there already"));
+    CHECK(contains(program({"export", run.string(), "--out", scene.path("shares"), "--frames", "1-2"}).out,
+                   "2 of them were there already"));
     CHECK(slurp(scene.path("shares") + "/manifest.json") == slurp(scene.path("vdb") + "/manifest.json"));
 
     write_text(scene.path("points.csv"), "id, x,y, z\na,0.1,0.2,0.3\nb, -0.1, 0, 0.5\n");
-    const Ended track = program({"track", run.string(), "--points", scene.path("points.csv"), "--from", "0.5", "--to", "0,0.5,1", "--out", scene.path("tracks.csv")});
+    const Ended track = program({"track", run.string(), "--points", scene.path("points.csv"), "--from", "0.5",
+                                 "--to", "0,0.5,1", "--out", scene.path("tracks.csv")});
     CAPTURE(track.err);
     CHECK(track.code == 0);
     const std::string tracks = slurp(scene.path("tracks.csv"));
     CHECK(contains(tracks, "id,x,y,z,time,to_time,to_x,to_y,to_z,folded\n"));
     CHECK(contains(tracks, "b,-0.1,0,0.5,0.5,0.5,-0.1,0,0.5,"));
     CHECK(std::count(tracks.begin(), tracks.end(), '\n') == 7);
-    CHECK(program({"track", run.string(), "--points", scene.path("points.csv"), "--to", "canonical", "--out", scene.path("tracks.json"), "--quiet"}).code == 0);
+    CHECK(program({"track", run.string(), "--points", scene.path("points.csv"), "--to", "canonical", "--out",
+                   scene.path("tracks.json"), "--quiet"})
+              .code == 0);
     CHECK(Json::parse(slurp(scene.path("tracks.json")))["points"].size() == 2);
 
     const Ended truth = program({"eval", run.string(), "--truth", "--json"});
@@ -126,9 +136,11 @@ TEST_SUITE("app/run") {
     CAPTURE(report.err);
     CHECK(report.code == 0);
     const std::string page = slurp(scene.path("page.html"));
-    for (const char* part : {"<canvas", "new Chart(", "data:image/png;base64,", "PSNR", "[record]", "</html>"})
+    for (const char* part :
+         {"<canvas", "new Chart(", "data:image/png;base64,", "PSNR", "[record]", "</html>"})
       CHECK_MESSAGE(contains(page, part), part);
-    for (const char* part : {"src=\"http", "href=\"http", "import(", "<script src"}) CHECK_FALSE_MESSAGE(contains(page, part), part);
+    for (const char* part : {"src=\"http", "href=\"http", "import(", "<script src"})
+      CHECK_FALSE_MESSAGE(contains(page, part), part);
 
     std::string model = slurp(run / "model.vdb");
     model[model.size() / 2] ^= 1;
@@ -163,7 +175,9 @@ TEST_SUITE("app/run") {
   }
   TEST_CASE("behind opaque pictures a background is learned, unless a colour is asked for") {
     const Scene scene;
-    REQUIRE(program({"synth", "ball", "--out", scene.path("wall"), "--frames", "12", "--size", "24", "--opaque"}).code == 0);
+    REQUIRE(
+        program({"synth", "ball", "--out", scene.path("wall"), "--frames", "12", "--size", "24", "--opaque"})
+            .code == 0);
     const auto train = [&](const std::string& run, std::vector<std::string> more) {
       std::vector<std::string> words = scene.train(run, "20", {"--quiet", "--effects", "all"});
       words[1] = scene.path("wall");
@@ -197,7 +211,8 @@ TEST_SUITE("app/run") {
     const Ended changed = program(scene.train("run", "20", {"--resume", "--set", "loss.offset=1"}));
     CHECK(changed.code == 2);
     CHECK(contains(changed.err, "offset = 1"));
-    const Ended preset = program({"train", scene.data, "--out", scene.path("run"), "--resume", "--preset", "paper"});
+    const Ended preset =
+        program({"train", scene.data, "--out", scene.path("run"), "--resume", "--preset", "paper"});
     CHECK(preset.code == 2);
     CHECK(contains(preset.err, "was made with another preset"));
     write_moving_ball(scene.path("other"), {9, 2, 3, 24, 0.8});
@@ -206,7 +221,8 @@ TEST_SUITE("app/run") {
     CHECK(contains(other.err, "other training data"));
     REQUIRE(program({"eval", scene.path("run")}).code == 0);
     const std::string metrics = slurp(scene.path("run") + "/metrics.json");
-    // Finished is finished, with a checkpoint and without: neither the model nor what eval found is made anew.
+    // Finished is finished, with a checkpoint and without: neither the model nor what eval found is made
+    // anew.
     for (const bool gone : {false, true}) {
       if (gone) fs::remove(scene.path("run") + "/checkpoint.bin");
       const Ended same = program({"train", scene.data, "--out", scene.path("run"), "--resume"});
@@ -221,7 +237,8 @@ TEST_SUITE("app/run") {
 
   TEST_CASE("the words that began a run resume it, also where effects and the box were settled otherwise") {
     const Scene scene;
-    const std::vector<std::string> words = scene.train("run", "20", {"--quiet", "--set", "run.background_order=2", "--resume"});
+    const std::vector<std::string> words =
+        scene.train("run", "20", {"--quiet", "--set", "run.background_order=2", "--resume"});
     REQUIRE(program(words).code == 0);  // pictures with alpha have no background to learn
     CHECK(contains(slurp(scene.path("run") + "/config.toml"), "background_order = -1"));
     CHECK(contains(slurp(scene.path("run") + "/asked.toml"), "background_order = 2"));
@@ -229,7 +246,9 @@ TEST_SUITE("app/run") {
     const Ended again = program(words);
     CAPTURE(again.err);
     CHECK(again.code == 0);
-    CHECK(program(scene.train("run", "20", {"--quiet", "--set", "run.background_order=1", "--resume"})).code == 2);
+    CHECK(
+        program(scene.train("run", "20", {"--quiet", "--set", "run.background_order=1", "--resume"})).code ==
+        2);
   }
 
   TEST_CASE("the psnr of a report is that of its rays' mean squared error per channel") {
@@ -241,7 +260,8 @@ TEST_SUITE("app/run") {
       const Json j = Json::parse(line);
       if (!j.contains("loss")) continue;
       ++reports;
-      // The loss sums three channels and adds what motion costs; rays of different steps weigh a little differently.
+      // The loss sums three channels and adds what motion costs; rays of different steps weigh a little
+      // differently.
       CHECK(j["psnr"].get<double>() > -10 * std::log10(j["loss"].get<double>() / 3) - 0.5);
     }
     CHECK(reports > 0);
@@ -250,19 +270,25 @@ TEST_SUITE("app/run") {
   TEST_CASE("eval and render take another downscale and background, and the run keeps its own figures") {
     const Scene scene;
     REQUIRE(program(scene.train("run", "20", {"--quiet"})).code == 0);
-    const std::string metrics = slurp(scene.path("run") + "/metrics.json"), manifest = slurp(scene.path("run") + "/manifest.json");
-    CHECK(program({"render", scene.path("run"), "--out", scene.path("none"), "--camera", "dataset:test:,"}).code == 2);
+    const std::string metrics = slurp(scene.path("run") + "/metrics.json"),
+                      manifest = slurp(scene.path("run") + "/manifest.json");
+    CHECK(program({"render", scene.path("run"), "--out", scene.path("none"), "--camera", "dataset:test:,"})
+              .code == 2);
     CHECK(program({"render", scene.path("run"), "--out", scene.path("none"), "--times", "0:2:2"}).code == 2);
-    CHECK(program({"track", scene.path("run"), "--points", "none.csv", "--to", ",", "--out", scene.path("t.csv")}).code == 2);
+    CHECK(program(
+              {"track", scene.path("run"), "--points", "none.csv", "--to", ",", "--out", scene.path("t.csv")})
+              .code == 2);
     CHECK(program({"synth", "ball", "--out", scene.data, "--frames", "2"}).code == 2);
     CHECK(program({"export", scene.path("run"), "--out", scene.path("run")}).code == 2);
     CHECK(slurp(scene.path("run") + "/manifest.json") == manifest);
-    const Ended half = program({"eval", scene.path("run"), "--downscale", "2", "--background", "black", "--json"});
+    const Ended half =
+        program({"eval", scene.path("run"), "--downscale", "2", "--background", "black", "--json"});
     CAPTURE(half.err);
     REQUIRE(half.code == 0);
     CHECK(Json::parse(half.out)["frames"].size() == 3);
     CHECK(slurp(scene.path("run") + "/metrics.json") == metrics);
-    const Ended render = program({"render", scene.path("run"), "--out", scene.path("small"), "--camera", "dataset:test:0", "--downscale", "3"});
+    const Ended render = program({"render", scene.path("run"), "--out", scene.path("small"), "--camera",
+                                  "dataset:test:0", "--downscale", "3"});
     CHECK(contains(render.out, "of 8x8"));
     CHECK(program({"eval", scene.path("run"), "--background", "mauve"}).code == 2);
   }
@@ -283,7 +309,8 @@ TEST_SUITE("app/run") {
     CHECK(e.code == 0);
     CHECK(contains(e.err, afresh));
     // As if it had been killed before its first checkpoint.
-    for (const char* name : {"checkpoint.bin", "model.vdb", "metrics.json", "manifest.json"}) fs::remove(scene.path("run") + "/" + name);
+    for (const char* name : {"checkpoint.bin", "model.vdb", "metrics.json", "manifest.json"})
+      fs::remove(scene.path("run") + "/" + name);
     const Ended again = program({"train", scene.data, "--out", scene.path("run"), "--resume", "--json"});
     CAPTURE(again.err);
     CHECK(again.code == 0);
@@ -292,7 +319,9 @@ TEST_SUITE("app/run") {
     CHECK(Json::parse(slurp(scene.path("run") + "/metrics.json"))["steps"] == 5);
   }
 
-  TEST_CASE("OpenEXR layers are the numbers behind the pictures, a film has every one of them, and cameras may come from a file of one") {
+  TEST_CASE(
+      "OpenEXR layers are the numbers behind the pictures, a film has every one of them, and cameras may "
+      "come from a file of one") {
     const Scene scene;
     REQUIRE(program(scene.train("run", "30", {"--quiet"})).code == 0);
     const std::string run = scene.path("run");
@@ -312,19 +341,24 @@ TEST_SUITE("app/run") {
     REQUIRE(rgb.width == png.width);
     double apart = 0;
     for (std::size_t p = 0; p < rgb.pixels(); ++p)
-      for (std::size_t c = 0; c < 3; ++c) apart = std::max(apart, std::abs(double(std::clamp(rgb.data[3 * p + c], 0.0f, 1.0f)) - png.rgba[4 * p + c] / 65535.0));
+      for (std::size_t c = 0; c < 3; ++c)
+        apart = std::max(apart, std::abs(double(std::clamp(rgb.data[3 * p + c], 0.0f, 1.0f)) -
+                                         png.rgba[4 * p + c] / 65535.0));
     CHECK(apart <= 0.501 / 255);
     float opaque = 0, deepest = 0;
     for (const float a : find_exr_layer(layers, "alpha", path).image.data) opaque = std::max(opaque, a);
-    for (const float d : find_exr_layer(layers, "depth", path).image.data) deepest = std::max(deepest, std::isfinite(d) ? d : INFINITY);
+    for (const float d : find_exr_layer(layers, "depth", path).image.data)
+      deepest = std::max(deepest, std::isfinite(d) ? d : INFINITY);
     CHECK(std::isfinite(deepest));
     CHECK(opaque > 0.5f);
     CHECK(deepest > 0);
     CHECK(find_exr_layer(layers, "flow", path).channels == std::vector<std::string>{"X", "Y", "Z"});
 
     render("film", {"--camera", "orbit", "--times", "0:1:5", "--size", "32", "--format", "mp4"});
-    const Ended probe = Started({"ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries", "stream=width,height,nb_read_frames", "-of", "csv=p=0",
-                                 scene.path("film") + "/rgb.mp4"}).wait();
+    const Ended probe =
+        Started({"ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
+                 "stream=width,height,nb_read_frames", "-of", "csv=p=0", scene.path("film") + "/rgb.mp4"})
+            .wait();
     CHECK(probe.out == "32,32,5\n");
 
     Json camera = Json::parse(slurp(scene.data + "/transforms_test.json"));
@@ -335,7 +369,9 @@ TEST_SUITE("app/run") {
     render("alone", {"--camera", scene.path("camera.json")});
     CHECK(slurp(scene.path("alone") + "/rgb_0001.png") == slurp(scene.path("png") + "/rgb_0002.png"));
     test::write_text(scene.path("camera.json"), "{\"camera_angle_x\": 0.7}");
-    CHECK(contains(program({"render", run, "--out", scene.path("none"), "--camera", scene.path("camera.json")}).err, "there are no frames in this file"));
+    CHECK(contains(
+        program({"render", run, "--out", scene.path("none"), "--camera", scene.path("camera.json")}).err,
+        "there are no frames in this file"));
   }
 
   TEST_CASE("interrupted and resumed ends in the same bits as never interrupted") {
@@ -368,10 +404,11 @@ TEST_SUITE("app/run") {
     REQUIRE(program(scene.train("run", "5", {"--quiet"})).code == 0);
     const std::string model = slurp(scene.path("run") + "/model.vdb");
     std::string metrics = slurp(scene.path("run") + "/metrics.json");
-    metrics.replace(metrics.find("true", metrics.find("\"finished\"")), 4, "false");  // a run that is finished would be left alone
+    metrics.replace(metrics.find("true", metrics.find("\"finished\"")), 4,
+                    "false");  // a run that is finished would be left alone
     write_text(scene.path("run") + "/metrics.json", metrics);
-    const std::string command = "ulimit -f 16; exec '" + std::string(SPLINEVOX_PROGRAM) + "' train '" + scene.data +
-                                "' --out '" + scene.path("run") + "' --resume --quiet";
+    const std::string command = "ulimit -f 16; exec '" + std::string(SPLINEVOX_PROGRAM) + "' train '" +
+                                scene.data + "' --out '" + scene.path("run") + "' --resume --quiet";
     const Ended e = Started({"sh", "-c", command}).wait();
     CAPTURE(e.err);
     CHECK(e.code == 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "app/sweep.hpp"
+#include "run/sweep/sweep.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,7 +9,7 @@
 #include "splinevox/core/error.hpp"
 
 using namespace splinevox;
-using namespace splinevox::app;
+using namespace splinevox::run;
 using namespace splinevox::test;
 
 namespace {
@@ -17,9 +17,12 @@ namespace {
 /// A small sweep: two settings and two seeds of one scene.
 std::string describe_small(const TempFolder& folder) {
   write_moving_ball(folder.path() / "ball", {8, 2, 2, 16, 0.8});
-  write_text(folder.path() / "sweep.toml", "datasets = [\"" + folder.str() + "/ball\"]\npresets = [\"draft\"]\nseeds = [1, 7]\n"
-             "train = [\"--max-steps\", \"20\", \"--effects\", \"all\", \"--set\", \"sampling.rays=256\"]\n"
-             "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.5\", \"loss.tv_density=0.01\"]\n");
+  write_text(
+      folder.path() / "sweep.toml",
+      "datasets = [\"" + folder.str() +
+          "/ball\"]\npresets = [\"draft\"]\nseeds = [1, 7]\n"
+          "train = [\"--max-steps\", \"20\", \"--effects\", \"all\", \"--set\", \"sampling.rays=256\"]\n"
+          "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.5\", \"loss.tv_density=0.01\"]\n");
   return folder.str() + "/sweep.toml";
 }
 
@@ -32,11 +35,17 @@ TEST_SUITE("app/sweep") {
     REQUIRE(tasks.size() == 4);
     CHECK(tasks[0].name == "ball_draft_plain_s1");
     CHECK(tasks[3].name == "ball_draft_smooth_s7");
-    CHECK(tasks[3].train == std::vector<std::string>{"train", folder.str() + "/ball", "--out", "out/ball_draft_smooth_s7", "--preset", "draft", "--seed", "7", "--resume", "--set",
-                                                     "loss.tv_control=0.5", "--set", "loss.tv_density=0.01", "--max-steps", "20", "--effects", "all", "--set", "sampling.rays=256"});
-    CHECK(sweep_csv(tasks).find("ball_draft_plain_s7," + folder.str() + "/ball,draft,plain,7,,,,,\n") != std::string::npos);
+    CHECK(tasks[3].train ==
+          std::vector<std::string>{"train", folder.str() + "/ball", "--out", "out/ball_draft_smooth_s7",
+                                   "--preset", "draft", "--seed", "7", "--resume", "--set",
+                                   "loss.tv_control=0.5", "--set", "loss.tv_density=0.01", "--max-steps",
+                                   "20", "--effects", "all", "--set", "sampling.rays=256"});
+    CHECK(sweep_csv(tasks).find("ball_draft_plain_s7," + folder.str() + "/ball,draft,plain,7,,,,,\n") !=
+          std::string::npos);
     CHECK(sweep_table(tasks).find("| draft | smooth | 0 of 2 |") != std::string::npos);
-    CHECK(sweep_commands(tasks).starts_with("splinevox train " + folder.str() + "/ball --out out/ball_draft_plain_s1 --preset draft --seed 1 --resume --max-steps 20 "));
+    CHECK(sweep_commands(tasks).starts_with(
+        "splinevox train " + folder.str() +
+        "/ball --out out/ball_draft_plain_s1 --preset draft --seed 1 --resume --max-steps 20 "));
     SweepTask spaced = tasks[0];
     spaced.run = "my run's";
     CHECK(sweep_commands({spaced}).ends_with(" && splinevox eval 'my run'\\''s'\n"));
@@ -51,13 +60,19 @@ TEST_SUITE("app/sweep") {
     struct Row {
       const char *text, *says;
     };
-    for (const Row& row : {Row{"", "there are no datasets"}, {"datasets = \"a\"\n", "'datasets' is not a list"}, {"datasets = [\"a\"]\nseed = [1]\n", "there is no 'seed' in a sweep"},
-                           {"datasets = [\"a/x\", \"b/x\"]\n", "two tasks would have the same folder"}, {"datasets = [\n\n\"a\"", "line"},
-                           {"datasets = [\"a\"]\n[settings]\nx = \"loss.tv_control=1\"\n", "'settings.x' is not a list"}, {"datasets = [\"a\"]\nseeds = [1.5]\n", "'seeds' is not a list"}}) {
+    for (const Row& row :
+         {Row{"", "there are no datasets"},
+          {"datasets = \"a\"\n", "'datasets' is not a list"},
+          {"datasets = [\"a\"]\nseed = [1]\n", "there is no 'seed' in a sweep"},
+          {"datasets = [\"a/x\", \"b/x\"]\n", "two tasks would have the same folder"},
+          {"datasets = [\n\n\"a\"", "line"},
+          {"datasets = [\"a\"]\n[settings]\nx = \"loss.tv_control=1\"\n", "'settings.x' is not a list"},
+          {"datasets = [\"a\"]\nseeds = [1.5]\n", "'seeds' is not a list"}}) {
       write_text(path, row.text);
       CHECK_THROWS_WITH_AS(read_sweep(path, "out"), doctest::Contains(row.says), Error);
     }
-    CHECK_THROWS_WITH_AS(read_sweep(folder.str() + "/none.toml", "out"), doctest::Contains("there is no such configuration file"), Error);
+    CHECK_THROWS_WITH_AS(read_sweep(folder.str() + "/none.toml", "out"),
+                         doctest::Contains("there is no such configuration file"), Error);
   }
 
   TEST_CASE("a pool trains and evaluates all; again, nothing is done twice; what is missing is made up for") {
@@ -75,7 +90,8 @@ TEST_SUITE("app/sweep") {
     CHECK(slurp(out + "/table.csv") == table);
 
     std::filesystem::remove_all(out + "/ball_draft_smooth_s7");
-    const Ended one = program({"sweep", description, "--out", out, "--task", "3", "--threads", "1", "--quiet"});  // as an array job does
+    const Ended one = program({"sweep", description, "--out", out, "--task", "3", "--threads", "1",
+                               "--quiet"});  // as an array job does
     CHECK(one.code == 0);
     CHECK(slurp(out + "/ball_draft_smooth_s7/model.vdb").size() == model.size());
     CHECK(program({"sweep", description, "--out", out, "--task", "4"}).code == 2);

@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of `view` in a headless browser, drawn by software: its pictures beside ours. Skipped where there is no Chromium.
+// The page of `view` in a headless browser, drawn by software: its pictures beside ours. Skipped where there
+// is no Chromium.
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "app/edit_session.hpp"
-#include "app/evaluate.hpp"
+#include "field/lattice/slice.hpp"
 #include "program.hpp"
+#include "run/edit_session.hpp"
+#include "run/evaluate.hpp"
 #include "splinevox/data/image_read.hpp"
-#include "splinevox/field/slice.hpp"
 #include "splinevox/math/metrics.hpp"
 
 using namespace splinevox;
@@ -33,7 +34,12 @@ Bytes unbase64(const std::string& text) {
   std::uint32_t bits = 0;
   int count = 0;
   for (const char c : text) {
-    const int v = c >= 'A' && c <= 'Z' ? c - 'A' : c >= 'a' && c <= 'z' ? c - 'a' + 26 : c >= '0' && c <= '9' ? c - '0' + 52 : c == '+' ? 62 : c == '/' ? 63 : -1;
+    const int v = c >= 'A' && c <= 'Z'   ? c - 'A'
+                  : c >= 'a' && c <= 'z' ? c - 'a' + 26
+                  : c >= '0' && c <= '9' ? c - '0' + 52
+                  : c == '+'             ? 62
+                  : c == '/'             ? 63
+                                         : -1;
     if (v < 0) continue;
     bits = bits << 6 | std::uint32_t(v), count += 6;
     if (count >= 8) count -= 8, out.push_back(std::uint8_t(bits >> count));
@@ -58,11 +64,24 @@ struct Page {
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
 
   /// @param editing  of the trained run; empty: it is shown as it is. @param look  of the scene
-  void make(const std::vector<std::string>& training, const std::vector<std::string>& editing = {}, const std::vector<std::string>& look = {}) {
+  void make(const std::vector<std::string>& training, const std::vector<std::string>& editing = {},
+            const std::vector<std::string>& look = {}) {
     std::vector<std::string> words{"synth", "ball", "--out", path("scene"), "--size", "32", "--frames", "12"};
     words.insert(words.end(), look.begin(), look.end());
     REQUIRE(program(words).code == 0);
-    words = {"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "60", "--quiet", "--set", "grid.radiance=16,24,32", "--set", "sampling.rays=512"};
+    words = {"train",
+             path("scene"),
+             "--out",
+             path("run"),
+             "--preset",
+             "draft",
+             "--max-steps",
+             "60",
+             "--quiet",
+             "--set",
+             "grid.radiance=16,24,32",
+             "--set",
+             "sampling.rays=512"};
     words.insert(words.end(), training.begin(), training.end());
     const Ended train = program(words);
     CAPTURE(train.err);
@@ -75,7 +94,8 @@ struct Page {
       REQUIRE(edit.code == 0);
       run = "edited";
     }
-    const Ended view = program({"view", path(run), "--out", path("page.html"), "--views", "3", "--split", "train"});
+    const Ended view =
+        program({"view", path(run), "--out", path("page.html"), "--views", "3", "--split", "train"});
     CAPTURE(view.err);
     REQUIRE(view.code == 0);
     text = slurp(path("page.html"));
@@ -84,15 +104,22 @@ struct Page {
 
   /// Opens the page with a script behind it, which may await, that fills the object `result`.
   void open(const std::string& script, const std::string& window = "800,800") {
-    write_text(path("checked.html"), text + "<script>splinevox.then(async app => {\n  const result = {problem: document.getElementById('problem').textContent};\n" + script +
-                                         "\n  const node = document.createElement('pre');\n  node.id = 'result';\n  node.textContent = JSON.stringify(result);\n"
+    write_text(path("checked.html"), text +
+                                         "<script>splinevox.then(async app => {\n  const result = {problem: "
+                                         "document.getElementById('problem').textContent};\n" +
+                                         script +
+                                         "\n  const node = document.createElement('pre');\n  node.id = "
+                                         "'result';\n  node.textContent = JSON.stringify(result);\n"
                                          "  document.body.append(node);\n});</script>");
     // The browser's time races past a slow machine: one that saw no end of the script is given more.
     Ended e;
     std::string found;
     for (int budget = 10000; found.empty() && budget <= 160000; budget *= 4) {
-      e = Started({"timeout", "120", browser(), "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--enable-logging=stderr",
-                   "--window-size=" + window, "--user-data-dir=" + path("profile"), "--virtual-time-budget=" + std::to_string(budget), "--dump-dom", "file://" + path("checked.html")})
+      e = Started({"timeout", "120", browser(), "--headless=new", "--no-sandbox", "--use-gl=angle",
+                   "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--enable-logging=stderr",
+                   "--window-size=" + window, "--user-data-dir=" + path("profile"),
+                   "--virtual-time-budget=" + std::to_string(budget), "--dump-dom",
+                   "file://" + path("checked.html")})
               .wait();
       found = between(e.out, "<pre id=\"result\">", "</pre>");
     }
@@ -111,7 +138,8 @@ struct Page {
   }
   Camera camera(int view) const {
     const Json& j = header["views"][view]["camera"];
-    Camera c{j["width"], j["height"], j["fx"], j["fy"], j["cx"], j["cy"], {}, {j["position"][0], j["position"][1], j["position"][2]}};
+    Camera c{j["width"], j["height"], j["fx"], j["fy"],
+             j["cx"],    j["cy"],     {},      {j["position"][0], j["position"][1], j["position"][2]}};
     for (int a = 0; a < 3; ++a) c.axes[a] = {j["axes"][a][0], j["axes"][a][1], j["axes"][a][2]};
     return c;
   }
@@ -129,14 +157,17 @@ Page& whole_page() {
 TEST_SUITE("app/view") {
   TEST_CASE("a page keeps to its size, says what it cost, and is refused where it cannot") {
     const Page& page = whole_page();
-    for (const char* part : {"src=\"http", "href=\"http", "import(", "<script src", "fetch("}) CHECK_FALSE_MESSAGE(contains(page.text, part), part);
+    for (const char* part : {"src=\"http", "href=\"http", "import(", "<script src", "fetch("})
+      CHECK_FALSE_MESSAGE(contains(page.text, part), part);
     const double whole = double(page.text.size()) * 1e-6, limit = 0.85 * whole;
-    const Ended smaller = program({"view", page.path("run"), "--out", page.path("small.html"), "--views", "3", "--split", "train", "--max-mb", std::to_string(limit)});
+    const Ended smaller = program({"view", page.path("run"), "--out", page.path("small.html"), "--views", "3",
+                                   "--split", "train", "--max-mb", std::to_string(limit)});
     CAPTURE(smaller.err);
     REQUIRE(smaller.code == 0);
     CHECK(double(slurp(page.path("small.html")).size()) <= limit * 1e6);
     CHECK_FALSE(contains(smaller.out, "density in 12 bits"));
-    const Ended refused = program({"view", page.path("run"), "--out", page.path("none.html"), "--max-mb", "0.05"});
+    const Ended refused =
+        program({"view", page.path("run"), "--out", page.path("none.html"), "--max-mb", "0.05"});
     CHECK(refused.code == 2);
     CHECK(contains(refused.err, "--max-mb"));
     CHECK_FALSE(std::filesystem::exists(page.path("none.html")));
@@ -152,10 +183,17 @@ TEST_SUITE("app/view") {
       std::string what;
       std::vector<std::string> training, editing, look = {};  ///< of a run of its own
     };
-    for (const Kind& kind : {Kind{"all effects", {}, {}},
-                             Kind{"Hermite there and back, harmonics of order 3", {"--effects", "motion,view", "--set", "motion.basis=bezier", "--set", "radiance.sh_order=3"}, {"--basis", "hermite", "--ping-pong", "2"}},
-                             Kind{"light alone, no harmonics", {"--effects", "light"}, {}}, Kind{"nothing changes", {"--effects", "view"}, {}},
-                             Kind{"a learned background", {"--effects", "motion,background", "--set", "run.background_order=3"}, {}, {"--opaque"}}}) {
+    for (const Kind& kind :
+         {Kind{"all effects", {}, {}},
+          Kind{"Hermite there and back, harmonics of order 3",
+               {"--effects", "motion,view", "--set", "motion.basis=bezier", "--set", "radiance.sh_order=3"},
+               {"--basis", "hermite", "--ping-pong", "2"}},
+          Kind{"light alone, no harmonics", {"--effects", "light"}, {}},
+          Kind{"nothing changes", {"--effects", "view"}, {}},
+          Kind{"a learned background",
+               {"--effects", "motion,background", "--set", "run.background_order=3"},
+               {},
+               {"--opaque"}}}) {
       CAPTURE(kind.what);
       Page own;
       if (!kind.training.empty()) own.make(kind.training, kind.editing, kind.look);
@@ -185,11 +223,12 @@ TEST_SUITE("app/view") {
       CHECK(page.result["fetched"] == 0);
       CHECK(page.result["address"].get<std::string>().substr(0, 7) == "#t=0.05");
 
-      const app::Run run = app::open_run(page.path(page.run));
+      const run::Run run = run::open_run(page.path(page.run));
       const std::size_t layers = !run.model.motion.moves() ? 2 : run.model.motion.rigidity ? 5 : 4;
       CHECK(page.result["pictures"].size() == 3 * layers);
       Renderer renderer(run.model);
-      const VoxelModel parts = run.model.motion.moves() ? app::painted(run.model, find_clusters(run.model, 0)) : run.model;
+      const VoxelModel parts =
+          run.model.motion.moves() ? run::painted(run.model, find_clusters(run.model, 0)) : run.model;
       Renderer part_renderer(parts);
       double least = kPsnrCap;
       for (const Json& p : page.result["pictures"]) {
@@ -197,7 +236,9 @@ TEST_SUITE("app/view") {
         const Camera camera = page.camera(view);
         const Rendered r = renderer.render(camera, page.header["views"][view]["time"]);
         const bool cluster = p["layer"] == "cluster";
-        const Image ours = cluster ? clamped(part_renderer.render(camera, page.header["views"][view]["time"]).rgb) : app::layer_picture(run, r, p["layer"], camera);
+        const Image ours = cluster
+                               ? clamped(part_renderer.render(camera, page.header["views"][view]["time"]).rgb)
+                               : run::layer_picture(run, r, p["layer"], camera);
         const Image theirs = page.picture(p["png"]);
         REQUIRE(theirs.width == ours.width);
         const double db = psnr(ours, theirs);
@@ -206,8 +247,10 @@ TEST_SUITE("app/view") {
         CHECK(db > 40);
         least = std::min(least, db);
       }
-      MESSAGE(kind.what << ": the least of " << page.result["pictures"].size() << " pictures has " << least << " dB");
-      const double slid = mean_squared_error(page.picture(page.result["slid"][0]), page.picture(page.result["slid"][1]));
+      MESSAGE(kind.what << ": the least of " << page.result["pictures"].size() << " pictures has " << least
+                        << " dB");
+      const double slid =
+          mean_squared_error(page.picture(page.result["slid"][0]), page.picture(page.result["slid"][1]));
       CHECK((slid > 1e-5) == !run.model.motion.levels.empty());
       CHECK(page.result["slid"][0] == page.result["slid"][2]);
 
@@ -219,7 +262,8 @@ TEST_SUITE("app/view") {
         for (const Json& k : j["time_curve"]) motion.time_curve.knots.push_back({k[0], k[1]});
         motion.points = j["points"], motion.first_point = FirstPoint::free;
         const BasisWeights<float> ours = stored_weights(motion, j["t"].get<double>());
-        for (std::size_t k = 0; k < j["w"].size(); ++k) apart = std::max(apart, std::abs(double(ours[k]) - j["w"][k].get<double>()));
+        for (std::size_t k = 0; k < j["w"].size(); ++k)
+          apart = std::max(apart, std::abs(double(ours[k]) - j["w"][k].get<double>()));
       }
       CHECK(apart < 1e-6);
     }
@@ -265,7 +309,8 @@ TEST_SUITE("app/view") {
   document.querySelector("#layers button[data-layer=rgb]").click();
   $$("reset").click(), app.set({time: 0.25});
   result.pictures = [turned !== first, zoomed !== turned, seen() === first];
-)js", "390,844");
+)js",
+              "390,844");
     CHECK(page.console == "");
     CHECK(page.result["problem"] == "");
     const double wide = page.result["screen"][0], high = page.result["screen"][1];

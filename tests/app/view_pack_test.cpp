@@ -5,19 +5,20 @@
 #include <random>
 #include <tuple>
 
-#include "app/view_codec.hpp"
-#include "app/view_pack.hpp"
-#include "app/view_reduce.hpp"
-#include "splinevox/math/activation.hpp"
+#include "math/activation.hpp"
 #include "support/blob_model.hpp"
+#include "view/codec.hpp"
+#include "view/pack.hpp"
+#include "view/reduce.hpp"
 
 using namespace splinevox;
-using namespace splinevox::app;
+using namespace splinevox::run;
 
 namespace {
 
 std::vector<std::uint16_t> plane_of(const PackedScene& scene, const Json& plane) {
-  return read_plane(std::span(scene.bytes).subspan(plane["offset"].get<std::size_t>()), plane["count"].get<std::size_t>(), plane["bits"].get<int>());
+  return read_plane(std::span(scene.bytes).subspan(plane["offset"].get<std::size_t>()),
+                    plane["count"].get<std::size_t>(), plane["bits"].get<int>());
 }
 
 /// Number of each packed brick by its place in the ring.
@@ -33,7 +34,9 @@ std::map<std::tuple<int, int, int>, std::size_t> bricks_of(const PackedScene& sc
 
 TEST_SUITE("app/view_pack") {
   TEST_CASE("base64 is that of RFC 4648") {
-    const auto coded = [](const std::string& text) { return base64(std::vector<char>(text.begin(), text.end())); };
+    const auto coded = [](const std::string& text) {
+      return base64(std::vector<char>(text.begin(), text.end()));
+    };
     CHECK(coded("") == "");
     CHECK(coded("f") == "Zg==");
     CHECK(coded("fo") == "Zm8=");
@@ -77,7 +80,8 @@ TEST_SUITE("app/view_pack") {
       for (int b = 1; b <= t.brick_count(); ++b)
         for (int i = 0; i < kBrickRows; ++i) {
           const float* row = model.radiance.raw.row(std::size_t(b) * kBrickRows + i);
-          const float depth = model.radiance.activation.scale * softplus(row[0] + model.radiance.activation.shift).value * model.step;
+          const float depth = model.radiance.activation.scale *
+                              softplus(row[0] + model.radiance.activation.shift).value * model.step;
           if (one_minus_exp_neg(depth) < 2e-4f) continue;
           ++seen;
           const Int3 place = t.bricks[b] + Int3{1, 1, 1};
@@ -88,8 +92,10 @@ TEST_SUITE("app/view_pack") {
           }
           for (int c = 0; c < 8; ++c) {
             const Json& column = field["columns"][c];
-            const Quantiser q{column["lo"].get<float>(), column["hi"].get<float>(), column["plane"]["bits"].get<int>()};
-            const float value = q.value(columns[c][found->second * kBrickRows + i]), step = (q.hi - q.lo) / float((1 << q.bits) - 1);
+            const Quantiser q{column["lo"].get<float>(), column["hi"].get<float>(),
+                              column["plane"]["bits"].get<int>()};
+            const float value = q.value(columns[c][found->second * kBrickRows + i]),
+                        step = (q.hi - q.lo) / float((1 << q.bits) - 1);
             wrong += !(std::abs(value - std::clamp(row[c], q.lo, q.hi)) <= 0.501f * step);
           }
         }
@@ -124,7 +130,8 @@ TEST_SUITE("app/view_pack") {
           }
       }
     };
-    for (int k = 0; k < 4; ++k) compare(field["control_points"][k], 4 * k), compare(field["light_points"][k], 4 * k + 3);
+    for (int k = 0; k < 4; ++k)
+      compare(field["control_points"][k], 4 * k), compare(field["light_points"][k], 4 * k + 3);
     compare(field["rigidity_values"], 16);
     CHECK(wrong == 0);
   }
@@ -147,20 +154,24 @@ TEST_SUITE("app/view_pack") {
     VoxelModel model = test::blob_model(16, {}, 1);
     for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) {
       float* row = model.radiance.raw.row(r);
-      row[1] = 2, row[4] = 0, row[5] = 3, row[6] = -2, row[7] = 1;  // odd in the direction: the mean of the factor is that of no harmonics
+      row[1] = 2, row[4] = 0, row[5] = 3, row[6] = -2,
+      row[7] = 1;  // odd in the direction: the mean of the factor is that of no harmonics
     }
     const RadianceField matt = without_view(model.radiance);
     CHECK(matt.sh_order == -1);
-    CHECK(sigmoid(matt.raw.row(kBrickRows)[1]).value == doctest::Approx(0.75f * sigmoid(2.0f).value).epsilon(1e-5));
+    CHECK(sigmoid(matt.raw.row(kBrickRows)[1]).value ==
+          doctest::Approx(0.75f * sigmoid(2.0f).value).epsilon(1e-5));
   }
 
   TEST_CASE("halving keeps what is linear, and adds nothing beyond what was there") {
     VoxelModel model = test::blob_model(24, {}, -1);
-    model.radiance.raw = make_channels(make_dense_topology(model.radiance.raw.topology->lattice), model.radiance.raw.width, std::vector<float>(8, -3.0f).data());
+    model.radiance.raw = make_channels(make_dense_topology(model.radiance.raw.topology->lattice),
+                                       model.radiance.raw.width, std::vector<float>(8, -3.0f).data());
     const Topology& t = *model.radiance.raw.topology;
     const auto linear = [](Vec3 x) { return 1 + 2 * x.x - 3 * x.y + 0.5f * x.z; };
     for (int b = 1; b <= t.brick_count(); ++b)
-      for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(std::size_t(b) * kBrickRows + i)[0] = linear(t.position(b, i));
+      for (int i = 0; i < kBrickRows; ++i)
+        model.radiance.raw.row(std::size_t(b) * kBrickRows + i)[0] = linear(t.position(b, i));
     const RadianceField coarse = halved(model.radiance);
     const Topology& c = *coarse.raw.topology;
     CHECK(c.lattice.spacing == 2 * t.lattice.spacing);

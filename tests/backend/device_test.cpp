@@ -8,7 +8,9 @@
 using namespace splinevox;
 
 TEST_SUITE("backend/device") {
-  TEST_CASE("cpu is always there, auto is cuda where it can be had, and cuda is refused with the reason where not") {
+  TEST_CASE(
+      "cpu is always there, auto is cuda where it can be had, and cuda is refused with the reason where "
+      "not") {
     CHECK(choose_device("cpu") == Device::cpu);
     CHECK(describe(Device::cpu) == "cpu");
     CHECK_THROWS_AS(choose_device("tpu"), Error);

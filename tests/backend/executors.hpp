@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "splinevox/backend/pictures.hpp"
-#include "splinevox/backend/step.hpp"
+#include "backend/pictures.hpp"
+#include "backend/step.hpp"
 
 namespace splinevox::test {
 
@@ -24,9 +24,11 @@ inline const std::vector<Runner>& runners() {
     std::vector<Runner> out{{"host", make_host_pictures, [](bool d) { return make_host_step(d); }}};
     const CudaFound cuda = find_cuda();
     if (cuda.usable)
-      out.push_back({cuda.name, [](const VoxelModel& m) { return make_pictures(Device::cuda, m); }, [](bool d) { return make_step(Device::cuda, d); }});
+      out.push_back({cuda.name, [](const VoxelModel& m) { return make_pictures(Device::cuda, m); },
+                     [](bool d) { return make_step(Device::cuda, d); }});
     else
-      std::printf("skipped on a CUDA device: %s. The same kernels ran on the host's threads.\n", cuda.reason.c_str());
+      std::printf("skipped on a CUDA device: %s. The same kernels ran on the host's threads.\n",
+                  cuda.reason.c_str());
     return out;
   }();
   return list;

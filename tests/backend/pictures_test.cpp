@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/backend/pictures.hpp"
+#include "backend/pictures.hpp"
 
 #include <doctest/doctest.h>
 
@@ -30,14 +30,17 @@ Camera camera(int width, int height) {
 double farthest(const Image& a, const Image& b) {
   REQUIRE(a.data.size() == b.data.size());
   double most = 0;
-  for (std::size_t i = 0; i < a.data.size(); ++i) most = std::max(most, double(std::abs(a.data[i] - b.data[i])));
+  for (std::size_t i = 0; i < a.data.size(); ++i)
+    most = std::max(most, double(std::abs(a.data[i] - b.data[i])));
   return most;
 }
 
 }  // namespace
 
 TEST_SUITE("backend/pictures") {
-  TEST_CASE("a device's pictures are those of the CPU to a few units of rounding, in every layer, for every kernel") {
+  TEST_CASE(
+      "a device's pictures are those of the CPU to a few units of rounding, in every layer, for every "
+      "kernel") {
     const Camera eye = camera(45, 38);  // no whole number of tiles
     for (const test::Runner& runner : test::runners()) {
       double worst = 0;
@@ -46,13 +49,16 @@ TEST_SUITE("backend/pictures") {
           CAPTURE(runner.name);
           CAPTURE(sh);
           CAPTURE(motion);
-          const test::BlobMotion moves{motion > 0, 4, {-0.3f, 0.1f, 0.2f}, 0.15f, motion == 2, motion == 2 ? 0.8f : 0.0f};
+          const test::BlobMotion moves{motion > 0, 4,           {-0.3f, 0.1f, 0.2f},
+                                       0.15f,      motion == 2, motion == 2 ? 0.8f : 0.0f};
           VoxelModel model = test::blob_model(40, moves, sh);
           model.background.order = sh;
-          for (int j = 0; j < model.background.count(); ++j) model.background.raw[j] = {0.3f * float(j), 0.5f, -0.2f * float(j)};
+          for (int j = 0; j < model.background.count(); ++j)
+            model.background.raw[j] = {0.3f * float(j), 0.5f, -0.2f * float(j)};
           Renderer cpu(model), device(model, runner.pictures(model));
           for (const double time : {0.0, 0.7}) {
-            // To the end of the ray: where it may stop early, a transmittance beside the limit falls on either side of it.
+            // To the end of the ray: where it may stop early, a transmittance beside the limit falls on
+            // either side of it.
             const RenderOptions all{.stop = 0};
             const Rendered a = cpu.render(eye, time, all), b = device.render(eye, time, all);
             CHECK(*std::max_element(a.alpha.data.begin(), a.alpha.data.end()) > 0.9f);
@@ -66,7 +72,8 @@ TEST_SUITE("backend/pictures") {
             CHECK(farthest(a.depth, b.depth) < 1e-3);
             worst = std::max(worst, farthest(a.rgb, b.rgb));
             const RenderOptions early;
-            CHECK(farthest(cpu.render(eye, time, early).rgb, device.render(eye, time, early).rgb) <= early.stop);
+            CHECK(farthest(cpu.render(eye, time, early).rgb, device.render(eye, time, early).rgb) <=
+                  early.stop);
           }
         }
       std::printf("%s: pictures differ from the CPU's by %.2e at most\n", runner.name.c_str(), worst);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/backend/step.hpp"
+#include "backend/step.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
@@ -24,7 +24,8 @@ const Dataset& moving_ball() {
   return data;
 }
 
-/// Every kernel of a step in miniature: several levels, light, rigidity, every loss, a curve that is elevated on the way.
+/// Every kernel of a step in miniature: several levels, light, rigidity, every loss, a curve that is elevated
+/// on the way.
 Config tiny_config(int steps, int sh_order, bool losses) {
   Config c = preset("draft");
   c.run.max_time = 0, c.run.max_steps = steps, c.run.seed = 7;
@@ -37,13 +38,15 @@ Config tiny_config(int steps, int sh_order, bool losses) {
     c.loss.offset = 1e-3f, c.loss.divergence = 1e-3f, c.loss.divergence_kind = DivergenceKind::hutchinson;
     c.loss.curve_length = c.loss.curve_rest = 1e-4f;
   }
-  c.loss.tv_density = 1e-4f, c.loss.tv_color = 1e-4f, c.loss.tv_sh = 1e-4f, c.loss.tv_control = 1e-3f, c.loss.tv_rigidity = 1e-4f;
+  c.loss.tv_density = 1e-4f, c.loss.tv_color = 1e-4f, c.loss.tv_sh = 1e-4f, c.loss.tv_control = 1e-3f,
+  c.loss.tv_rigidity = 1e-4f;
   c.sampling.frames = 4, c.sampling.rays = 1024, c.sampling.occupancy_every = 7;
   return c;
 }
 
 std::vector<StepReport> reports(const Config& config, std::unique_ptr<StepBackend> device, int steps) {
-  Trainer trainer(config, *moving_ball().find("train"), moving_ball().time_map, 0, nullptr, std::move(device));
+  Trainer trainer(config, *moving_ball().find("train"), moving_ball().time_map, 0, nullptr,
+                  std::move(device));
   std::vector<StepReport> out;
   for (int i = 0; i < steps; ++i) out.push_back(trainer.step());
   return out;
@@ -51,11 +54,13 @@ std::vector<StepReport> reports(const Config& config, std::unique_ptr<StepBacken
 
 /// Blanks the clock readings near the front of a saved state.
 void blank_clocks(std::vector<char>& bytes) {
-  std::fill_n(bytes.begin() + sizeof(std::int64_t) + 2 * sizeof(int), 2 * sizeof(double) + sizeof(PhaseSeconds), char(0));
+  std::fill_n(bytes.begin() + sizeof(std::int64_t) + 2 * sizeof(int),
+              2 * sizeof(double) + sizeof(PhaseSeconds), char(0));
 }
 
 /// Parameters and moments after some steps, on a number of threads.
-std::vector<char> state(const Config& config, const std::function<std::unique_ptr<StepBackend>()>& device, int steps, int threads) {
+std::vector<char> state(const Config& config, const std::function<std::unique_ptr<StepBackend>()>& device,
+                        int steps, int threads) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   tbb::task_arena arena(threads);
   return arena.execute([&] {
@@ -78,7 +83,8 @@ TEST_SUITE("backend/step") {
           CAPTURE(deterministic);
           CAPTURE(sh);
           const Config config = tiny_config(30, sh, sh != 1);
-          const auto cpu = reports(config, nullptr, 30), device = reports(config, runner.step(deterministic), 30);
+          const auto cpu = reports(config, nullptr, 30),
+                     device = reports(config, runner.step(deterministic), 30);
           double first = 0, last = 0;
           for (int i = 0; i < 30; ++i) {
             CHECK(device[i].step == cpu[i].step);
@@ -88,10 +94,13 @@ TEST_SUITE("backend/step") {
             const double apart = std::abs(device[i].loss / cpu[i].loss - 1);
             (i < 3 ? first : last) = std::max(i < 3 ? first : last, apart);
           }
-          // Adam divides by the root of the second moment: a parameter with next to no gradient moves by a whole rate this way or that.
+          // Adam divides by the root of the second moment: a parameter with next to no gradient moves by a
+          // whole rate this way or that.
           CHECK(first < 1e-5);
           CHECK(last < 1e-2);
-          if (sh == 1) std::printf("%s%s: losses differ by %.1e in 3 steps, %.1e in 30\n", runner.name.c_str(), deterministic ? ", deterministic" : "", first, last);
+          if (sh == 1)
+            std::printf("%s%s: losses differ by %.1e in 3 steps, %.1e in 30\n", runner.name.c_str(),
+                        deterministic ? ", deterministic" : "", first, last);
         }
   }
   TEST_CASE("deterministic: the same bits for any number of threads and again") {
@@ -108,11 +117,13 @@ TEST_SUITE("backend/step") {
     const Split& train = *moving_ball().find("train");
     for (const test::Runner& runner : test::runners()) {
       CAPTURE(runner.name);
-      const auto whole = state(config, [&] { return runner.step(true); }, 24, 2);
+      const auto whole = state(
+          config, [&] { return runner.step(true); }, 24, 2);
       Trainer first(config, train, moving_ball().time_map, 0, nullptr, runner.step(true));
       for (int i = 0; i < 11; ++i) first.step();
       const std::vector<char> saved = first.save();
-      Trainer second(config, train, moving_ball().time_map, 0, nullptr, runner.step(true)), cpu(config, train, moving_ball().time_map);
+      Trainer second(config, train, moving_ball().time_map, 0, nullptr, runner.step(true)),
+          cpu(config, train, moving_ball().time_map);
       second.restore(saved), cpu.restore(saved);
       for (int i = 11; i < 24; ++i) {
         const StepReport a = second.step(), b = cpu.step();
@@ -137,7 +148,8 @@ TEST_SUITE("backend/step") {
       const Channels& raw = model.radiance.raw;
       std::size_t row = kBrickRows, most = 0;
       for (std::size_t r = kBrickRows; r < raw.topology->rows(); ++r)
-        if (std::abs(raw.row(r)[1] - raw.row(0)[1]) > std::abs(raw.row(most)[1] - raw.row(0)[1])) row = most = r;
+        if (std::abs(raw.row(r)[1] - raw.row(0)[1]) > std::abs(raw.row(most)[1] - raw.row(0)[1]))
+          row = most = r;
       const char* needle = reinterpret_cast<const char*>(raw.row(row) + 1);
       const auto at = std::search(saved.begin(), saved.end(), needle, needle + 3 * sizeof(float));
       REQUIRE(at != saved.end());
@@ -150,7 +162,8 @@ TEST_SUITE("backend/step") {
       CHECK_FALSE(report.bad_rays.empty());
       std::vector<char> after = spoilt.save();
       blank_clocks(after), blank_clocks(saved);
-      std::fill_n(after.begin(), sizeof(std::int64_t), char(0)), std::fill_n(saved.begin(), sizeof(std::int64_t), char(0));  // the step itself
+      std::fill_n(after.begin(), sizeof(std::int64_t), char(0)),
+          std::fill_n(saved.begin(), sizeof(std::int64_t), char(0));  // the step itself
       CHECK(after == saved);
     }
   }

@@ -33,9 +33,9 @@ Image waves(int w, int h, int c, double shift) {
   for (int y = 0; y < h; ++y)
     for (int x = 0; x < w; ++x)
       for (int k = 0; k < c; ++k)
-        image.pixel(x, y)[k] =
-            float(0.5 + 0.2 * std::sin(0.11 * x + 0.05 * y + k + shift) +
-                  0.2 * std::cos(0.017 * x * (k + 1) - 0.031 * y - shift) + 0.1 * std::sin(0.9 * x + 0.7 * y));
+        image.pixel(x, y)[k] = float(0.5 + 0.2 * std::sin(0.11 * x + 0.05 * y + k + shift) +
+                                     0.2 * std::cos(0.017 * x * (k + 1) - 0.031 * y - shift) +
+                                     0.1 * std::sin(0.9 * x + 0.7 * y));
   return image;
 }
 
@@ -44,8 +44,9 @@ Image inverted(Image image) {
   return image;
 }
 
-/// SSIM straight from its definition: for each window the weighted means, then the weighted squared deviations
-/// from them. Returns {mean of the full index, mean of its contrast-structure part} of one channel.
+/// SSIM straight from its definition: for each window the weighted means, then the weighted squared
+/// deviations from them. Returns {mean of the full index, mean of its contrast-structure part} of one
+/// channel.
 std::array<double, 2> direct(const std::vector<double>& a, const std::vector<double>& b, int w, int h) {
   int n = std::min({11, w, h});
   if (n % 2 == 0) --n;
@@ -106,8 +107,9 @@ double direct_ms_ssim(const Image& a, const Image& b, int scales) {
         std::vector<double> half;
         for (int y = 0; y + 1 < h; y += 2)
           for (int x = 0; x + 1 < w; x += 2)
-            half.push_back(((*p)[y * w + x] + (*p)[y * w + x + 1] + (*p)[(y + 1) * w + x] + (*p)[(y + 1) * w + x + 1]) /
-                           4);
+            half.push_back(
+                ((*p)[y * w + x] + (*p)[y * w + x + 1] + (*p)[(y + 1) * w + x] + (*p)[(y + 1) * w + x + 1]) /
+                4);
         *p = half;
       }
       w /= 2;
@@ -139,15 +141,16 @@ TEST_SUITE("math/metrics") {
       const char* name;
       Image a, b;
     };
-    const Row rows[] = {{"noise", noise(23, 19, 3, 1), noise(23, 19, 3, 2)},
-                        {"waves", waves(40, 31, 3, 0), waves(40, 31, 3, 0.4)},
-                        {"anticorrelated", waves(32, 32, 1, 0), inverted(waves(32, 32, 1, 0))},
-                        {"nearly flat", noise(24, 24, 1, 3, 0.9f, 0.9001f), noise(24, 24, 1, 4, 0.9f, 0.9001f)},
-                        {"black and faint noise", constant(24, 24, 1, 0), noise(24, 24, 1, 5, 0, 2.0f / 255)},
-                        {"one window", noise(11, 11, 1, 6), noise(11, 11, 1, 7)},
-                        {"smaller than the window", noise(10, 8, 3, 8), noise(10, 8, 3, 9)},
-                        {"one row", noise(30, 1, 1, 10), noise(30, 1, 1, 11)},
-                        {"one pixel", constant(1, 1, 1, 0.2f), constant(1, 1, 1, 0.7f)}};
+    const Row rows[] = {
+        {"noise", noise(23, 19, 3, 1), noise(23, 19, 3, 2)},
+        {"waves", waves(40, 31, 3, 0), waves(40, 31, 3, 0.4)},
+        {"anticorrelated", waves(32, 32, 1, 0), inverted(waves(32, 32, 1, 0))},
+        {"nearly flat", noise(24, 24, 1, 3, 0.9f, 0.9001f), noise(24, 24, 1, 4, 0.9f, 0.9001f)},
+        {"black and faint noise", constant(24, 24, 1, 0), noise(24, 24, 1, 5, 0, 2.0f / 255)},
+        {"one window", noise(11, 11, 1, 6), noise(11, 11, 1, 7)},
+        {"smaller than the window", noise(10, 8, 3, 8), noise(10, 8, 3, 9)},
+        {"one row", noise(30, 1, 1, 10), noise(30, 1, 1, 11)},
+        {"one pixel", constant(1, 1, 1, 0.2f), constant(1, 1, 1, 0.7f)}};
     for (const Row& r : rows) {
       CAPTURE(r.name);
       CHECK(std::abs(ssim(r.a, r.b) - direct_ssim(r.a, r.b)) < 1e-9);

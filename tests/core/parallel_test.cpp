@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/core/parallel.hpp"
+#include "core/parallel.hpp"
 
 #include <doctest/doctest.h>
 
 #include <atomic>
 #include <string>
 
+#include "core/in_order.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/in_order.hpp"
 
 TEST_SUITE("core/parallel") {
   TEST_CASE("F22: an exception in any of 1000 tasks becomes that one error") {
@@ -27,20 +27,26 @@ TEST_SUITE("core/parallel") {
     }
   }
 
-  TEST_CASE("in order: everything is worked once and finished in order, no more than asked is open, a stop begins nothing new") {
+  TEST_CASE(
+      "in order: everything is worked once and finished in order, no more than asked is open, a stop begins "
+      "nothing new") {
     for (const int at_once : {1, 3}) {
       std::atomic<int> open = 0, most = 0, worked = 0;
       int finished = 0;
-      splinevox::in_order(200, at_once, [&](int) {
-        ++worked;
-        const int now = ++open;
-        for (int seen = most; seen < now && !most.compare_exchange_weak(seen, now);) {}
-        splinevox::parallel_for(50, [&](int) {});
-      }, [&](int i) {
-        CHECK(i == finished++);
-        --open;
-        return i != 120;
-      });
+      splinevox::in_order(
+          200, at_once,
+          [&](int) {
+            ++worked;
+            const int now = ++open;
+            for (int seen = most; seen < now && !most.compare_exchange_weak(seen, now);) {
+            }
+            splinevox::parallel_for(50, [&](int) {});
+          },
+          [&](int i) {
+            CHECK(i == finished++);
+            --open;
+            return i != 120;
+          });
       CHECK(most <= at_once);
       CHECK(worked == finished);
       CHECK(finished >= 121);
@@ -49,7 +55,8 @@ TEST_SUITE("core/parallel") {
     const auto refuse = [](int i) {
       if (i == 3) splinevox::fail({"task 3", "cannot be done", "", "", ""});
     };
-    CHECK_THROWS_WITH_AS(splinevox::in_order(10, 2, refuse, [](int) { return true; }), "task 3: cannot be done", splinevox::Error);
+    CHECK_THROWS_WITH_AS(splinevox::in_order(10, 2, refuse, [](int) { return true; }),
+                         "task 3: cannot be done", splinevox::Error);
     splinevox::in_order(0, 2, refuse, [](int) { return false; });
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A race on purpose: the thread sanitizer must report it.
-#include "splinevox/core/parallel.hpp"
+#include "core/parallel.hpp"
 
 int main() {
   int sum = 0;

@@ -48,7 +48,9 @@ struct Spoiled {
 const std::string kThird = "transforms_train.json, frame 2: ";
 
 TEST_SUITE("data/bad_input") {
-  TEST_CASE("the set that is spoiled below is good") { CHECK(load_dataset(Spoiled().folder.str()).splits.size() == 1); }
+  TEST_CASE("the set that is spoiled below is good") {
+    CHECK(load_dataset(Spoiled().folder.str()).splits.size() == 1);
+  }
 
   TEST_CASE("the whole text of one message") {
     const Spoiled set;
@@ -68,29 +70,32 @@ TEST_SUITE("data/bad_input") {
     expect_error([&] { load_dataset(folder.str() + "/file.json"); },
                  {"file.json: the data set is not a folder", "give the folder that holds it"});
     expect_error([&] { load_dataset(folder.str()); },
-                 {"no known kind of data set", "transforms_train.json, transforms_val.json or transforms_test.json",
-                  "none of them"});
+                 {"no known kind of data set",
+                  "transforms_train.json, transforms_val.json or transforms_test.json", "none of them"});
     write_text(folder.path() / "transforms.json", "{}");
     expect_error([&] { load_dataset(folder.str()); }, {"transforms.json: 'frames' is missing"});
   }
 
   TEST_CASE("splits asked for that are not there") {
     const Spoiled set;
-    set.expect({"transforms_test.json: the test split was asked for and is not there"}, {.splits = {"train", "test"}});
+    set.expect({"transforms_test.json: the test split was asked for and is not there"},
+               {.splits = {"train", "test"}});
     set.expect({"there is no such split", "train, val or test", "'trian'"}, {.splits = {"trian"}});
   }
 
   TEST_CASE("an image that is missing") {
     const Spoiled set;
     fs::remove(set.picture(2));
-    set.expect({kThird + "the image is missing", "'./train/r_2', also with .png, .jpg or .jpeg added", "no such file"});
+    set.expect({kThird + "the image is missing", "'./train/r_2', also with .png, .jpg or .jpeg added",
+                "no such file"});
   }
 
   TEST_CASE("an image that is cut short") {
     const Spoiled set;
     const Bytes whole = png_bytes(flat_png(4, 4));
     write_bytes(set.picture(2), Bytes(whole.begin(), whole.end() - 20));
-    set.expect({"train/r_2.png (train, frame 2): the image is truncated or damaged", "the file ends too early"});
+    set.expect(
+        {"train/r_2.png (train, frame 2): the image is truncated or damaged", "the file ends too early"});
     write_bytes(set.picture(2), Bytes(whole.begin(), whole.begin() + 12));
     set.expect({"train/r_2.png (train, frame 2): the image is truncated"});
     write_bytes(set.picture(2), {});
@@ -133,7 +138,8 @@ TEST_SUITE("data/bad_input") {
   TEST_CASE("malformed JSON: line, column and field") {
     const Spoiled set;
     set.write_raw("{\"camera_angle_x\": 0.8,\n \"frames\": [,]}");
-    set.expect({"transforms_train.json: malformed JSON at line 2, column 13, in frames[0]", "got:      syntax error"});
+    set.expect({"transforms_train.json: malformed JSON at line 2, column 13, in frames[0]",
+                "got:      syntax error"});
     set.write_raw("");
     set.expect({"malformed JSON at line 1, column 1"});
     set.write_raw("{} {}");
@@ -190,8 +196,8 @@ TEST_SUITE("data/bad_input") {
     set.expect({"the JSON is nested too deeply", "at most 64 levels"});
     set.write_raw("{\"frames\": " + std::string(60, '[') + std::string(60, ']') + "}");
     set.expect({kThird.substr(0, 21) + ", frame 0: this is not a frame", "an array of 1"});
-    set.write_third("{\"time\": 0.5, \"file_path\": \"train/r_2\", \"time\": 0.6, \"transform_matrix\": " + kMatrix +
-                    "}");
+    set.write_third("{\"time\": 0.5, \"file_path\": \"train/r_2\", \"time\": 0.6, \"transform_matrix\": " +
+                    kMatrix + "}");
     set.expect({"the field frames[2].time is there twice"});
     set.write_raw("[1, 2]");
     set.expect({"this is not a transforms file", "an array of 2"});
@@ -210,7 +216,8 @@ TEST_SUITE("data/bad_input") {
   TEST_CASE("a time that some frames lack, or that is no number") {
     const Spoiled set;
     set.write_third(frame_text("train/r_2", "", kMatrix));
-    set.expect({kThird + "'time' is missing", "3 of 4 frames with 'time'", "give every frame a time, or none"});
+    set.expect(
+        {kThird + "'time' is missing", "3 of 4 frames with 'time'", "give every frame a time, or none"});
     set.write_third(frame_text("train/r_2", "null", kMatrix));
     set.expect({kThird + "'time' is not a number", "got:      null"});
     set.write_third(frame_text("train/r_2", "1e300", kMatrix));
@@ -224,8 +231,10 @@ TEST_SUITE("data/bad_input") {
       set.write_third(frame_text("train/r_2", "0.5", matrix));
       set.expect(parts);
     };
-    refuse("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]", {kThird + "'transform_matrix' has the wrong shape", "an array of 3"});
-    refuse("[[1,0,0,0],[0,1,0],[0,0,1,0],[0,0,0,1]]", {kThird + "'transform_matrix' row 1 has the wrong shape"});
+    refuse("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]",
+           {kThird + "'transform_matrix' has the wrong shape", "an array of 3"});
+    refuse("[[1,0,0,0],[0,1,0],[0,0,1,0],[0,0,0,1]]",
+           {kThird + "'transform_matrix' row 1 has the wrong shape"});
     refuse("[[1,0,0,0],[0,1,\"x\",0],[0,0,1,0],[0,0,0,1]]",
            {kThird + "'transform_matrix' row 1, column 2 is not a number"});
     refuse("[[1,0,0,0],[0,1,null,0],[0,0,1,0],[0,0,0,1]]",
@@ -237,7 +246,8 @@ TEST_SUITE("data/bad_input") {
     refuse("[[1,0,0,0],[0,1,0,0],[0,0,0,0],[0,0,0,1]]", {kThird + "'transform_matrix' is singular"});
     refuse("[[1,0,0,0],[0,1,0,0],[0,0,1,1e20],[0,0,0,1]]",
            {kThird + "'transform_matrix' has a number that is not finite"});
-    refuse("[[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]]", {kThird + "'transform_matrix' has a scale", "scale 2"});
+    refuse("[[2,0,0,0],[0,2,0,0],[0,0,2,0],[0,0,0,1]]",
+           {kThird + "'transform_matrix' has a scale", "scale 2"});
     set.write_third("{\"file_path\": \"train/r_2\", \"time\": 0.5}");
     set.expect({kThird + "'transform_matrix' is missing"});
   }
@@ -256,8 +266,10 @@ TEST_SUITE("data/bad_input") {
     refuse("\"camera_angle_x\": \"0.8\",", {"transforms_train.json: 'camera_angle_x' is not a number"});
     refuse("\"fl_x\": 4, \"w\": 800,", {"'w' is not the picture's size", "expected: 4"});
     refuse("\"fl_x\": 4, \"k1\": -9,", {"frame 0: the lens distortion cannot be undone", "undistort"});
-    refuse("\"fl_x\": 4, \"camera_model\": \"FULL_OPENCV\",", {"'camera_model' is not supported", "'FULL_OPENCV'"});
-    refuse("\"fl_x\": 4, \"p1\": 0.1, \"camera_model\": \"OPENCV_FISHEYE\",", {"a fisheye lens has no tangential distortion"});
+    refuse("\"fl_x\": 4, \"camera_model\": \"FULL_OPENCV\",",
+           {"'camera_model' is not supported", "'FULL_OPENCV'"});
+    refuse("\"fl_x\": 4, \"p1\": 0.1, \"camera_model\": \"OPENCV_FISHEYE\",",
+           {"a fisheye lens has no tangential distortion"});
   }
 
   TEST_CASE("a file_path that is missing or no path") {
@@ -287,10 +299,11 @@ TEST_SUITE("data/bad_input") {
     fs::create_directory_symlink(outside.path(), set.folder.path() / "door");
     const std::string up = "../" + outside.path().filename().string() + "/secret";
     const std::string sibling = "../" + set.folder.path().filename().string() + "_2/a.png";
-    for (const std::string& path : {up, up + ".png", "train/../../" + outside.path().filename().string() + "/secret",
-                                    outside.str() + "/secret.png", std::string("link"), std::string("link.png"),
-                                    std::string("door/secret"), std::string("door/secret.png"), sibling,
-                                    std::string("/etc/passwd"), std::string(".."), std::string("../..")}) {
+    for (const std::string& path :
+         {up, up + ".png", "train/../../" + outside.path().filename().string() + "/secret",
+          outside.str() + "/secret.png", std::string("link"), std::string("link.png"),
+          std::string("door/secret"), std::string("door/secret.png"), sibling, std::string("/etc/passwd"),
+          std::string(".."), std::string("../..")}) {
       CAPTURE(path);
       set.write_third(frame_text(path, "0.5", kMatrix));
       set.expect({kThird + "'file_path' leads out of the data set's folder"});
@@ -304,7 +317,8 @@ TEST_SUITE("data/bad_input") {
   TEST_CASE("a fault in the train split is found even when only its times are wanted") {
     const Spoiled set;
     write_png(set.folder.path() / "t.png", flat_png(4, 4));
-    write_text(set.folder.path() / "transforms_test.json", transforms_text({frame_text("t", "0.5", kMatrix)}));
+    write_text(set.folder.path() / "transforms_test.json",
+               transforms_text({frame_text("t", "0.5", kMatrix)}));
     set.write_raw("{");
     set.expect({"transforms_train.json: malformed JSON"}, {.splits = {"test"}});
     CHECK(load_dataset(set.folder.str(), {.splits = {"test"}, .time_map = TimeMap{}}).splits.size() == 1);

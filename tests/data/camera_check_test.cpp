@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "data/expect_error.hpp"
-#include "splinevox/math/camera.hpp"
+#include "math/camera.hpp"
 #include "support/tiny_dataset.hpp"
 
 namespace {
@@ -49,7 +49,8 @@ TEST_SUITE("data/camera_check") {
       CHECK(pose.deviation < 1e-14);
       for (int k = 0; k < 3; ++k)
         for (int row = 0; row < 3; ++row)
-          CHECK(pose.axes[std::size_t(k)][row] == doctest::Approx(m[std::size_t(4 * row + k)]).epsilon(1e-13));
+          CHECK(pose.axes[std::size_t(k)][row] ==
+                doctest::Approx(m[std::size_t(4 * row + k)]).epsilon(1e-13));
       CHECK(pose.position == Vec3d{m[3], m[7], m[11]});
     }
   }
@@ -161,7 +162,8 @@ TEST_SUITE("data/camera_check") {
   }
 
   TEST_CASE("a lens that cannot be is refused") {
-    const auto refuse = [](std::optional<double> Lens::*field, double value, const std::vector<std::string>& parts) {
+    const auto refuse = [](std::optional<double> Lens::*field, double value,
+                           const std::vector<std::string>& parts) {
       CAPTURE(value);
       Lens lens;
       if (field != &Lens::camera_angle_x) lens.fl_x = 20;
@@ -170,17 +172,21 @@ TEST_SUITE("data/camera_check") {
     };
     const double nan = std::nan("");
     for (const double angle : {0.0, -0.5, 3.15, nan})
-      refuse(&Lens::camera_angle_x, angle, {"scene/a.json, frame 4: 'camera_angle_x' is no field of view", "below pi"});
+      refuse(&Lens::camera_angle_x, angle,
+             {"scene/a.json, frame 4: 'camera_angle_x' is no field of view", "below pi"});
     refuse(&Lens::camera_angle_x, 39.6, {"it looks like degrees"});
     refuse(&Lens::camera_angle_x, 3.14159265358979, {"focal length 'fl_x' is out of range"});
     refuse(&Lens::camera_angle_y, 0, {"'camera_angle_y' is no field of view"});
-    for (const double f : {0.0, -5.0, 1e-9, 1e12, nan}) refuse(&Lens::fl_x, f, {"focal length 'fl_x' is out of range"});
+    for (const double f : {0.0, -5.0, 1e-9, 1e12, nan})
+      refuse(&Lens::fl_x, f, {"focal length 'fl_x' is out of range"});
     refuse(&Lens::fl_y, 0, {"focal length 'fl_y' is out of range"});
     refuse(&Lens::cx, 1e5, {"the centre 'cx' is far outside the picture"});
     refuse(&Lens::cy, nan, {"the centre 'cy' is far outside the picture"});
-    refuse(&Lens::w, 800, {"'w' is not the picture's size", "expected: 20, as in the image file", "got:      800"});
+    refuse(&Lens::w, 800,
+           {"'w' is not the picture's size", "expected: 20, as in the image file", "got:      800"});
     refuse(&Lens::h, 10, {"'h' is not the picture's size"});
-    expect_error([] { pinhole({}, {}, 20, 20, "here"); }, {"there is no focal length", "'camera_angle_x'", "'fl_x'"});
+    expect_error([] { pinhole({}, {}, 20, 20, "here"); },
+                 {"there is no focal length", "'camera_angle_x'", "'fl_x'"});
   }
 }
 

@@ -8,8 +8,8 @@
 #include <filesystem>
 
 #include "data/expect_error.hpp"
+#include "math/camera.hpp"
 #include "splinevox/data/scene.hpp"
-#include "splinevox/math/camera.hpp"
 #include "support/tiny_dataset.hpp"
 
 namespace {
@@ -148,8 +148,9 @@ TEST_SUITE("data/dataset") {
     write_split(folder, "train", {"0", "1"});
     std::string own = frame_text("train/r_1", "1", matrix_text(orbit_matrix(1)));
     own.insert(1, "\"fl_x\": 7, \"cy\": 1.25, ");
-    write_text(folder.path() / "transforms_train.json",
-               transforms_text({frame_text("train/r_0", "0", matrix_text(orbit_matrix(0))), own}, "\"fl_x\": 3,"));
+    write_text(
+        folder.path() / "transforms_train.json",
+        transforms_text({frame_text("train/r_0", "0", matrix_text(orbit_matrix(0))), own}, "\"fl_x\": 3,"));
     const Split train = load_dataset(folder.str()).splits[0];
     CHECK(train.frames[0].camera.fx == 3);
     CHECK(train.frames[0].camera.cy == 1);
@@ -179,7 +180,8 @@ TEST_SUITE("data/dataset") {
     const TempFolder folder;
     write_split(folder, "train", {"0", "1"});
     const auto json = folder.path() / "transforms_train.json";
-    write_text(json, "\xef\xbb\xbf" + transforms_text({frame_text("train/r_0", "0", matrix_text(orbit_matrix(0)))}));
+    write_text(
+        json, "\xef\xbb\xbf" + transforms_text({frame_text("train/r_0", "0", matrix_text(orbit_matrix(0)))}));
     const TempFolder other;
     std::filesystem::create_directory_symlink(folder.path(), other.path() / "link");
     CHECK(load_dataset((other.path() / "link").string()).splits[0].frames.size() == 1);
@@ -214,7 +216,8 @@ TEST_SUITE("data/dataset") {
     auto m = orbit_matrix(0);
     for (std::size_t i : {0u, 1u, 2u, 4u, 5u, 6u, 8u, 9u, 10u}) m[i] *= 1.0005;
     write_png(folder.path() / "big.png", flat_png(4, 4));
-    write_text(folder.path() / "transforms_test.json", transforms_text({frame_text("big", "0", matrix_text(m))}));
+    write_text(folder.path() / "transforms_test.json",
+               transforms_text({frame_text("big", "0", matrix_text(m))}));
     const Dataset dataset = load_dataset(folder.str());
     CHECK(noted(dataset, "train: 2 of 2 pictures are wholly black, first r_0"));
     CHECK(noted(dataset, "val: 1 of 1 pictures are wholly transparent, first r_0"));

@@ -60,10 +60,12 @@ TEST_SUITE("data/image_read") {
 
   TEST_CASE("pictures without alpha are opaque") {
     const TempFolder folder;
-    CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::rgb, {1, 2, 3}}), 0, 0) == Pixel{257, 514, 771, 65535});
+    CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::rgb, {1, 2, 3}}), 0, 0) ==
+          Pixel{257, 514, 771, 65535});
     CHECK(pixel_of(round_trip(folder, {1, 1, 16, PngKind::rgb, {1, 2, 3, 4, 5, 6}}), 0, 0) ==
           Pixel{0x0102, 0x0304, 0x0506, 65535});
-    CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::grey, {9}}), 0, 0) == Pixel{2313, 2313, 2313, 65535});
+    CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::grey, {9}}), 0, 0) ==
+          Pixel{2313, 2313, 2313, 65535});
     CHECK(pixel_of(round_trip(folder, {1, 1, 16, PngKind::grey, {9, 8}}), 0, 0) ==
           Pixel{0x0908, 0x0908, 0x0908, 65535});
   }
@@ -82,14 +84,16 @@ TEST_SUITE("data/image_read") {
     const TempFolder folder;
     CHECK(pixel_of(round_trip(folder, {1, 1, 8, PngKind::grey_alpha, {10, 20}}), 0, 0) ==
           Pixel{2570, 2570, 2570, 5140});
-    const Image16 keyed = round_trip(folder, {2, 1, 8, PngKind::rgb, {1, 2, 3, 4, 5, 6}, {}, {0, 1, 0, 2, 0, 3}});
+    const Image16 keyed =
+        round_trip(folder, {2, 1, 8, PngKind::rgb, {1, 2, 3, 4, 5, 6}, {}, {0, 1, 0, 2, 0, 3}});
     CHECK(pixel_of(keyed, 0, 0)[3] == 0);
     CHECK(pixel_of(keyed, 1, 0) == Pixel{1028, 1285, 1542, 65535});
   }
 
   TEST_CASE("a palette is looked up, with its alpha") {
     const TempFolder folder;
-    const Image16 image = round_trip(folder, {2, 1, 8, PngKind::palette, {1, 0}, {10, 20, 30, 40, 50, 60}, {255, 77}});
+    const Image16 image =
+        round_trip(folder, {2, 1, 8, PngKind::palette, {1, 0}, {10, 20, 30, 40, 50, 60}, {255, 77}});
     CHECK(pixel_of(image, 0, 0) == Pixel{40 * 257, 50 * 257, 60 * 257, 77 * 257});
     CHECK(pixel_of(image, 1, 0) == Pixel{10 * 257, 20 * 257, 30 * 257, 65535});
   }

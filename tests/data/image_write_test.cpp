@@ -50,7 +50,9 @@ std::vector<std::uint8_t> decode(const std::vector<char>& png, int channels) {
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   REQUIRE(png_image_begin_read_from_memory(&image, png.data(), png.size()));
-  const std::uint32_t format = channels == 1 ? PNG_FORMAT_GRAY : channels == 3 ? PNG_FORMAT_RGB : PNG_FORMAT_RGBA;
+  const std::uint32_t format = channels == 1   ? PNG_FORMAT_GRAY
+                               : channels == 3 ? PNG_FORMAT_RGB
+                                               : PNG_FORMAT_RGBA;
   CHECK(image.format == format);
   std::vector<std::uint8_t> bytes(PNG_IMAGE_SIZE(image));
   REQUIRE(png_image_finish_read(&image, nullptr, bytes.data(), 0, nullptr));
@@ -131,15 +133,18 @@ TEST_SUITE("data/image_write") {
     same("rest", rest, {"R", "G", "B"});
     same("depth", depth, {""});
     same("", ramp(19, 13, 4, 4), {"R", "G", "B", "A"});
-    CHECK(message_of([&] { find_exr_layer(layers, "flow", "a.exr"); }) ==
-          "a.exr: there is no layer 'flow'\n  expected: 'flow'\n  got:      (unnamed), depth, position, rest");
+    CHECK(
+        message_of([&] { find_exr_layer(layers, "flow", "a.exr"); }) ==
+        "a.exr: there is no layer 'flow'\n  expected: 'flow'\n  got:      (unnamed), depth, position, rest");
   }
 
   TEST_CASE("layers that do not fit together are refused") {
     const Folder folder;
     CHECK_THROWS_AS(write_exr(folder / "a.exr", {}), Error);
-    CHECK_THROWS_AS(write_exr(folder / "a.exr", {{"a", Image(2, 2, 1), {}}, {"b", Image(3, 2, 1), {}}}), Error);
-    CHECK_THROWS_AS(write_exr(folder / "a.exr", {{"a", Image(2, 2, 1), {}}, {"a", Image(2, 2, 1), {}}}), Error);
+    CHECK_THROWS_AS(write_exr(folder / "a.exr", {{"a", Image(2, 2, 1), {}}, {"b", Image(3, 2, 1), {}}}),
+                    Error);
+    CHECK_THROWS_AS(write_exr(folder / "a.exr", {{"a", Image(2, 2, 1), {}}, {"a", Image(2, 2, 1), {}}}),
+                    Error);
     CHECK_THROWS_AS(write_exr(folder / "a.exr", {{"a", Image(2, 2, 3), {"X", "Y"}}}), Error);
     CHECK(folder.files() == 0);
   }
@@ -152,8 +157,8 @@ TEST_SUITE("data/image_write") {
       std::ofstream(folder / "bad.exr", std::ios::binary).write(bytes.data(), std::streamsize(bytes.size()));
       return fault_of([&] { read_exr_layers(folder / "bad.exr"); });
     };
-    for (std::size_t size :
-         {std::size_t(0), std::size_t(7), std::size_t(40), std::size_t(200), good.size() / 2, good.size() - 1}) {
+    for (std::size_t size : {std::size_t(0), std::size_t(7), std::size_t(40), std::size_t(200),
+                             good.size() / 2, good.size() - 1}) {
       CAPTURE(size);
       CHECK(try_bytes({good.begin(), good.begin() + std::ptrdiff_t(size)}) == Fault::input);
     }
@@ -164,7 +169,8 @@ TEST_SUITE("data/image_write") {
     const std::int32_t corners[4] = {0, 0, 2000000000, 2000000000};
     std::memcpy(&*at + sizeof key + 4, corners, sizeof corners);
     CHECK(try_bytes(huge) == Fault::input);
-    CHECK(message_of([&] { read_exr_layers(folder / "bad.exr"); }).find("2000000001x2000000001") != std::string::npos);
+    CHECK(message_of([&] { read_exr_layers(folder / "bad.exr"); }).find("2000000001x2000000001") !=
+          std::string::npos);
     std::vector<char> multipart = good;
     multipart[5] = char(multipart[5] | 0x10);
     CHECK(try_bytes(multipart) == Fault::input);
@@ -173,7 +179,8 @@ TEST_SUITE("data/image_write") {
 
   TEST_CASE("a full device is an output error that names the path, and the device stays a device") {
     const std::string message = message_of([] { write_png("/dev/full", ramp(8, 8, 3, 1)); });
-    for (const char* part : {"/dev/full: could not be written", "got:      No space left on device", "try:      free space on this disk"})
+    for (const char* part : {"/dev/full: could not be written", "got:      No space left on device",
+                             "try:      free space on this disk"})
       CHECK_MESSAGE(message.find(part) != std::string::npos, message);
     CHECK(fault_of([] { write_exr("/dev/full", {{"", ramp(8, 8, 3, 1), {}}}); }) == Fault::output);
     CHECK(fs::is_character_file("/dev/full"));
@@ -188,7 +195,8 @@ TEST_SUITE("data/image_write") {
       const test::FileSizeLimit limit(1000);
       write_png(path, ramp(200, 200, 3, 2));
     });
-    for (const std::string& part : {path + ": could not be written", std::string("got:      File too large"), std::string("try:      raise the file size limit (ulimit -f)")})
+    for (const std::string& part : {path + ": could not be written", std::string("got:      File too large"),
+                                    std::string("try:      raise the file size limit (ulimit -f)")})
       CHECK_MESSAGE(message.find(part) != std::string::npos, message);
     CHECK(bytes_of(path) == before);
     CHECK(folder.files() == 1);
@@ -196,8 +204,9 @@ TEST_SUITE("data/image_write") {
 
   TEST_CASE("an absent folder and a folder in the file's place are output errors naming the path") {
     const Folder folder;
-    CHECK(message_of([&] { write_png(folder / "no/such/a.png", ramp(4, 4, 1, 1)); }).find("no/such/a.png: could not") !=
-          std::string::npos);
+    CHECK(message_of([&] {
+            write_png(folder / "no/such/a.png", ramp(4, 4, 1, 1));
+          }).find("no/such/a.png: could not") != std::string::npos);
     fs::create_directories(folder / "taken.png");
     CHECK(fault_of([&] { write_png(folder / "taken.png", ramp(4, 4, 1, 1)); }) == Fault::output);
   }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <jpeglib.h>
+
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <string>
 #include <vector>
-
-#include <jpeglib.h>
 
 namespace splinevox::test {
 
@@ -26,7 +26,8 @@ inline std::string jpeg_bytes(const JpegKind& kind = {}) {
   unsigned char* memory = nullptr;
   unsigned long size = 0;
   jpeg_mem_dest(&info, &memory, &size);
-  info.image_width = JDIMENSION(kind.width), info.image_height = JDIMENSION(kind.height), info.input_components = kind.components;
+  info.image_width = JDIMENSION(kind.width), info.image_height = JDIMENSION(kind.height),
+  info.input_components = kind.components;
   info.in_color_space = kind.components == 1 ? JCS_GRAYSCALE : kind.components == 3 ? JCS_RGB : JCS_CMYK;
   jpeg_set_defaults(&info);
   jpeg_set_quality(&info, kind.quality, TRUE);
@@ -36,7 +37,10 @@ inline std::string jpeg_bytes(const JpegKind& kind = {}) {
   for (int y = 0; y < kind.height; ++y) {
     for (int x = 0; x < kind.width; ++x)
       for (int c = 0; c < kind.components; ++c)
-        row[std::size_t(x * kind.components + c)] = static_cast<unsigned char>(c == 0 ? 255 * x / kind.width : c == 1 ? 255 * y / kind.height : 60);
+        row[std::size_t(x * kind.components + c)] =
+            static_cast<unsigned char>(c == 0   ? 255 * x / kind.width
+                                       : c == 1 ? 255 * y / kind.height
+                                                : 60);
     JSAMPROW rows = row.data();
     jpeg_write_scanlines(&info, &rows, 1);
   }

@@ -104,10 +104,13 @@ TEST_SUITE("data/jpeg") {
     write_nerfstudio(folder.path(), cameras);
     std::ifstream in(folder.path() / "transforms.json");
     std::string text((std::istreambuf_iterator<char>(in)), {});
-    for (std::size_t at; (at = text.find(".png")) != std::string::npos;) text.replace(at, 4, at % 2 ? ".jpg" : "");
+    for (std::size_t at; (at = text.find(".png")) != std::string::npos;)
+      text.replace(at, 4, at % 2 ? ".jpg" : "");
     write_text(folder.path() / "transforms.json", text);
     const std::string picture = jpeg_bytes({kWide, kHigh});
-    for (int i = 0; i < kCameras; ++i) fs::remove(folder.path() / "images" / ("frame_" + padded(i) + ".png")), write_text(folder.path() / "images" / ("frame_" + padded(i) + ".jpg"), picture);
+    for (int i = 0; i < kCameras; ++i)
+      fs::remove(folder.path() / "images" / ("frame_" + padded(i) + ".png")),
+          write_text(folder.path() / "images" / ("frame_" + padded(i) + ".jpg"), picture);
     const Dataset data = load_dataset(folder.str());
     CHECK_FALSE(data.has_alpha);
     convert_dataset(folder.str(), out.str() + "/c");

@@ -6,7 +6,8 @@
 
 #include "support/tiny_dataset.hpp"
 
-/// The same few cameras written in the layout of every program, each by formulas of its own, independent of the readers'.
+/// The same few cameras written in the layout of every program, each by formulas of its own, independent of
+/// the readers'.
 namespace splinevox::test {
 
 constexpr int kWide = 12, kHigh = 8, kCameras = 16;
@@ -30,15 +31,19 @@ struct TrueCamera {
   std::array<double, 2> see(const std::array<double, 3>& point) const {
     double c[3] = {};  // right, down, forwards
     for (int axis = 0; axis < 3; ++axis)
-      for (int row = 0; row < 3; ++row) c[axis] += (axis == 0 ? 1 : -1) * world(row, axis) * (point[std::size_t(row)] - world(row, 3));
+      for (int row = 0; row < 3; ++row)
+        c[axis] += (axis == 0 ? 1 : -1) * world(row, axis) * (point[std::size_t(row)] - world(row, 3));
     double x = c[0] / c[2], y = c[1] / c[2];
     const double r = std::hypot(x, y);
     if (lens.fisheye) {
-      const double a = std::atan(r), bent = a + lens.k1 * std::pow(a, 3) + lens.k2 * std::pow(a, 5) + lens.k3 * std::pow(a, 7) + lens.k4 * std::pow(a, 9);
+      const double a = std::atan(r), bent = a + lens.k1 * std::pow(a, 3) + lens.k2 * std::pow(a, 5) +
+                                            lens.k3 * std::pow(a, 7) + lens.k4 * std::pow(a, 9);
       x *= bent / r, y *= bent / r;
     } else {
-      const double f = 1 + lens.k1 * std::pow(r, 2) + lens.k2 * std::pow(r, 4) + lens.k3 * std::pow(r, 6) + lens.k4 * std::pow(r, 8);
-      const double u = x * f + 2 * lens.p1 * x * y + lens.p2 * (r * r + 2 * x * x), v = y * f + lens.p1 * (r * r + 2 * y * y) + 2 * lens.p2 * x * y;
+      const double f = 1 + lens.k1 * std::pow(r, 2) + lens.k2 * std::pow(r, 4) + lens.k3 * std::pow(r, 6) +
+                       lens.k4 * std::pow(r, 8);
+      const double u = x * f + 2 * lens.p1 * x * y + lens.p2 * (r * r + 2 * x * x),
+                   v = y * f + lens.p1 * (r * r + 2 * y * y) + 2 * lens.p2 * x * y;
       x = u, y = v;
     }
     return {lens.cx + lens.fx * x, lens.cy + lens.fy * y};
@@ -69,11 +74,22 @@ void append(Bytes& out, T value) {
 }
 
 /// A table as numpy.save writes it.
-inline Bytes npy_bytes(std::size_t rows, std::size_t columns, const std::vector<double>& values, const std::string& kind = "<f8") {
-  std::string header = "{'descr': '" + kind + "', 'fortran_order': False, 'shape': (" + std::to_string(rows) + ", " + std::to_string(columns) + "), }";
+inline Bytes npy_bytes(std::size_t rows, std::size_t columns, const std::vector<double>& values,
+                       const std::string& kind = "<f8") {
+  std::string header = "{'descr': '" + kind + "', 'fortran_order': False, 'shape': (" + std::to_string(rows) +
+                       ", " + std::to_string(columns) + "), }";
   while ((header.size() + 11) % 64 != 0) header += ' ';
   header += '\n';
-  Bytes out{0x93, 'N', 'U', 'M', 'P', 'Y', 1, 0, std::uint8_t(header.size() & 255), std::uint8_t(header.size() >> 8)};
+  Bytes out{0x93,
+            'N',
+            'U',
+            'M',
+            'P',
+            'Y',
+            1,
+            0,
+            std::uint8_t(header.size() & 255),
+            std::uint8_t(header.size() >> 8)};
   for (const char c : header) out.push_back(std::uint8_t(c));
   for (const double v : values)
     if (kind == "<f8")
@@ -87,13 +103,20 @@ using Cameras = std::vector<TrueCamera>;
 namespace fs = std::filesystem;
 
 inline void write_pictures(const fs::path& folder, int count, const std::string& stem = "frame_") {
-  for (int i = 0; i < count; ++i) write_png(folder / (stem + padded(i) + ".png"), flat_png(kWide, kHigh, {std::uint8_t(10 * i), 80, 90, 255}));
+  for (int i = 0; i < count; ++i)
+    write_png(folder / (stem + padded(i) + ".png"),
+              flat_png(kWide, kHigh, {std::uint8_t(10 * i), 80, 90, 255}));
 }
 
 inline std::string lens_fields(const TrueLens& l) {
-  std::string text = "\"fl_x\": " + exactly(l.fx) + ", \"fl_y\": " + exactly(l.fy) + ", \"cx\": " + exactly(l.cx) + ", \"cy\": " + exactly(l.cy) +
-                     ", \"w\": " + std::to_string(l.wide) + ", \"h\": " + std::to_string(l.high) + ", \"k1\": " + exactly(l.k1) + ", \"k2\": " + exactly(l.k2) + ", \"k3\": " + exactly(l.k3) + ", \"k4\": " + exactly(l.k4);
-  return text + (l.fisheye ? ", \"camera_model\": \"OPENCV_FISHEYE\"," : ", \"p1\": " + exactly(l.p1) + ", \"p2\": " + exactly(l.p2) + ", \"camera_model\": \"OPENCV\",");
+  std::string text = "\"fl_x\": " + exactly(l.fx) + ", \"fl_y\": " + exactly(l.fy) +
+                     ", \"cx\": " + exactly(l.cx) + ", \"cy\": " + exactly(l.cy) +
+                     ", \"w\": " + std::to_string(l.wide) + ", \"h\": " + std::to_string(l.high) +
+                     ", \"k1\": " + exactly(l.k1) + ", \"k2\": " + exactly(l.k2) +
+                     ", \"k3\": " + exactly(l.k3) + ", \"k4\": " + exactly(l.k4);
+  return text + (l.fisheye ? ", \"camera_model\": \"OPENCV_FISHEYE\","
+                           : ", \"p1\": " + exactly(l.p1) + ", \"p2\": " + exactly(l.p2) +
+                                 ", \"camera_model\": \"OPENCV\",");
 }
 
 /// One file; every frame its own lens.
@@ -101,10 +124,13 @@ inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras) {
   write_pictures(folder / "images", int(cameras.size()));
   std::vector<std::string> frames;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    std::string frame = frame_text("images/frame_" + padded(int(i)) + ".png", exactly(cameras[i].time), matrix_text(cameras[i].to_world));
+    std::string frame = frame_text("images/frame_" + padded(int(i)) + ".png", exactly(cameras[i].time),
+                                   matrix_text(cameras[i].to_world));
     frames.push_back(frame.insert(1, lens_fields(cameras[i].lens)));
   }
-  write_text(folder / "transforms.json", transforms_text(frames, "\"applied_transform\": [[0,1,0,0],[1,0,0,0],[0,0,-1,0]], \"aabb_scale\": 16,"));
+  write_text(folder / "transforms.json",
+             transforms_text(frames,
+                             "\"applied_transform\": [[0,1,0,0],[1,0,0,0],[0,0,-1,0]], \"aabb_scale\": 16,"));
 }
 
 inline void write_gibson(const fs::path& folder, const Cameras& cameras) {
@@ -113,13 +139,17 @@ inline void write_gibson(const fs::path& folder, const Cameras& cameras) {
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     std::array<double, 16> seen{};  // world to camera: the rotation transposed
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c) seen[std::size_t(4 * r + c)] = cameras[i].world(c, r), seen[std::size_t(4 * r + 3)] -= cameras[i].world(c, r) * cameras[i].world(c, 3);
+      for (int c = 0; c < 3; ++c)
+        seen[std::size_t(4 * r + c)] = cameras[i].world(c, r),
+                                 seen[std::size_t(4 * r + 3)] -=
+                                 cameras[i].world(c, r) * cameras[i].world(c, 3);
     seen[15] = 1;
     std::string frame = frame_text("train/frame_" + padded(int(i)) + ".png", "", matrix_text(seen));
     frames.push_back(frame.insert(1, "\"timestep\": " + exactly(3 * cameras[i].time) + ", "));
   }
   const double degrees = 2 * std::atan(0.5 * kWide / cameras[0].lens.fx) * 180 / 3.14159265358979323846;
-  write_text(folder / "transform_train.json", transforms_text(frames, "\"camera_angle_x\": " + exactly(degrees) + ","));
+  write_text(folder / "transform_train.json",
+             transforms_text(frames, "\"camera_angle_x\": " + exactly(degrees) + ","));
 }
 
 /// Rotation as a quaternion, of world to OpenCV camera.
@@ -127,10 +157,12 @@ inline std::array<double, 4> quaternion_of(const TrueCamera& c) {
   double m[3][3];
   for (int r = 0; r < 3; ++r)
     for (int k = 0; k < 3; ++k) m[r][k] = (r == 0 ? 1 : -1) * c.world(k, r);
-  double q[4] = {1 + m[0][0] + m[1][1] + m[2][2], 1 + m[0][0] - m[1][1] - m[2][2], 1 - m[0][0] + m[1][1] - m[2][2], 1 - m[0][0] - m[1][1] + m[2][2]};
+  double q[4] = {1 + m[0][0] + m[1][1] + m[2][2], 1 + m[0][0] - m[1][1] - m[2][2],
+                 1 - m[0][0] + m[1][1] - m[2][2], 1 - m[0][0] - m[1][1] + m[2][2]};
   const int big = int(std::max_element(q, q + 4) - q);
   const double s = 0.5 / std::sqrt(q[big]);
-  const double wx = m[2][1] - m[1][2], wy = m[0][2] - m[2][0], wz = m[1][0] - m[0][1], xy = m[0][1] + m[1][0], xz = m[0][2] + m[2][0], yz = m[1][2] + m[2][1];
+  const double wx = m[2][1] - m[1][2], wy = m[0][2] - m[2][0], wz = m[1][0] - m[0][1], xy = m[0][1] + m[1][0],
+               xz = m[0][2] + m[2][0], yz = m[1][2] + m[2][1];
   const double table[4][4] = {{q[0], wx, wy, wz}, {wx, q[1], xy, xz}, {wy, xy, q[2], yz}, {wz, xz, yz, q[3]}};
   return {s * table[big][0], s * table[big][1], s * table[big][2], s * table[big][3]};
 }
@@ -160,7 +192,9 @@ inline void write_colmap_text(const fs::path& folder, const Cameras& cameras, co
     images += " 1 frame_" + padded(i) + ".png\n" + (i % 2 ? "1.5 2.5 -1 3 4 7\n" : "\n");
   }
   std::string points = "# 3D point list\n";
-  for (int i = 0; i < 20; ++i) points += std::to_string(i) + " " + exactly(0.1 * i - 1) + " " + exactly(0.05 * i) + " " + exactly(1 - 0.1 * i) + " 1 2 3 0.5 1 2\n";
+  for (int i = 0; i < 20; ++i)
+    points += std::to_string(i) + " " + exactly(0.1 * i - 1) + " " + exactly(0.05 * i) + " " +
+              exactly(1 - 0.1 * i) + " 1 2 3 0.5 1 2\n";
   write_text(folder / "sparse/0/cameras.txt", list + "\n");
   write_text(folder / "sparse/0/images.txt", images);
   write_text(folder / "sparse/0/points3D.txt", points);
@@ -169,7 +203,8 @@ inline void write_colmap_text(const fs::path& folder, const Cameras& cameras, co
 inline void write_colmap_binary(const fs::path& folder, const Cameras& cameras, const ColmapLens& lens) {
   write_pictures(folder / "images", int(cameras.size()));
   Bytes list, images, points;
-  append(list, std::uint64_t(1)), append(list, std::uint32_t(1)), append(list, std::int32_t(lens.id)), append(list, std::uint64_t(kWide)), append(list, std::uint64_t(kHigh));
+  append(list, std::uint64_t(1)), append(list, std::uint32_t(1)), append(list, std::int32_t(lens.id)),
+      append(list, std::uint64_t(kWide)), append(list, std::uint64_t(kHigh));
   for (const double p : lens.params) append(list, p);
   append(images, std::uint64_t(cameras.size()));
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -180,13 +215,16 @@ inline void write_colmap_binary(const fs::path& folder, const Cameras& cameras, 
     const std::string name = "frame_" + padded(int(i)) + ".png";
     images.insert(images.end(), name.begin(), name.end()), images.push_back(0);
     append(images, std::uint64_t(i % 3));
-    for (std::size_t k = 0; k < i % 3; ++k) append(images, 1.5), append(images, 2.5), append(images, std::uint64_t(7));
+    for (std::size_t k = 0; k < i % 3; ++k)
+      append(images, 1.5), append(images, 2.5), append(images, std::uint64_t(7));
   }
   append(points, std::uint64_t(20));
   for (int i = 0; i < 20; ++i) {
-    append(points, std::uint64_t(i)), append(points, 0.1 * i - 1), append(points, 0.05 * i), append(points, 1 - 0.1 * i);
+    append(points, std::uint64_t(i)), append(points, 0.1 * i - 1), append(points, 0.05 * i),
+        append(points, 1 - 0.1 * i);
     for (int k = 0; k < 3; ++k) points.push_back(9);
-    append(points, 0.5), append(points, std::uint64_t(1)), append(points, std::uint32_t(1)), append(points, std::uint32_t(2));
+    append(points, 0.5), append(points, std::uint64_t(1)), append(points, std::uint32_t(1)),
+        append(points, std::uint32_t(2));
   }
   write_bytes(folder / "sparse/0/cameras.bin", list);
   write_bytes(folder / "sparse/0/images.bin", images);
@@ -203,7 +241,8 @@ inline void write_nerfies(const fs::path& folder, const Cameras& cameras) {
     const TrueLens& l = c.lens;
     std::string& list = i % 5 == 2 ? val : train;
     list += (list.empty() ? "\"" : ", \"") + id + "\"";
-    meta += (i ? ", \"" : "\"") + id + "\": {\"warp_id\": " + std::to_string(i) + ", \"appearance_id\": 0, \"camera_id\": 0}";
+    meta += (i ? ", \"" : "\"") + id + "\": {\"warp_id\": " + std::to_string(i) +
+            ", \"appearance_id\": 0, \"camera_id\": 0}";
     std::string orientation;
     for (int r = 0; r < 3; ++r) {
       orientation += r ? ", [" : "[";
@@ -211,12 +250,17 @@ inline void write_nerfies(const fs::path& folder, const Cameras& cameras) {
       orientation += "]";
     }
     write_text(folder / "camera" / (id + ".json"),
-               "{\"orientation\": [" + orientation + "], \"position\": [" + exactly(4 * c.world(0, 3) + 1) + ", " + exactly(4 * c.world(1, 3) + 2) + ", " + exactly(4 * c.world(2, 3) + 3) +
-                   "], \"focal_length\": " + exactly(2 * l.fx) + ", \"principal_point\": [" + exactly(2 * l.cx) + ", " + exactly(2 * l.cy) + "], \"skew\": 0.0, \"pixel_aspect_ratio\": " +
-                   exactly(l.fy / l.fx) + ", \"radial_distortion\": [" + exactly(l.k1) + ", " + exactly(l.k2) + ", " + exactly(l.k3) + "], \"tangential_distortion\": [" + exactly(l.p1) +
-                   ", " + exactly(l.p2) + "], \"image_size\": [24, 16]}");
+               "{\"orientation\": [" + orientation + "], \"position\": [" + exactly(4 * c.world(0, 3) + 1) +
+                   ", " + exactly(4 * c.world(1, 3) + 2) + ", " + exactly(4 * c.world(2, 3) + 3) +
+                   "], \"focal_length\": " + exactly(2 * l.fx) + ", \"principal_point\": [" +
+                   exactly(2 * l.cx) + ", " + exactly(2 * l.cy) +
+                   "], \"skew\": 0.0, \"pixel_aspect_ratio\": " + exactly(l.fy / l.fx) +
+                   ", \"radial_distortion\": [" + exactly(l.k1) + ", " + exactly(l.k2) + ", " +
+                   exactly(l.k3) + "], \"tangential_distortion\": [" + exactly(l.p1) + ", " + exactly(l.p2) +
+                   "], \"image_size\": [24, 16]}");
   }
-  write_text(folder / "dataset.json", "{\"count\": 16, \"train_ids\": [" + train + "], \"val_ids\": [" + val + "]}");
+  write_text(folder / "dataset.json",
+             "{\"count\": 16, \"train_ids\": [" + train + "], \"val_ids\": [" + val + "]}");
   write_text(folder / "metadata.json", "{" + meta + "}");
   write_text(folder / "scene.json", "{\"scale\": 0.25, \"center\": [1, 2, 3], \"near\": 1.5, \"far\": 5}");
 }
@@ -227,7 +271,8 @@ inline std::vector<double> llff_rows(const Cameras& cameras, double picture_scal
   for (const TrueCamera& c : cameras) {
     const double hwf[3] = {picture_scale * kHigh, picture_scale * kWide, picture_scale * c.lens.fx};
     for (int r = 0; r < 3; ++r)
-      for (const double v : {-c.world(r, 1), c.world(r, 0), c.world(r, 2), c.world(r, 3), hwf[r]}) rows.push_back(v);
+      for (const double v : {-c.world(r, 1), c.world(r, 0), c.world(r, 2), c.world(r, 3), hwf[r]})
+        rows.push_back(v);
     rows.push_back(1.5), rows.push_back(5);
   }
   return rows;
@@ -253,7 +298,8 @@ inline void write_nrnerf(const fs::path& folder, const Cameras& cameras) {
     poses += "]";
     bounds += bounds.empty() ? "[1.5, 5]" : ", [1.5, 5]";
   }
-  write_text(folder / "precomputed.json", "{\"poses\": [" + poses + "], \"bds\": [" + bounds + "], \"i_test\": 3}");
+  write_text(folder / "precomputed.json",
+             "{\"poses\": [" + poses + "], \"bds\": [" + bounds + "], \"i_test\": 3}");
 }
 
 }  // namespace splinevox::test

@@ -8,9 +8,9 @@
 
 #include "data/expect_error.hpp"
 #include "data/layouts.hpp"
+#include "math/camera.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/scene.hpp"
-#include "splinevox/math/camera.hpp"
 
 /// Every layout: what is read, and the same after `convert`.
 namespace {
@@ -49,7 +49,9 @@ double worst_of(const Dataset& data, const Cameras& cameras) {
   return worst;
 }
 
-std::size_t count_of(const Dataset& data, const char* split) { return data.find(split) ? data.find(split)->frames.size() : 0; }
+std::size_t count_of(const Dataset& data, const char* split) {
+  return data.find(split) ? data.find(split)->frames.size() : 0;
+}
 
 /// Reads the folder, converts it, reads that: names of the layouts, cameras and times.
 Dataset check_round_trip(const TempFolder& folder, const Cameras& cameras, const std::string& format) {
@@ -85,7 +87,8 @@ TEST_SUITE("data/readers") {
       CAPTURE(lens.fisheye);
       const TempFolder folder;
       Cameras cameras = true_cameras(lens);
-      for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].lens.fx += 0.1 * double(i), cameras[i].lens.k1 *= 1 + 0.01 * double(i);
+      for (std::size_t i = 0; i < cameras.size(); ++i)
+        cameras[i].lens.fx += 0.1 * double(i), cameras[i].lens.k1 *= 1 + 0.01 * double(i);
       write_nerfstudio(folder.path(), cameras);
       const Dataset data = check_round_trip(folder, cameras, "nerfstudio / instant-ngp");
       CHECK(count_of(data, "train") == 14);
@@ -102,16 +105,20 @@ TEST_SUITE("data/readers") {
   TEST_CASE("nerfstudio: pictures of two sizes, every frame with a lens in pixels") {
     const TempFolder folder;
     Cameras cameras = true_cameras(kUneven);
-    for (std::size_t i = 0; i < cameras.size(); i += 3) cameras[i].lens.wide = 8, cameras[i].lens.high = 14, cameras[i].lens.cx = 3.5, cameras[i].lens.cy = 7.5;
+    for (std::size_t i = 0; i < cameras.size(); i += 3)
+      cameras[i].lens.wide = 8, cameras[i].lens.high = 14, cameras[i].lens.cx = 3.5, cameras[i].lens.cy = 7.5;
     write_nerfstudio(folder.path(), cameras);
-    for (std::size_t i = 0; i < cameras.size(); i += 3) write_png(folder.path() / "images" / ("frame_" + padded(int(i)) + ".png"), flat_png(8, 14));
+    for (std::size_t i = 0; i < cameras.size(); i += 3)
+      write_png(folder.path() / "images" / ("frame_" + padded(int(i)) + ".png"), flat_png(8, 14));
     const Dataset data = check_round_trip(folder, cameras, "nerfstudio / instant-ngp");
-    CHECK(std::count(data.notes.begin(), data.notes.end(), "train: 9 of 14 pictures are not of 8 x 14 as the first") == 1);
+    CHECK(std::count(data.notes.begin(), data.notes.end(),
+                     "train: 9 of 14 pictures are not of 8 x 14 as the first") == 1);
     const Split& train = *data.find("train");
     CHECK(train.frames[0].image.height == 14);
     CHECK(train.frames[1].image.height == kHigh);
     CHECK(load_dataset(folder.str(), {.downscale = 2}).find("train")->frames[0].camera.height == 7);
-    expect_error([&] { load_dataset(folder.str(), {.downscale = 4}); }, {"frame 0): --downscale 4 does not divide", "8 x 14"});
+    expect_error([&] { load_dataset(folder.str(), {.downscale = 4}); },
+                 {"frame 0): --downscale 4 does not divide", "8 x 14"});
   }
 
   TEST_CASE("nerfstudio: lists of file names, several cameras at a time, times.txt") {
@@ -121,12 +128,19 @@ TEST_SUITE("data/readers") {
     const fs::path file = folder.path() / "transforms.json";
     std::ifstream in(file);
     std::string text((std::istreambuf_iterator<char>(in)), {});
-    write_text(file, "{\"train_filenames\": [\"images/frame_0000.png\", \"images/frame_0015.png\"], \"test_filenames\": [\"images/frame_0007.png\"], " + text.substr(1));
+    write_text(file,
+               "{\"train_filenames\": [\"images/frame_0000.png\", \"images/frame_0015.png\"], "
+               "\"test_filenames\": [\"images/frame_0007.png\"], " +
+                   text.substr(1));
     const Dataset lists = load_dataset(folder.str());
     CHECK(count_of(lists, "train") == 2);
     CHECK(count_of(lists, "test") == 1);
     CHECK(lists.notes[0] == "13 of 16 frames are in none of the lists of file names and are left out");
-    write_text(file, "{\"train_filenames\": [\"./images/frame_0000.png\", \"images/frame_0015.png\"], \"val_filenames\": [\"images/frame_0007.png\"], \"test_filenames\": [\"images/frame_0007.png\"], " + text.substr(1));
+    write_text(
+        file,
+        "{\"train_filenames\": [\"./images/frame_0000.png\", \"images/frame_0015.png\"], \"val_filenames\": "
+        "[\"images/frame_0007.png\"], \"test_filenames\": [\"images/frame_0007.png\"], " +
+            text.substr(1));
     const Dataset same = load_dataset(folder.str());
     CHECK(count_of(same, "train") == 2);
     CHECK(count_of(same, "test") == 1);
@@ -143,7 +157,8 @@ TEST_SUITE("data/readers") {
     for (const char* split : {"train", "test"})
       for (const Frame& frame : cams.find(split)->frames) names.insert(frame.name);
     CHECK(names.size() == kCameras);
-    CHECK((names.contains("other_frame_0000") && names.contains("images_frame_0000") && names.contains("frame_0002")));
+    CHECK((names.contains("other_frame_0000") && names.contains("images_frame_0000") &&
+           names.contains("frame_0002")));
 
     for (std::size_t i = 0; i < cameras.size(); ++i) cameras[i].time = double(i / 4);
     write_nerfstudio(folder.path(), cameras);
@@ -153,15 +168,19 @@ TEST_SUITE("data/readers") {
     CHECK(together.time_map(3) == 1);
 
     std::string list = "# name time\n";
-    for (int i = 0; i < kCameras; ++i) list += (i % 2 ? "frame_" + padded(i) : "images/frame_" + padded(i) + ".png") + " " + exactly(100 - i) + "\n";
-    for (std::size_t at; (at = text.find("\"time\"")) != std::string::npos;) text.erase(at, text.find(", ", at) + 2 - at);
+    for (int i = 0; i < kCameras; ++i)
+      list += (i % 2 ? "frame_" + padded(i) : "images/frame_" + padded(i) + ".png") + " " + exactly(100 - i) +
+              "\n";
+    for (std::size_t at; (at = text.find("\"time\"")) != std::string::npos;)
+      text.erase(at, text.find(", ", at) + 2 - at);
     write_text(file, text);
     write_text(folder.path() / "times.txt", list);
     const Dataset listed = load_dataset(folder.str());
     CHECK(listed.find("train")->frames[0].name == "frame_0015");
     CHECK(listed.notes[0] == "times are those of times.txt");
     fs::remove(folder.path() / "times.txt");
-    CHECK(load_dataset(folder.str()).notes[0] == "there is no times.txt: the last number in a picture's name is its time");
+    CHECK(load_dataset(folder.str()).notes[0] ==
+          "there is no times.txt: the last number in a picture's name is its time");
   }
 
   TEST_CASE("NeRFlow: degrees, world to camera, step numbers") {
@@ -173,16 +192,19 @@ TEST_SUITE("data/readers") {
   }
 
   TEST_CASE("COLMAP: text and binary models of every lens") {
-    const TrueLens square{11, 11, 5.5, 4.25}, radial1{11, 11, 5.5, 4.25, -0.12}, radial2{11, 11, 5.5, 4.25, -0.12, 0.03}, bent{11, 12, 5.5, 4.25, -0.12, 0.03, 0, 0, 0.002, -0.003},
-        fish1{6, 6, 5.5, 4.25, 0.05, 0, 0, 0, 0, 0, true}, fish2{6, 6, 5.5, 4.25, 0.05, -0.02, 0, 0, 0, 0, true};
-    const std::pair<TrueLens, ColmapLens> lenses[] = {{square, {"SIMPLE_PINHOLE", 0, {11, 5.5, 4.25}}},
-                                                      {kUneven, {"PINHOLE", 1, {11, 12, 5.5, 4.25}}},
-                                                      {radial1, {"SIMPLE_RADIAL", 2, {11, 5.5, 4.25, -0.12}}},
-                                                      {radial2, {"RADIAL", 3, {11, 5.5, 4.25, -0.12, 0.03}}},
-                                                      {bent, {"OPENCV", 4, {11, 12, 5.5, 4.25, -0.12, 0.03, 0.002, -0.003}}},
-                                                      {kFish, {"OPENCV_FISHEYE", 5, {6, 6.5, 5.5, 4.25, 0.05, -0.02, 0.004, -0.001}}},
-                                                      {fish1, {"SIMPLE_RADIAL_FISHEYE", 8, {6, 5.5, 4.25, 0.05}}},
-                                                      {fish2, {"RADIAL_FISHEYE", 9, {6, 5.5, 4.25, 0.05, -0.02}}}};
+    const TrueLens square{11, 11, 5.5, 4.25}, radial1{11, 11, 5.5, 4.25, -0.12},
+        radial2{11, 11, 5.5, 4.25, -0.12, 0.03}, bent{11, 12, 5.5, 4.25, -0.12, 0.03, 0, 0, 0.002, -0.003},
+        fish1{6, 6, 5.5, 4.25, 0.05, 0, 0, 0, 0, 0, true},
+        fish2{6, 6, 5.5, 4.25, 0.05, -0.02, 0, 0, 0, 0, true};
+    const std::pair<TrueLens, ColmapLens> lenses[] = {
+        {square, {"SIMPLE_PINHOLE", 0, {11, 5.5, 4.25}}},
+        {kUneven, {"PINHOLE", 1, {11, 12, 5.5, 4.25}}},
+        {radial1, {"SIMPLE_RADIAL", 2, {11, 5.5, 4.25, -0.12}}},
+        {radial2, {"RADIAL", 3, {11, 5.5, 4.25, -0.12, 0.03}}},
+        {bent, {"OPENCV", 4, {11, 12, 5.5, 4.25, -0.12, 0.03, 0.002, -0.003}}},
+        {kFish, {"OPENCV_FISHEYE", 5, {6, 6.5, 5.5, 4.25, 0.05, -0.02, 0.004, -0.001}}},
+        {fish1, {"SIMPLE_RADIAL_FISHEYE", 8, {6, 5.5, 4.25, 0.05}}},
+        {fish2, {"RADIAL_FISHEYE", 9, {6, 5.5, 4.25, 0.05, -0.02}}}};
     for (const auto& [lens, stored] : lenses) {
       CAPTURE(stored.name);
       const Cameras cameras = true_cameras(lens);
@@ -223,8 +245,10 @@ TEST_SUITE("data/readers") {
     for (const Frame& f : data.find("train")->frames)
       for (const double depth : {1.5, 5.0}) {
         const Ray ray = camera_ray(f.camera, 12, 8);
-        const Vec3 p = cast<float>(ray.origin + depth / -dot(ray.direction, f.camera.axes[2]) * ray.direction);
-        for (int axis = 0; axis < 3; ++axis) CHECK((p[axis] >= data.box->lo[axis] - 1e-4f && p[axis] <= data.box->hi[axis] + 1e-4f));
+        const Vec3 p =
+            cast<float>(ray.origin + depth / -dot(ray.direction, f.camera.axes[2]) * ray.direction);
+        for (int axis = 0; axis < 3; ++axis)
+          CHECK((p[axis] >= data.box->lo[axis] - 1e-4f && p[axis] <= data.box->hi[axis] + 1e-4f));
       }
   }
 
@@ -242,21 +266,27 @@ TEST_SUITE("data/readers") {
     const Dataset data = load_dataset(folder.str()), again = load_dataset(out.str() + "/a");
     CHECK(again.has_alpha);
     CHECK(data.find("val")->frames[1].image == again.find("val")->frames[1].image);
-    expect_error([&] { convert_dataset(folder.str(), out.str() + "/a"); }, {"/a: there is something of that name already", "another folder for --out"});
-    expect_error([&] { convert_dataset(folder.str(), folder.str() + "/inside"); }, {"the output lies within the data set"});
+    expect_error([&] { convert_dataset(folder.str(), out.str() + "/a"); },
+                 {"/a: there is something of that name already", "another folder for --out"});
+    expect_error([&] { convert_dataset(folder.str(), folder.str() + "/inside"); },
+                 {"the output lies within the data set"});
     CHECK_FALSE(fs::exists(folder.path() / "inside"));
   }
 
-  TEST_CASE("H14: a scene in coordinates of a map is brought near the origin, cameras to a unit of rounding there") {
+  TEST_CASE(
+      "H14: a scene in coordinates of a map is brought near the origin, cameras to a unit of rounding "
+      "there") {
     const TempFolder folder, out;
     write_moving_ball(folder.path());
     const Vec3d away{500'000, -4'000'000, 250.5};
     convert_dataset(folder.str(), out.str() + "/map", {}, away);
     convert_dataset(out.str() + "/map", out.str() + "/near", {}, -1.0 * away);
-    const Dataset plain = load_dataset(folder.str()), map = load_dataset(out.str() + "/map"), near = load_dataset(out.str() + "/near");
+    const Dataset plain = load_dataset(folder.str()), map = load_dataset(out.str() + "/map"),
+                  near = load_dataset(out.str() + "/near");
     for (const char* split : {"train", "val", "test"})
       for (std::size_t i = 0; i < plain.find(split)->frames.size(); ++i) {
-        const Camera &p = plain.find(split)->frames[i].camera, &m = map.find(split)->frames[i].camera, &n = near.find(split)->frames[i].camera;
+        const Camera &p = plain.find(split)->frames[i].camera, &m = map.find(split)->frames[i].camera,
+                     &n = near.find(split)->frames[i].camera;
         for (int axis = 0; axis < 3; ++axis) {
           CHECK(m.position[axis] == p.position[axis] + away[axis]);
           CHECK(std::abs(n.position[axis] - p.position[axis]) <= 4e6 * 0x1p-53);
@@ -275,7 +305,9 @@ TEST_SUITE("data/readers") {
     write_bytes(folder.path() / "poses_bounds.npy", npy_bytes(3, 17, llff_rows(places)));
     for (int i = 0; i < 3; ++i) {
       const std::string film = folder.str() + "/cam0" + std::to_string(i) + ".mp4";
-      REQUIRE(std::system(("ffmpeg -v error -f lavfi -i color=c=" + std::string(i == 0 ? "red" : "blue") + ":s=12x8:r=5 -frames:v 5 -pix_fmt yuv420p " + film).c_str()) == 0);
+      REQUIRE(std::system(("ffmpeg -v error -f lavfi -i color=c=" + std::string(i == 0 ? "red" : "blue") +
+                           ":s=12x8:r=5 -frames:v 5 -pix_fmt yuv420p " + film)
+                              .c_str()) == 0);
     }
     const Dataset data = load_dataset(folder.str());
     CHECK(data.format == "DyNeRF");
@@ -297,7 +329,8 @@ TEST_SUITE("data/readers") {
     write_bytes(folder.path() / "cam02.mp4", {1, 2, 3});
     expect_error([&] { load_dataset(folder.str()); }, {"cam02.mp4: this is no film that ffprobe can read"});
     fs::remove(folder.path() / "cam02.mp4");
-    expect_error([&] { load_dataset(folder.str()); }, {"there are not as many films as cameras", "3, one per row"});
+    expect_error([&] { load_dataset(folder.str()); },
+                 {"there are not as many films as cameras", "3, one per row"});
   }
 }
 

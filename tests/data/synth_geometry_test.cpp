@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/synth_geometry.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <random>
 
-#include "data/synth_scene.hpp"
+#include "data/synth/geometry.hpp"
+#include "data/synth/scene.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -43,7 +42,8 @@ TEST_SUITE("data/synth_geometry") {
       if (i > 0) CHECK(length(arcs[i].start.turn.z - arcs[i - 1].end.turn.z) < 1e-14);
       double walked = 0;
       for (int k = 0; k < 1000; ++k)
-        walked += length(arcs[i].at(arcs[i].length * (k + 1) / 1000).at - arcs[i].at(arcs[i].length * k / 1000).at);
+        walked +=
+            length(arcs[i].at(arcs[i].length * (k + 1) / 1000).at - arcs[i].at(arcs[i].length * k / 1000).at);
       CHECK(walked == doctest::Approx(arcs[i].length).epsilon(1e-5));
     }
   }
@@ -95,7 +95,8 @@ TEST_SUITE("data/synth_geometry") {
       for (int i = 0; i < 4000; ++i) {
         const Vec3d p = bound.centre + draw.vector(1.2 * bound.radius), q = p + draw.vector(0.05);
         const double fp = distance_to(r.shape, r.pose, p), fq = distance_to(r.shape, r.pose, q);
-        if (fp <= 0) {  // p is inside: no bound from outside may say that it is out of reach, and boxes hold it
+        if (fp <=
+            0) {  // p is inside: no bound from outside may say that it is out of reach, and boxes hold it
           steep += fq > length(q - p);
           const auto [from, to] = inside(bound, r.pose, p - Vec3d{5, 0, 0}, {1, 0, 0});
           outside += !(from <= 5 && 5 <= to);

@@ -11,8 +11,8 @@
 #include <fstream>
 #include <map>
 
+#include "data/pictures/exr.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/exr.hpp"
 
 namespace splinevox {
 namespace {
@@ -85,7 +85,8 @@ TEST_SUITE("data/synth") {
           const Projection p = project(camera, hit.position);
           off_pixel = std::max({off_pixel, std::abs(p.u - x - 0.5), std::abs(p.v - y - 0.5)});
           off_surface = std::max(off_surface, std::abs(moment.distance(hit.body, hit.position)));
-          off_material = std::max(off_material, length(moment.world_from_rest(hit.body, hit.rest) - hit.position));
+          off_material =
+              std::max(off_material, length(moment.world_from_rest(hit.body, hit.rest) - hit.position));
           off_unit = std::max(off_unit, std::abs(length(hit.normal) - 1));
         }
         CHECK(off_pixel < 1e-9);
@@ -102,7 +103,8 @@ TEST_SUITE("data/synth") {
       const SynthScene scene = SynthScene::open(name);
       const SynthMoment rest = scene.at(0);
       double moved = 0, off = 0;
-      for (const Seen& s : look(rest, camera_of(1))) moved = std::max(moved, length(s.hit.rest - s.hit.position));
+      for (const Seen& s : look(rest, camera_of(1)))
+        moved = std::max(moved, length(s.hit.rest - s.hit.position));
       for (const Seen& s : look(scene.at(0.6), camera_of(4)))
         off = std::max(off, std::abs(rest.distance(s.hit.body, s.hit.rest)));
       CHECK(moved < 1e-12);
@@ -132,7 +134,9 @@ TEST_SUITE("data/synth") {
       const SynthMoment first = scene.at(0), later = scene.at(0.3);
       std::vector<int> out;
       for (int body = 0; body < first.bodies(); ++body)
-        if (length(later.world_from_rest(body, {0.1, 0, 0.2}) - first.world_from_rest(body, {0.1, 0, 0.2})) > 1e-9) out.push_back(body);
+        if (length(later.world_from_rest(body, {0.1, 0, 0.2}) - first.world_from_rest(body, {0.1, 0, 0.2})) >
+            1e-9)
+          out.push_back(body);
       return out;
     };
     const int bodies = SynthScene::open("toy").at(0).bodies();
@@ -153,9 +157,9 @@ TEST_SUITE("data/synth") {
     REQUIRE(before.size() == after.size());
     int differences = 0;
     for (std::size_t i = 0; i < before.size(); ++i)
-      differences +=
-          !(before[i].hit.position == after[i].hit.position &&
-            length(after[i].hit.rest - after[i].hit.position) < 1e-12 && before[i].hit.colour == after[i].hit.colour);
+      differences += !(before[i].hit.position == after[i].hit.position &&
+                       length(after[i].hit.rest - after[i].hit.position) < 1e-12 &&
+                       before[i].hit.colour == after[i].hit.colour);
     CHECK(differences == 0);
   }
 
@@ -222,7 +226,8 @@ TEST_SUITE("data/synth") {
       double reach = 0;
       for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8})
         for (const Seen& s : look(SynthScene::open(name).at(t), camera_of(int(9 * t))))
-          reach = std::max({reach, std::abs(s.hit.position.x), std::abs(s.hit.position.y), std::abs(s.hit.position.z)});
+          reach = std::max(
+              {reach, std::abs(s.hit.position.x), std::abs(s.hit.position.y), std::abs(s.hit.position.z)});
       CHECK(reach <= 1.0);
     }
   }
@@ -273,7 +278,8 @@ TEST_SUITE("data/synth") {
           const auto hit = moment.trace(camera_ray(f.camera, x + 0.5, y + 0.5));
           const float *p = position.pixel(x, y), *r = rest.pixel(x, y), z = *depth.pixel(x, y);
           if (!hit) {
-            lit_background += p[0] != 0 || p[1] != 0 || p[2] != 0 || r[0] != 0 || r[1] != 0 || r[2] != 0 || z != 0;
+            lit_background +=
+                p[0] != 0 || p[1] != 0 || p[2] != 0 || r[0] != 0 || r[1] != 0 || r[2] != 0 || z != 0;
             continue;
           }
           ++hits;
@@ -287,7 +293,8 @@ TEST_SUITE("data/synth") {
     }
   }
 
-  TEST_CASE("the same seed gives the same bits on any number of threads; another seed other training cameras") {
+  TEST_CASE(
+      "the same seed gives the same bits on any number of threads; another seed other training cameras") {
     const Dataset a = make_synth("dancer", kSmall);
     const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
     const Dataset b = make_synth("dancer", kSmall);
@@ -317,7 +324,9 @@ TEST_SUITE("data/synth") {
   TEST_CASE("an orbit is one camera that goes around evenly, from a place of the seed's") {
     const auto azimuths = [](std::uint64_t seed, double orbit) {
       std::vector<double> out;
-      for (const Frame& f : make_synth("ball", {.frames = 9, .size = 8, .seed = seed, .orbit = orbit}).find("train")->frames) out.push_back(std::atan2(f.camera.position.y, f.camera.position.x));
+      for (const Frame& f :
+           make_synth("ball", {.frames = 9, .size = 8, .seed = seed, .orbit = orbit}).find("train")->frames)
+        out.push_back(std::atan2(f.camera.position.y, f.camera.position.x));
       return out;
     };
     const std::vector<double> a = azimuths(1, 0.5), b = azimuths(2, 0.5), back = azimuths(1, -1);

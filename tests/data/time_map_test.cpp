@@ -67,7 +67,8 @@ TEST_SUITE("data/time_map") {
         [&] {
           choose_time_map(nullptr, {split_of("test", {0, 1.5})}, notes);
         },
-        {"s/transforms_test.json, frame 1: 'time' is outside [0, 1]", "got:      1.5", "add transforms_train.json"});
+        {"s/transforms_test.json, frame 1: 'time' is outside [0, 1]", "got:      1.5",
+         "add transforms_train.json"});
   }
 
   TEST_CASE("what is odd about times is noted, what is not is not") {

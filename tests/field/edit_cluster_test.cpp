@@ -36,11 +36,13 @@ VoxelModel two_balls() {
       row[4] = 0.1f, row[5] = 0.2f, row[6] = 0.3f, row[7] = 0.4f;
     }
   m.motion.points = 2, m.motion.rigidity = false;
-  m.motion.levels.push_back(make_channels(make_dense_topology(make_lattice(m.box, 12)), m.motion.width(), std::vector<float>(std::size_t(m.motion.width()), 0.0f).data()));
+  m.motion.levels.push_back(make_channels(make_dense_topology(make_lattice(m.box, 12)), m.motion.width(),
+                                          std::vector<float>(std::size_t(m.motion.width()), 0.0f).data()));
   Channels& level = m.motion.levels[0];
   for (int b = 1; b <= level.topology->brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i)
-      if (level.topology->position(b, i).x > -0.01f) level.row(std::size_t(b) * kBrickRows + std::size_t(i))[2] = -kRise;
+      if (level.topology->position(b, i).x > -0.01f)
+        level.row(std::size_t(b) * kBrickRows + std::size_t(i))[2] = -kRise;
   return m;
 }
 
@@ -51,13 +53,17 @@ float density(const VoxelModel& m, double t, Vec3 x) {
 
 Vec3 ball_at(double t) { return kMovingBall + Vec3{0, 0, kRise * float(t)}; }
 
-/// Largest difference of density (relative) and colour of the ball of one model and, carried there, of another.
-double ball_difference(const VoxelModel& a, double at_a, const VoxelModel& b, double at_b, const RigidMotion& g) {
+/// Largest difference of density (relative) and colour of the ball of one model and, carried there, of
+/// another.
+double ball_difference(const VoxelModel& a, double at_a, const VoxelModel& b, double at_b,
+                       const RigidMotion& g) {
   const FrameSampler x(a, at_a), y(b, at_b);
   double worst = 0;
   for (int i = 0; i < 400; ++i) {
     const float u = float(i) / 400, phi = 40 * u;
-    const Vec3 d = 0.22f * std::cbrt(float(i % 20) / 20) * Vec3{std::sqrt(4 * u * (1 - u)) * std::cos(phi), std::sqrt(4 * u * (1 - u)) * std::sin(phi), 1 - 2 * u};
+    const Vec3 d = 0.22f * std::cbrt(float(i % 20) / 20) *
+                   Vec3{std::sqrt(4 * u * (1 - u)) * std::cos(phi),
+                        std::sqrt(4 * u * (1 - u)) * std::sin(phi), 1 - 2 * u};
     const Vec3 p = ball_at(at_a) + d, q = cast<float>(g(cast<double>(p)));
     const auto v = x.radiance(x.canonical(p)), w = y.radiance(y.canonical(q));
     worst = std::max(worst, double(std::abs(v.density - w.density)) / 100);
@@ -83,7 +89,8 @@ TEST_SUITE("field/edit_cluster") {
     CHECK(c.at(kMovingBall + Vec3{0, -0.19f, 0}) == 1);
     CHECK(c.at({0, 0.9f, 0.9f}) == -1);
     CHECK(c.clusters[0].motion < 0.1);
-    CHECK(c.clusters[1].motion == doctest::Approx(kRise * 24 / std::sqrt(12.0)).epsilon(0.1));  // of an even rise
+    CHECK(c.clusters[1].motion ==
+          doctest::Approx(kRise * 24 / std::sqrt(12.0)).epsilon(0.1));  // of an even rise
     CHECK(c.clusters[1].share == doctest::Approx(0.5).epsilon(0.2));
     CHECK(length(c.clusters[1].center - kMovingBall) < 0.03f);
     VoxelModel hidden = model, kept = model;
@@ -108,10 +115,13 @@ TEST_SUITE("field/edit_cluster") {
     CHECK(r.sh[3] == 0);
     CHECK(s.radiance(kStillBall).sh[3] == 0.4f);
   }
-  TEST_CASE("a part that is moved by whole voxels of both lattices is the same elsewhere, to rounding, at all times") {
+  TEST_CASE(
+      "a part that is moved by whole voxels of both lattices is the same elsewhere, to rounding, at all "
+      "times") {
     const VoxelModel model = two_balls();
     const MotionClusters c = find_clusters(model, 2);
-    for (const Vec3d by : {Vec3d{0, 0.5, 0}, Vec3d{0, 0, 2}, Vec3d{0.5, -2, 0}}) {  // within the box, and out of it
+    for (const Vec3d by :
+         {Vec3d{0, 0.5, 0}, Vec3d{0, 0, 2}, Vec3d{0.5, -2, 0}}) {  // within the box, and out of it
       CAPTURE(by.z);
       VoxelModel moved = model;
       const PartEdit e = carry_clusters(moved, c, {false, true}, shift(by), 0.02);
@@ -140,7 +150,8 @@ TEST_SUITE("field/edit_cluster") {
   TEST_CASE("harmonics turn with the part: what was seen from a side is seen from the turned side") {
     const VoxelModel model = two_balls();
     VoxelModel turned = model;
-    carry_clusters(turned, find_clusters(model, 2), {false, true}, rotation({1, 0, 0}, 90, cast<double>(kMovingBall)), 0.02);
+    carry_clusters(turned, find_clusters(model, 2), {false, true},
+                   rotation({1, 0, 0}, 90, cast<double>(kMovingBall)), 0.02);
     const auto r = FrameSampler(turned, 0).radiance(kMovingBall);
     // Y1 ~ y, Y2 ~ z, Y3 ~ x; y turns into z and z into -y.
     CHECK(r.sh[0] == doctest::Approx(0.1));

@@ -23,7 +23,8 @@ double difference(const VoxelModel& a, double at_a, const VoxelModel& b, double 
   for (int i = 0; i < 200; ++i) {
     const Vec3 p{u(random), u(random), u(random)};
     const auto v = x.warp(p), w = y.warp(p);
-    worst = std::max({worst, double(length(v.displacement - w.displacement)), double(std::abs(v.light - w.light)), double(std::abs(v.rigidity - w.rigidity))});
+    worst = std::max({worst, double(length(v.displacement - w.displacement)),
+                      double(std::abs(v.light - w.light)), double(std::abs(v.rigidity - w.rigidity))});
   }
   return worst;
 }
@@ -35,7 +36,9 @@ VoxelModel in_basis(const VoxelModel& m, BasisKind basis, int points) {
 }
 
 bool same_values(const MotionField& a, const MotionField& b) {
-  return a.levels[0].values.size() == b.levels[0].values.size() && std::memcmp(a.levels[0].values.data(), b.levels[0].values.data(), 4 * a.levels[0].values.size()) == 0;
+  return a.levels[0].values.size() == b.levels[0].values.size() &&
+         std::memcmp(a.levels[0].values.data(), b.levels[0].values.data(), 4 * a.levels[0].values.size()) ==
+             0;
 }
 
 }  // namespace
@@ -48,7 +51,8 @@ TEST_SUITE("field/edit_motion") {
     for (const double t : {0.0, 0.25, 0.6, 1.0}) CHECK(difference(edited, t, model, 1 - t) == 0);
     CHECK(difference(edited, 0, model, 0) > 1e-3);
     const FrameSampler back(edited, 0.25), there(model, 0.75);
-    CHECK(length(back.warp({0.1f, 0.1f, 0.1f}).velocity_to_canonical + there.warp({0.1f, 0.1f, 0.1f}).velocity_to_canonical) == 0);
+    CHECK(length(back.warp({0.1f, 0.1f, 0.1f}).velocity_to_canonical +
+                 there.warp({0.1f, 0.1f, 0.1f}).velocity_to_canonical) == 0);
     retime(edited.motion, reversed_time());
     CHECK(edited.motion.time_curve.identity());
     CHECK(same_values(edited.motion, model.motion));
@@ -92,16 +96,19 @@ TEST_SUITE("field/edit_motion") {
     }
   }
   TEST_CASE("a basis that holds the old curves holds them exactly, to rounding") {
-    const VoxelModel spline = noisy_model(7, 7, FirstPoint::free, BasisKind::bspline, 0, true, true);  // 4 spans
+    const VoxelModel spline =
+        noisy_model(7, 7, FirstPoint::free, BasisKind::bspline, 0, true, true);  // 4 spans
     const VoxelModel bezier = noisy_model(8, 4, FirstPoint::zero, BasisKind::bezier, 0, true, true);
     struct Row {
       const VoxelModel& from;
       BasisKind to;
       int points;
     };
-    for (const Row& row : {Row{spline, BasisKind::polybezier, 13}, Row{spline, BasisKind::hermite, 10}, Row{spline, BasisKind::hermite, 18},
-                           Row{spline, BasisKind::bspline, 11}, Row{bezier, BasisKind::bspline, 4}, Row{bezier, BasisKind::bspline, 9},
-                           Row{bezier, BasisKind::polybezier, 7}, Row{bezier, BasisKind::hermite, 4}, Row{bezier, BasisKind::bezier, 15}}) {
+    for (const Row& row : {Row{spline, BasisKind::polybezier, 13}, Row{spline, BasisKind::hermite, 10},
+                           Row{spline, BasisKind::hermite, 18}, Row{spline, BasisKind::bspline, 11},
+                           Row{bezier, BasisKind::bspline, 4}, Row{bezier, BasisKind::bspline, 9},
+                           Row{bezier, BasisKind::polybezier, 7}, Row{bezier, BasisKind::hermite, 4},
+                           Row{bezier, BasisKind::bezier, 15}}) {
       CAPTURE(int(row.to));
       CAPTURE(row.points);
       const VoxelModel to = in_basis(row.from, row.to, row.points);
@@ -127,7 +134,8 @@ TEST_SUITE("field/edit_motion") {
   TEST_CASE("light alone is converted and retimed too") {
     VoxelModel model = noisy_model(3, 6, FirstPoint::free, BasisKind::bspline, 0, false, true);
     model.motion.displaces = false;
-    Channels light = make_channels(model.motion.levels[0].topology, model.motion.width(), std::vector<float>(std::size_t(model.motion.width()), 0.0f).data());
+    Channels light = make_channels(model.motion.levels[0].topology, model.motion.width(),
+                                   std::vector<float>(std::size_t(model.motion.width()), 0.0f).data());
     for (std::size_t r = kBrickRows; r < light.topology->rows(); ++r)
       for (int k = 0; k < 6; ++k) light.row(r)[k] = 0.1f * float(r % 17) - float(k);
     model.motion.levels[0] = light;
@@ -149,9 +157,12 @@ TEST_SUITE("field/edit_motion") {
     for (const Vec3 p : places) CHECK(length(start.warp(p).displacement) < 1e-6f);
     for (const double t : {0.0, 0.3, 0.7, 1.0}) {
       const FrameSampler a(model, t), b(edited, t);
-      for (const Vec3 p : places) CHECK(std::abs(a.radiance(a.canonical(p)).density - b.radiance(b.canonical(p)).density) < 12);  // of 240
+      for (const Vec3 p : places)
+        CHECK(std::abs(a.radiance(a.canonical(p)).density - b.radiance(b.canonical(p)).density) <
+              12);  // of 240
     }
-    VoxelModel pinned = blob_model(32, way);  // t = 0 is canonical already: nothing to do but rounding and fitting
+    VoxelModel pinned =
+        blob_model(32, way);  // t = 0 is canonical already: nothing to do but rounding and fitting
     CHECK(anchor_first(pinned).max < 1e-2);
     CHECK(pinned.motion.first_point == FirstPoint::zero);
   }

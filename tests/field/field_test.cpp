@@ -5,10 +5,10 @@
 #include <random>
 #include <vector>
 
-#include "splinevox/field/lattice_view.hpp"
-#include "splinevox/field/levels.hpp"
+#include "field/lattice/lattice_view.hpp"
+#include "field/lattice/levels.hpp"
+#include "field/lattice/slice.hpp"
 #include "splinevox/field/sample.hpp"
-#include "splinevox/field/slice.hpp"
 
 using namespace splinevox;
 
@@ -21,7 +21,8 @@ Channels random_channels(TopologyPtr topology, int width, unsigned seed, float s
   Channels c = make_channels(std::move(topology), width, zero.data());
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-size, size);
-  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i) c.values[i] = uniform(random);
+  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i)
+    c.values[i] = uniform(random);
   return c;
 }
 
@@ -29,13 +30,15 @@ Channels random_channels(TopologyPtr topology, int width, unsigned seed, float s
 template <class F>
 void fill(Channels& c, int column, F&& f) {
   for (int b = 1; b <= c.topology->brick_count(); ++b)
-    for (int i = 0; i < kBrickRows; ++i) c.row(std::size_t(b) * kBrickRows + i)[column] = f(c.topology->position(b, i));
+    for (int i = 0; i < kBrickRows; ++i)
+      c.row(std::size_t(b) * kBrickRows + i)[column] = f(c.topology->position(b, i));
 }
 
 MotionField three_levels(unsigned seed) {
   MotionField m;
   m.basis = BasisKind::bezier, m.points = 5, m.first_point = FirstPoint::zero;
-  for (int l = 0; l < 3; ++l) m.levels.push_back(random_channels(make_dense_topology(make_lattice(kBox, 4 << l)), 16, seed + l, 0.1f));
+  for (int l = 0; l < 3; ++l)
+    m.levels.push_back(random_channels(make_dense_topology(make_lattice(kBox, 4 << l)), 16, seed + l, 0.1f));
   return m;
 }
 
@@ -57,10 +60,15 @@ TEST_SUITE("field/topology") {
 }
 
 TEST_SUITE("field/channels") {
-  TEST_CASE("bricks that hold something stay, with those that share a cell with it, and their rows as they were") {
+  TEST_CASE(
+      "bricks that hold something stay, with those that share a cell with it, and their rows as they were") {
     const float empty[8] = {-10};
     Channels c = make_channels(make_dense_topology(make_lattice(kBox, 38)), 8, empty);  // 5 x 3 x 3 bricks
-    const auto row_of = [](const Channels& in, Int3 v) { return LatticeView{in.topology->table.data(), in.topology->bricks.data(), in.topology->dims, in.topology->brick_count()}.row_of(v); };
+    const auto row_of = [](const Channels& in, Int3 v) {
+      return LatticeView{in.topology->table.data(), in.topology->bricks.data(), in.topology->dims,
+                         in.topology->brick_count()}
+          .row_of(v);
+    };
     for (std::size_t r = kBrickRows; r < c.topology->rows(); ++r) c.row(r)[1] = float(r);
     const Int3 inside{20, 11, 3}, edge{16, 8, 5}, corner{39, 0, 0};
     const auto kept_for = [&](std::vector<Int3> vertices) {
@@ -84,7 +92,8 @@ TEST_SUITE("field/channels") {
     CHECK(d.values.size() == d.topology->rows() * 8);
     CHECK(d.row(0)[0] == -10);
     CHECK(d.row(row_of(d, edge))[0] == 1);
-    for (const Int3 v : {edge, corner, Int3{15, 7, 7}, Int3{23, 15, 0}}) CHECK(d.row(row_of(d, v))[1] == c.row(row_of(c, v))[1]);
+    for (const Int3 v : {edge, corner, Int3{15, 7, 7}, Int3{23, 15, 0}})
+      CHECK(d.row(row_of(d, v))[1] == c.row(row_of(c, v))[1]);
     CHECK(d.topology->brick_at({2, 2, 2}) == 0);
   }
 }
@@ -92,7 +101,8 @@ TEST_SUITE("field/channels") {
 TEST_SUITE("field/slice") {
   TEST_CASE("light without motion: a slice holds the light's curve alone, and its adjoint is the transpose") {
     MotionField m;
-    m.basis = BasisKind::bspline, m.first_point = FirstPoint::free, m.points = 9, m.displaces = m.rigidity = false, m.light = true;
+    m.basis = BasisKind::bspline, m.first_point = FirstPoint::free, m.points = 9,
+    m.displaces = m.rigidity = false, m.light = true;
     CHECK(m.stride() == 1);
     CHECK(m.rigidity_column() == 9);
     m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 4, 1.0f)};
@@ -109,11 +119,13 @@ TEST_SUITE("field/slice") {
         for (int k = 0; k < 9; ++k) light += double(w[k]) * row[k];
         CHECK(out[4] == doctest::Approx(light).epsilon(1e-5));
         for (const int lane : {0, 1, 2, 3}) CHECK(out[lane] == 0);
-        back[std::size_t(i) * kSliceWidth + 4] = float(i), back[std::size_t(i) * kSliceWidth] = 7;  // displacement: not stored, not learned
+        back[std::size_t(i) * kSliceWidth + 4] = float(i), back[std::size_t(i) * kSliceWidth] =
+                                                               7;  // displacement: not stored, not learned
       }
       expand_brick(m, w, RowMask::all(), back.data(), 1, gradient);
       for (int i = 0; i < kBrickRows; ++i)
-        for (int k = 0; k < m.width(); ++k) CHECK(gradient.row(kBrickRows + i)[k] == (k < 9 ? w[k] * float(i) : 0.0f));
+        for (int k = 0; k < m.width(); ++k)
+          CHECK(gradient.row(kBrickRows + i)[k] == (k < 9 ? w[k] * float(i) : 0.0f));
     }
   }
 }
@@ -129,7 +141,8 @@ TEST_SUITE("field/levels") {
     std::uniform_real_distribution<float> uniform(0.02f, 0.98f);
     for (int trial = 0; trial < 100; ++trial) {
       const float t = uniform(random);
-      const Vec3 e = kBox.extent(), x = kBox.lo + Vec3{e.x * uniform(random), e.y * uniform(random), e.z * uniform(random)};
+      const Vec3 e = kBox.extent(),
+                 x = kBox.lo + Vec3{e.x * uniform(random), e.y * uniform(random), e.z * uniform(random)};
       Vec3 sum{};
       float rho = 0;
       for (const Channels& level : levels.levels) {
@@ -164,7 +177,8 @@ TEST_SUITE("field/levels") {
     CHECK(forward == doctest::Approx(adjoint).epsilon(1e-6));
   }
   TEST_CASE("a mask of rows leaves the others alone, and only what something arrives at is marked") {
-    const auto coarse_topology = make_dense_topology(make_lattice(kBox, 16)), fine_topology = make_dense_topology(make_lattice(kBox, 32));
+    const auto coarse_topology = make_dense_topology(make_lattice(kBox, 16)),
+               fine_topology = make_dense_topology(make_lattice(kBox, 32));
     const Channels x = random_channels(coarse_topology, 8, 3, 1);
     Channels whole = random_channels(fine_topology, 8, 0, 0), part = whole;
     RowMask some;
@@ -181,7 +195,8 @@ TEST_SUITE("field/levels") {
     restrict_brick(whole, rows, y, 1, touched);
     int count = 0;
     touched.for_each([&](int i) {
-      CHECK((i == 1 * 64 + 2 * 8 + 1 || i == 2 * 64 + 2 * 8 + 1 || i == 1 * 64 + 3 * 8 + 1 || i == 2 * 64 + 3 * 8 + 1));
+      CHECK((i == 1 * 64 + 2 * 8 + 1 || i == 2 * 64 + 2 * 8 + 1 || i == 1 * 64 + 3 * 8 + 1 ||
+             i == 2 * 64 + 3 * 8 + 1));
       ++count;
     });
     CHECK(count == 4);
@@ -199,7 +214,8 @@ TEST_SUITE("field/slice") {
       const BasisWeights<float> w = stored_weights(m, 0.3);
       std::vector<float> slice(level.topology->rows() * kSliceWidth), g(slice.size());
       float* const values = slice.data();
-      for (int b = 0; b <= level.topology->brick_count(); ++b) contract_brick(m, level, {&w, 1}, b, RowMask::all(), {&values, 1});
+      for (int b = 0; b <= level.topology->brick_count(); ++b)
+        contract_brick(m, level, {&w, 1}, b, RowMask::all(), {&values, 1});
       std::mt19937 random(1);
       std::vector<RowMask> rows(level.topology->brick_count() + 1);
       for (std::size_t row = kBrickRows; row < level.topology->rows(); ++row)
@@ -214,7 +230,8 @@ TEST_SUITE("field/slice") {
         expand_brick(m, w, rows[b], read.data() + std::size_t(b) * kBrickRows * kSliceWidth, b, expanded);
       CHECK(std::all_of(read.begin(), read.end(), [](float x) { return x == 0; }));
       for (std::size_t i = 0; i < g.size(); ++i) forward += double(slice[i]) * g[i];
-      for (std::size_t i = 0; i < level.values.size(); ++i) adjoint += double(level.values[i]) * expanded.values[i];
+      for (std::size_t i = 0; i < level.values.size(); ++i)
+        adjoint += double(level.values[i]) * expanded.values[i];
       CHECK(forward == doctest::Approx(adjoint).epsilon(1e-5));
     }
   }
@@ -222,7 +239,8 @@ TEST_SUITE("field/slice") {
     VoxelModel model;
     model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1, 1);
     MotionField& m = model.motion;
-    m.basis = BasisKind::bspline, m.points = 6, m.first_point = FirstPoint::free, m.rigidity = false, m.light = true;
+    m.basis = BasisKind::bspline, m.points = 6, m.first_point = FirstPoint::free, m.rigidity = false,
+    m.light = true;
     m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 2, 0.3f)};
     const BasisWeights<float> w = stored_weights(m, 0.4);
     const FrameSampler sampler(model, 0.4);

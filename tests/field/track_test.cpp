@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
+#include "math/inverse_warp.hpp"
 #include "splinevox/field/sample.hpp"
-#include "splinevox/math/inverse_warp.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
@@ -32,7 +32,9 @@ struct Linear {
 TEST_SUITE("math/inverse_warp") {
   TEST_CASE("an affine warp is inverted in one step, to rounding") {
     const Vec3d rows[3] = {{0.2, -0.4, 0.1}, {0.3, 0.1, -0.2}, {0, 0.5, -0.3}};
-    const auto warp = [&](const Vec3d& x) { return Linear{{dot(rows[0], x) + 1, dot(rows[1], x), dot(rows[2], x) - 2}, {rows[0], rows[1], rows[2]}}; };
+    const auto warp = [&](const Vec3d& x) {
+      return Linear{{dot(rows[0], x) + 1, dot(rows[1], x), dot(rows[2], x) - 2}, {rows[0], rows[1], rows[2]}};
+    };
     const Vec3d x{0.3, -0.7, 1.1};
     const auto found = invert_warp(warp, x + warp(x).displacement, {0, 0, 0}, 1e-14);
     CHECK(found.residual <= 1e-14);
@@ -53,7 +55,9 @@ TEST_SUITE("math/inverse_warp") {
     }
   }
   TEST_CASE("a place the warp does not reach: the nearest it comes to, not converged, finite") {
-    const auto warp = [](const Vec3d& x) { return Linear{{x.x * x.x - x.x, 0, 0}, {{2 * x.x - 1, 0, 0}, {0, 0, 0}, {0, 0, 0}}}; };  // x' = x^2
+    const auto warp = [](const Vec3d& x) {
+      return Linear{{x.x * x.x - x.x, 0, 0}, {{2 * x.x - 1, 0, 0}, {0, 0, 0}, {0, 0, 0}}};
+    };  // x' = x^2
     const auto found = invert_warp(warp, {-1, 0, 0}, {3, 0, 0}, 1e-9);
     CHECK_FALSE(found.converged);
     CHECK(found.residual == doctest::Approx(1).epsilon(1e-2));
@@ -73,16 +77,19 @@ TEST_SUITE("field/track") {
       const FrameSampler start(model, 0.4), end(model, times[k]);
       for (std::size_t i = 0; i < points.size(); ++i) {
         CHECK_FALSE(tracked[k][i].folded);
-        CHECK(length(end.canonical(tracked[k][i].position) - start.canonical(points[i])) <= 0.02f * model.step);
+        CHECK(length(end.canonical(tracked[k][i].position) - start.canonical(points[i])) <=
+              0.02f * model.step);
       }
     }
     for (std::size_t i = 0; i < points.size(); ++i) CHECK(tracked[2][i].position == points[i]);
     std::vector<Vec3> there;
     for (const TrackedPoint& p : tracked[3]) there.push_back(p.position);
     const auto back = track(model, there, 1.0, std::vector<double>{0.4});
-    for (std::size_t i = 0; i < points.size(); ++i) CHECK(length(back[0][i].position - points[i]) < 0.1f * model.step);
+    for (std::size_t i = 0; i < points.size(); ++i)
+      CHECK(length(back[0][i].position - points[i]) < 0.1f * model.step);
   }
-  TEST_CASE("a translation is followed exactly; without motion nothing moves; times beyond the ends are the ends") {
+  TEST_CASE(
+      "a translation is followed exactly; without motion nothing moves; times beyond the ends are the ends") {
     BlobMotion motion;
     motion.shift = {-0.5f, 0.1f, 0.2f};
     const std::vector<Vec3> points = points_inside(50);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libFuzzer's way in: SPLINEVOX_FUZZ_TARGET names the parser. What is not an input error ends the process, which is
-// what it looks for.
+// libFuzzer's way in: SPLINEVOX_FUZZ_TARGET names the parser. What is not an input error ends the process,
+// which is what it looks for.
 #include <cstdlib>
 #include <cstring>
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What other layouts of data sets are made of: JPEG, tables of numpy, models of COLMAP.
+#include "core/atomic_file.hpp"
 #include "data/jpeg_bytes.hpp"
 #include "data/layouts.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
-#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/scene.hpp"
 
@@ -35,11 +35,16 @@ constexpr Layout kGibson{"gibson", "transform_train.json", few<test::write_gibso
 constexpr Layout kNerfiesLists{"nerfies_lists", "dataset.json", few<test::write_nerfies>};
 constexpr Layout kNerfiesCamera{"nerfies_camera", "camera/000_0000.json", few<test::write_nerfies>};
 constexpr Layout kColmapText{"colmap_text", "sparse/0/images.txt", few<test::write_colmap_text, &kLens>};
-constexpr Layout kColmapTextCameras{"colmap_text_cameras", "sparse/0/cameras.txt", few<test::write_colmap_text, &kLens>};
-constexpr Layout kColmapTextPoints{"colmap_text_points", "sparse/0/points3D.txt", few<test::write_colmap_text, &kLens>};
-constexpr Layout kColmapBinary{"colmap_binary", "sparse/0/images.bin", few<test::write_colmap_binary, &kLens>};
-constexpr Layout kColmapBinaryCameras{"colmap_binary_cameras", "sparse/0/cameras.bin", few<test::write_colmap_binary, &kLens>};
-constexpr Layout kColmapBinaryPoints{"colmap_binary_points", "sparse/0/points3D.bin", few<test::write_colmap_binary, &kLens>};
+constexpr Layout kColmapTextCameras{"colmap_text_cameras", "sparse/0/cameras.txt",
+                                    few<test::write_colmap_text, &kLens>};
+constexpr Layout kColmapTextPoints{"colmap_text_points", "sparse/0/points3D.txt",
+                                   few<test::write_colmap_text, &kLens>};
+constexpr Layout kColmapBinary{"colmap_binary", "sparse/0/images.bin",
+                               few<test::write_colmap_binary, &kLens>};
+constexpr Layout kColmapBinaryCameras{"colmap_binary_cameras", "sparse/0/cameras.bin",
+                                      few<test::write_colmap_binary, &kLens>};
+constexpr Layout kColmapBinaryPoints{"colmap_binary_points", "sparse/0/points3D.bin",
+                                     few<test::write_colmap_binary, &kLens>};
 
 /// The folder of this process with the data set, written once; the file in it gets the bytes and all is read.
 template <const Layout& L>
@@ -59,7 +64,8 @@ std::vector<std::string> seeds_of() {
 
 std::vector<std::string> npy_seeds() {
   std::vector<std::string> seeds = seeds_of<kLlff>();
-  const test::Bytes single = test::npy_bytes(kFew, 17, test::llff_rows(test::true_cameras({}, kFew), 4), "<f4");
+  const test::Bytes single =
+      test::npy_bytes(kFew, 17, test::llff_rows(test::true_cameras({}, kFew), 4), "<f4");
   seeds.emplace_back(single.begin(), single.end());
   return seeds;
 }
@@ -75,7 +81,8 @@ int jpeg(const std::uint8_t* data, std::size_t size) {
 }
 
 std::vector<std::string> jpeg_seeds() {
-  return {test::jpeg_bytes(), test::jpeg_bytes({20, 11, 1}), test::jpeg_bytes({33, 17, 3, 70, true}), test::jpeg_bytes({16, 8, 4})};
+  return {test::jpeg_bytes(), test::jpeg_bytes({20, 11, 1}), test::jpeg_bytes({33, 17, 3, 70, true}),
+          test::jpeg_bytes({16, 8, 4})};
 }
 
 std::vector<Target> layout_targets() {

@@ -5,13 +5,13 @@
 #include "core/hash.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
-#include "io/vdb_scan.hpp"
-#include "splinevox/io/checkpoint.hpp"
+#include "io/checkpoint.hpp"
+#include "io/manifest.hpp"
+#include "io/vdb/vdb_scan.hpp"
 #include "splinevox/io/inspect.hpp"
-#include "splinevox/io/manifest.hpp"
 #include "splinevox/io/model_vdb.hpp"
-#include "splinevox/train/archive.hpp"
 #include "support/blob_model.hpp"
+#include "train/archive.hpp"
 
 namespace splinevox::fuzz {
 namespace {
@@ -51,8 +51,8 @@ std::vector<std::string> model_seeds() {
     const std::string file = made_by([&](const std::string& p) {
       save_model(p, test::blob_model(8, moves ? moving : test::BlobMotion{.moves = false}, 1));
     });
-    out.push_back(
-        file.substr(0, file.size() - kVdbSealBytes));  // as another program writes it: nothing vouches for the bytes
+    out.push_back(file.substr(
+        0, file.size() - kVdbSealBytes));  // as another program writes it: nothing vouches for the bytes
     if (moves) out.push_back(file);
   }
   return out;

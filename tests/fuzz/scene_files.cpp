@@ -2,9 +2,9 @@
 // What a data set is made of: transforms, PNG, OpenEXR.
 #include <random>
 
+#include "data/pictures/exr.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
-#include "splinevox/data/exr.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/data/scene.hpp"
@@ -38,15 +38,18 @@ int dataset_json(const std::uint8_t* data, std::size_t size) {
 std::vector<std::string> dataset_seeds() {
   std::vector<std::string> timed, plain;
   for (int i = 0; i < 3; ++i) {
-    const std::string matrix = test::matrix_text(test::orbit_matrix(0.7 * i)), file = "./train/r_" + std::to_string(i);
+    const std::string matrix = test::matrix_text(test::orbit_matrix(0.7 * i)),
+                      file = "./train/r_" + std::to_string(i);
     timed.push_back(test::frame_text(file, "0." + std::to_string(5 * i), matrix));
     plain.push_back(test::frame_text(file + ".png", "", matrix));
   }
   return {
       test::transforms_text(timed),
-      test::transforms_text(plain, "\"fl_x\": 3.5, \"fl_y\": 3.25, \"cx\": 1, \"cy\": 1, \"w\": 2, \"h\": 2,"),
+      test::transforms_text(plain,
+                            "\"fl_x\": 3.5, \"fl_y\": 3.25, \"cx\": 1, \"cy\": 1, \"w\": 2, \"h\": 2,"),
       test::transforms_text(
-          timed, "\"camera_angle_x\": 0.8, \"camera_angle_y\": 0.7, \"k1\": 0, \"aabb\": [[0, 1], {\"a\": null}],")};
+          timed,
+          "\"camera_angle_x\": 0.8, \"camera_angle_y\": 0.7, \"k1\": 0, \"aabb\": [[0, 1], {\"a\": null}],")};
 }
 
 int png(const std::uint8_t* data, std::size_t size) {
@@ -76,7 +79,8 @@ void mend_png(std::string& file) {
   for (std::size_t at = 8; at + 12 <= file.size();) {
     const std::size_t size = be32(at);
     if (size > file.size() - at - 12) return;
-    const std::uint32_t crc = test::crc32(reinterpret_cast<const std::uint8_t*>(file.data()) + at + 4, size + 4);
+    const std::uint32_t crc =
+        test::crc32(reinterpret_cast<const std::uint8_t*>(file.data()) + at + 4, size + 4);
     for (std::size_t i = 0; i < 4; ++i) file[at + 8 + size + i] = char(crc >> (24 - 8 * i));
     at += 12 + size;
   }

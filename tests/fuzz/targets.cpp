@@ -6,8 +6,8 @@
 
 #include <filesystem>
 
+#include "core/atomic_file.hpp"
 #include "fuzz/seeds.hpp"
-#include "splinevox/core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::fuzz {

@@ -7,19 +7,19 @@
 #include <string>
 #include <vector>
 
-/// Entry points of the fuzzers: one per parser. libFuzzer drives them where there is clang (-DSPLINEVOX_FUZZ=ON), the
-/// mutator of tests/torture everywhere.
+/// Entry points of the fuzzers: one per parser. libFuzzer drives them where there is clang
+/// (-DSPLINEVOX_FUZZ=ON), the mutator of tests/torture everywhere.
 namespace splinevox::fuzz {
 
 struct Target {
   const char* name;
-  /// Feeds any bytes to the parser. 0: it took them, 1: it refused them with an input Error. Anything else that it
-  /// throws is a bug.
+  /// Feeds any bytes to the parser. 0: it took them, 1: it refused them with an input Error. Anything else
+  /// that it throws is a bug.
   int (*run)(const std::uint8_t* data, std::size_t size);
   /// Whole files, made by our own writers where there are some.
   std::vector<std::string> (*seeds)();
-  /// Puts the checksums of a mutated file right, so that the parser behind them is reached; null: there are none, or
-  /// nobody could.
+  /// Puts the checksums of a mutated file right, so that the parser behind them is reached; null: there are
+  /// none, or nobody could.
   void (*mend)(std::string& file) = nullptr;
 };
 

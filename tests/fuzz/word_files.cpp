@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What people write by hand: settings, camera paths, tables of points.
-#include "app/cameras.hpp"
-#include "app/points_csv.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
+#include "run/cameras.hpp"
+#include "run/points_csv.hpp"
 #include "support/tiny_dataset.hpp"
 
 namespace splinevox::fuzz {
@@ -19,14 +19,15 @@ int config_toml(const std::uint8_t* data, std::size_t size) {
 
 std::vector<std::string> config_seeds() {
   return {write_config(preset("draft")),
-          "# caf\xC3\xA9\npreset = \"paper\"\n[loss]\noffset = 1e-3\n[grid]\nradiance = [40, 64]\nradiance_start = [0, 0.5]\n"};
+          "# caf\xC3\xA9\npreset = \"paper\"\n[loss]\noffset = 1e-3\n[grid]\nradiance = [40, "
+          "64]\nradiance_start = [0, 0.5]\n"};
 }
 
 int camera_path(const std::uint8_t* data, std::size_t size) {
-  static const app::Run run;
-  app::CameraRequest request;
+  static const run::Run run;
+  run::CameraRequest request;
   request.camera = put("path.json", data, size);
-  return verdict([&] { app::plan_shots(run, request); });
+  return verdict([&] { run::plan_shots(run, request); });
 }
 
 std::vector<std::string> camera_seeds() {
@@ -40,12 +41,13 @@ std::vector<std::string> camera_seeds() {
 
 int points_csv(const std::uint8_t* data, std::size_t size) {
   const std::string path = put("points.csv", data, size);
-  return verdict([&] { app::read_points(path); });
+  return verdict([&] { run::read_points(path); });
 }
 
 std::vector<std::string> points_seeds() {
   return {"x,y,z\n0.1,-0.2,3e-1\n1,2,3\n",
-          "# marks\nid, time ,x,y,z,note\r\na,0.5,1,2,3,hello\r\n\r\nb,1e-3,-1,+2,3.25,\r\n", "z,y,x,time\n1,2,3,1\n"};
+          "# marks\nid, time ,x,y,z,note\r\na,0.5,1,2,3,hello\r\n\r\nb,1e-3,-1,+2,3.25,\r\n",
+          "z,y,x,time\n1,2,3,1\n"};
 }
 
 }  // namespace splinevox::fuzz

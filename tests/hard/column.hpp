@@ -3,12 +3,12 @@
 
 #include <vector>
 
-#include "splinevox/render/backward.hpp"
+#include "render/backward.hpp"
 
 namespace splinevox::test {
 
-/// A still field that varies along x only, and a ray along x whose sample i meets vertex i exactly: what the kernel
-/// makes of a list of raw values, without any error of position or interpolation.
+/// A still field that varies along x only, and a ray along x whose sample i meets vertex i exactly: what the
+/// kernel makes of a list of raw values, without any error of position or interpolation.
 template <class Real>
 struct Column {
   static constexpr int kWidth = RayKernel<Real, -1>::kWidth;

@@ -7,14 +7,14 @@
 #include <optional>
 #include <random>
 
+#include "core/rng.hpp"
 #include "data/camera_check.hpp"
 #include "hard/column.hpp"
 #include "hard/measured.hpp"
+#include "math/view_factor.hpp"
+#include "render/field_view.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/rng.hpp"
 #include "splinevox/math/sh.hpp"
-#include "splinevox/math/view_factor.hpp"
-#include "splinevox/render/field_view.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "support/blob_model.hpp"
 #include "support/tiny_dataset.hpp"
@@ -75,7 +75,8 @@ VoxelModel in_units(VoxelModel m, float scale) {
 
 Camera camera_at(Vec3d position, int size = 24) {
   const Vec3d back = normalize(position), right = normalize(cross(Vec3d{0, 0, 1}, back));
-  return {size, size, 1.2 * size, 1.2 * size, 0.5 * size, 0.5 * size, {{right, cross(back, right), back}}, position};
+  return {size,    size, 1.2 * size, 1.2 * size, 0.5 * size, 0.5 * size, {{right, cross(back, right), back}},
+          position};
 }
 
 }  // namespace
@@ -129,7 +130,8 @@ TEST_SUITE("hard/geometry") {
   TEST_CASE("H14: sample i is at origin + i step, however many, and from however far the camera looks") {
     // 4000 steps of 0.005: t += dt would be a whole step off after 1000 of them at t = 1000.
     const int cells = 32;
-    const TopologyPtr t = make_dense_topology({{-1, -1, -1}, 2.0f / cells, {cells + 1, cells + 1, cells + 1}});
+    const TopologyPtr t =
+        make_dense_topology({{-1, -1, -1}, 2.0f / cells, {cells + 1, cells + 1, cells + 1}});
     std::vector<float> rows(t->rows() * RayKernel<float, -1>::kWidth, 0.0f);
     for (std::size_t r = 0; r < t->rows(); ++r) rows[r * 8] = -20;
     FieldView<float> field;
@@ -151,12 +153,15 @@ TEST_SUITE("hard/geometry") {
         // Where the kernel was: its cell and fraction.
         const auto& s = kernel.samples[i];
         const Int3 brick{s.radiance_cell.slot / (t->dims.y * t->dims.z) - 1,
-                         s.radiance_cell.slot / t->dims.z % t->dims.y - 1, s.radiance_cell.slot % t->dims.z - 1};
-        const Vec3d vertex{double(8 * brick.x + s.radiance_cell.x()), double(8 * brick.y + s.radiance_cell.y()),
+                         s.radiance_cell.slot / t->dims.z % t->dims.y - 1,
+                         s.radiance_cell.slot % t->dims.z - 1};
+        const Vec3d vertex{double(8 * brick.x + s.radiance_cell.x()),
+                           double(8 * brick.y + s.radiance_cell.y()),
                            double(8 * brick.z + s.radiance_cell.z())};
         for (int a = 0; a < 3; ++a) {
           const double got = -1 + (vertex[a] + double(s.radiance_fraction[a])) * 2 / cells;
-          (distance < 1e6 ? near_error : far_error).see((std::abs(got - want[a]) - distance * 4 * kUnitDouble) / kUnit);
+          (distance < 1e6 ? near_error : far_error)
+              .see((std::abs(got - want[a]) - distance * 4 * kUnitDouble) / kUnit);
         }
       }
     }
@@ -168,20 +173,25 @@ TEST_SUITE("hard/geometry") {
     const Rendered here = render_image(model, camera_at({2.5, 1.5, 1}), 0.6);
     for (const int power : {-20, -10, 10, 20}) {
       const float scale = std::ldexp(1.0f, power);
-      const Rendered there = render_image(in_units(model, scale), camera_at(double(scale) * Vec3d{2.5, 1.5, 1}), 0.6);
+      const Rendered there =
+          render_image(in_units(model, scale), camera_at(double(scale) * Vec3d{2.5, 1.5, 1}), 0.6);
       CHECK(there.rgb.data == here.rgb.data);
       CHECK(there.alpha.data == here.alpha.data);
     }
   }
-  TEST_CASE("H15: any position, NaN and infinity included, finds rows that exist; values are continuous across faces") {
-    const TopologyPtr t = make_topology({{-1, -1, -1}, 0.25f, {20, 12, 9}}, {{0, 0, 0}, {2, 1, 0}, {1, 1, 1}});
+  TEST_CASE(
+      "H15: any position, NaN and infinity included, finds rows that exist; values are continuous across "
+      "faces") {
+    const TopologyPtr t =
+        make_topology({{-1, -1, -1}, 0.25f, {20, 12, 9}}, {{0, 0, 0}, {2, 1, 0}, {1, 1, 1}});
     const BrickView<float> view(*t);
     const Rng rng(15, 0);
     const auto base = [&](float x, int axis) { return int(view.coordinate(x, axis)); };
     bool inside = true;
     for (std::uint64_t i = 0; i < 4000000; ++i) {
       const std::uint64_t bits = rng.bits(i), more = rng.bits(i + (std::uint64_t(1) << 40));
-      const float x[3] = {std::bit_cast<float>(std::uint32_t(bits)), std::bit_cast<float>(std::uint32_t(bits >> 32)),
+      const float x[3] = {std::bit_cast<float>(std::uint32_t(bits)),
+                          std::bit_cast<float>(std::uint32_t(bits >> 32)),
                           std::bit_cast<float>(std::uint32_t(more))};
       const Cell cell = view.cell(base(x[0], 0), base(x[1], 1), base(x[2], 2));
       inside &= cell.slot >= 0 && std::size_t(cell.slot) < t->table.size();
@@ -205,7 +215,8 @@ TEST_SUITE("hard/geometry") {
         for (const float z : odd) {
           const Cell cell = view.cell(base(x, 0), base(y, 1), base(z, 2));
           inside &= cell.slot >= 0 && std::size_t(cell.slot) < t->table.size();
-          for (const std::int32_t row : view.rows(cell).row) inside &= row >= 0 && std::size_t(row) < t->rows();
+          for (const std::int32_t row : view.rows(cell).row)
+            inside &= row >= 0 && std::size_t(row) < t->rows();
         }
     CHECK(inside);
 
@@ -229,7 +240,8 @@ TEST_SUITE("hard/geometry") {
     measured("H15 sum of the eight weights", sum.value, 4);
   }
   TEST_CASE(
-      "H27: rays have unit length, harmonics are orthonormal and turn into each other, the view factor is bounded") {
+      "H27: rays have unit length, harmonics are orthonormal and turn into each other, the view factor is "
+      "bounded") {
     Worst unit, gram, energy;
     const Camera camera = camera_at({2.5, 1.5, 1e6}, 32);
     for (int y = 0; y < 32; ++y)
@@ -300,7 +312,8 @@ TEST_SUITE("hard/geometry") {
     for (const Matrix& m : good) {
       const data::RigidPose pose = data::rigid_pose(m, "a camera");
       for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) orthonormal.see(std::abs(dot(pose.axes[i], pose.axes[j]) - (i == j)) / kUnitDouble);
+        for (int j = 0; j < 3; ++j)
+          orthonormal.see(std::abs(dot(pose.axes[i], pose.axes[j]) - (i == j)) / kUnitDouble);
     }
     for (const Matrix& m : bad) CHECK_THROWS_AS(data::rigid_pose(m, "a camera"), Error);
     measured("H28 axes of a camera off by up to 5e-4, made rigid", orthonormal.value, 16, "u of double");

@@ -5,14 +5,14 @@
 
 #include <vector>
 
+#include "core/rng.hpp"
 #include "hard/measured.hpp"
 #include "hard/scenes.hpp"
-#include "splinevox/core/rng.hpp"
-#include "splinevox/math/photometric.hpp"
-#include "splinevox/render/field_view.hpp"
-#include "splinevox/render/scatter.hpp"
-#include "splinevox/train/engine.hpp"
+#include "math/photometric.hpp"
+#include "render/field_view.hpp"
+#include "render/scatter.hpp"
 #include "support/blob_model.hpp"
+#include "train/engine.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -36,8 +36,8 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
   const FieldView<double> field = view_field(model, rows.data(), double(model.step));
   out.radiance.assign(rows.size(), 0.0), out.motion.assign(level.values.size(), 0.0);
   for (std::size_t f = 0; f < times.size(); ++f) {
-    const auto all =
-        m.basis == BasisKind::bezier ? bernstein_weights(m.points, times[f]) : bspline_weights(m.points, times[f]);
+    const auto all = m.basis == BasisKind::bezier ? bernstein_weights(m.points, times[f])
+                                                  : bspline_weights(m.points, times[f]);
     const int pinned = m.points - m.stored_points();
     std::vector<double> slice(level.topology->rows() * kSliceWidth, 0.0);
     for (std::size_t r = 0; r < level.topology->rows(); ++r) {
@@ -62,13 +62,13 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
         const std::size_t first = records.motion.size();
         backward(kernel, ray, result, field, 2.0 * error, 0.0, records);
         const std::uint64_t bits = Rng(seed, 5).bits(std::uint64_t(i));
-        out.value +=
-            motion_losses(kernel, field, frame, loss,
-                          Vec3d{bits & 1 ? 1. : -1., bits & 2 ? 1. : -1., bits & 4 ? 1. : -1.}, 0.0, first, records);
+        out.value += motion_losses(kernel, field, frame, loss,
+                                   Vec3d{bits & 1 ? 1. : -1., bits & 2 ? 1. : -1., bits & 4 ? 1. : -1.}, 0.0,
+                                   first, records);
       }
     }
-    const auto gather = [](auto& scatter, const auto& list, const BrickView<double>& view, const Topology& t, int width,
-                           std::vector<double>& to) {
+    const auto gather = [](auto& scatter, const auto& list, const BrickView<double>& view, const Topology& t,
+                           int width, std::vector<double>& to) {
       scatter.begin(1, t.brick_count() + 1);
       scatter.count(0, list, view, 0);
       scatter.scan();
@@ -96,14 +96,17 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
 }  // namespace
 
 TEST_SUITE("hard/gradients") {
-  TEST_CASE("every control point, rigidity, light, density, colour and harmonic in float: within 1e-5, no wrong sign") {
+  TEST_CASE(
+      "every control point, rigidity, light, density, colour and harmonic in float: within 1e-5, no wrong "
+      "sign") {
     Worst radiance, motion;
     std::size_t wrong = 0, count = 0;
     for (const bool spline : {false, true}) {
       VoxelModel model = blob_model(20, {true, 5, {-0.3f, 0.1f, 0.2f}, 0.2f, true, 0.5f}, 1, 10);
       if (spline) {
         // The same rows read as a B-spline of four points: every number is stored.
-        model.motion.basis = BasisKind::bspline, model.motion.points = 4, model.motion.first_point = FirstPoint::free;
+        model.motion.basis = BasisKind::bspline, model.motion.points = 4,
+        model.motion.first_point = FirstPoint::free;
       }
       const Split& train = *ball().find("train");
       SamplingConfig sampling;
@@ -116,13 +119,19 @@ TEST_SUITE("hard/gradients") {
       BitGrid all(model.box, 16);
       std::fill(all.bits.begin(), all.bits.end(), ~0u);
       const std::vector<const BitGrid*> occupancy(times.size(), &all);
-      const ActiveRows active{std::vector<RowMask>(model.motion.levels[0].topology->bricks.size(), RowMask::all()), {}};
-      const MotionLoss<double> loss{
-          .offset = 0.02, .offset_rigidity = 0.3, .offset_softening = 1e-3, .divergence = 0.01, .hutchinson = spline};
+      const ActiveRows active{
+          std::vector<RowMask>(model.motion.levels[0].topology->bricks.size(), RowMask::all()), {}};
+      const MotionLoss<double> loss{.offset = 0.02,
+                                    .offset_rigidity = 0.3,
+                                    .offset_softening = 1e-3,
+                                    .divergence = 0.01,
+                                    .hutchinson = spline};
       const RayLosses asked{.motion = {0.02f, 0.3f, 1e-3f, 0.01f, spline}, .probe_seed = 77};
       Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
       std::vector<Vec3> behind(batch.rays.size());
-      const PassResult pass = make_engine(1, true, true)->run(model, active, model.step, batch, times, occupancy, asked, d_radiance, d_motion, behind);
+      const PassResult pass =
+          make_engine(1, true, true)
+              ->run(model, active, model.step, batch, times, occupancy, asked, d_radiance, d_motion, behind);
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
       // The loss is quadratic in the colour behind a ray, so a central difference of any width is exact.
@@ -133,7 +142,8 @@ TEST_SUITE("hard/gradients") {
           return exact_gradients<1>(model, moved, times, loss, 0, 77).value;
         };
         const float y = batch.rays[i].background.y, up = (y + 0.25f) - y, down = (y - 0.25f) - y;
-        CHECK(behind[i].y == doctest::Approx((value(up) - value(down)) / double(up - down)).epsilon(1e-5).scale(0.1));
+        CHECK(behind[i].y ==
+              doctest::Approx((value(up) - value(down)) / double(up - down)).epsilon(1e-5).scale(0.1));
       }
       const auto compare = [&](const Channels& got, const std::vector<double>& want, Worst& worst) {
         double largest = 0;
@@ -151,6 +161,7 @@ TEST_SUITE("hard/gradients") {
     CHECK(count > 10000);
     CHECK(wrong == 0);
     measured("gradient of radiance in float, of the largest", radiance.value, 2e-5, "");
-    measured("gradient of control points, rigidity and light in float, of the largest", motion.value, 2e-5, "");
+    measured("gradient of control points, rigidity and light in float, of the largest", motion.value, 2e-5,
+             "");
   }
 }

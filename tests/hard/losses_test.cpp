@@ -6,13 +6,13 @@
 #include <random>
 
 #include "hard/measured.hpp"
-#include "splinevox/math/divergence.hpp"
+#include "math/divergence.hpp"
+#include "math/offset.hpp"
+#include "math/tv.hpp"
+#include "math/velocity.hpp"
 #include "splinevox/math/metrics.hpp"
-#include "splinevox/math/offset.hpp"
-#include "splinevox/math/tv.hpp"
-#include "splinevox/math/velocity.hpp"
-#include "splinevox/train/optimiser.hpp"
 #include "support/dual.hpp"
+#include "train/optimiser.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -25,7 +25,8 @@ const auto root = [](const auto& x) {
   return sqrt(x);
 };
 
-/// SSIM over whole pictures no larger than the window, in long double by the two-pass definition; one channel.
+/// SSIM over whole pictures no larger than the window, in long double by the two-pass definition; one
+/// channel.
 Long exact_ssim(const Image& a, const Image& b) {
   const int n = a.width;
   Long w[11], total = 0;
@@ -33,7 +34,8 @@ Long exact_ssim(const Image& a, const Image& b) {
   const auto mean = [&](auto&& f) {
     Long sum = 0;
     for (int y = 0; y < n; ++y)
-      for (int x = 0; x < n; ++x) sum += w[x] * w[y] / (total * total) * f(Long(*a.pixel(x, y)), Long(*b.pixel(x, y)));
+      for (int x = 0; x < n; ++x)
+        sum += w[x] * w[y] / (total * total) * f(Long(*a.pixel(x, y)), Long(*b.pixel(x, y)));
     return sum;
   };
   const Long ma = mean([](Long p, Long) { return p; }), mb = mean([](Long, Long q) { return q; });
@@ -45,7 +47,9 @@ Long exact_ssim(const Image& a, const Image& b) {
 }  // namespace
 
 TEST_SUITE("hard/losses") {
-  TEST_CASE("H17: the offset loss is finite and has its own gradient from |d| = 1e-30 to 1e3 and for every rigidity") {
+  TEST_CASE(
+      "H17: the offset loss is finite and has its own gradient from |d| = 1e-30 to 1e3 and for every "
+      "rigidity") {
     Worst gradient, in_float, softened;
     for (const double e : {1e-9, 1e-4, 1e-2})
       for (double size = 1e-30; size < 2e3; size *= 10)
@@ -90,8 +94,8 @@ TEST_SUITE("hard/losses") {
     measured("H18 value of a step of 1e-12 to 10", value.value, 6);
     measured("H18 gradient, of its length", gradient.value, 6);
 
-    // The share of the bricks that a step visits, drawn 300 times: a visited entry has four times its whole gradient, a quarter of the times (z-test,
-    // alpha 0.01, Sidak over 64 entries).
+    // The share of the bricks that a step visits, drawn 300 times: a visited entry has four times its whole
+    // gradient, a quarter of the times (z-test, alpha 0.01, Sidak over 64 entries).
     const Box box{{-1, -1, -1}, {1, 1, 1}};
     const std::vector<float> zero(8, 0.0f);
     Channels values = make_channels(make_dense_topology(make_lattice(box, 31)), 8, zero.data());
@@ -122,7 +126,8 @@ TEST_SUITE("hard/losses") {
     measured("H18 largest of 64 z-scores of the stochastic estimate", z.value, 3.8, "");
   }
   TEST_CASE(
-      "H19: metrics of black, constant, identical and nearly flat pictures, one pixel and smaller than a window") {
+      "H19: metrics of black, constant, identical and nearly flat pictures, one pixel and smaller than a "
+      "window") {
     const auto picture = [](int side, auto&& f) {
       Image image{side, side, 1};
       for (int y = 0; y < side; ++y)
@@ -147,13 +152,14 @@ TEST_SUITE("hard/losses") {
           CHECK(std::isfinite(ms_ssim(c, d)));
         }
     measured("H19 SSIM against two passes in long double", error.value, 1e-12, "");
-    // A black picture against noise: nothing but C2 / (s^2 + C2) is left. At 42 dB that still calls them alike, so eval
-    // reports PSNR beside it.
+    // A black picture against noise: nothing but C2 / (s^2 + C2) is left. At 42 dB that still calls them
+    // alike, so eval reports PSNR beside it.
     const Image black = picture(64, [](int, int) { return 0; });
     Worst closed;
     for (const double s : {1 / 255.0, 2 / 255.0, 5 / 255.0}) {
       std::normal_distribution<double> noise(0, s);
-      closed.see(std::abs(ssim(black, picture(64, [&](int, int) { return noise(random); })) - 9e-4 / (s * s + 9e-4)));
+      closed.see(std::abs(ssim(black, picture(64, [&](int, int) { return noise(random); })) -
+                          9e-4 / (s * s + 9e-4)));
     }
     measured("H19 SSIM of black and noise against its closed form", closed.value, 0.08, "");
   }
@@ -172,8 +178,8 @@ TEST_SUITE("hard/losses") {
       const double exact = divergence(m, unused);
       double first = 0, second = 0, shear = 0;
       for (int signs = 0; signs < 8; ++signs) {
-        const double q =
-            divergence_probe(m, Vec3d{signs & 1 ? 1. : -1., signs & 2 ? 1. : -1., signs & 4 ? 1. : -1.}, unused);
+        const double q = divergence_probe(
+            m, Vec3d{signs & 1 ? 1. : -1., signs & 2 ? 1. : -1., signs & 4 ? 1. : -1.}, unused);
         first += q / 8, second += q * q / 8;
       }
       // J = grad (r Delta_0), its symmetric part off the diagonal.
@@ -188,7 +194,8 @@ TEST_SUITE("hard/losses") {
     measured("H20 mean of the probes against the divergence, of 8", mean.value, 4, "u of double");
     measured("H20 mean square against div^2 + shear, of 64", bias.value, 4, "u of double");
   }
-  TEST_CASE("H21: velocity is that of the material: exact when rigid, finite and flagged where the warp folds") {
+  TEST_CASE(
+      "H21: velocity is that of the material: exact when rigid, finite and flagged where the warp folds") {
     std::mt19937 random(21);
     std::uniform_real_distribution<double> uniform(-1, 1);
     Worst rigid, naive;
@@ -197,7 +204,9 @@ TEST_SUITE("hard/losses") {
                   x{uniform(random), uniform(random), uniform(random)};
       const double angle = 3 * uniform(random), c = std::cos(angle), s = std::sin(angle);
       // x' = R(-angle) x, turning at rate 1: dDelta/dt = -w x (R x), v = w x x.
-      const auto turn = [&](const Vec3d& p) { return c * p - s * cross(axis, p) + ((1 - c) * dot(axis, p)) * axis; };
+      const auto turn = [&](const Vec3d& p) {
+        return c * p - s * cross(axis, p) + ((1 - c) * dot(axis, p)) * axis;
+      };
       Vec3d gradient[3];
       for (int k = 0; k < 3; ++k) {
         Vec3d e{};

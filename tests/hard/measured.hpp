@@ -21,8 +21,8 @@ struct Worst {
   }
 };
 
-/// Checks a measured figure against its limit and prints it, so that the table of docs/numerics.md can be made again:
-/// `test_hard | grep -o 'measured H.*'`.
+/// Checks a measured figure against its limit and prints it, so that the table of docs/numerics.md can be
+/// made again: `test_hard | grep -o 'measured H.*'`.
 inline void measured(const char* what, double value, double limit, const char* unit = "u") {
   char text[200];
   std::snprintf(text, sizeof text, "measured %s: %.3g %s (limit %.3g)", what, value, unit, limit);

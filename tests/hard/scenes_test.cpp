@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hard scenes from end to end: each ends by its budget, holds nothing that is not finite, and shows what it should.
+// Hard scenes from end to end: each ends by its budget, holds nothing that is not finite, and shows what it
+// should.
 #include "hard/scenes.hpp"
 
 #include <doctest/doctest.h>
@@ -8,10 +9,10 @@
 #include <limits>
 
 #include "hard/measured.hpp"
+#include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/data/truth.hpp"
-#include "splinevox/math/camera.hpp"
 #include "support/tiny_dataset.hpp"
 
 using namespace splinevox;
@@ -57,17 +58,20 @@ TEST_SUITE("hard/scenes") {
   TEST_CASE("H32: all white, opaque: the picture is white") {
     const auto white = [](double(&v)[4]) { std::fill_n(v, 4, 1.0); };
     measured_least("H32 all white",
-                   quality(trained(short_run(150), repainted(train(), white)), repainted(held(), white)), 27, "dB");
+                   quality(trained(short_run(150), repainted(train(), white)), repainted(held(), white)), 27,
+                   "dB");
   }
   TEST_CASE("H32: nothing but transparent pixels: the picture is the background") {
     const auto nothing = [](double(&v)[4]) { std::fill_n(v, 4, 0.0); };
     measured_least("H32 empty pictures",
-                   quality(trained(short_run(30), repainted(train(), nothing)), repainted(held(), nothing)), 36, "dB");
+                   quality(trained(short_run(30), repainted(train(), nothing)), repainted(held(), nothing)),
+                   36, "dB");
   }
   TEST_CASE("H32: one frame") {
     Split one{"train", {train().frames[5]}};
     one.frames[0].time = 0;
-    measured_least("H32 one frame, its own picture", quality(trained(short_run(), one, {0.2, 0}), one), 28, "dB");
+    measured_least("H32 one frame, its own picture", quality(trained(short_run(), one, {0.2, 0}), one), 28,
+                   "dB");
   }
   TEST_CASE("H32: one pixel") {
     Split split = train();
@@ -90,9 +94,10 @@ TEST_SUITE("hard/scenes") {
   TEST_CASE("H6: every time twice") {
     Split both = *make_synth("ball", {.frames = 12, .size = 40, .seed = 3}).find("train");
     const Dataset more = make_synth("ball", {.frames = 12, .size = 40, .seed = 4});
-    both.frames.insert(both.frames.end(), more.find("train")->frames.begin(), more.find("train")->frames.end());
-    measured_least("H6 twelve times seen twice minus plain", quality(trained(short_run(), both), held()) - plain(),
-                   -1.5, "dB");
+    both.frames.insert(both.frames.end(), more.find("train")->frames.begin(),
+                       more.find("train")->frames.end());
+    measured_least("H6 twelve times seen twice minus plain",
+                   quality(trained(short_run(), both), held()) - plain(), -1.5, "dB");
   }
   TEST_CASE("H5: a gap of 30% of the time: as good outside, sensible inside") {
     Split gap = train();
@@ -108,8 +113,8 @@ TEST_SUITE("hard/scenes") {
     Config config = short_run();
     CHECK(config.motion.points == 12);
     const VoxelModel model = trained(config, *few.find("train"));
-    measured_least("H5 12 points on 15 frames, times between, minus plain", quality(model, held()) - plain(), -2.5,
-                   "dB");
+    measured_least("H5 12 points on 15 frames, times between, minus plain", quality(model, held()) - plain(),
+                   -2.5, "dB");
   }
   TEST_CASE("H28: cameras inside the object") {
     // A shell around the cameras, painted by direction; cameras near its middle look outwards.
@@ -124,7 +129,8 @@ TEST_SUITE("hard/scenes") {
         for (int x = 0; x < 40; ++x) {
           const Ray ray = camera_ray(inner.camera, x + 0.5, y + 0.5);
           // Where it meets the sphere of radius 2.
-          const double b = dot(ray.origin, ray.direction), s = -b + std::sqrt(b * b + 4 - dot(ray.origin, ray.origin));
+          const double b = dot(ray.origin, ray.direction),
+                       s = -b + std::sqrt(b * b + 4 - dot(ray.origin, ray.origin));
           const Vec3d p = 0.5 * (ray.origin + s * ray.direction);
           std::uint16_t* to = image.rgba.data() + 4 * (std::size_t(y) * 40 + x);
           for (int c = 0; c < 3; ++c) to[c] = std::uint16_t(65535 * (0.5 + 0.4 * p[c]));
@@ -136,16 +142,19 @@ TEST_SUITE("hard/scenes") {
     Config config = short_run();
     config.motion.enabled = false;
     Split kept{"test", {}}, rest{"train", {}};
-    for (std::size_t i = 0; i < split.frames.size(); ++i) (i % 6 == 3 ? kept : rest).frames.push_back(split.frames[i]);
+    for (std::size_t i = 0; i < split.frames.size(); ++i)
+      (i % 6 == 3 ? kept : rest).frames.push_back(split.frames[i]);
     const VoxelModel model = trained(config, rest);
     measured_least("H28 cameras inside the object, views held back", quality(model, kept), 22, "dB");
   }
-  TEST_CASE("H14: other units and places: the same scene a thousand times larger or smaller, and a million away") {
+  TEST_CASE(
+      "H14: other units and places: the same scene a thousand times larger or smaller, and a million away") {
     for (const double scale : {1e-3, 1e3}) {
       CAPTURE(scale);
-      measured_least("H14 scaled by 1e-3 or 1e3, minus plain",
-                     quality(trained(short_run(), moved(train(), scale, {})), moved(held(), scale, {})) - plain(), -0.7,
-                     "dB");
+      measured_least(
+          "H14 scaled by 1e-3 or 1e3, minus plain",
+          quality(trained(short_run(), moved(train(), scale, {})), moved(held(), scale, {})) - plain(), -0.7,
+          "dB");
     }
     // Where floats can no longer tell cells apart, the user is told what to do instead of getting a blur.
     const Vec3d away{1e6, -1e6, 1e6};
@@ -159,9 +168,10 @@ TEST_SUITE("hard/scenes") {
         CHECK(error.problem.hint.find("subtract (1000000") == 0);
       }
     }
-    measured_least("H14 scaled by 1e3 and moved by 1e6, minus plain",
-                   quality(trained(short_run(), moved(train(), 1e3, away)), moved(held(), 1e3, away)) - plain(), -0.7,
-                   "dB");
+    measured_least(
+        "H14 scaled by 1e3 and moved by 1e6, minus plain",
+        quality(trained(short_run(), moved(train(), 1e3, away)), moved(held(), 1e3, away)) - plain(), -0.7,
+        "dB");
   }
   TEST_CASE("H29: pixels of the motion truth that are no numbers are left out, and nothing else changes") {
     const TempFolder folder;

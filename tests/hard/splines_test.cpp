@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "data/time_map.hpp"
+#include "field/lattice/slice.hpp"
 #include "hard/measured.hpp"
-#include "splinevox/field/slice.hpp"
-#include "splinevox/train/refine.hpp"
 #include "support/dual.hpp"
+#include "train/refine.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -26,8 +26,8 @@ struct Curves {
     motion.basis = basis, motion.points = points, motion.first_point = FirstPoint::free;
     motion.rigidity = false;
     const std::vector<float> zero(motion.width(), 0.0f);
-    motion.levels = {
-        make_channels(make_dense_topology(make_lattice({{0, 0, 0}, {1, 1, 1}}, 4)), motion.width(), zero.data())};
+    motion.levels = {make_channels(make_dense_topology(make_lattice({{0, 0, 0}, {1, 1, 1}}, 4)),
+                                   motion.width(), zero.data())};
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(-1, 1);
     for (int i = 0; i < kBrickRows; ++i)
@@ -135,7 +135,8 @@ double gram_condition(BasisKind basis, int points) {
 
 TEST_SUITE("hard/splines") {
   TEST_CASE(
-      "H1: the shipped evaluation is within 6 units at any number of points, exact at the ends and on constants") {
+      "H1: the shipped evaluation is within 6 units at any number of points, exact at the ends and on "
+      "constants") {
     Worst bezier, spline, constant, hull, reversal, sum;
     for (const BasisKind basis : {BasisKind::bezier, BasisKind::bspline})
       for (const int points : basis == BasisKind::bezier ? std::vector<int>{2, 3, 4, 5, 8, 12, 16, 20}
@@ -152,7 +153,8 @@ TEST_SUITE("hard/splines") {
             hull.see((std::abs(y) - most) / (kUnit * most));
           });
           still.at(t, [&](int i, int a, float y) {
-            constant.see(std::abs(double(y) - still.point(i, a, 0)) / (kUnit * std::abs(still.point(i, a, 0))));
+            constant.see(std::abs(double(y) - still.point(i, a, 0)) /
+                         (kUnit * std::abs(still.point(i, a, 0))));
           });
           double total = 0;
           for (const float w : stored_weights(curves.motion, t)) {
@@ -162,7 +164,8 @@ TEST_SUITE("hard/splines") {
           sum.see(std::abs(total - 1) / kUnit);
           if (basis == BasisKind::bspline) continue;
           const auto forth = stored_weights(curves.motion, t), back = stored_weights(curves.motion, 1 - t);
-          for (int k = 0; k < points; ++k) reversal.see(std::abs(double(forth[k]) - back[points - 1 - k]) / kUnit);
+          for (int k = 0; k < points; ++k)
+            reversal.see(std::abs(double(forth[k]) - back[points - 1 - k]) / kUnit);
         }
         if (basis == BasisKind::bspline) continue;
         curves.at(0, [&](int i, int a, float y) { REQUIRE(y == curves.point(i, a, 0)); });
@@ -193,7 +196,8 @@ TEST_SUITE("hard/splines") {
         std::fill(gradient.values.begin(), gradient.values.end(), 0.0f);
         expand_brick(curves.motion, stored_weights(curves.motion, t), RowMask::all(), y.data(), 1, gradient);
         for (int i = 0; i < kBrickRows; ++i)
-          for (int c = 0; c < 3 * points; ++c) right += Long(gradient.row(kBrickRows + i)[c]) * curves.row(i)[c];
+          for (int c = 0; c < 3 * points; ++c)
+            right += Long(gradient.row(kBrickRows + i)[c]) * curves.row(i)[c];
         identity.see(double(std::abs(left - right) / size) / kUnit);
         const auto dual = bernstein_weights(points, Dual(t, 1));
         const auto d = bernstein_weights_dt(points, t);
@@ -219,7 +223,8 @@ TEST_SUITE("hard/splines") {
       for (int k = 0; k < 4; ++k) first[k] = p[k] = uniform(random);
       for (int points = 4; points < 20; ++points) elevate_bezier(points, p, q), std::copy_n(q, points + 1, p);
       for (const double t : kTimes) {
-        const auto before = exact_weights(BasisKind::bezier, 4, t), after = exact_weights(BasisKind::bezier, 20, t);
+        const auto before = exact_weights(BasisKind::bezier, 4, t),
+                   after = exact_weights(BasisKind::bezier, 20, t);
         Long a = 0, b = 0;
         for (int k = 0; k < 4; ++k) a += before[k] * first[k];
         for (int k = 0; k < 20; ++k) b += after[k] * p[k];
@@ -234,8 +239,9 @@ TEST_SUITE("hard/splines") {
     Worst shipped;
     for (const int frame : {1, 17, 4999, 9999}) {
       const auto exact = exact_weights(BasisKind::bezier, points, double(frame) / frames);
-      curves.at(double(frame) / frames,
-                [&](int i, int a, float y) { shipped.see(std::abs(double(y - curves.exact(exact, i, a))) / kUnit); });
+      curves.at(double(frame) / frames, [&](int i, int a, float y) {
+        shipped.see(std::abs(double(y - curves.exact(exact, i, a))) / kUnit);
+      });
     }
     // What a table of forward differences in float makes of one of these curves.
     float difference[points];
@@ -249,14 +255,16 @@ TEST_SUITE("hard/splines") {
     CHECK(naive > 0.01);
     measured("H4 any of 10000 frames of a curve of 6 points", shipped.value, 6);
   }
-  TEST_CASE("H5: the basis for many points is as well conditioned with 256 of them as with 8; Bernstein's is not") {
+  TEST_CASE(
+      "H5: the basis for many points is as well conditioned with 256 of them as with 8; Bernstein's is not") {
     CHECK(gram_condition(BasisKind::bezier, 8) > 1e3);
     CHECK(gram_condition(BasisKind::bezier, 16) > 1e8);
     Worst worst;
     for (const int points : {8, 12, 32, 64, 128, 256}) worst.see(gram_condition(BasisKind::bspline, points));
     measured("H5 condition of the B-spline's Gram matrix, 8 to 256 points", worst.value, 2000, "");
 
-    // Least squares on 40 clustered times with noise 1e-3, no regularisation: between the times as good as at them.
+    // Least squares on 40 clustered times with noise 1e-3, no regularisation: between the times as good as at
+    // them.
     std::mt19937 random(5);
     std::normal_distribution<double> normal;
     constexpr int frames = 40, points = 12;
@@ -282,10 +290,13 @@ TEST_SUITE("hard/splines") {
       for (int k = 0; k < points; ++k) value += w[k] * double(p[k]);
       between += std::pow(value - truth(t), 2) / (frames - 1);
     }
-    measured("H5 error between 40 clustered times, 12 points, over the noise", std::sqrt(between) / 1e-3, 3, "");
+    measured("H5 error between 40 clustered times, 12 points, over the noise", std::sqrt(between) / 1e-3, 3,
+             "");
   }
-  TEST_CASE("H6: one common time is 0, times beyond the ends are the ends, and no time reads past the weights") {
-    for (const double t : {0.0, 0.3, -7.0, 1e6}) CHECK(data::fit_time_map({t, t, t + 1e-10}) == TimeMap{t, 0});
+  TEST_CASE(
+      "H6: one common time is 0, times beyond the ends are the ends, and no time reads past the weights") {
+    for (const double t : {0.0, 0.3, -7.0, 1e6})
+      CHECK(data::fit_time_map({t, t, t + 1e-10}) == TimeMap{t, 0});
     CHECK(data::fit_time_map({5}) == TimeMap{5, 0});
     const TimeMap mapped = data::fit_time_map({-3, 1e9, 4});
     CHECK(mapped(-3) == 0);
@@ -318,7 +329,8 @@ TEST_SUITE("hard/splines") {
           y += (Long(after[k]) - Long(before[k])) * curves.point(i, 0, k);
           d += (Long(d_after[k]) - Long(d_before[k])) * curves.point(i, 0, k);
           if (k > 0)
-            fastest = std::max(fastest, std::abs(Long(curves.point(i, 0, k)) - curves.point(i, 0, k - 1)) * pieces);
+            fastest =
+                std::max(fastest, std::abs(Long(curves.point(i, 0, k)) - curves.point(i, 0, k - 1)) * pieces);
         }
         jump.see(double(std::abs(y)) / kUnit), kink.see(double(std::abs(d) / fastest) / kUnit);
       }

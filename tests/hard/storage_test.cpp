@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hard cases H22 to H26, H31 and H32 of docs/numerics.md: motion across leaves, optimiser, storage, sums, finite
-// checks.
+// Hard cases H22 to H26, H31 and H32 of docs/numerics.md: motion across leaves, optimiser, storage, sums,
+// finite checks.
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -10,12 +10,12 @@
 
 #include "hard/measured.hpp"
 #include "hard/scenes.hpp"
+#include "math/schedule.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/model_vdb.hpp"
-#include "splinevox/math/schedule.hpp"
-#include "splinevox/train/optimiser.hpp"
 #include "support/blob_model.hpp"
 #include "support/tiny_dataset.hpp"
+#include "train/optimiser.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -31,10 +31,12 @@ Camera camera_at(Vec3d position, Vec3d shift = {}) {
 
 Channels noise(int cells, int width, unsigned seed) {
   const std::vector<float> zero(width, 0.0f);
-  Channels c = make_channels(make_dense_topology(make_lattice({{-1, -1, -1}, {1, 1, 1}}, cells)), width, zero.data());
+  Channels c =
+      make_channels(make_dense_topology(make_lattice({{-1, -1, -1}, {1, 1, 1}}, cells)), width, zero.data());
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-1, 1);
-  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i) c.values[i] = uniform(random);
+  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i)
+    c.values[i] = uniform(random);
   return c;
 }
 
@@ -42,16 +44,18 @@ Channels noise(int cells, int width, unsigned seed) {
 
 TEST_SUITE("hard/storage") {
   TEST_CASE(
-      "H22: an object that leaves its leaves does not vanish: control points are where it goes, not where it was") {
-    // The blob travels through four leaves of 8 voxels; its bricks hold the place where it was at time 0 only.
+      "H22: an object that leaves its leaves does not vanish: control points are where it goes, not where it "
+      "was") {
+    // The blob travels through four leaves of 8 voxels; its bricks hold the place where it was at time 0
+    // only.
     const BlobMotion motion{.shift = {-0.45f, 0, 0}};
     VoxelModel moving = blob_model(48, motion);
     const VoxelModel still = blob_model(48, {.moves = false});
     CHECK(0.45f / moving.radiance.raw.topology->lattice.spacing > kBrick);
     const Image there = render_image(moving, camera_at({2.5, 1.5, 1}), 1).rgb;
     const Image here = render_image(still, camera_at({2.5, 1.5, 1}, {-0.45, 0, 0}), 0).rgb;
-    measured_least("H22 a ball moved by its own width against the ball seen from a moved camera", psnr(there, here), 45,
-                   "dB");
+    measured_least("H22 a ball moved by its own width against the ball seen from a moved camera",
+                   psnr(there, here), 45, "dB");
     // A trained model: wherever a frame has matter, motion is stored.
     const VoxelModel model = trained(short_run(), train());
     const MotionField& m = model.motion;
@@ -66,8 +70,8 @@ TEST_SUITE("hard/storage") {
           for (c.z = 0; c.z < grid.size.z; ++c.z) {
             if (!grid.test(grid.index(c))) continue;
             const Vec3 x = grid.center(c);
-            const Cell at =
-                view.cell(int(view.coordinate(x.x, 0)), int(view.coordinate(x.y, 1)), int(view.coordinate(x.z, 2)));
+            const Cell at = view.cell(int(view.coordinate(x.x, 0)), int(view.coordinate(x.y, 1)),
+                                      int(view.coordinate(x.z, 2)));
             ++cells;
             bare += view.rows(at).row[0] < kBrickRows;
           }
@@ -75,13 +79,16 @@ TEST_SUITE("hard/storage") {
     CHECK(cells > 1000);
     CHECK(bare == 0);
   }
-  TEST_CASE("H23: Adam's corrections are exact, moments never become subnormal, and what no ray saw does not drift") {
+  TEST_CASE(
+      "H23: Adam's corrections are exact, moments never become subnormal, and what no ray saw does not "
+      "drift") {
     Worst correction;
     for (const double beta : {0.9, 0.99, 0.999, 0.9999})
       for (const double t : {1., 2., 7., 100., 1e4, 1e6}) {
         const long double b = beta, exact = 1 / -std::expm1((long double)t * std::log(b));
         correction.see(double(std::abs(moment_factors(beta, beta, 1e-8, t).correction2 / exact - 1)) / kUnit);
-        if (beta == 0.9999 && t == 1) CHECK(std::abs(1 / (1 - float(beta)) / exact - 1) > 1e-5L);  // 1 - beta in float
+        if (beta == 0.9999 && t == 1)
+          CHECK(std::abs(1 / (1 - float(beta)) / exact - 1) > 1e-5L);  // 1 - beta in float
       }
     measured("H23 bias correction", correction.value, 1);
 
@@ -198,7 +205,9 @@ TEST_SUITE("hard/storage") {
     learner.gradient.touched[1].set(9);
     CHECK(unusable_rows(learner.gradient) == 0);
   }
-  TEST_CASE("H31: a step without a finite gradient changes nothing; the fifth in a row ends the run with the reason") {
+  TEST_CASE(
+      "H31: a step without a finite gradient changes nothing; the fifth in a row ends the run with the "
+      "reason") {
     // From the rays, and from the lattice alone: neither gradient has a square in float.
     bool from_rays = false;
     SUBCASE("offset loss") { from_rays = true; }
@@ -224,7 +233,8 @@ TEST_SUITE("hard/storage") {
       FAIL("went on without a gradient");
     } catch (const Error& error) {
       CHECK(error.fault == Fault::numeric);
-      CHECK(std::string(error.what()).find("step " + std::to_string(first) + ": 5 steps in a row were not finite") == 0);
+      CHECK(std::string(error.what())
+                .find("step " + std::to_string(first) + ": 5 steps in a row were not finite") == 0);
     }
     CHECK(trainer.model().radiance.raw.values == before.radiance.raw.values);
   }

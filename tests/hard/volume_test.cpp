@@ -5,13 +5,13 @@
 #include <random>
 #include <vector>
 
+#include "core/rng.hpp"
 #include "hard/column.hpp"
 #include "hard/measured.hpp"
-#include "splinevox/core/rng.hpp"
-#include "splinevox/render/field_view.hpp"
+#include "render/field_view.hpp"
 #include "splinevox/render/render_image.hpp"
-#include "splinevox/train/batch.hpp"
 #include "support/blob_model.hpp"
+#include "train/batch.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -61,7 +61,9 @@ Composited exact(Column<float>& column, int samples, const Vec3& g) {
 }  // namespace
 
 TEST_SUITE("hard/volume") {
-  TEST_CASE("H8: alpha = 1 - exp(-x) keeps its digits from 1e-38 to 200, where the plain form has none below 6e-8") {
+  TEST_CASE(
+      "H8: alpha = 1 - exp(-x) keeps its digits from 1e-38 to 200, where the plain form has none below "
+      "6e-8") {
     CHECK(1.0f - std::exp(-1e-8f) == 0.0f);
     Worst worst;
     const Rng rng(8, 0);
@@ -71,7 +73,8 @@ TEST_SUITE("hard/volume") {
     }
     measured("H8 1 - exp(-x)", worst.value, 6);
   }
-  TEST_CASE("H9: colour and gradient of a ray from fog to walls: no NaN, no wrong sign, no division by 1 - alpha") {
+  TEST_CASE(
+      "H9: colour and gradient of a ray from fog to walls: no NaN, no wrong sign, no division by 1 - alpha") {
     std::mt19937 random(9);
     std::uniform_real_distribution<float> uniform(-1, 1);
     Worst color, gradient, long_color;
@@ -115,19 +118,22 @@ TEST_SUITE("hard/volume") {
     measured("H9 gradient, of T sigma' sqrt(samples)", gradient.value, 6);
   }
   TEST_CASE(
-      "H10: a ray that stops early is off by less than what is left, and goes back from the sample it stopped at") {
+      "H10: a ray that stops early is off by less than what is left, and goes back from the sample it "
+      "stopped at") {
     std::mt19937 random(10);
     std::uniform_real_distribution<float> uniform(-1, 1);
     Worst error;
     for (int trial = 0; trial < 20000; ++trial) {
       Column<float> column(64);
       for (int i = 0; i < 64; ++i)
-        column.set(i, raw_of(std::pow(10.0, -1 + uniform(random))), uniform(random), uniform(random), uniform(random));
+        column.set(i, raw_of(std::pow(10.0, -1 + uniform(random))), uniform(random), uniform(random),
+                   uniform(random));
       const float stop = std::pow(10.0f, -3 + 2 * std::abs(uniform(random)));
       StillKernel<float, -1> kernel;
       const auto whole = kernel.forward(column.ray, column.field, column.frame, 0);
       const auto part = kernel.forward(column.ray, column.field, column.frame, stop);
-      for (int c = 0; c < 3; ++c) error.see(std::abs(double(whole.rgb[c] - part.rgb[c])) / std::max(stop, 1e-30f));
+      for (int c = 0; c < 3; ++c)
+        error.see(std::abs(double(whole.rgb[c] - part.rgb[c])) / std::max(stop, 1e-30f));
       RayRecords<float, Column<float>::kWidth, false> records;
       backward(kernel, column.ray, part, column.field, {1, 1, 1}, 0.0f, records);
       REQUIRE(records.radiance.size() == std::size_t(kernel.count));
@@ -137,7 +143,8 @@ TEST_SUITE("hard/volume") {
     measured("H10 colour lost by stopping, of the threshold", error.value, 1, "");
   }
   TEST_CASE(
-      "H11: softplus and the logistic slope keep their digits between -87 and 1e6 and never become 0 or infinite") {
+      "H11: softplus and the logistic slope keep their digits between -87 and 1e6 and never become 0 or "
+      "infinite") {
     CHECK(std::log(1.0f + std::exp(-20.0f)) == 0.0f);  // the plain forms
     CHECK(std::isinf(std::log(1.0f + std::exp(89.0f))));
     Worst value, slope, rigid;
@@ -146,7 +153,8 @@ TEST_SUITE("hard/volume") {
       value.see(std::abs(double(softplus(x).value / exact_softplus(x)) - 1) / kUnit);
       slope.see(std::abs(double(softplus(x).slope / exact_sigmoid(x)) - 1) / kUnit);
       if (std::abs(x) < 86.9f)
-        rigid.see(std::abs(double(sigmoid(x).slope / (exact_sigmoid(x) * exact_sigmoid(-Long(x)))) - 1) / kUnit);
+        rigid.see(std::abs(double(sigmoid(x).slope / (exact_sigmoid(x) * exact_sigmoid(-Long(x)))) - 1) /
+                  kUnit);
     }
     for (const float x : {-1e30f, -110.0f, -88.0f, 88.0f, 1e6f, 1e30f}) {
       CHECK(std::isfinite(softplus(x).value));
@@ -158,7 +166,8 @@ TEST_SUITE("hard/volume") {
     measured("H11 slope of the rigidity", rigid.value, 7);
   }
   TEST_CASE(
-      "H12: a ray ends at the box: nothing there is the background bit for bit, and colour under alpha 0 does not "
+      "H12: a ray ends at the box: nothing there is the background bit for bit, and colour under alpha 0 "
+      "does not "
       "count") {
     VoxelModel model = blob_model(16, {.moves = false});
     model.background.color = {0.123f, 0.456f, 0.789f};
@@ -200,7 +209,8 @@ TEST_SUITE("hard/volume") {
     CHECK(inside == 3 * 256);
   }
   TEST_CASE(
-      "H16: the march converges with the square of its step to the exact optical depth of two Gauss points a cell") {
+      "H16: the march converges with the square of its step to the exact optical depth of two Gauss points a "
+      "cell") {
     // Raw densities far above 0, where softplus is the identity: along a straight line a cubic per cell.
     const auto raw = [](int x, int y, int z) { return 40 + 8 * std::sin(1.3 * x + 2.1 * y - 0.7 * z * z); };
     const TopologyPtr t = make_dense_topology({{0, 0, 0}, 1, {9, 9, 9}});
@@ -239,7 +249,8 @@ TEST_SUITE("hard/volume") {
     std::vector<double> squares(steps.size(), 0.0);
     constexpr int kRays = 40;
     for (int r = 0; r < kRays; ++r) {
-      const Ray ray{{-1, 0.7 + 0.05 * r, 0.4 + 0.03 * r}, normalize(Vec3d{1, 0.61 - 0.02 * r, 0.43 - 0.01 * r})};
+      const Ray ray{{-1, 0.7 + 0.05 * r, 0.4 + 0.03 * r},
+                    normalize(Vec3d{1, 0.61 - 0.02 * r, 0.43 - 0.01 * r})};
       const Interval inside = intersect(box, ray.origin, ray.direction);
       const double depth = exact_depth(ray, inside);
       for (std::size_t k = 0; k < steps.size(); ++k) {

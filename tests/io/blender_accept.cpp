@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes what the Blender acceptance test compares: sequences, FOLDER/camera.json, and our own pictures (*.f32: rgb over white, then
-// alpha; float32, rows from the top).
+// Writes what the Blender acceptance test compares: sequences, FOLDER/camera.json, and our own pictures
+// (*.f32: rgb over white, then alpha; float32, rows from the top).
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 
-#include "support/blob_model.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "support/blob_model.hpp"
 
 using namespace splinevox;
 
@@ -35,7 +35,8 @@ void write_camera(const std::string& path, const Camera& c) {
   out << "{\"w\": " << c.width << ", \"h\": " << c.height << ", \"fl_x\": " << c.fx << ", \"fl_y\": " << c.fy
       << ", \"cx\": " << c.cx << ", \"cy\": " << c.cy << ",\n \"transform_matrix\": [";
   for (int r = 0; r < 3; ++r)
-    out << "[" << c.axes[0][r] << ", " << c.axes[1][r] << ", " << c.axes[2][r] << ", " << c.position[r] << "], ";
+    out << "[" << c.axes[0][r] << ", " << c.axes[1][r] << ", " << c.axes[2][r] << ", " << c.position[r]
+        << "], ";
   out << "[0, 0, 0, 1]]}\n";
 }
 
@@ -61,8 +62,8 @@ Vec3d pixel_of(const Camera& c, const Vec3d& x) {
 /// One sequence, and its clusters, which have to look the same.
 void write_still(const std::string& folder) {
   // Band 0 only: Cycles gets the mean over the sphere, which is then the value in every direction.
-  const VoxelModel model =
-      test::blob_model(96, {.points = 4, .shift = {-0.5f, 0.1f, 0.2f}, .twist = 0.6f, .rigidity = true, .light = 0.8f}, 0);
+  const VoxelModel model = test::blob_model(
+      96, {.points = 4, .shift = {-0.5f, 0.1f, 0.2f}, .twist = 0.6f, .rigidity = true, .light = 0.8f}, 0);
   ExportOptions options;
   options.last = kFrames;
   const ExportResult result = export_vdb(model, folder + "/export", options);
@@ -84,14 +85,16 @@ void write_view(const std::string& folder) {
   write_picture(folder + "/view.f32", picture_of(model, 0));
 }
 
-/// A known velocity: the picture at the middle of three frames, and the mean over the time that the shutter is open.
+/// A known velocity: the picture at the middle of three frames, and the mean over the time that the shutter
+/// is open.
 void write_blur(const std::string& folder) {
   const Vec3 shift{-0.4f, -0.3f, 0.1f};
   const VoxelModel model = test::blob_model(64, {.shift = shift}, 0);
   ExportOptions options;
   options.last = 3;
   const ExportResult result = export_vdb(model, folder + "/blur", options);
-  const double middle = result.frames[1].time, open = 0.5 * kShutter;  // of model time: two frames are all of it
+  const double middle = result.frames[1].time,
+               open = 0.5 * kShutter;  // of model time: two frames are all of it
   write_picture(folder + "/sharp.f32", picture_of(model, middle));
   Rendered mean = picture_of(model, middle + open * (0.5 / kMoments - 0.5));
   for (int i = 1; i < kMoments; ++i) {
@@ -102,7 +105,8 @@ void write_blur(const std::string& folder) {
   for (float& v : mean.rgb.data) v /= kMoments;
   for (float& v : mean.alpha.data) v /= kMoments;
   write_picture(folder + "/blurred.f32", mean);
-  const Vec3d centre = Vec3d{0.1, -0.05, 0} - 0.5 * cast<double>(shift), half = -0.5 * open * cast<double>(shift);
+  const Vec3d centre = Vec3d{0.1, -0.05, 0} - 0.5 * cast<double>(shift),
+              half = -0.5 * open * cast<double>(shift);
   const Vec3d a = pixel_of(camera(), centre - half), b = pixel_of(camera(), centre + half);
   std::ofstream(folder + "/blur.json") << "[" << b.x - a.x << ", " << b.y - a.y << "]\n";
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/checkpoint.hpp"
+#include "io/checkpoint.hpp"
 
 #include <doctest/doctest.h>
 #include <sys/wait.h>
@@ -111,7 +111,8 @@ TEST_SUITE("io/checkpoint") {
     CHECK(back.note == path + " is damaged or not complete (another one); the one before it, " + path +
                            ".prev at step 1700, is used instead");
     std::filesystem::remove(path);
-    CHECK(read_checkpoint(path).note.find("could not be read (No such file or directory)") != std::string::npos);
+    CHECK(read_checkpoint(path).note.find("could not be read (No such file or directory)") !=
+          std::string::npos);
   }
 
   TEST_CASE("messages name the file and what is wrong") {
@@ -119,9 +120,10 @@ TEST_SUITE("io/checkpoint") {
     const std::string path = scratch.path("c");
     CHECK(message_of(path) == path + ": could not be read\n  got:      No such file or directory");
     spit(path, "PK\3\4 something else entirely, long enough for a header of ours, which this is not at all");
-    CHECK(message_of(path) == path +
-                                  ": is not a checkpoint of splinevox\n  expected: a file that begins with SPVXCKPT\n"
-                                  "  got:      other bytes");
+    CHECK(message_of(path) ==
+          path +
+              ": is not a checkpoint of splinevox\n  expected: a file that begins with SPVXCKPT\n"
+              "  got:      other bytes");
   }
 
   TEST_CASE("a newer version is refused, even with an older one beside it") {
@@ -129,8 +131,8 @@ TEST_SUITE("io/checkpoint") {
     const std::string path = scratch.path("c"), inner = scratch.path("inner");
     write_checkpoint(path, kHeader, noise(9, 1));
     write_checkpoint(path, kHeader, noise(9, 2));
-    // A whole file of version 9: the same frame with another number, sealed by its own checksum. The checksum of a
-    // checkpoint is that of its bytes, so the digest of a file with those bytes gives it.
+    // A whole file of version 9: the same frame with another number, sealed by its own checksum. The checksum
+    // of a checkpoint is that of its bytes, so the digest of a file with those bytes gives it.
     std::string newer = slurp(path);
     newer.resize(newer.size() - 8);
     newer[8] = 9;
@@ -138,10 +140,11 @@ TEST_SUITE("io/checkpoint") {
     const std::uint64_t hash = digest_file(inner).hash;
     newer.append(reinterpret_cast<const char*>(&hash), 8);
     spit(path, newer);
-    CHECK(message_of(path) == path +
-                                  ": was written by a newer version of splinevox\n"
-                                  "  expected: checkpoint version 1 or older\n  got:      9\n"
-                                  "  try:      resume with the version that wrote it, or train into another folder");
+    CHECK(message_of(path) ==
+          path +
+              ": was written by a newer version of splinevox\n"
+              "  expected: checkpoint version 1 or older\n  got:      9\n"
+              "  try:      resume with the version that wrote it, or train into another folder");
   }
 
   TEST_CASE("a disk that fills up at any byte leaves the old checkpoint and no rubbish") {

@@ -4,17 +4,18 @@
 #include <filesystem>
 
 #include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
-#include "splinevox/io/vdb_file.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::Scratch;
 
 TEST_SUITE("io/export_controls") {
-  TEST_CASE("rigidity times the Bezier curve of the control points is the model's displacement, at every vertex") {
+  TEST_CASE(
+      "rigidity times the Bezier curve of the control points is the model's displacement, at every vertex") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.twist = 0.7f, .rigidity = true, .light = 0.5f});
     ExportOptions options;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/export_mesh.hpp"
+#include "io/export/export_mesh.hpp"
 
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
@@ -39,7 +39,8 @@ ColorMesh parse_ply(const std::string& bytes) {
     if (line.starts_with("element face ")) faces = std::stoul(line.substr(13));
     if (line.starts_with("property ")) properties += line.substr(9) + ";";
   }
-  CHECK(properties == "float x;float y;float z;uchar red;uchar green;uchar blue;list uchar int vertex_indices;");
+  CHECK(properties ==
+        "float x;float y;float z;uchar red;uchar green;uchar blue;list uchar int vertex_indices;");
   REQUIRE(bytes.size() == start + end.size() + 15 * vertices + 13 * faces);
   const char* p = bytes.data() + start + end.size();
   ColorMesh mesh;
@@ -71,19 +72,22 @@ ColorMesh parse_obj(const std::string& text) {
       words >> p.x >> p.y >> p.z >> c[0] >> c[1] >> c[2];
       REQUIRE(bool(words));
       mesh.points.push_back(p);
-      mesh.colors.push_back({std::uint8_t(std::lround(255 * c[0])), std::uint8_t(std::lround(255 * c[1])), std::uint8_t(std::lround(255 * c[2]))});
+      mesh.colors.push_back({std::uint8_t(std::lround(255 * c[0])), std::uint8_t(std::lround(255 * c[1])),
+                             std::uint8_t(std::lround(255 * c[2]))});
     } else if (kind == "f") {
       std::array<std::uint32_t, 3> t;
       words >> t[0] >> t[1] >> t[2];
       REQUIRE(bool(words));
       for (std::uint32_t& v : t) REQUIRE(v-- >= 1);
       mesh.triangles.push_back(t);
-    } else CHECK(kind == "#");
+    } else
+      CHECK(kind == "#");
   }
   return mesh;
 }
 
-/// A ball about `centre` whose density falls along the radius, coloured by position, on a lattice that is off zero.
+/// A ball about `centre` whose density falls along the radius, coloured by position, on a lattice that is off
+/// zero.
 struct Ball {
   Vec3d centre{0.3, -0.2, 0.1};
   double radius = 0.4, spacing = 0.04, slope = 100, iso = 20;
@@ -105,7 +109,9 @@ struct Ball {
       }
     }
   }
-  Vec3 color_at(Vec3d x) const { return {float(0.5 + x.x - centre.x), float(0.5 + (x.y - centre.y) / 2), 0.25f}; }
+  Vec3 color_at(Vec3d x) const {
+    return {float(0.5 + x.x - centre.x), float(0.5 + (x.y - centre.y) / 2), 0.25f};
+  }
 };
 
 void check_closed(const ColorMesh& mesh, int expected_euler) {
@@ -128,7 +134,8 @@ double signed_volume(const ColorMesh& mesh) {
   for (const auto& t : mesh.triangles) {
     const Vec3d a = cast<double>(mesh.points[t[0]]), b = cast<double>(mesh.points[t[1]]),
                 c = cast<double>(mesh.points[t[2]]);
-    volume += (a.x * (b.y * c.z - b.z * c.y) + a.y * (b.z * c.x - b.x * c.z) + a.z * (b.x * c.y - b.y * c.x)) / 6;
+    volume +=
+        (a.x * (b.y * c.z - b.z * c.y) + a.y * (b.z * c.x - b.x * c.z) + a.z * (b.x * c.y - b.y * c.x)) / 6;
   }
   return volume;
 }
@@ -156,7 +163,8 @@ TEST_SUITE("io/export_mesh") {
   }
 
   TEST_CASE(
-      "scene-linear colours are encoded, because eight bits are read as display values; nothing is an empty mesh") {
+      "scene-linear colours are encoded, because eight bits are read as display values; nothing is an empty "
+      "mesh") {
     const Ball ball;
     const ColorMesh mesh = make_mesh(ball.density, ball.color, ball.iso, true);
     CHECK(int(mesh.colors[0][2]) == 137);  // sRGB of 0.25
@@ -165,7 +173,9 @@ TEST_SUITE("io/export_mesh") {
     CHECK(none.triangles.empty());
   }
 
-  TEST_CASE("an export writes one beside every frame, unshifted, lists it, keeps it, and writes a damaged one again") {
+  TEST_CASE(
+      "an export writes one beside every frame, unshifted, lists it, keeps it, and writes a damaged one "
+      "again") {
     const Scratch scratch;
     const VoxelModel model = blob_model(32);
     ExportOptions options;
@@ -175,7 +185,8 @@ TEST_SUITE("io/export_mesh") {
     const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 3);
     for (const int threads : {1, 3}) {
       tbb::task_arena arena(threads);
-      arena.execute([&] { results.push_back(export_vdb(model, scratch.path(std::to_string(threads)), options)); });
+      arena.execute(
+          [&] { results.push_back(export_vdb(model, scratch.path(std::to_string(threads)), options)); });
     }
     for (std::size_t f = 0; f < 2; ++f) {
       REQUIRE(results[0].frames[f].beside.size() == 1);
@@ -190,14 +201,16 @@ TEST_SUITE("io/export_mesh") {
       check_closed(mesh, 2);
       Vec3d lo{9, 9, 9}, hi{-9, -9, -9};
       for (const Vec3& p : mesh.points)
-        for (int a = 0; a < 3; ++a) lo[a] = std::min<double>(lo[a], p[a]), hi[a] = std::max<double>(hi[a], p[a]);
+        for (int a = 0; a < 3; ++a)
+          lo[a] = std::min<double>(lo[a], p[a]), hi[a] = std::max<double>(hi[a], p[a]);
       const Vec3 moved = Vec3{0.1f, -0.05f, 0} - float(f) * Vec3{-0.5f, 0.1f, 0.2f};
       const float spacing = model.radiance.raw.topology->lattice.spacing;
       for (int a = 0; a < 3; ++a) CHECK(std::abs((lo[a] + hi[a]) / 2 - moved[a]) < 0.3 * spacing);
     }
     options.mesh_format = "obj";
     export_vdb(model, scratch.path("obj"), options);
-    const ColorMesh text = parse_obj(slurp(scratch.path("obj/mesh_0002.obj"))), binary = parse_ply(slurp(folder + "/mesh_0002.ply"));
+    const ColorMesh text = parse_obj(slurp(scratch.path("obj/mesh_0002.obj"))),
+                    binary = parse_ply(slurp(folder + "/mesh_0002.ply"));
     CHECK(text.points == binary.points);
     CHECK(text.colors == binary.colors);
     CHECK(text.triangles == binary.triangles);

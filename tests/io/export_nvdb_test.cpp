@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include "io/nvdb_write.hpp"
 #include "io/scratch.hpp"
+#include "io/vdb/nvdb_write.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "support/blob_model.hpp"
@@ -15,7 +15,8 @@ using test::blob_model, test::Scratch;
 
 TEST_SUITE("io/export_nvdb") {
 #if SPLINEVOX_NANOVDB
-  TEST_CASE("NanoVDB reads back the voxels, names and places of the .vdb of the same frame; the bytes repeat") {
+  TEST_CASE(
+      "NanoVDB reads back the voxels, names and places of the .vdb of the same frame; the bytes repeat") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
     ExportOptions options;
@@ -28,8 +29,10 @@ TEST_SUITE("io/export_nvdb") {
     const ExportResult two = export_vdb(model, scratch.path("two"), options);
     CHECK(one.frames[0].file.name == "frame_0001.nvdb");
     for (std::size_t f = 0; f < 2; ++f) CHECK(one.frames[f].file.digest == two.frames[f].file.digest);
-    for (const FileCheck& check : verify(scratch.path("one"))) CHECK_MESSAGE(check.ok, check.file, check.problem);
-    for (const ExportedFrame& frame : export_vdb(model, scratch.path("one"), options).frames) CHECK(frame.kept);
+    for (const FileCheck& check : verify(scratch.path("one")))
+      CHECK_MESSAGE(check.ok, check.file, check.problem);
+    for (const ExportedFrame& frame : export_vdb(model, scratch.path("one"), options).frames)
+      CHECK(frame.kept);
 
     const VdbFile expected = read_vdb(scratch.path("vdb/frame_0002.vdb"));
     const auto handles = nanovdb::io::readGrids(scratch.path("one/frame_0002.nvdb"));

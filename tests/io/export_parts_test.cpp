@@ -8,10 +8,10 @@
 #include <tuple>
 
 #include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
-#include "splinevox/io/vdb_file.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
@@ -51,7 +51,8 @@ VoxelModel half_moving() {
   Channels& level = model.motion.levels[0];
   for (int b = 1; b <= level.topology->brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i)
-      if (level.topology->position(b, i).x < 0.1f) std::fill_n(level.row(std::size_t(b) * kBrickRows + std::size_t(i)), level.width, 0.0f);
+      if (level.topology->position(b, i).x < 0.1f)
+        std::fill_n(level.row(std::size_t(b) * kBrickRows + std::size_t(i)), level.width, 0.0f);
   return model;
 }
 
@@ -76,7 +77,8 @@ TEST_SUITE("io/export_parts") {
       std::map<Key, Vec3> sum;
       for (const char* part : {"cluster_0_", "cluster_1_"}) {
         const std::string path = scratch.path("parts/") + part + frame;
-        const auto density = voxels_of(path, "density"), color = voxels_of(path, "Cd"), velocity = voxels_of(path, "v");
+        const auto density = voxels_of(path, "density"), color = voxels_of(path, "Cd"),
+                   velocity = voxels_of(path, "v");
         CHECK(density.size() > 500);
         for (const auto& [key, value] : density) {
           CHECK(sum.emplace(key, value).second);
@@ -90,7 +92,8 @@ TEST_SUITE("io/export_parts") {
     const MotionClusters clusters = find_clusters(model, 2);
     const Lattice& lattice = model.radiance.raw.topology->lattice;
     for (const auto& [key, value] : voxels_of(scratch.path("parts/cluster_1_frame_0001.vdb"), "density"))
-      CHECK(clusters.at(first.canonical(lattice.position({std::get<0>(key), std::get<1>(key), std::get<2>(key)}))) == 1);
+      CHECK(clusters.at(first.canonical(
+                lattice.position({std::get<0>(key), std::get<1>(key), std::get<2>(key)}))) == 1);
 
     CHECK(verify(scratch.path("parts")).size() == 8);  // two frames of two clusters, each with a mesh
     CHECK(result.frames[1].file.name == "cluster_0_frame_0002.vdb");
@@ -112,17 +115,21 @@ TEST_SUITE("io/export_parts") {
     options.clusters = 2;
     options.profile = "blender";
     export_vdb(model, scratch.path("blender"), options);
-    CHECK(slurp(scratch.path("blender/load_in_blender.py")).find("PREFIXES = (\"cluster_0_\", \"cluster_1_\", )") != std::string::npos);
+    CHECK(slurp(scratch.path("blender/load_in_blender.py"))
+              .find("PREFIXES = (\"cluster_0_\", \"cluster_1_\", )") != std::string::npos);
     options.profile = "usd";
     export_vdb(model, scratch.path("usd"), options);
     const std::string stage = slurp(scratch.path("usd/sequence.usda"));
-    for (const char* part : {"def Xform \"splinevox\"\n{\n    def Volume \"cluster_0\"\n    {\n", "    def Volume \"cluster_1\"\n", "rel field:density = </splinevox/cluster_1/density>\n",
-                             "2: @./cluster_1_frame_0002.vdb@,\n"})
+    for (const char* part :
+         {"def Xform \"splinevox\"\n{\n    def Volume \"cluster_0\"\n    {\n",
+          "    def Volume \"cluster_1\"\n", "rel field:density = </splinevox/cluster_1/density>\n",
+          "2: @./cluster_1_frame_0002.vdb@,\n"})
       CHECK_MESSAGE(stage.find(part) != std::string::npos, part);
     CHECK(std::count(stage.begin(), stage.end(), '{') == std::count(stage.begin(), stage.end(), '}'));
   }
 
-  TEST_CASE("harmonics are the model's, three to a grid, beside the positional colour; what cannot be is refused") {
+  TEST_CASE(
+      "harmonics are the model's, three to a grid, beside the positional colour; what cannot be is refused") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.twist = 0.4f, .light = 0.8f}, 2);
     ExportOptions options = options_for(2);
@@ -153,6 +160,7 @@ TEST_SUITE("io/export_parts") {
     refused("--colorspace", [](ExportOptions& o) { o.colorspace = "linear"; });
     refused("--sh", [](ExportOptions& o) { o.profile = "unreal"; });
     refused("--frames-at-once", [](ExportOptions& o) { o.frames_at_once = -1; });
-    CHECK_THROWS_WITH_AS(export_vdb(blob_model(16, {}, -1), scratch.path("matt"), options), doctest::Contains("--sh"), Error);
+    CHECK_THROWS_WITH_AS(export_vdb(blob_model(16, {}, -1), scratch.path("matt"), options),
+                         doctest::Contains("--sh"), Error);
   }
 }

@@ -8,11 +8,11 @@
 #include <map>
 #include <memory>
 
-#include "support/blob_model.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
+#include "support/blob_model.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::FileSizeLimit, test::Scratch, test::slurp, test::spit;
@@ -45,7 +45,8 @@ TEST_SUITE("io/export_run") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
     CHECK(export_vdb(model, scratch.folder(), options_for(3)).others.empty());
-    CHECK(export_vdb(model, scratch.folder(), options_for(1)).others == std::vector<std::string>{"frame_0002.vdb", "frame_0003.vdb"});
+    CHECK(export_vdb(model, scratch.folder(), options_for(1)).others ==
+          std::vector<std::string>{"frame_0002.vdb", "frame_0003.vdb"});
   }
 
   TEST_CASE("profiles differ in names and place only; the files say what they are") {
@@ -61,7 +62,8 @@ TEST_SUITE("io/export_run") {
       infos[profile] = inspect_vdb(scratch.path(profile) + "/frame_0002.vdb");
     }
     const VdbInfo &blender = infos.at("blender"), &houdini = infos.at("houdini");
-    const std::vector<std::string> blender_names{"density", "color", "velocity"}, houdini_names{"density", "Cd", "v"};
+    const std::vector<std::string> blender_names{"density", "color", "velocity"},
+        houdini_names{"density", "Cd", "v"};
     REQUIRE(blender.grids.size() == 3);
     REQUIRE(houdini.grids.size() == 3);
     const float spacing = model.radiance.raw.topology->lattice.spacing;
@@ -91,7 +93,8 @@ TEST_SUITE("io/export_run") {
     CHECK_FALSE(std::filesystem::exists(scratch.path("houdini/load_in_blender.py")));
     const std::string script = slurp(scratch.path("blender/load_in_blender.py"));
     CHECK(script.find("FIRST, LAST = 1, 2\nFPS = 24\nVELOCITY = True") != std::string::npos);
-    for (const FileCheck& check : verify(scratch.path("blender"))) CHECK_MESSAGE(check.ok, check.file, check.problem);
+    for (const FileCheck& check : verify(scratch.path("blender")))
+      CHECK_MESSAGE(check.ok, check.file, check.problem);
     CHECK(verify(scratch.path("blender")).size() == 3);
   }
 
@@ -101,9 +104,11 @@ TEST_SUITE("io/export_run") {
     export_vdb(model, scratch.folder(), options_for(1));
     CHECK(read_vdb(scratch.path("frame_0001.vdb")).grids.size() == 2);
     const std::vector<float> background(8, -20.0f);
-    model.radiance.raw = make_channels(make_topology(model.radiance.raw.topology->lattice, {}), 8, background.data());
+    model.radiance.raw =
+        make_channels(make_topology(model.radiance.raw.topology->lattice, {}), 8, background.data());
     export_vdb(model, scratch.path("empty"), options_for(1));
-    for (const VdbGrid& grid : read_vdb(scratch.path("empty/frame_0001.vdb")).grids) CHECK(grid.leaves.empty());
+    for (const VdbGrid& grid : read_vdb(scratch.path("empty/frame_0001.vdb")).grids)
+      CHECK(grid.leaves.empty());
   }
 
   TEST_CASE("the same bytes for any number of threads") {
@@ -122,7 +127,8 @@ TEST_SUITE("io/export_run") {
     CHECK(digests[0] == digests[2]);
   }
 
-  TEST_CASE("the same bytes for any number of frames at once; stopped, those in the making are ended and kept") {
+  TEST_CASE(
+      "the same bytes for any number of frames at once; stopped, those in the making are ended and kept") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.twist = 0.7f});
     ExportOptions options = options_for(8);
@@ -131,16 +137,18 @@ TEST_SUITE("io/export_run") {
       for (const int at_once : {1, 4, 0}) {
         options.frames_at_once = at_once;
         CHECK(export_vdb(model, scratch.path(std::to_string(at_once)), options).finished);
-        CHECK(slurp(scratch.path(std::to_string(at_once) + "/manifest.json")) == slurp(scratch.path("1/manifest.json")));
+        CHECK(slurp(scratch.path(std::to_string(at_once) + "/manifest.json")) ==
+              slurp(scratch.path("1/manifest.json")));
         for (const FileCheck& check : verify(scratch.path(std::to_string(at_once)))) CHECK(check.ok);
       }
       options.frames_at_once = 3;
       int calls = 0;
-      const ExportResult part = export_vdb(model, scratch.path("part"), options, [&](const ExportedFrame& frame, int done, int) {
-        CHECK(done == ++calls);
-        CHECK(frame.frame == done);
-        return done < 2;
-      });
+      const ExportResult part =
+          export_vdb(model, scratch.path("part"), options, [&](const ExportedFrame& frame, int done, int) {
+            CHECK(done == ++calls);
+            CHECK(frame.frame == done);
+            return done < 2;
+          });
       CHECK_FALSE(part.finished);
       CHECK(part.frames.size() >= 2);
       CHECK(part.frames.size() <= 5);
@@ -158,11 +166,12 @@ TEST_SUITE("io/export_run") {
     const ExportResult whole = export_vdb(model, scratch.path("whole"), options);
     const std::string folder = scratch.path("parts");
     int calls = 0;
-    const ExportResult part = export_vdb(model, folder, options, [&](const ExportedFrame&, int done, int total) {
-      CHECK(done == ++calls);
-      CHECK(total == 5);
-      return done < 2;
-    });
+    const ExportResult part =
+        export_vdb(model, folder, options, [&](const ExportedFrame&, int done, int total) {
+          CHECK(done == ++calls);
+          CHECK(total == 5);
+          return done < 2;
+        });
     CHECK_FALSE(part.finished);
     CHECK(part.frames.size() == 2);
     CHECK_THROWS_WITH_AS(verify(folder), doctest::Contains("holds an export that was not finished"), Error);
@@ -221,24 +230,25 @@ TEST_SUITE("io/export_run") {
       void (*spoil)(ExportOptions&);
       const char* says;
     };
-    for (const Row& row :
-         {Row{[](ExportOptions& o) { o.profile = "maya"; },
-              "--profile: there is no such export profile\n  expected: one of: blender, houdini, unreal, usd, nanovdb\n  got:      'maya'"},
-          Row{[](ExportOptions& o) {
-                o.first = 9;
-                o.last = 3;
-              },
-              "--frames"},
-          Row{[](ExportOptions& o) { o.first = -1; }, "--frames"}, Row{[](ExportOptions& o) { o.fps = 0; }, "--fps"},
-          Row{[](ExportOptions& o) { o.fps = NAN; }, "--fps"},
-          Row{[](ExportOptions& o) { o.seconds = -1; }, "--seconds"},
-          Row{[](ExportOptions& o) { o.voxel_size = INFINITY; }, "--voxel-size"},
-          Row{[](ExportOptions& o) { o.shutter = 3; }, "--shutter"},
-          Row{[](ExportOptions& o) { o.min_alpha = 0; }, "--min-alpha"},
-          Row{[](ExportOptions& o) { o.colorspace = "acescg"; }, "--colorspace"},
-          Row{[](ExportOptions& o) { o.bake_view = "dir=0,0"; }, "--bake-view"},
-          Row{[](ExportOptions& o) { o.bake_view = "dir=0,0,0"; }, "--bake-view"},
-          Row{[](ExportOptions& o) { o.bake_view = "front"; }, "--bake-view"}}) {
+    for (const Row& row : {Row{[](ExportOptions& o) { o.profile = "maya"; },
+                               "--profile: there is no such export profile\n  expected: one of: blender, "
+                               "houdini, unreal, usd, nanovdb\n  got:      'maya'"},
+                           Row{[](ExportOptions& o) {
+                                 o.first = 9;
+                                 o.last = 3;
+                               },
+                               "--frames"},
+                           Row{[](ExportOptions& o) { o.first = -1; }, "--frames"},
+                           Row{[](ExportOptions& o) { o.fps = 0; }, "--fps"},
+                           Row{[](ExportOptions& o) { o.fps = NAN; }, "--fps"},
+                           Row{[](ExportOptions& o) { o.seconds = -1; }, "--seconds"},
+                           Row{[](ExportOptions& o) { o.voxel_size = INFINITY; }, "--voxel-size"},
+                           Row{[](ExportOptions& o) { o.shutter = 3; }, "--shutter"},
+                           Row{[](ExportOptions& o) { o.min_alpha = 0; }, "--min-alpha"},
+                           Row{[](ExportOptions& o) { o.colorspace = "acescg"; }, "--colorspace"},
+                           Row{[](ExportOptions& o) { o.bake_view = "dir=0,0"; }, "--bake-view"},
+                           Row{[](ExportOptions& o) { o.bake_view = "dir=0,0,0"; }, "--bake-view"},
+                           Row{[](ExportOptions& o) { o.bake_view = "front"; }, "--bake-view"}}) {
       CAPTURE(row.says);
       ExportOptions options;
       row.spoil(options);
@@ -247,10 +257,10 @@ TEST_SUITE("io/export_run") {
     CHECK(message_of({}).empty());
     const Scratch scratch;
     ExportOptions tiny = options_for(1, 1e-6);
-    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.folder(), tiny), doctest::Contains("--voxel-size: is too small"),
-                         Error);
+    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.folder(), tiny),
+                         doctest::Contains("--voxel-size: is too small"), Error);
     spit(scratch.path("file"), "x");
-    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.path("file"), options_for(1)), doctest::Contains("is not a folder"),
-                         Error);
+    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.path("file"), options_for(1)),
+                         doctest::Contains("is not a folder"), Error);
   }
 }

@@ -60,10 +60,12 @@ TEST_SUITE("io/export_shares") {
     const Scratch one, several;
     export_vdb(model, one.folder(), options_for({}));
     export_vdb(model, several.folder(), options_for({0, 2}));
-    export_vdb(model, several.folder(), options_for({1, 2}), [](const ExportedFrame&, int done, int) { return done < 1; });
+    export_vdb(model, several.folder(), options_for({1, 2}),
+               [](const ExportedFrame&, int done, int) { return done < 1; });
     test::spit(several.path("frame_0003.vdb"), "half a frame");
     int kept = 0;
-    for (const ExportedFrame& frame : export_vdb(model, several.folder(), options_for({})).frames) kept += frame.kept;
+    for (const ExportedFrame& frame : export_vdb(model, several.folder(), options_for({})).frames)
+      kept += frame.kept;
     CHECK(kept >= 4);  // frames 1, 5 and 7, and at least one of 2, 4, 6
     CHECK(kept < 7);
     check_same(one, several);
@@ -75,6 +77,7 @@ TEST_SUITE("io/export_shares") {
     const ExportResult none = export_vdb(model, scratch.folder(), options_for({8, 9}));
     CHECK(none.finished);
     CHECK(none.frames.empty());
-    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.folder(), options_for({3, 3})), doctest::Contains("--share"), Error);
+    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.folder(), options_for({3, 3})),
+                         doctest::Contains("--share"), Error);
   }
 }

@@ -7,13 +7,13 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "support/blob_model.hpp"
 #include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
+#include "math/view_factor.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
-#include "splinevox/io/vdb_file.hpp"
 #include "splinevox/math/sh.hpp"
-#include "splinevox/math/view_factor.hpp"
+#include "support/blob_model.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::BlobMotion, test::Scratch;
@@ -99,7 +99,9 @@ TEST_SUITE("io/export") {
     }
   }
 
-  TEST_CASE("colour is the sigmoid times the light and the mean view factor, and reaches one voxel beyond the density") {
+  TEST_CASE(
+      "colour is the sigmoid times the light and the mean view factor, and reaches one voxel beyond the "
+      "density") {
     const Scratch scratch;
     const VoxelModel model = blob_model(32, {.twist = 0.4f, .light = 0.8f}, 3);
     export_vdb(model, scratch.folder(), options_for(2));
@@ -110,14 +112,15 @@ TEST_SUITE("io/export") {
     std::vector<std::array<float, 16>> basis(4000);
     for (int i = 0; i < 4000; ++i) {
       const double z = 1 - (2 * i + 1) / 4000.0, r = std::sqrt(1 - z * z), a = 2.399963229728653 * i;
-      sh_basis(3, Vec3{float(r * std::cos(a)), float(r * std::sin(a)), float(z)}, basis[std::size_t(i)].data());
+      sh_basis(3, Vec3{float(r * std::cos(a)), float(r * std::sin(a)), float(z)},
+               basis[std::size_t(i)].data());
     }
     int checked = 0;
     for (const auto& [key, value] : density) {
       REQUIRE(color.count(key) == 1);
       for (int i = 0; i < 27; ++i)
-        CHECK(color.count(
-                  {std::get<0>(key) + i / 9 - 1, std::get<1>(key) + i / 3 % 3 - 1, std::get<2>(key) + i % 3 - 1}) == 1);
+        CHECK(color.count({std::get<0>(key) + i / 9 - 1, std::get<1>(key) + i / 3 % 3 - 1,
+                           std::get<2>(key) + i % 3 - 1}) == 1);
       if (++checked % 50 != 0) continue;
       const FrameSampler::Warp warp = sampler.warp(position(find(file, "Cd"), key));
       const auto radiance = sampler.radiance(position(find(file, "Cd"), key) + warp.displacement);
@@ -159,12 +162,14 @@ TEST_SUITE("io/export") {
         const auto radiance = sampler.radiance(position(grid, key));
         float y[4];
         sh_basis(1, Vec3{0, 0, -1}, y);
-        const float q = y[0] * radiance.sh[0] + y[1] * radiance.sh[1] + y[2] * radiance.sh[2] + y[3] * radiance.sh[3];
+        const float q =
+            y[0] * radiance.sh[0] + y[1] * radiance.sh[1] + y[2] * radiance.sh[2] + y[3] * radiance.sh[3];
         const float factor = options.bake_view == "none" ? 1 : view_factor(q).value;
         for (int a = 0; a < 3; ++a) {
           const float c = factor * radiance.color[a];
-          CHECK(value[a] == doctest::Approx(options.colorspace == "display" ? c : std::pow((c + 0.055) / 1.055, 2.4))
-                                .epsilon(c < 0.05f ? 0.05 : 1e-4));
+          CHECK(value[a] ==
+                doctest::Approx(options.colorspace == "display" ? c : std::pow((c + 0.055) / 1.055, 2.4))
+                    .epsilon(c < 0.05f ? 0.05 : 1e-4));
         }
       }
     }
@@ -229,8 +234,8 @@ TEST_SUITE("io/export") {
     for (const auto& [key, value] : density) {
       if (++count % 29 != 0) continue;
       const Vec3 x = position(grid, key), canonical = now.canonical(x);
-      const Vec3d moved =
-          cast<double>(locate(after, canonical, x) - locate(before, canonical, x)) * (1 / (2 * h) / options.seconds);
+      const Vec3d moved = cast<double>(locate(after, canonical, x) - locate(before, canonical, x)) *
+                          (1 / (2 * h) / options.seconds);
       worst = std::max(worst, length(moved - cast<double>(velocity.at(key))));
       fastest = std::max(fastest, length(moved));
     }

@@ -38,11 +38,14 @@ TEST_SUITE("io/export_usd") {
     ExportOptions options = options_for("usd", 9, 11);
     options.fps = 29.97;
     double reach = 0;
-    export_vdb(model, scratch.folder(), options, [&](const ExportedFrame& f, int, int) { return reach = std::max(reach, f.file.figures.at("velocity_padding")), true; });
+    export_vdb(model, scratch.folder(), options, [&](const ExportedFrame& f, int, int) {
+      return reach = std::max(reach, f.file.figures.at("velocity_padding")), true;
+    });
     CHECK(reach > 1);
     std::string text = slurp(scratch.path("sequence.usda"));
     std::smatch extent;
-    const std::string number = "(-?[0-9.e-]+)", corner = "\\(" + number + ", " + number + ", " + number + "\\)";
+    const std::string number = "(-?[0-9.e-]+)",
+                      corner = "\\(" + number + ", " + number + ", " + number + "\\)";
     REQUIRE(std::regex_search(text, extent, std::regex("\\[" + corner + ", " + corner + "\\]")));
     const float spacing = model.radiance.raw.topology->lattice.spacing;
     for (int a = 0; a < 3; ++a) {
@@ -61,7 +64,8 @@ TEST_SUITE("io/export_usd") {
     };
     CHECK(text ==
           "#usda 1.0\n(\n    defaultPrim = \"splinevox\"\n"
-          "    doc = \"Density is extinction per scene unit, colour is emitted per density, velocity is in scene units "
+          "    doc = \"Density is extinction per scene unit, colour is emitted per density, velocity is in "
+          "scene units "
           "per second.\"\n"
           "    endTimeCode = 11\n    framesPerSecond = 29.97\n    metersPerUnit = 1\n    startTimeCode = 9\n"
           "    timeCodesPerSecond = 29.97\n    upAxis = \"Z\"\n)\n\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/leaf_set.hpp"
+#include "io/vdb/leaf_set.hpp"
 
 #include <doctest/doctest.h>
 
@@ -7,8 +7,8 @@
 #include <set>
 #include <tuple>
 
+#include "io/export/export_reach.hpp"
 #include "support/blob_model.hpp"
-#include "io/export_reach.hpp"
 
 using namespace splinevox;
 

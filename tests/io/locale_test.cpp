@@ -4,8 +4,8 @@
 #include <clocale>
 #include <locale>
 
+#include "io/manifest.hpp"
 #include "scratch.hpp"
-#include "splinevox/io/manifest.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/train/config.hpp"
 #include "support/blob_model.hpp"
@@ -58,7 +58,9 @@ std::string everything(const std::string& folder) {
 }  // namespace
 
 TEST_SUITE("io/locale") {
-  TEST_CASE("F19: a decimal comma and grouped thousands change no byte that is written and no number that is read") {
+  TEST_CASE(
+      "F19: a decimal comma and grouped thousands change no byte that is written and no number that is "
+      "read") {
     const Scratch a, b;
     const std::string plain = everything(a.folder());
     const GermanNumbers german;

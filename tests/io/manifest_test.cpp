@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/manifest.hpp"
+#include "io/manifest.hpp"
 
 #include <doctest/doctest.h>
 
 #include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/vdb_file.hpp"
 
 using namespace splinevox;
 using test::FileSizeLimit, test::Scratch, test::slurp, test::spit;
@@ -68,7 +68,8 @@ TEST_SUITE("io/manifest") {
     for (std::size_t a = 0; a <= text.size(); a += 9)
       for (std::size_t b = a; b <= text.size(); b += 13) {
         const std::string_view view = text;
-        CHECK(write_file(scratch.path("parts"), {view.substr(0, a), view.substr(a, b - a), view.substr(b)}) == whole);
+        CHECK(write_file(scratch.path("parts"), {view.substr(0, a), view.substr(a, b - a), view.substr(b)}) ==
+              whole);
       }
     CHECK(slurp(scratch.path("parts")) == text);
   }
@@ -88,7 +89,8 @@ TEST_SUITE("io/manifest") {
   TEST_CASE("verify finds missing, shortened and altered files, each by name") {
     const Scratch scratch;
     fill(scratch);
-    for (const FileCheck& check : verify(scratch.folder())) CHECK_MESSAGE(check.ok, check.file, check.problem);
+    for (const FileCheck& check : verify(scratch.folder()))
+      CHECK_MESSAGE(check.ok, check.file, check.problem);
 
     const std::string text = slurp(scratch.path("metrics.json")), vdb = slurp(scratch.path("model.vdb"));
     spit(scratch.path("metrics.json"), "{\"psnr\": 91}");
@@ -99,8 +101,8 @@ TEST_SUITE("io/manifest") {
     CHECK_FALSE(checks[0].ok);
     CHECK(checks[0].problem.find("has hash xxh64:") == 0);
     CHECK_FALSE(checks[1].ok);
-    CHECK(checks[1].problem ==
-          "has " + std::to_string(vdb.size() - 1) + " bytes, the manifest says " + std::to_string(vdb.size()));
+    CHECK(checks[1].problem == "has " + std::to_string(vdb.size() - 1) + " bytes, the manifest says " +
+                                   std::to_string(vdb.size()));
 
     spit(scratch.path("metrics.json"), text);
     std::filesystem::remove(scratch.path("model.vdb"));
@@ -139,7 +141,8 @@ TEST_SUITE("io/manifest") {
     };
     for (const Row& row :
          {Row{"\"version\": 1", "\"version\": 2", "newer version"}, Row{"\"size\"", "\"sizes\"", "size"},
-          Row{"xxh64:", "crc32:", "'hash' is malformed"}, Row{"model.vdb", "../model.vdb", "leads out of the folder"},
+          Row{"xxh64:", "crc32:", "'hash' is malformed"},
+          Row{"model.vdb", "../model.vdb", "leads out of the folder"},
           Row{"model.vdb", "/etc/passwd", "leads out of the folder"}, Row{"{", "[", "malformed"},
           Row{"\"run\"", "7", "malformed"}, Row{"splinevox manifest", "other", "not a manifest"}}) {
       CAPTURE(row.to);

@@ -6,11 +6,11 @@
 #include <cstring>
 #include <set>
 
-#include "support/blob_model.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/inspect.hpp"
+#include "support/blob_model.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::FileSizeLimit, test::noisy_model, test::Scratch, test::slurp;
@@ -18,9 +18,10 @@ using test::blob_model, test::FileSizeLimit, test::noisy_model, test::Scratch, t
 namespace {
 
 bool same_bits(const Channels& a, const Channels& b) {
-  return a.width == b.width && a.topology->lattice == b.topology->lattice && a.topology->dims == b.topology->dims &&
-         a.topology->table == b.topology->table && a.topology->bricks == b.topology->bricks &&
-         a.values.size() == b.values.size() && std::memcmp(a.values.data(), b.values.data(), a.values.size() * 4) == 0;
+  return a.width == b.width && a.topology->lattice == b.topology->lattice &&
+         a.topology->dims == b.topology->dims && a.topology->table == b.topology->table &&
+         a.topology->bricks == b.topology->bricks && a.values.size() == b.values.size() &&
+         std::memcmp(a.values.data(), b.values.data(), a.values.size() * 4) == 0;
 }
 
 std::string message_of(const std::string& path) {
@@ -42,11 +43,14 @@ std::set<std::string> grid_names(const std::string& path) {
 }  // namespace
 
 TEST_SUITE("io/model_vdb") {
-  TEST_CASE("a model whose light changes and nothing moves has no control points in its file, and comes back the same") {
+  TEST_CASE(
+      "a model whose light changes and nothing moves has no control points in its file, and comes back the "
+      "same") {
     VoxelModel model = noisy_model(3, 6, FirstPoint::free, BasisKind::bspline, 1, false, true);
     MotionField& m = model.motion;
     m.displaces = false;
-    Channels light = make_channels(m.levels[0].topology, m.width(), std::vector<float>(std::size_t(m.width()), 0.0f).data());
+    Channels light = make_channels(m.levels[0].topology, m.width(),
+                                   std::vector<float>(std::size_t(m.width()), 0.0f).data());
     for (std::size_t r = kBrickRows; r < light.topology->rows(); ++r)
       for (int k = 0; k < 6; ++k) light.row(r)[k] = float(r % 17) - float(k);
     m.levels[0] = light;
@@ -70,19 +74,21 @@ TEST_SUITE("io/model_vdb") {
       int sh_order;
       bool rigidity, light = false;
     };
-    for (const Row& row :
-         {Row{5, FirstPoint::zero, BasisKind::bezier, 1, true}, Row{7, FirstPoint::free, BasisKind::bspline, -1, true, true},
-          Row{20, FirstPoint::free, BasisKind::bspline, 1, false, true},
-          Row{2, FirstPoint::zero, BasisKind::bezier, 0, false},
-          Row{12, FirstPoint::free, BasisKind::bezier, 3, false}}) {
+    for (const Row& row : {Row{5, FirstPoint::zero, BasisKind::bezier, 1, true},
+                           Row{7, FirstPoint::free, BasisKind::bspline, -1, true, true},
+                           Row{20, FirstPoint::free, BasisKind::bspline, 1, false, true},
+                           Row{2, FirstPoint::zero, BasisKind::bezier, 0, false},
+                           Row{12, FirstPoint::free, BasisKind::bezier, 3, false}}) {
       CAPTURE(row.points);
       const Scratch scratch;
       const std::string path = scratch.path("model.vdb");
-      VoxelModel model = noisy_model(3, row.points, row.first, row.basis, row.sh_order, row.rigidity, row.light);
+      VoxelModel model =
+          noisy_model(3, row.points, row.first, row.basis, row.sh_order, row.rigidity, row.light);
       model.box.lo.x = std::nextafter(model.box.lo.x, 0.0f);
       model.time_map = {0.1, 1.0 / 3};
       model.background.order = row.sh_order;  // any of -1 to 3
-      for (int j = 0; j < model.background.count(); ++j) model.background.raw[j] = {0.1f * float(j), 1 / 3.0f, -float(j)};
+      for (int j = 0; j < model.background.count(); ++j)
+        model.background.raw[j] = {0.1f * float(j), 1 / 3.0f, -float(j)};
       save_model(path, model, {{"dataset", "lego"}, {"odd", std::string("\0\xff\n", 3)}});
       ModelNotes notes;
       const VoxelModel back = load_model(path, &notes);
@@ -120,24 +126,29 @@ TEST_SUITE("io/model_vdb") {
     }
   }
 
-  TEST_CASE("a time curve and the bases of edited models come back; files without have the older format number") {
+  TEST_CASE(
+      "a time curve and the bases of edited models come back; files without have the older format number") {
     const Scratch scratch;
     const std::string path = scratch.path("model.vdb");
-    for (const auto& [basis, points] : {std::pair{BasisKind::polybezier, 10}, std::pair{BasisKind::hermite, 8}, std::pair{BasisKind::bspline, 8}}) {
+    for (const auto& [basis, points] : {std::pair{BasisKind::polybezier, 10},
+                                        std::pair{BasisKind::hermite, 8}, std::pair{BasisKind::bspline, 8}}) {
       VoxelModel model = noisy_model(3, points, FirstPoint::free, basis, 1, true, true);
       model.motion.time_curve = loop_time(3, false);
       save_model(path, model);
       const VoxelModel back = load_model(path);
       CHECK(back.motion.basis == basis);
       CHECK(back.motion.time_curve == model.motion.time_curve);
-      for (const double t : {0.0, 0.21, 0.9}) CHECK(FrameSampler(back, t).canonical({0.1f, 0.2f, 0.3f}) == FrameSampler(model, t).canonical({0.1f, 0.2f, 0.3f}));
+      for (const double t : {0.0, 0.21, 0.9})
+        CHECK(FrameSampler(back, t).canonical({0.1f, 0.2f, 0.3f}) ==
+              FrameSampler(model, t).canonical({0.1f, 0.2f, 0.3f}));
       CHECK(inspect_vdb(path).meta.at("splinevox_model") == "3");
     }
     save_model(path, noisy_model(3, 8, FirstPoint::free, BasisKind::bspline, 1, true));
     CHECK(inspect_vdb(path).meta.at("splinevox_model") == "2");
     CHECK(load_model(path).motion.time_curve.identity());
     VdbFile file = read_vdb(path);
-    for (const char* curve : {"0 0 0.5 1", "0 0 0.6 1 0.5 1 1 1", "0 0 1 1.5", "0 0 1", "0 0 1 nan", "0.1 0 1 1", ""}) {
+    for (const char* curve :
+         {"0 0 0.5 1", "0 0 0.6 1 0.5 1 1 1", "0 0 1 1.5", "0 0 1", "0 0 1 nan", "0.1 0 1 1", ""}) {
       for (VdbGrid& grid : file.grids)
         if (grid.name == "control_0") grid.meta["time_curve"] = std::string(curve);
       write_vdb(path, file);
@@ -153,8 +164,8 @@ TEST_SUITE("io/model_vdb") {
     CHECK(grid_names(path) == std::set<std::string>{"density", "rgb"});
     CHECK(load_model(path).motion.levels.empty());
     save_model(path, blob_model(16, {.points = 3, .rigidity = true}, 1));
-    CHECK(grid_names(path) ==
-          std::set<std::string>{"density", "rgb", "sh0", "sh1", "sh2", "sh3", "control_1", "control_2", "rigidity"});
+    CHECK(grid_names(path) == std::set<std::string>{"density", "rgb", "sh0", "sh1", "sh2", "sh3", "control_1",
+                                                    "control_2", "rigidity"});
     save_model(path, noisy_model(1, 2, FirstPoint::free, BasisKind::bspline, 0, false));
     CHECK(grid_names(path) == std::set<std::string>{"density", "rgb", "sh0", "control_0", "control_1"});
   }
@@ -163,7 +174,8 @@ TEST_SUITE("io/model_vdb") {
     const Scratch scratch;
     VoxelModel model = blob_model(16, {.moves = false}, -1);
     const std::vector<float> background(8, -9.0f);
-    model.radiance.raw = make_channels(make_topology(model.radiance.raw.topology->lattice, {}), 8, background.data());
+    model.radiance.raw =
+        make_channels(make_topology(model.radiance.raw.topology->lattice, {}), 8, background.data());
     save_model(scratch.path("model.vdb"), model);
     const VoxelModel back = load_model(scratch.path("model.vdb"));
     CHECK(back.radiance.raw.topology->brick_count() == 0);
@@ -185,7 +197,9 @@ TEST_SUITE("io/model_vdb") {
       CHECK(grid.voxel_size.x == doctest::Approx(channels.topology->lattice.spacing));
       CHECK(length(grid.origin - cast<double>(channels.topology->lattice.origin)) < 1e-12);
       CHECK(grid.half);
-      const std::string activation = grid.name == "density" ? "softplus" : grid.name == "rgb" || grid.name == "rigidity" ? "sigmoid" : "linear";
+      const std::string activation = grid.name == "density"                          ? "softplus"
+                                     : grid.name == "rgb" || grid.name == "rigidity" ? "sigmoid"
+                                                                                     : "linear";
       CHECK(grid.meta.at("activation") == activation);
       CHECK(grid.meta.count("basis") == std::size_t(motion));
       if (motion) CHECK(grid.meta.at("basis") == "bezier");
@@ -226,7 +240,8 @@ TEST_SUITE("io/model_vdb") {
     expect(file, "metadata 'time_map'");
     file = good, file.meta["background_order"] = std::int64_t(9);
     expect(file, "an integer from 0 to 3");
-    file = good, file.meta["background_order"] = std::int64_t(1), file.meta["background_harmonics"] = std::string("1 2 3");
+    file = good, file.meta["background_order"] = std::int64_t(1),
+    file.meta["background_harmonics"] = std::string("1 2 3");
     expect(file, "12 finite numbers");
     const auto grid = [&](const std::string& name) -> VdbGrid& {
       for (VdbGrid& g : file.grids)

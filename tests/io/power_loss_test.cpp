@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// F2: a power cut loses, reorders or tears what was not synchronised. The system calls of write_file are recorded (the
-// linker wraps them), and every state that a disk may be in after any prefix of them is laid out and read.
+// F2: a power cut loses, reorders or tears what was not synchronised. The system calls of write_file are
+// recorded (the linker wraps them), and every state that a disk may be in after any prefix of them is laid
+// out and read.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <unistd.h>
@@ -10,9 +11,9 @@
 #include <map>
 #include <random>
 
+#include "io/checkpoint.hpp"
 #include "scratch.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/checkpoint.hpp"
 
 namespace {
 
@@ -62,7 +63,8 @@ int __wrap_open(const char* path, int flags, ...) {
 ssize_t __wrap_write(int fd, const void* data, size_t size) {
   const ssize_t n = __real_write(fd, data, size);
   if (n > 0 && file_of.count(fd))
-    calls.push_back({Call::write, file_of[fd], {}, {}, std::string(static_cast<const char*>(data), std::size_t(n))});
+    calls.push_back(
+        {Call::write, file_of[fd], {}, {}, std::string(static_cast<const char*>(data), std::size_t(n))});
   return n;
 }
 int __wrap_fsync(int fd) {
@@ -131,8 +133,8 @@ class Disk {
     }
   }
 
-  /// One state that a cut at this moment may leave: changes of names that were not synchronised are there or not, each
-  /// for itself; bytes that were not are there, missing from somewhere on, or zero.
+  /// One state that a cut at this moment may leave: changes of names that were not synchronised are there or
+  /// not, each for itself; bytes that were not are there, missing from somewhere on, or zero.
   void lay_out(const std::string& folder, std::mt19937& random) const {
     std::map<std::string, int> names = names_;
     for (const Change& change : pending_)
@@ -172,7 +174,8 @@ class Disk {
 
 TEST_SUITE("io/power loss") {
   TEST_CASE(
-      "F2: after a power cut at any moment the checkpoint is the last one written, or the one that was being written") {
+      "F2: after a power cut at any moment the checkpoint is the last one written, or the one that was being "
+      "written") {
     const Scratch written;
     recorded_folder = written.folder();
     constexpr int kGenerations = 12;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/vdb_file.hpp"
+#include "io/vdb/vdb_file.hpp"
 
 #include <doctest/doctest.h>
 
@@ -60,7 +60,8 @@ bool same_voxels(const VdbGrid& a, const VdbGrid& b) {
   const std::size_t floats = 512 * std::size_t(a.width);
   for (std::size_t l = 0; l < a.leaves.size(); ++l) {
     const int m = find_leaf(b, a.leaves[l]);
-    if (m < 0 || std::memcmp(&a.values[l * floats], &b.values[std::size_t(m) * floats], floats * 4) != 0) return false;
+    if (m < 0 || std::memcmp(&a.values[l * floats], &b.values[std::size_t(m) * floats], floats * 4) != 0)
+      return false;
     const auto word = [](const VdbGrid& g, std::size_t w) {
       return g.active.empty() ? ~std::uint64_t(0) : g.active[w];
     };
@@ -174,14 +175,16 @@ TEST_SUITE("io/vdb_file") {
     write_vdb(path, noisy_file(7));
     const std::string good = slurp(path).substr(0, slurp(path).size() - kSeal);
     int refused = 0;
-    for (std::size_t n = 57; n < 700; n += 7) {  // any 4 bytes of metadata and grid table, as a length of 4 GB
+    for (std::size_t n = 57; n < 700;
+         n += 7) {  // any 4 bytes of metadata and grid table, as a length of 4 GB
       CAPTURE(n);
       std::string wild = good;
       for (std::size_t i = 0; i < 4; ++i) wild[n + i] = char(0xff);
       spit(path, wild);
       const std::string message = message_of(path);
       refused += !message.empty();
-      if (!message.empty()) CHECK(message.find(path) == 0);  // inside a value or a name it is only another value
+      if (!message.empty())
+        CHECK(message.find(path) == 0);  // inside a value or a name it is only another value
     }
     CHECK(refused > 20);
   }
@@ -208,9 +211,11 @@ TEST_SUITE("io/vdb_file") {
     const Scratch scratch;
     const std::string path = scratch.path("a.vdb");
     CHECK(message_of(path) == path + ": could not be read\n  got:      No such file or directory");
-    CHECK(message_of(scratch.folder()) == scratch.folder() + ": could not be read\n  got:      Is a directory");
+    CHECK(message_of(scratch.folder()) ==
+          scratch.folder() + ": could not be read\n  got:      Is a directory");
     spit(path, "\x89PNG\r\n\x1a\n and some more bytes");
-    CHECK(message_of(path) == path + ": is not a VDB file\n  expected: the magic number of OpenVDB at the beginning");
+    CHECK(message_of(path) ==
+          path + ": is not a VDB file\n  expected: the magic number of OpenVDB at the beginning");
     spit(path, "");
     CHECK(message_of(path).find("the file ends inside the header") != std::string::npos);
     write_vdb(path, noisy_file(8));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/math/velocity.hpp"
+#include "math/velocity.hpp"
 
 #include <doctest/doctest.h>
 

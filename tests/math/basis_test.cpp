@@ -24,7 +24,9 @@ double de_casteljau(std::vector<double> p, double t) {
 }
 
 template <class T>
-T sum(const BasisWeights<T>& w) { return std::accumulate(w.begin(), w.end(), T(0)); }
+T sum(const BasisWeights<T>& w) {
+  return std::accumulate(w.begin(), w.end(), T(0));
+}
 
 }  // namespace
 
@@ -49,7 +51,8 @@ TEST_SUITE("math/basis") {
       CAPTURE(points);
       for (const double t : kTimes) {
         CAPTURE(t);
-        for (const auto& w : {bernstein_weights(std::min(points, kMaxBezierPoints), t), bspline_weights(points, t)}) {
+        for (const auto& w :
+             {bernstein_weights(std::min(points, kMaxBezierPoints), t), bspline_weights(points, t)}) {
           CHECK(std::all_of(w.begin(), w.end(), [](double x) { return x >= 0; }));
           CHECK(std::abs(sum(w) - 1) <= 1e-14);
         }
@@ -71,7 +74,8 @@ TEST_SUITE("math/basis") {
       for (const double t : {0.0, 0.1, 0.33, 0.5, 0.77, 0.9}) {
         CAPTURE(points);
         CAPTURE(t);
-        const auto bezier = bernstein_weights(points, Dual{t, 1}), spline = bspline_weights(points, Dual{t, 1});
+        const auto bezier = bernstein_weights(points, Dual{t, 1}),
+                   spline = bspline_weights(points, Dual{t, 1});
         const auto d_bezier = bernstein_weights_dt(points, t), d_spline = bspline_weights_dt(points, t);
         for (int k = 0; k < points; ++k) {
           CHECK(std::abs(d_bezier[k] - bezier[k].b) <= 1e-12);
@@ -86,7 +90,8 @@ TEST_SUITE("math/basis") {
       int used = 0;
       for (const double x : bspline_weights(12, t)) used += x != 0;
       CHECK(used <= 4);
-      for (int k = 0; k < 2; ++k) CHECK(bspline_weights(2, t)[k] == doctest::Approx(bernstein_weights(2, t)[k]));
+      for (int k = 0; k < 2; ++k)
+        CHECK(bspline_weights(2, t)[k] == doctest::Approx(bernstein_weights(2, t)[k]));
     }
   }
   TEST_CASE("pieces of a long B-spline join without a jump in position or velocity") {
@@ -95,7 +100,9 @@ TEST_SUITE("math/basis") {
     constexpr int points = 203;  // 200 pieces
     std::vector<double> p(points);
     for (double& x : p) x = uniform(random);
-    const auto curve = [&](const BasisWeights<double>& w) { return std::inner_product(p.begin(), p.end(), w.begin(), 0.0); };
+    const auto curve = [&](const BasisWeights<double>& w) {
+      return std::inner_product(p.begin(), p.end(), w.begin(), 0.0);
+    };
     for (int joint = 1; joint < 200; ++joint) {
       const double t = joint / 200.0, before = std::nextafter(t, 0.0);
       CAPTURE(joint);
@@ -111,7 +118,9 @@ TEST_SUITE("math/basis") {
       std::vector<double> p(points), q(halved_points(points));
       for (double& x : p) x = uniform(random);
       halve_bspline(points, p.data(), q.data());
-      const auto curve = [](const std::vector<double>& at, double t) { return std::inner_product(at.begin(), at.end(), bspline_weights(int(at.size()), t).begin(), 0.0); };
+      const auto curve = [](const std::vector<double>& at, double t) {
+        return std::inner_product(at.begin(), at.end(), bspline_weights(int(at.size()), t).begin(), 0.0);
+      };
       CAPTURE(points);
       for (const double t : kTimes) CHECK(std::abs(curve(p, t) - curve(q, t)) <= 1e-13);
     }

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <random>
 
+#include "math/basis_pieces.hpp"
+#include "math/kmeans.hpp"
+#include "math/least_squares.hpp"
 #include "splinevox/core/vec3.hpp"
-#include "splinevox/math/basis_pieces.hpp"
-#include "splinevox/math/kmeans.hpp"
-#include "splinevox/math/least_squares.hpp"
 #include "splinevox/math/time_curve.hpp"
 #include "support/dual.hpp"
 
@@ -22,7 +22,8 @@ const double kTimes[] = {0, 0.1, 0.25, 1 / 3.0, 0.5, 0.61, 0.75, 0.9, 1};
 }  // namespace
 
 TEST_SUITE("math/time_curve") {
-  TEST_CASE("nothing said is the identity; a curve is straight between its knots and jumps to the later value") {
+  TEST_CASE(
+      "nothing said is the identity; a curve is straight between its knots and jumps to the later value") {
     CHECK(TimeCurve{}(0.37) == 0.37);
     CHECK(TimeCurve{}.slope(0.37) == 1);
     CHECK(TimeCurve{}(-2) == 0);
@@ -53,8 +54,15 @@ TEST_SUITE("math/time_curve") {
     }
   }
   TEST_CASE("one change of time after the other is both at once") {
-    const TimeCurve changes[] = {{},           reversed_time(), speed_time(0.5), speed_time(3),      loop_time(3, false),
-                                 loop_time(2, true), frozen_time(0.3), simplified({{0, 0}, {0.5, 0.2}, {1, 1}}), simplified({{0, 0.9}, {0.4, 0.1}, {0.4, 0.6}, {1, 0}})};
+    const TimeCurve changes[] = {{},
+                                 reversed_time(),
+                                 speed_time(0.5),
+                                 speed_time(3),
+                                 loop_time(3, false),
+                                 loop_time(2, true),
+                                 frozen_time(0.3),
+                                 simplified({{0, 0}, {0.5, 0.2}, {1, 1}}),
+                                 simplified({{0, 0.9}, {0.4, 0.1}, {0.4, 0.6}, {1, 0}})};
     for (const TimeCurve& outer : changes)
       for (const TimeCurve& inner : changes) {
         const TimeCurve both = compose(outer, inner);
@@ -96,7 +104,8 @@ TEST_SUITE("math/basis_pieces") {
         CHECK(places == doctest::Approx(1));
       }
   }
-  TEST_CASE("the ends are exactly the first and the last place; a Hermite node has the velocity it is given") {
+  TEST_CASE(
+      "the ends are exactly the first and the last place; a Hermite node has the velocity it is given") {
     for (const double t : {0.0, 1.0}) {
       const auto poly = polybezier_weights(10, t), hermite = hermite_weights(8, t);
       for (int k = 0; k < 10; ++k) CHECK(poly[k] == (k == (t == 0 ? 0 : 9) ? 1.0 : 0.0));
@@ -104,7 +113,8 @@ TEST_SUITE("math/basis_pieces") {
     }
     for (int node = 0; node < 4; ++node) {
       const auto d = hermite_weights_dt(8, node / 3.0);
-      for (int k = 0; k < 8; ++k) CHECK(d[k] == doctest::Approx(k == 2 * node + 1 ? 1.0 : 0.0).epsilon(1e-12));
+      for (int k = 0; k < 8; ++k)
+        CHECK(d[k] == doctest::Approx(k == 2 * node + 1 ? 1.0 : 0.0).epsilon(1e-12));
     }
   }
   TEST_CASE("one poly-Bezier piece is a cubic Bezier curve") {
@@ -133,7 +143,8 @@ TEST_SUITE("math/least_squares") {
 }
 
 TEST_SUITE("math/kmeans") {
-  TEST_CASE("the distance of trajectories has the unit of a place squared and does not grow with their moments") {
+  TEST_CASE(
+      "the distance of trajectories has the unit of a place squared and does not grow with their moments") {
     const std::vector<float> a(12, 0.0f), b(12, 2.0f);
     CHECK(trajectory_distance(a.data(), b.data(), 4) == doctest::Approx(12));
     CHECK(trajectory_distance(a.data(), b.data(), 2) == doctest::Approx(12));
@@ -148,7 +159,9 @@ TEST_SUITE("math/kmeans") {
       const int kind = i % 3;
       for (int t = 0; t < 8; ++t) {
         const float s = float(t) / 7 - 0.5f;
-        const Vec3 p = kind == 0 ? Vec3{} : kind == 1 ? Vec3{0, 0, s} : Vec3{std::cos(6 * s), std::sin(6 * s), 0};
+        const Vec3 p = kind == 0   ? Vec3{}
+                       : kind == 1 ? Vec3{0, 0, s}
+                                   : Vec3{std::cos(6 * s), std::sin(6 * s), 0};
         for (int a = 0; a < 3; ++a) all.push_back(p[a] + noise(random));
       }
       truth.push_back(kind), weights.push_back(1);

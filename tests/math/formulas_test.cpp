@@ -7,18 +7,18 @@
 #include <random>
 #include <vector>
 
-#include "splinevox/math/aabb.hpp"
-#include "splinevox/math/activation.hpp"
-#include "splinevox/math/adam.hpp"
+#include "math/aabb.hpp"
+#include "math/activation.hpp"
+#include "math/adam.hpp"
+#include "math/curve_prior.hpp"
+#include "math/divergence.hpp"
+#include "math/offset.hpp"
+#include "math/photometric.hpp"
+#include "math/trilinear.hpp"
+#include "math/tv.hpp"
+#include "math/view_factor.hpp"
 #include "splinevox/math/basis.hpp"
-#include "splinevox/math/curve_prior.hpp"
-#include "splinevox/math/divergence.hpp"
-#include "splinevox/math/offset.hpp"
-#include "splinevox/math/photometric.hpp"
 #include "splinevox/math/sh.hpp"
-#include "splinevox/math/trilinear.hpp"
-#include "splinevox/math/tv.hpp"
-#include "splinevox/math/view_factor.hpp"
 #include "support/dual.hpp"
 
 using namespace splinevox;
@@ -26,17 +26,27 @@ using test::Dual;
 
 namespace {
 constexpr double kUnit = 5.9604644775390625e-08;  // float rounding, 2^-24
-const auto root = [](const auto& x) { using std::sqrt; using test::sqrt; return sqrt(x); };
+const auto root = [](const auto& x) {
+  using std::sqrt;
+  using test::sqrt;
+  return sqrt(x);
+};
 }  // namespace
 
 TEST_SUITE("math/activation") {
-  TEST_CASE("float exp, 1 - exp(-x), softplus and sigmoid keep their relative accuracy over their whole range") {
+  TEST_CASE(
+      "float exp, 1 - exp(-x), softplus and sigmoid keep their relative accuracy over their whole range") {
     double worst_exp = 0, worst_alpha = 0, worst_softplus = 0, worst_sigmoid = 0;
     for (double x = -80; x <= 80; x += 0.0137) {
       const float f = float(x);
       worst_exp = std::max(worst_exp, std::abs(exp_(f) / std::exp(double(f)) - 1));
-      worst_softplus = std::max(worst_softplus, std::abs(softplus(f).value / (std::max(double(f), 0.0) + std::log1p(std::exp(-std::abs(double(f))))) - 1));
-      worst_sigmoid = std::max(worst_sigmoid, std::abs(sigmoid(f).slope * std::pow(std::exp(f / 2.0) + std::exp(-f / 2.0), 2) - 1));
+      worst_softplus =
+          std::max(worst_softplus, std::abs(softplus(f).value / (std::max(double(f), 0.0) +
+                                                                 std::log1p(std::exp(-std::abs(double(f))))) -
+                                            1));
+      worst_sigmoid =
+          std::max(worst_sigmoid,
+                   std::abs(sigmoid(f).slope * std::pow(std::exp(f / 2.0) + std::exp(-f / 2.0), 2) - 1));
     }
     for (double e = -30; e <= 2; e += 0.01) {
       const float x = float(std::pow(10.0, e));
@@ -89,7 +99,8 @@ TEST_SUITE("math/trilinear") {
       }
       CHECK(sum == doctest::Approx(1).epsilon(1e-14));
       CHECK(linear == doctest::Approx(2 * f.x + 3 * f.y + 5 * f.z).epsilon(1e-13));
-      const auto v = trilinear_with_gradient(f, corner[0], corner[1], corner[2], corner[3], corner[4], corner[5], corner[6], corner[7]);
+      const auto v = trilinear_with_gradient(f, corner[0], corner[1], corner[2], corner[3], corner[4],
+                                             corner[5], corner[6], corner[7]);
       CHECK(v.value == doctest::Approx(value).epsilon(1e-13));
       CHECK(v.dx == doctest::Approx(slope.x).epsilon(1e-12));
       CHECK(v.dy == doctest::Approx(slope.y).epsilon(1e-12));
@@ -100,7 +111,8 @@ TEST_SUITE("math/trilinear") {
 
 TEST_SUITE("math/sh") {
   TEST_CASE("harmonics are orthonormal over the sphere") {
-    // Gauss-free quadrature: midpoint in z, which is exact enough with many bands of equal area, uniform in angle.
+    // Gauss-free quadrature: midpoint in z, which is exact enough with many bands of equal area, uniform in
+    // angle.
     double gram[16][16] = {};
     const int bands = 2000, turns = 16;
     for (int i = 0; i < bands; ++i)
@@ -118,11 +130,15 @@ TEST_SUITE("math/sh") {
 
 TEST_SUITE("math/losses") {
   TEST_CASE("total variation: derivatives equal dual numbers, flat is zero and not NaN") {
-    struct Row { double v, x, y, z; };
+    struct Row {
+      double v, x, y, z;
+    };
     for (const Row& r : {Row{0.3, 0.1, 0.5, -0.2}, Row{1, 1, 1, 2}, Row{-2, 0, 3, 1}}) {
       const auto tv = tv_term(r.v, r.x, r.y, r.z, 1e-10, root);
       const auto with = [&](int i) {
-        return tv_term(Dual{r.v, double(i == 0)}, Dual{r.x, double(i == 1)}, Dual{r.y, double(i == 2)}, Dual{r.z, double(i == 3)}, 1e-10, root).value.b;
+        return tv_term(Dual{r.v, double(i == 0)}, Dual{r.x, double(i == 1)}, Dual{r.y, double(i == 2)},
+                       Dual{r.z, double(i == 3)}, 1e-10, root)
+            .value.b;
       };
       CHECK(tv.d_self == doctest::Approx(with(0)).epsilon(1e-12));
       CHECK(tv.d_x == doctest::Approx(with(1)).epsilon(1e-12));
@@ -133,7 +149,9 @@ TEST_SUITE("math/losses") {
     CHECK(flat.value == 0);
     CHECK(flat.d_self == 0);
   }
-  TEST_CASE("priors on curves: derivatives equal dual numbers; a halved curve has no jump at its new knots, a resting one no NaN") {
+  TEST_CASE(
+      "priors on curves: derivatives equal dual numbers; a halved curve has no jump at its new knots, a "
+      "resting one no NaN") {
     constexpr int kPoints = 13, kStride = 4, kSize = kPoints * kStride;
     std::mt19937 random(5);
     std::uniform_real_distribution<double> uniform(-1, 1);
@@ -149,12 +167,22 @@ TEST_SUITE("math/losses") {
         CHECK(gradient[i] == doctest::Approx(prior(seeded.data(), unused.data()).b).epsilon(1e-10));
       }
     };
-    for (const bool pinned : {false, true}) slopes_agree([&]<class T>(const T* row, T* gradient) { return curve_length_vjp<T>(row, kStride, kPoints, pinned, T(0.3), gradient); });
     for (const bool pinned : {false, true})
-      slopes_agree([&]<class T>(const T* row, T* gradient) { return curve_length_vjp<T, 1>(row + 3, kStride, kPoints, pinned, T(0.3), gradient + 3); });
+      slopes_agree([&]<class T>(const T* row, T* gradient) {
+        return curve_length_vjp<T>(row, kStride, kPoints, pinned, T(0.3), gradient);
+      });
     for (const bool pinned : {false, true})
-      slopes_agree([&]<class T>(const T* row, T* gradient) { return curve_rest_vjp<T>(row, kStride, kPoints, pinned, T(0.3), T(1e-2), gradient); });
-    for (const int spacing : {2, 4}) slopes_agree([&]<class T>(const T* row, T* gradient) { return knot_jumps_vjp<T>(row, kStride, kPoints, spacing, T(0.3), T(1e-2), gradient); });
+      slopes_agree([&]<class T>(const T* row, T* gradient) {
+        return curve_length_vjp<T, 1>(row + 3, kStride, kPoints, pinned, T(0.3), gradient + 3);
+      });
+    for (const bool pinned : {false, true})
+      slopes_agree([&]<class T>(const T* row, T* gradient) {
+        return curve_rest_vjp<T>(row, kStride, kPoints, pinned, T(0.3), T(1e-2), gradient);
+      });
+    for (const int spacing : {2, 4})
+      slopes_agree([&]<class T>(const T* row, T* gradient) {
+        return knot_jumps_vjp<T>(row, kStride, kPoints, spacing, T(0.3), T(1e-2), gradient);
+      });
 
     std::vector<double> x(8), halved(kPoints), rows(kSize, 0.0), gradient(kSize, 0.0);
     for (double& v : x) v = uniform(random);
@@ -171,8 +199,10 @@ TEST_SUITE("math/losses") {
   }
   TEST_CASE("a colour beyond what a picture can show is no error, one below it is") {
     CHECK(photometric_error(Vec3{1.5f, 0.75f, 0.5f}, Vec3{1, 1, 0.25f}) == Vec3{0, -0.25f, 0.25f});
-    CHECK(photometric_error(Vec3{1, 1.25f, 2}, Vec3{1, std::nextafter(1.0f, 0.0f), 0}) == Vec3{0, 1.25f - std::nextafter(1.0f, 0.0f), 2});
-    CHECK(std::isnan(photometric_error(Vec3{std::nanf(""), 0, 0}, Vec3{1, 1, 1}).x));  // still found and discarded
+    CHECK(photometric_error(Vec3{1, 1.25f, 2}, Vec3{1, std::nextafter(1.0f, 0.0f), 0}) ==
+          Vec3{0, 1.25f - std::nextafter(1.0f, 0.0f), 2});
+    CHECK(std::isnan(
+        photometric_error(Vec3{std::nanf(""), 0, 0}, Vec3{1, 1, 1}).x));  // still found and discarded
   }
   TEST_CASE("offset loss: derivatives equal dual numbers, finite where the plain form is NaN") {
     for (const double size : {0.0, 1e-30, 1e-6, 0.1, 3.0})
@@ -185,9 +215,13 @@ TEST_SUITE("math/losses") {
         for (int a = 0; a < 3; ++a) {
           Vec3T<Dual> dd{d.x, d.y, d.z};
           dd[a].b = 1;
-          CHECK(term.d_delta[a] == doctest::Approx(offset_term(dd, Dual(r), Dual(0.3), Dual(1e-4)).value.b).epsilon(1e-10));
+          CHECK(term.d_delta[a] ==
+                doctest::Approx(offset_term(dd, Dual(r), Dual(0.3), Dual(1e-4)).value.b).epsilon(1e-10));
         }
-        CHECK(term.d_r == doctest::Approx(offset_term(Vec3T<Dual>{d.x, d.y, d.z}, Dual(r, 1), Dual(0.3), Dual(1e-4)).value.b).epsilon(1e-10));
+        CHECK(term.d_r ==
+              doctest::Approx(
+                  offset_term(Vec3T<Dual>{d.x, d.y, d.z}, Dual(r, 1), Dual(0.3), Dual(1e-4)).value.b)
+                  .epsilon(1e-10));
       }
   }
   TEST_CASE("divergence and probe: adjoints equal dual numbers; the probes average to the divergence") {
@@ -212,19 +246,28 @@ TEST_SUITE("math/losses") {
       return m;
     };
     const auto entry = [](const MotionJetAdjoint<double>& d, int i) {
-      return i < 3 ? d.delta[i] : i < 12 ? d.d_delta[(i - 3) / 3][(i - 3) % 3] : i < 15 ? d.d_rho[i - 12] : d.rho;
+      return i < 3    ? d.delta[i]
+             : i < 12 ? d.d_delta[(i - 3) / 3][(i - 3) % 3]
+             : i < 15 ? d.d_rho[i - 12]
+                      : d.rho;
     };
     MotionJetAdjoint<double> d;
     MotionJetAdjoint<Dual> unused;
     const double exact = divergence(jet(0.0, -1), d);
-    for (int i = 0; i < 16; ++i) CHECK(entry(d, i) == doctest::Approx(divergence(jet(Dual(), i), unused).b).epsilon(1e-12));
+    for (int i = 0; i < 16; ++i)
+      CHECK(entry(d, i) == doctest::Approx(divergence(jet(Dual(), i), unused).b).epsilon(1e-12));
     const Vec3d e{1, -1, 1};
     divergence_probe(jet(0.0, -1), e, d);
     for (int i = 0; i < 16; ++i)
-      CHECK(entry(d, i) == doctest::Approx(divergence_probe(jet(Dual(), i), Vec3T<Dual>{1, -1, 1}, unused).b).epsilon(1e-12));
+      CHECK(
+          entry(d, i) ==
+          doctest::Approx(divergence_probe(jet(Dual(), i), Vec3T<Dual>{1, -1, 1}, unused).b).epsilon(1e-12));
     double mean = 0;
     for (int signs = 0; signs < 8; ++signs)
-      mean += divergence_probe(jet(0.0, -1), Vec3d{signs & 1 ? 1.0 : -1.0, signs & 2 ? 1.0 : -1.0, signs & 4 ? 1.0 : -1.0}, d) / 8;
+      mean +=
+          divergence_probe(jet(0.0, -1),
+                           Vec3d{signs & 1 ? 1.0 : -1.0, signs & 2 ? 1.0 : -1.0, signs & 4 ? 1.0 : -1.0}, d) /
+          8;
     CHECK(mean == doctest::Approx(exact).epsilon(1e-12));
   }
 }
@@ -240,7 +283,8 @@ TEST_SUITE("math/aabb and adam") {
     CHECK(intersect(box, {-3, 1, 0}, {1, 0, 0}).far == doctest::Approx(4));
   }
   TEST_CASE("bias corrections are exact in the limits") {
-    const MomentFactors one = moment_factors(0.9, 0.999, 1e-8, 1), many = moment_factors(0.9, 0.9999, 1e-8, 1e9);
+    const MomentFactors one = moment_factors(0.9, 0.999, 1e-8, 1),
+                        many = moment_factors(0.9, 0.9999, 1e-8, 1e9);
     CHECK(one.correction1 == doctest::Approx(10));
     CHECK(one.correction2 == doctest::Approx(1000));
     CHECK(many.correction1 == 1);

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "splinevox/math/camera.hpp"
+#include "math/camera.hpp"
 
 namespace {
 
@@ -57,11 +57,14 @@ TEST_SUITE("math/lens") {
       const auto& k = kMild.k;
       const long double f = 1 + k[0] * q + k[1] * q * q + k[2] * q * q * q + k[3] * q * q * q * q;
       const LensPoint a = distort(kMild, p);
-      brown = std::max(brown, double(std::abs(a.x - (x * f + 2 * kMild.p[0] * x * y + kMild.p[1] * (q + 2 * x * x)))));
-      brown = std::max(brown, double(std::abs(a.y - (y * f + kMild.p[0] * (q + 2 * y * y) + 2 * kMild.p[1] * x * y))));
+      brown = std::max(
+          brown, double(std::abs(a.x - (x * f + 2 * kMild.p[0] * x * y + kMild.p[1] * (q + 2 * x * x)))));
+      brown = std::max(
+          brown, double(std::abs(a.y - (y * f + kMild.p[0] * (q + 2 * y * y) + 2 * kMild.p[1] * x * y))));
       const long double r = std::sqrt(q), angle = std::atan(r), s = angle * angle;
       const auto& e = kFish.k;
-      const long double bent = angle * (1 + e[0] * s + e[1] * s * s + e[2] * s * s * s + e[3] * s * s * s * s);
+      const long double bent =
+          angle * (1 + e[0] * s + e[1] * s * s + e[2] * s * s * s + e[3] * s * s * s * s);
       fisheye = std::max(fisheye, double(std::abs(distort(kFish, p).x - bent / r * x)));
     }
     CHECK(brown / kUnit < 4);
@@ -80,7 +83,8 @@ TEST_SUITE("math/lens") {
   }
 
   TEST_CASE("what lies far aside never comes back into the picture") {
-    for (const Distortion& lens : {kMild, kBarrel, kPillow, kFish, lens_of(Distortion::Kind::brown, {-0.4, 0, 0, 0})}) {
+    for (const Distortion& lens :
+         {kMild, kBarrel, kPillow, kFish, lens_of(Distortion::Kind::brown, {-0.4, 0, 0, 0})}) {
       const Camera camera = camera_with(lens);
       double before = 0;
       for (double r = 0; r < 1000; r = r * 1.05 + 0.001) {
@@ -94,7 +98,8 @@ TEST_SUITE("math/lens") {
   }
 
   TEST_CASE("where a lens folds over") {
-    CHECK(lens_reach({Distortion::Kind::brown, {-0.4, 0, 0, 0}, {}, 0}) == doctest::Approx(std::sqrt(1 / 1.2)).epsilon(0.02));
+    CHECK(lens_reach({Distortion::Kind::brown, {-0.4, 0, 0, 0}, {}, 0}) ==
+          doctest::Approx(std::sqrt(1 / 1.2)).epsilon(0.02));
     CHECK(kPillow.reach == 20);
     CHECK(lens_growth(kBarrel, 0.99 * kBarrel.reach) > 0);
     CHECK(lens_reach({Distortion::Kind::fisheye, {}, {}, 0}) == doctest::Approx(1.5707963));
@@ -104,7 +109,8 @@ TEST_SUITE("math/lens") {
     for (const Distortion& lens : {kMild, kFish}) {
       const Camera camera = camera_with(lens);
       CHECK(length(camera_ray(camera, 315, 245).direction - Vec3d{0, 0, -1}) < 4 * kUnit);
-      for (int x = 0; x <= 640; x += 32) CHECK(std::abs(length(camera_ray(camera, x, 100).direction) - 1) < 4 * kUnit);
+      for (int x = 0; x <= 640; x += 32)
+        CHECK(std::abs(length(camera_ray(camera, x, 100).direction) - 1) < 4 * kUnit);
       CHECK(camera_ray(camera, 400, 245).direction.x > 0);
       CHECK(camera_ray(camera, 315, 100).direction.y > 0);
     }

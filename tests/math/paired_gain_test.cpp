@@ -33,7 +33,9 @@ TEST_SUITE("math/paired_gain") {
     CHECK(double(wrong) / trials == doctest::Approx(0.05).epsilon(0.2));  // 3 sigma of a count of 200: 14%
   }
   TEST_CASE("one difference says nothing, and equal ones say all") {
-    const PairedGain one = paired_gain(std::vector{3.0}, 0.05), same = paired_gain(std::vector{0.5, 0.5, 0.5}, 0.05), none = paired_gain(std::vector{0.0, 0.0}, 0.05);
+    const PairedGain one = paired_gain(std::vector{3.0}, 0.05),
+                     same = paired_gain(std::vector{0.5, 0.5, 0.5}, 0.05),
+                     none = paired_gain(std::vector{0.0, 0.0}, 0.05);
     CHECK(one.lo == -INFINITY);
     CHECK(one.hi == INFINITY);
     CHECK(one.p == 1);

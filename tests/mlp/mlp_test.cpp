@@ -5,9 +5,9 @@
 #include <filesystem>
 
 #include "app/program.hpp"
-#include "app/support.hpp"
 #include "networks.hpp"
 #include "rays.hpp"
+#include "run/support.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/math/basis.hpp"
 
@@ -19,7 +19,9 @@ using namespace splinevox::mlp;
 using namespace splinevox::test;
 
 TEST_SUITE("mlp/spline") {
-  TEST_CASE("De Casteljau on tensors agrees with our Bernstein weights, in value, in every control point's gradient and in time's") {
+  TEST_CASE(
+      "De Casteljau on tensors agrees with our Bernstein weights, in value, in every control point's "
+      "gradient and in time's") {
     torch::manual_seed(3);
     for (const int points : {2, 3, 5, 12}) {
       torch::Tensor p = torch::randn({40, points, 3}, torch::kDouble).requires_grad_(true);
@@ -29,14 +31,16 @@ TEST_SUITE("mlp/spline") {
       (x * pull).sum().backward();
       for (int i = 0; i < 40; ++i) {
         const double time = t[i][0].item<double>();
-        const BasisWeights<double> w = bernstein_weights(points, time), dw = bernstein_weights_dt(points, time);
+        const BasisWeights<double> w = bernstein_weights(points, time),
+                                   dw = bernstein_weights_dt(points, time);
         double slope = 0;
         for (int a = 0; a < 3; ++a) {
           double value = 0;
           for (int k = 0; k < points; ++k) {
             value += w[k] * p[i][k][a].item<double>();
             slope += dw[k] * p[i][k][a].item<double>() * pull[i][a].item<double>();
-            CHECK(p.grad()[i][k][a].item<double>() == doctest::Approx(w[k] * pull[i][a].item<double>()).epsilon(1e-12));
+            CHECK(p.grad()[i][k][a].item<double>() ==
+                  doctest::Approx(w[k] * pull[i][a].item<double>()).epsilon(1e-12));
           }
           CHECK(x[i][a].item<double>() == doctest::Approx(value).epsilon(1e-12));
         }
@@ -49,9 +53,11 @@ TEST_SUITE("mlp/spline") {
 TEST_SUITE("mlp/model") {
   Rays some_rays(int64_t n) {
     const torch::Tensor d = torch::randn({n, 3});
-    return {torch::rand({n, 3}) - 0.5, d / d.norm(2, 1, true), torch::rand({n, 1}) + 0.5, torch::rand({n, 1})};
+    return {torch::rand({n, 3}) - 0.5, d / d.norm(2, 1, true), torch::rand({n, 1}) + 0.5,
+            torch::rand({n, 1})};
   }
-  TEST_CASE("networks have as many parameters as the released code's, its fixed Fourier frequencies included") {
+  TEST_CASE(
+      "networks have as many parameters as the released code's, its fixed Fourier frequencies included") {
     Settings s = preset("nerf_atlas", Kind::spline);
     s.points = 5;
     MlpModel model(s);
@@ -73,15 +79,19 @@ TEST_SUITE("mlp/model") {
         torch::NoGradGuard constant;
         for (const auto& p : model->named_parameters()) {
           torch::Tensor value = p.value();
-          // The same density everywhere: weights of samples are constants of the loss, so a difference must not see them change.
-          if (p.key().rfind("radiance", 0) == 0) value.zero_();
-          else value += 0.05 * torch::randn_like(value);
+          // The same density everywhere: weights of samples are constants of the loss, so a difference must
+          // not see them change.
+          if (p.key().rfind("radiance", 0) == 0)
+            value.zero_();
+          else
+            value += 0.05 * torch::randn_like(value);
           if (p.key() == "deformation.net.layer2.weight") moved = value;
         }
       }
       REQUIRE(moved.defined());
       Rays rays = some_rays(8);
-      for (torch::Tensor* t : {&rays.origin, &rays.direction, &rays.length, &rays.time}) *t = t->to(torch::kDouble);
+      for (torch::Tensor* t : {&rays.origin, &rays.direction, &rays.length, &rays.time})
+        *t = t->to(torch::kDouble);
       const auto loss = [&] {
         torch::manual_seed(7);  // the same samples and probes
         return model->train_march(rays).divergence;
@@ -102,7 +112,8 @@ TEST_SUITE("mlp/model") {
           moved[row][column] -= change;
           return value;
         };
-        CHECK(gradient[row][column].item<double>() == doctest::Approx((at(by) - at(-by)) / (2 * by)).epsilon(1e-5).scale(1e-3 * largest));
+        CHECK(gradient[row][column].item<double>() ==
+              doctest::Approx((at(by) - at(-by)) / (2 * by)).epsilon(1e-5).scale(1e-3 * largest));
       }
     }
   }
@@ -133,7 +144,8 @@ TEST_SUITE("mlp/model") {
       m.divergence.backward();
       double size = 0;
       for (const auto& p : model->named_parameters())
-        if (p.key().rfind("deformation", 0) == 0 && p.value().grad().defined()) size += p.value().grad().abs().sum().item<double>();
+        if (p.key().rfind("deformation", 0) == 0 && p.value().grad().defined())
+          size += p.value().grad().abs().sum().item<double>();
       CHECK(size > 0);
       CHECK(std::isfinite(size));
     }
@@ -166,25 +178,36 @@ TEST_SUITE("mlp/program") {
     for (const char* kind : {"spline", "nr-nerf", "t-nerf"}) {
       CAPTURE(kind);
       const std::string run = folder.str() + "/" + kind;
-      Started train({SPLINEVOX_MLP, "train", folder.str() + "/data", "--out", run, "--kind", kind, "--max-steps", "20", "--samples", "8",
-                     "--shrink", "1", "--stride", "4", "--test-at", "0,1e9", "--lr", "2e-3", "--quiet"});
+      Started train({SPLINEVOX_MLP, "train",       folder.str() + "/data",
+                     "--out",       run,           "--kind",
+                     kind,          "--max-steps", "20",
+                     "--samples",   "8",           "--shrink",
+                     "1",           "--stride",    "4",
+                     "--test-at",   "0,1e9",       "--lr",
+                     "2e-3",        "--quiet"});
       const Ended trained = train.wait();
       CAPTURE(trained.err);
       REQUIRE(trained.code == 0);
-      for (const char* file : {"config.toml", "metrics.jsonl", "metrics.json", "model.pt"}) CHECK_MESSAGE(std::filesystem::exists(run + "/" + file), file);
-      const auto figures = app::read_json(run + "/metrics.json");
+      for (const char* file : {"config.toml", "metrics.jsonl", "metrics.json", "model.pt"})
+        CHECK_MESSAGE(std::filesystem::exists(run + "/" + file), file);
+      const auto figures = run::read_json(run + "/metrics.json");
       CHECK(figures["steps"] == 20);
       REQUIRE(figures["tests"].size() == 2);
       CHECK(figures["tests"][1]["psnr"] > figures["tests"][0]["psnr"].get<double>() + 0.2);
       const Ended eval = Started({SPLINEVOX_MLP, "eval", run, "--stride", "4", "--json"}).wait();
       CAPTURE(eval.err);
       REQUIRE(eval.code == 0);
-      CHECK(app::Json::parse(eval.out)["psnr"] > 5);
-      CHECK(Started({SPLINEVOX_MLP, "render", run, "--out", run + "/pictures", "--stride", "4", "--quiet"}).wait().code == 0);
+      CHECK(run::Json::parse(eval.out)["psnr"] > 5);
+      CHECK(Started({SPLINEVOX_MLP, "render", run, "--out", run + "/pictures", "--stride", "4", "--quiet"})
+                .wait()
+                .code == 0);
       CHECK(std::filesystem::exists(run + "/pictures/r_000.png"));
       CHECK(program({"report", run, "--out", run + "/page.html"}).code == 0);
     }
     CHECK(Started({SPLINEVOX_MLP, "eval", folder.str()}).wait().code == 2);
-    CHECK(Started({SPLINEVOX_MLP, "train", folder.str() + "/data", "--out", folder.str() + "/x", "--kind", "nerf"}).wait().code == 2);
+    CHECK(Started({SPLINEVOX_MLP, "train", folder.str() + "/data", "--out", folder.str() + "/x", "--kind",
+                   "nerf"})
+              .wait()
+              .code == 2);
   }
 }

@@ -6,14 +6,14 @@
 #include <random>
 #include <vector>
 
-#include "splinevox/math/activation.hpp"
-#include "splinevox/math/divergence.hpp"
-#include "splinevox/math/light.hpp"
-#include "splinevox/math/offset.hpp"
-#include "splinevox/math/photometric.hpp"
-#include "splinevox/math/view_factor.hpp"
-#include "splinevox/render/backward.hpp"
-#include "splinevox/render/scatter.hpp"
+#include "math/activation.hpp"
+#include "math/divergence.hpp"
+#include "math/light.hpp"
+#include "math/offset.hpp"
+#include "math/photometric.hpp"
+#include "math/view_factor.hpp"
+#include "render/backward.hpp"
+#include "render/scatter.hpp"
 #include "support/dual.hpp"
 
 using namespace splinevox;
@@ -23,8 +23,8 @@ namespace {
 
 constexpr double kSpacing = 0.25, kStep = 0.11;
 
-/// A scene small enough to differentiate with respect to every number: lattices of a few bricks with a hole, random values,
-/// a handful of rays.
+/// A scene small enough to differentiate with respect to every number: lattices of a few bricks with a hole,
+/// random values, a handful of rays.
 template <int Sh>
 struct TinyScene {
   static constexpr int kWidth = RayKernel<double, Sh>::kWidth;
@@ -38,8 +38,10 @@ struct TinyScene {
   explicit TinyScene(unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(-1, 1);
-    const Lattice fine{{-1, -1, -1}, float(kSpacing), {12, 9, 9}}, coarse{{-1, -1, -1}, float(2 * kSpacing), {9, 5, 5}};
-    radiance = make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // (1, 1, 0) and others absent
+    const Lattice fine{{-1, -1, -1}, float(kSpacing), {12, 9, 9}},
+        coarse{{-1, -1, -1}, float(2 * kSpacing), {9, 5, 5}};
+    radiance =
+        make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // (1, 1, 0) and others absent
     motion = make_dense_topology(coarse);
     rows.resize(radiance->rows() * kWidth), slice.resize(motion->rows() * kSliceWidth);
     // Numbers that float holds too, so that both precisions differentiate the same scene.
@@ -63,7 +65,9 @@ struct TinyScene {
       ray.background = {0.3, 0.6, 0.9};
       rays.push_back(ray);
       targets.push_back({0.5 + 0.5 * uniform(random), 0.5, 0.2});
-      if (i == 5) rays.back().background.x = 3, targets.back().x = targets.back().z = 1;  // clipped: brighter in red, darker in blue
+      if (i == 5)
+        rays.back().background.x = 3,
+        targets.back().x = targets.back().z = 1;  // clipped: brighter in red, darker in blue
       for (int c = 0; c < 3; ++c) behind.push_back(rays.back().background[c]);
       probes.push_back({1, i % 2 ? -1.0 : 1.0, 1});
     }
@@ -89,16 +93,23 @@ Corners corners_of(const Topology& t, const Int3& base) {
   return out;
 }
 
-/// The loss of Eq. 8 by the textbook, on any scalar: no packets, no records, sums in the order of the equations. Motion losses
-/// take their visibility weights from `fixed_weights`, because those are constants by definition; empty: fills it in.
+/// The loss of Eq. 8 by the textbook, on any scalar: no packets, no records, sums in the order of the
+/// equations. Motion losses take their visibility weights from `fixed_weights`, because those are constants
+/// by definition; empty: fills it in.
 template <class T, int Sh>
-T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const std::vector<T>& slice, const std::vector<T>& behind,
-                 const MotionLoss<double>& loss, std::vector<double>& fixed_weights, double stop) {
+T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const std::vector<T>& slice,
+                 const std::vector<T>& behind, const MotionLoss<double>& loss,
+                 std::vector<double>& fixed_weights, double stop) {
   constexpr int kWidth = TinyScene<Sh>::kWidth;
   const bool record = fixed_weights.empty();
   std::size_t used = 0;
   T total(0);
-  const auto value_of = [](const T& x) { if constexpr (std::is_same_v<T, Duals>) return x.a; else return x; };
+  const auto value_of = [](const T& x) {
+    if constexpr (std::is_same_v<T, Duals>)
+      return x.a;
+    else
+      return x;
+  };
   for (std::size_t ray = 0; ray < scene.rays.size(); ++ray) {
     const RayInput<double>& in = scene.rays[ray];
     T transmittance(1);
@@ -111,7 +122,8 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       T w[8];
       Vec3T<T> dw[8];
       for (int a = 0; a < 3; ++a) {
-        const double g = (at[a] - double(scene.motion->lattice.origin[a])) / double(scene.motion->lattice.spacing);
+        const double g =
+            (at[a] - double(scene.motion->lattice.origin[a])) / double(scene.motion->lattice.spacing);
         base[a] = int(std::floor(g)), u[a] = T(g - base[a]);
       }
       trilinear_weights(u, w);
@@ -124,13 +136,15 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
         const T* row = slice.data() + mc.row[c] * kSliceWidth;
         const Vec3T<T> d{row[0], row[1], row[2]};
         jet.delta += w[c] * d, rho += w[c] * row[3], light += w[c] * row[4];
-        for (int j = 0; j < 3; ++j) jet.d_delta[j] += (inv * dw[c][j]) * d, jet.d_rho[j] += inv * dw[c][j] * row[3];
+        for (int j = 0; j < 3; ++j)
+          jet.d_delta[j] += (inv * dw[c][j]) * d, jet.d_rho[j] += inv * dw[c][j] * row[3];
       }
       const auto r = sigmoid(rho + T(0.4));
       jet.r = r.value, jet.r1 = r.slope, jet.r2 = r.slope * (T(1) - T(2) * r.value);
       // Radiance at x + r Delta_0.
       for (int a = 0; a < 3; ++a) {
-        const T g = (T(at[a] - double(scene.radiance->lattice.origin[a])) + jet.r * jet.delta[a]) / T(double(scene.radiance->lattice.spacing));
+        const T g = (T(at[a] - double(scene.radiance->lattice.origin[a])) + jet.r * jet.delta[a]) /
+                    T(double(scene.radiance->lattice.spacing));
         base[a] = int(std::floor(value_of(g))), u[a] = g - T(base[a]);
       }
       trilinear_weights(u, w);
@@ -158,7 +172,9 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
         const Vec3T<T> probe{T(scene.probes[ray].x), T(scene.probes[ray].y), T(scene.probes[ray].z)};
         const T q = loss.hutchinson ? divergence_probe(jet, probe, unused) : divergence(jet, unused);
         total += T(loss.divergence) * fixed * q * q;
-        if (loss.offset > 0) total += T(loss.offset) * fixed * offset_term(jet.delta, jet.r, T(loss.offset_rigidity), T(loss.offset_softening)).value;
+        if (loss.offset > 0)
+          total += T(loss.offset) * fixed *
+                   offset_term(jet.delta, jet.r, T(loss.offset_rigidity), T(loss.offset_softening)).value;
       }
       if (value_of(transmittance) < stop) break;
     }
@@ -171,20 +187,26 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
   return total;
 }
 
-/// Gradients through the production kernel, records and scatter, in the scalar of production or of the oracle.
+/// Gradients through the production kernel, records and scatter, in the scalar of production or of the
+/// oracle.
 template <class Real, int Sh>
-void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss, double stop, std::vector<Real>& d_rows,
-                      std::vector<Real>& d_slice, std::vector<Real>& d_behind, double& value) {
+void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss, double stop,
+                      std::vector<Real>& d_rows, std::vector<Real>& d_slice, std::vector<Real>& d_behind,
+                      double& value) {
   constexpr int kWidth = TinyScene<Sh>::kWidth;
-  const std::vector<Real> rows(scene.rows.begin(), scene.rows.end()), slice(scene.slice.begin(), scene.slice.end());
+  const std::vector<Real> rows(scene.rows.begin(), scene.rows.end()),
+      slice(scene.slice.begin(), scene.slice.end());
   FieldView<Real> field;
   field.radiance = BrickView<Real>(*scene.radiance), field.motion = BrickView<Real>(*scene.motion);
   field.radiance_rows = rows.data();
-  field.moving = scene.field.moving, field.rigidity = scene.field.rigidity, field.rigidity_offset = Real(scene.field.rigidity_offset);
-  field.density_scale = Real(scene.field.density_scale), field.density_shift = Real(scene.field.density_shift), field.step = Real(kStep);
+  field.moving = scene.field.moving, field.rigidity = scene.field.rigidity,
+  field.rigidity_offset = Real(scene.field.rigidity_offset);
+  field.density_scale = Real(scene.field.density_scale),
+  field.density_shift = Real(scene.field.density_shift), field.step = Real(kStep);
   FrameView<Real> frame;
   frame.slice = slice.data();
-  const MotionLoss<Real> losses{Real(loss.offset), Real(loss.offset_rigidity), Real(loss.offset_softening), Real(loss.divergence), loss.hutchinson};
+  const MotionLoss<Real> losses{Real(loss.offset), Real(loss.offset_rigidity), Real(loss.offset_softening),
+                                Real(loss.divergence), loss.hutchinson};
   RayKernel<Real, Sh> kernel;
   RayRecords<Real, kWidth, true> records;
   value = 0;
@@ -198,9 +220,11 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
     const std::size_t first = records.motion.size();
     for (int c = 0; c < 3; ++c) d_behind.push_back(Real(2) * result.transmittance * error[c]);
     backward(kernel, ray, result, field, Real(2) * error, Real(0), records);
-    value += motion_losses(kernel, field, frame, losses, cast<Real>(scene.probes[i]), Real(0), first, records);
+    value +=
+        motion_losses(kernel, field, frame, losses, cast<Real>(scene.probes[i]), Real(0), first, records);
   }
-  const auto gather = [](auto& scatter, const auto& list, const BrickView<Real>& view, const Topology& t, int width, std::vector<Real>& out) {
+  const auto gather = [](auto& scatter, const auto& list, const BrickView<Real>& view, const Topology& t,
+                         int width, std::vector<Real>& out) {
     out.assign(t.rows() * width, Real(0));
     scatter.begin(1, t.brick_count() + 1);
     scatter.count(0, list, view, 0);
@@ -224,13 +248,14 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
 
 /// The largest errors over everything checked, printed for docs/numerics.md.
 struct Figures {
-  double relative = 0;       ///< double against dual numbers, elementwise
-  double floats = 0;         ///< float against double, of the largest gradient
+  double relative = 0;  ///< double against dual numbers, elementwise
+  double floats = 0;    ///< float against double, of the largest gradient
   std::size_t parameters = 0, wrong_signs = 0;
 };
 
-/// Every parameter that has a gradient, and every 40th of the others, against dual numbers; then the float kernel against the double
-/// one. Below a millionth of the largest gradient, or where rays cancel, an error is measured against that millionth.
+/// Every parameter that has a gradient, and every 40th of the others, against dual numbers; then the float
+/// kernel against the double one. Below a millionth of the largest gradient, or where rays cancel, an error
+/// is measured against that millionth.
 template <int Sh>
 void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures) {
   const TinyScene<Sh> scene(seed);
@@ -239,10 +264,14 @@ void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop,
   double value, f_value;
   kernel_gradients<double>(scene, loss, stop, d_rows, d_slice, d_behind, value);
   kernel_gradients<float>(scene, loss, stop, f_rows, f_slice, f_behind, f_value);
-  CHECK(value == doctest::Approx(reference_loss<double, Sh>(scene, scene.rows, scene.slice, scene.behind, loss, weights, stop)).epsilon(1e-12));
+  CHECK(value == doctest::Approx(reference_loss<double, Sh>(scene, scene.rows, scene.slice, scene.behind,
+                                                            loss, weights, stop))
+                     .epsilon(1e-12));
   CHECK(f_value == doctest::Approx(value).epsilon(1e-5));
-  std::vector<Duals> rows(scene.rows.begin(), scene.rows.end()), slice(scene.slice.begin(), scene.slice.end()), behind(scene.behind.begin(), scene.behind.end());
-  const auto check = [&](std::vector<Duals>& parameters, const std::vector<double>& gradient, const std::vector<float>& in_float, std::size_t first) {
+  std::vector<Duals> rows(scene.rows.begin(), scene.rows.end()),
+      slice(scene.slice.begin(), scene.slice.end()), behind(scene.behind.begin(), scene.behind.end());
+  const auto check = [&](std::vector<Duals>& parameters, const std::vector<double>& gradient,
+                         const std::vector<float>& in_float, std::size_t first) {
     double largest = 0;
     for (const double g : gradient) largest = std::max(largest, std::abs(g));
     REQUIRE(largest > 0);
@@ -256,9 +285,11 @@ void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop,
       for (std::size_t k = 0; k < n; ++k) {
         const std::size_t i = chosen[at + k];
         parameters[i].b[k] = 0;
-        figures.relative = std::max(figures.relative, std::abs(gradient[i] - exact.b[k]) / std::max(std::abs(exact.b[k]), 1e-6 * largest));
+        figures.relative = std::max(figures.relative, std::abs(gradient[i] - exact.b[k]) /
+                                                          std::max(std::abs(exact.b[k]), 1e-6 * largest));
         figures.floats = std::max(figures.floats, std::abs(in_float[i] - gradient[i]) / largest);
-        figures.wrong_signs += std::abs(gradient[i]) > 1e-6 * largest && (in_float[i] > 0) != (gradient[i] > 0);
+        figures.wrong_signs +=
+            std::abs(gradient[i]) > 1e-6 * largest && (in_float[i] > 0) != (gradient[i] > 0);
         ++figures.parameters;
       }
     }
@@ -271,18 +302,25 @@ void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop,
 /// The same with harmonics of another order for every seed.
 void check_any_order(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures) {
   switch (seed % 5) {
-    case 0: return check_gradients<-1>(seed, loss, stop, figures);
-    case 1: return check_gradients<0>(seed, loss, stop, figures);
-    case 2: return check_gradients<1>(seed, loss, stop, figures);
-    case 3: return check_gradients<2>(seed, loss, stop, figures);
-    default: return check_gradients<3>(seed, loss, stop, figures);
+    case 0:
+      return check_gradients<-1>(seed, loss, stop, figures);
+    case 1:
+      return check_gradients<0>(seed, loss, stop, figures);
+    case 2:
+      return check_gradients<1>(seed, loss, stop, figures);
+    case 3:
+      return check_gradients<2>(seed, loss, stop, figures);
+    default:
+      return check_gradients<3>(seed, loss, stop, figures);
   }
 }
 
 void report(const char* what, const Figures& f) {
   char text[200];
-  std::snprintf(text, sizeof text, "measured gradients, %s: %zu parameters, double %.2g, float %.2g of the largest, %zu wrong signs", what, f.parameters,
-                f.relative, f.floats, f.wrong_signs);
+  std::snprintf(
+      text, sizeof text,
+      "measured gradients, %s: %zu parameters, double %.2g, float %.2g of the largest, %zu wrong signs", what,
+      f.parameters, f.relative, f.floats, f.wrong_signs);
   MESSAGE(text);
   CHECK(f.relative <= 1e-10);
   CHECK(f.floats <= 1e-5);
@@ -292,7 +330,9 @@ void report(const char* what, const Figures& f) {
 }  // namespace
 
 TEST_SUITE("render/gradient") {
-  TEST_CASE("photometric gradients of every radiance and motion parameter and of what is behind equal dual numbers, with and without early stop") {
+  TEST_CASE(
+      "photometric gradients of every radiance and motion parameter and of what is behind equal dual "
+      "numbers, with and without early stop") {
     Figures figures;
     for (unsigned seed = 1; seed <= 20; ++seed) {
       CAPTURE(seed);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/render/occupancy.hpp"
+#include "render/occupancy.hpp"
 
 #include <doctest/doctest.h>
 
+#include "render/active_rows.hpp"
 #include "splinevox/field/sample.hpp"
-#include "splinevox/render/active_rows.hpp"
 
 using namespace splinevox;
 
@@ -15,9 +15,11 @@ namespace {
 VoxelModel slab(float still_from = 2) {
   VoxelModel m;
   m.box = {{-1, -0.05f, -0.6f}, {1, 0.05f, 0.6f}};
-  m.radiance.raw = make_channels(make_dense_topology(make_lattice(m.box, 8)), 8, std::vector<float>(8, 0.0f).data());
+  m.radiance.raw =
+      make_channels(make_dense_topology(make_lattice(m.box, 8)), 8, std::vector<float>(8, 0.0f).data());
   m.motion.points = 3, m.motion.rigidity = false;
-  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 16)), m.motion.width(), std::vector<float>(8, 0.0f).data())};
+  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 16)), m.motion.width(),
+                                   std::vector<float>(8, 0.0f).data())};
   Channels& level = m.motion.levels[0];
   const Topology& t = *level.topology;
   for (int b = 1; b <= t.brick_count(); ++b)
@@ -26,7 +28,8 @@ VoxelModel slab(float still_from = 2) {
       if (x.x >= still_from) continue;
       const Vec3 d{0.3f + 0.2f * x.x, 0.02f, -0.1f - 0.3f * x.z};
       for (int a = 0; a < 3; ++a)
-        for (int k = 1; k < 3; ++k) level.row(std::size_t(b) * kBrickRows + i)[3 * (k - 1) + a] = 0.5f * float(k) * d[a];
+        for (int k = 1; k < 3; ++k)
+          level.row(std::size_t(b) * kBrickRows + i)[3 * (k - 1) + a] = 0.5f * float(k) * d[a];
     }
   return m;
 }
@@ -45,14 +48,17 @@ BitGrid matter(const VoxelModel& model) {
 }  // namespace
 
 TEST_SUITE("render/occupancy") {
-  TEST_CASE("a frame's cells are those whose centre is warped into an occupied one, found by blocks or one by one") {
+  TEST_CASE(
+      "a frame's cells are those whose centre is warped into an occupied one, found by blocks or one by "
+      "one") {
     const VoxelModel model = slab();
     const BitGrid canonical = matter(model);
     Int3 c;
     for (const double time : {0.0, 0.45, 1.0}) {
       CAPTURE(time);
       const FrameSampler sampler(model, time);
-      const BitGrid found = frame_occupancy(model, make_slice(model.motion, stored_weights(model.motion, time)), OccupancyPyramid(canonical));
+      const BitGrid found = frame_occupancy(
+          model, make_slice(model.motion, stored_weights(model.motion, time)), OccupancyPyramid(canonical));
       int differ = 0;
       for (c.x = 0; c.x < canonical.size.x; ++c.x)
         for (c.y = 0; c.y < canonical.size.y; ++c.y)
@@ -69,12 +75,14 @@ TEST_SUITE("render/occupancy") {
       CAPTURE(still_from);
       const VoxelModel model = slab(still_from);
       const Channels& level = model.motion.levels[0];
-      const BitGrid canonical = matter(model), reach = reach_of(*level.topology, nonzero_rows(level), canonical);
+      const BitGrid canonical = matter(model),
+                    reach = reach_of(*level.topology, nonzero_rows(level), canonical);
       CHECK((reach.count() > 0) == (still_from > -1));
       CHECK(reach.count() < reach.cells());
       for (const double time : {0.0, 0.45, 1.0}) {
         const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, time));
-        CHECK(frame_occupancy(model, slice, OccupancyPyramid(canonical, reach)).bits == frame_occupancy(model, slice, OccupancyPyramid(canonical)).bits);
+        CHECK(frame_occupancy(model, slice, OccupancyPyramid(canonical, reach)).bits ==
+              frame_occupancy(model, slice, OccupancyPyramid(canonical)).bits);
       }
     }
   }

@@ -8,14 +8,16 @@
 
 namespace splinevox::test {
 
-/// Motion of the blob as a function of the observed position; the curve is a Bezier with its first point pinned.
+/// Motion of the blob as a function of the observed position; the curve is a Bezier with its first point
+/// pinned.
 struct BlobMotion {
   bool moves = true;
   int points = 3;
-  Vec3 shift{-0.5f, 0.1f, 0.2f};  ///< displacement to canonical at t = 1, scene units: the blob moves at -shift
-  float twist = 0;                ///< further displacement, twist * t * (y, -x, 0) and a stretch along z: not uniform
-  bool rigidity = false;          ///< store a rigidity that varies in space
-  float light = 0;                ///< raw light at t = 1 is this times y; 0: no light
+  Vec3 shift{-0.5f, 0.1f,
+             0.2f};       ///< displacement to canonical at t = 1, scene units: the blob moves at -shift
+  float twist = 0;        ///< further displacement, twist * t * (y, -x, 0) and a stretch along z: not uniform
+  bool rigidity = false;  ///< store a rigidity that varies in space
+  float light = 0;        ///< raw light at t = 1 is this times y; 0: no light
 };
 
 inline std::vector<Int3> all_bricks(const Lattice& lattice) {
@@ -26,8 +28,8 @@ inline std::vector<Int3> all_bricks(const Lattice& lattice) {
   return bricks;
 }
 
-/// A coloured ball with soft edges, radius 0.35 about (0.1, -0.05, 0), in a box that is no cube. Bricks that it does
-/// not reach are absent.
+/// A coloured ball with soft edges, radius 0.35 about (0.1, -0.05, 0), in a box that is no cube. Bricks that
+/// it does not reach are absent.
 inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_order = 1, float density = 40) {
   VoxelModel m;
   m.box = {{-1, -0.8f, -0.9f}, {1.1f, 0.9f, 0.7f}};

@@ -5,7 +5,8 @@
 
 namespace splinevox::test {
 
-/// a + b eps with eps^2 = 0: sent through a formula it returns the exact derivative in b. The oracle of every gradient test.
+/// a + b eps with eps^2 = 0: sent through a formula it returns the exact derivative in b. The oracle of every
+/// gradient test.
 struct Dual {
   double a = 0, b = 0;
   constexpr Dual() = default;
@@ -17,13 +18,21 @@ struct Dual {
   friend constexpr Dual operator-(Dual x, Dual y) { return x -= y; }
   friend constexpr Dual operator-(Dual x) { return {-x.a, -x.b}; }
   friend constexpr Dual operator*(Dual x, Dual y) { return x *= y; }
-  friend constexpr Dual operator/(Dual x, Dual y) { return {x.a / y.a, (x.b * y.a - x.a * y.b) / (y.a * y.a)}; }
+  friend constexpr Dual operator/(Dual x, Dual y) {
+    return {x.a / y.a, (x.b * y.a - x.a * y.b) / (y.a * y.a)};
+  }
   friend constexpr bool operator<(Dual x, Dual y) { return x.a < y.a; }
   friend constexpr bool operator>(Dual x, Dual y) { return x.a > y.a; }
 };
 
-inline Dual sqrt(Dual x) { const double r = std::sqrt(x.a); return {r, x.b / (2 * r)}; }
-inline Dual exp(Dual x) { const double e = std::exp(x.a); return {e, e * x.b}; }
+inline Dual sqrt(Dual x) {
+  const double r = std::sqrt(x.a);
+  return {r, x.b / (2 * r)};
+}
+inline Dual exp(Dual x) {
+  const double e = std::exp(x.a);
+  return {e, e * x.b};
+}
 inline Dual expm1(Dual x) { return {std::expm1(x.a), std::exp(x.a) * x.b}; }
 inline Dual log(Dual x) { return {std::log(x.a), x.b / x.a}; }
 inline Dual log1p(Dual x) { return {std::log1p(x.a), x.b / (1 + x.a)}; }
@@ -60,7 +69,9 @@ struct Duals {
   friend constexpr Duals operator-(Duals x, const Duals& y) { return x -= y; }
   friend constexpr Duals operator-(const Duals& x) { return chain(-x.a, -1, x); }
   friend constexpr Duals operator*(Duals x, const Duals& y) { return x *= y; }
-  friend constexpr Duals operator/(const Duals& x, const Duals& y) { return x * chain(1 / y.a, -1 / (y.a * y.a), y); }
+  friend constexpr Duals operator/(const Duals& x, const Duals& y) {
+    return x * chain(1 / y.a, -1 / (y.a * y.a), y);
+  }
   friend constexpr bool operator<(const Duals& x, const Duals& y) { return x.a < y.a; }
   friend constexpr bool operator>(const Duals& x, const Duals& y) { return x.a > y.a; }
 };

@@ -123,14 +123,17 @@ inline Bytes png_bytes(const TinyPng& png) {
   const std::size_t row = png.rows.size() / std::size_t(png.height);
   for (int y = 0; y < png.height; ++y) {
     raw.push_back(0);
-    raw.insert(raw.end(), png.rows.begin() + std::ptrdiff_t(row * y), png.rows.begin() + std::ptrdiff_t(row * (y + 1)));
+    raw.insert(raw.end(), png.rows.begin() + std::ptrdiff_t(row * y),
+               png.rows.begin() + std::ptrdiff_t(row * (y + 1)));
   }
   put_chunk(out, "IDAT", zlib_stored(raw));
   put_chunk(out, "IEND", {});
   return out;
 }
 
-inline void write_png(const std::filesystem::path& path, const TinyPng& png) { write_bytes(path, png_bytes(png)); }
+inline void write_png(const std::filesystem::path& path, const TinyPng& png) {
+  write_bytes(path, png_bytes(png));
+}
 
 /// An RGBA picture of one 8-bit colour.
 inline TinyPng flat_png(int width, int height, std::array<std::uint8_t, 4> rgba = {200, 100, 50, 255}) {
@@ -140,7 +143,8 @@ inline TinyPng flat_png(int width, int height, std::array<std::uint8_t, 4> rgba 
   return png;
 }
 
-/// A camera on a circle of radius 3 around the z axis, height 1, looking at the origin: row-major camera-to-world.
+/// A camera on a circle of radius 3 around the z axis, height 1, looking at the origin: row-major
+/// camera-to-world.
 inline std::array<double, 16> orbit_matrix(double angle) {
   const double px = 3 * std::cos(angle), py = 3 * std::sin(angle), pz = 1, r = std::sqrt(10.0);
   const double bx = px / r, by = py / r, bz = pz / r;  // backward, the camera's +z
@@ -175,7 +179,8 @@ inline std::string transforms_text(const std::vector<std::string>& frames,
   return text + "\n]}\n";
 }
 
-/// A shaded ball of radius 0.5 that moves along x from -0.4 at t = 0 to 0.4 at t = 1, on a transparent ground.
+/// A shaded ball of radius 0.5 that moves along x from -0.4 at t = 0 to 0.4 at t = 1, on a transparent
+/// ground.
 struct MovingBall {
   int train = 8, val = 2, test = 3;  ///< frames per split; 0 leaves the split out
   int size = 16;                     ///< pixels per side
@@ -198,7 +203,8 @@ inline TinyPng ball_png(int size, double angle_x, const std::array<double, 16>& 
       if (disc <= 0) continue;
       const double s = (-b - std::sqrt(disc)) / dd;
       std::uint8_t* out = png.rows.data() + (std::size_t(y) * size + x) * 4;
-      for (int k = 0; k < 3; ++k) out[k] = std::uint8_t(127.5 + 120 * std::clamp((o[k] + s * d[k]) / 0.5, -1.0, 1.0));
+      for (int k = 0; k < 3; ++k)
+        out[k] = std::uint8_t(127.5 + 120 * std::clamp((o[k] + s * d[k]) / 0.5, -1.0, 1.0));
       out[3] = 255;
     }
   return png;
@@ -206,7 +212,8 @@ inline TinyPng ball_png(int size, double angle_x, const std::array<double, 16>& 
 
 /// Writes the ball as transforms_{train,val,test}.json and PNGs, in the layout of the D-NeRF scenes.
 inline void write_moving_ball(const std::filesystem::path& folder, const MovingBall& ball = {}) {
-  const std::pair<const char*, int> splits[] = {{"train", ball.train}, {"val", ball.val}, {"test", ball.test}};
+  const std::pair<const char*, int> splits[] = {
+      {"train", ball.train}, {"val", ball.val}, {"test", ball.test}};
   double phase = 0;
   for (const auto& [name, count] : splits) {
     std::vector<std::string> frames;

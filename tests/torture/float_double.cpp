@@ -6,8 +6,8 @@
 #include <fstream>
 #include <random>
 
-#include "splinevox/render/backward.hpp"
-#include "splinevox/render/scatter.hpp"
+#include "render/backward.hpp"
+#include "render/scatter.hpp"
 #include "torture/trial.hpp"
 
 namespace splinevox::torture {
@@ -27,7 +27,9 @@ struct MicroScene {
   explicit MicroScene(std::uint64_t seed) {
     std::mt19937_64 random(seed);
     const auto uniform = [&] { return Real(float(double(random() >> 11) * 0x1p-52 - 1)); };
-    const auto one_of = [&](std::initializer_list<float> list) { return Real(list.begin()[random() % list.size()]); };
+    const auto one_of = [&](std::initializer_list<float> list) {
+      return Real(list.begin()[random() % list.size()]);
+    };
     const Lattice fine{{-1, -1, -1}, 0.25f, {12, 9, 9}}, coarse{{-1, -1, -1}, 0.5f, {9, 5, 5}};
     radiance = make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
     motion = make_dense_topology(coarse);
@@ -39,8 +41,10 @@ struct MicroScene {
       for (int c = 0; c < kWidth; ++c) rows[i * kWidth + c] = c == 0 ? -10 : 0;
     std::fill_n(slice.begin(), kBrickRows * kSliceWidth, Real(0));
     field.radiance = BrickView<Real>(*radiance), field.radiance_rows = rows.data();
-    field.motion = BrickView<Real>(*motion), field.moving = field.rigidity = true, field.rigidity_offset = Real(0.5f);
-    field.density_scale = one_of({0.1f, 3, 100}), field.density_shift = Real(-0.5f), field.step = Real(0.109375f);
+    field.motion = BrickView<Real>(*motion), field.moving = field.rigidity = true,
+    field.rigidity_offset = Real(0.5f);
+    field.density_scale = one_of({0.1f, 3, 100}), field.density_shift = Real(-0.5f),
+    field.step = Real(0.109375f);
     frame.slice = slice.data();
     for (int i = 0; i < kRays; ++i) {
       RayInput<Real> ray;
@@ -55,9 +59,11 @@ struct MicroScene {
   }
 };
 
-/// Colours of all rays, the gradient of half their squares as doubles, and the cells that the samples fell into.
+/// Colours of all rays, the gradient of half their squares as doubles, and the cells that the samples fell
+/// into.
 template <class Real>
-void run(std::uint64_t seed, std::vector<double>& colours, std::vector<double>& gradient, std::vector<int>& cells) {
+void run(std::uint64_t seed, std::vector<double>& colours, std::vector<double>& gradient,
+         std::vector<int>& cells) {
   const MicroScene<Real> scene(seed);
   RayKernel<Real, kSh> kernel;
   RayRecords<Real, kWidth, false> records;
@@ -70,7 +76,8 @@ void run(std::uint64_t seed, std::vector<double>& colours, std::vector<double>& 
   gradient.clear(), cells.clear();
   for (const auto& r : records.radiance) cells.insert(cells.end(), {r.cell.slot, r.cell.local});
   for (const auto& r : records.motion) cells.insert(cells.end(), {r.cell.slot, r.cell.local});
-  const auto gather = [&](auto&& scatter, const auto& list, const BrickView<Real>& view, const Topology& t, int width) {
+  const auto gather = [&](auto&& scatter, const auto& list, const BrickView<Real>& view, const Topology& t,
+                          int width) {
     AlignedVector<Real> sum(t.rows() * std::size_t(width), Real(0));
     scatter.begin(1, t.brick_count() + 1);
     scatter.count(0, list, view, 0);
@@ -112,8 +119,8 @@ Line try_float_double(const Options& o, double seconds) {
       signs += std::abs(g64[i]) > 1e-6 * largest && g32[i] * g64[i] < 0;
     }
     gradient /= std::max(largest, 1e-30);
-    if (cells32 != cells64) {  // a sample within rounding of a face of its cell, where the derivative of a trilinear
-                               // function jumps
+    if (cells32 != cells64) {  // a sample within rounding of a face of its cell, where the derivative of a
+                               // trilinear function jumps
       ++kinks;
       gradient = 0, signs = 0;
     }
@@ -126,7 +133,8 @@ Line try_float_double(const Options& o, double seconds) {
   }
   line.seconds = since(begin);
   line.note = fmt::format(
-      "largest error: colour {:.2g} (at most {:.2g}), gradient {:.2g} of the largest (at most {:.0g}), {} wrong signs "
+      "largest error: colour {:.2g} (at most {:.2g}), gradient {:.2g} of the largest (at most {:.0g}), {} "
+      "wrong signs "
       "above 1e-6; {} scenes with a sample on a face, colour only",
       worst_colour, most_colour, worst_gradient, most_gradient, wrong_signs, kinks);
   return line;

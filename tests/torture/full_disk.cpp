@@ -7,7 +7,7 @@
 #include <fstream>
 #include <map>
 
-#include "splinevox/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "torture/scene.hpp"
 #include "torture/trial.hpp"
 
@@ -16,15 +16,19 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Files that a run of the same words may or may not have: pictures of the way, and the checkpoint before the last.
-bool by_chance(const std::string& path) { return (path.find("/preview/") != std::string::npos && path.ends_with(".png")) || path.ends_with(".prev"); }
+/// Files that a run of the same words may or may not have: pictures of the way, and the checkpoint before the
+/// last.
+bool by_chance(const std::string& path) {
+  return (path.find("/preview/") != std::string::npos && path.ends_with(".png")) || path.ends_with(".prev");
+}
 
 /// Hash of every file below a folder that has to be there, by relative path.
 std::map<std::string, FileDigest> files_of(const std::string& folder) {
   std::map<std::string, FileDigest> out;
   if (!fs::exists(folder)) return out;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && !by_chance(entry.path())) out[fs::relative(entry.path(), folder)] = digest_file(entry.path());
+    if (entry.is_regular_file() && !by_chance(entry.path()))
+      out[fs::relative(entry.path(), folder)] = digest_file(entry.path());
   return out;
 }
 
@@ -33,8 +37,9 @@ bool differs_anyway(const std::string& path) {
   const std::string name = fs::path(path).filename();
   for (const char* of_sweep : {"tasks.txt", "array.sh", "table.csv", "table.md"})
     if (name == of_sweep) return true;
-  return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") || name.ends_with("manifest.json") ||
-         name.ends_with(".partial.json") || name.ends_with(".html") || name.ends_with(".log") || name.ends_with(".words");
+  return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") ||
+         name.ends_with("manifest.json") || name.ends_with(".partial.json") || name.ends_with(".html") ||
+         name.ends_with(".log") || name.ends_with(".words");
 }
 
 struct Writer {
@@ -45,7 +50,8 @@ struct Writer {
   bool listed = false;  ///< `verify` can tell whether it is whole
 };
 
-/// A file system of so many bytes over a folder, while it lives. `mounted` is false where this process may not mount one.
+/// A file system of so many bytes over a folder, while it lives. `mounted` is false where this process may
+/// not mount one.
 class SmallDisk {
  public:
   SmallDisk(const std::string& folder, std::uint64_t bytes) : folder_(folder) {
@@ -73,7 +79,8 @@ std::uint64_t total(const std::map<std::string, FileDigest>& files) {
 std::vector<std::int64_t> limits_up_to(std::uint64_t largest, int count) {
   std::vector<std::int64_t> out{0};
   for (int i = 0; i < count; ++i)
-    out.push_back(std::int64_t(64 * std::pow(double(std::max<std::uint64_t>(largest, 65)) / 64, double(i) / count)));
+    out.push_back(
+        std::int64_t(64 * std::pow(double(std::max<std::uint64_t>(largest, 65)) / 64, double(i) / count)));
   out.push_back(std::int64_t(largest) - 1);
   return out;
 }
@@ -85,8 +92,10 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
   const std::string log = o.out + "/disk.log", points = scene.path("points.csv");
   std::ofstream(points) << "x,y,z\n0.1,0.2,0.3\n0,0,0\n";
   const std::string run = scene.path("run"), tasks = scene.path("sweep.toml");
-  std::ofstream(tasks) << "datasets = [\"" << scene.path("data") << "\"]\npresets = [\"draft\"]\ntrain = [\"--max-steps\", \"5\"]\n"
-                       << "[settings]\nsmall = [\"sampling.rays=128\", \"grid.radiance=8,12,16\", \"motion.points=4\", \"effects.steps=0\"]\n";
+  std::ofstream(tasks) << "datasets = [\"" << scene.path("data")
+                       << "\"]\npresets = [\"draft\"]\ntrain = [\"--max-steps\", \"5\"]\n"
+                       << "[settings]\nsmall = [\"sampling.rays=128\", \"grid.radiance=8,12,16\", "
+                          "\"motion.points=4\", \"effects.steps=0\"]\n";
   const auto frames = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words = scene.export_words();
     words.insert(words.end(), more.begin(), more.end());
@@ -98,16 +107,27 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       {.name = "edit", .words = {o.program, "edit", run, "--reverse", "--quiet"}, .listed = true},
       {.name = "export", .words = scene.export_words(), .listed = true},
       {.name = "export, mesh and rig", .words = frames({"--mesh", "--controls"}), .listed = true},
-      {.name = "export, parts and obj", .words = frames({"--clusters", "2", "--mesh", "--mesh-format", "obj"}), .listed = true},
+      {.name = "export, parts and obj",
+       .words = frames({"--clusters", "2", "--mesh", "--mesh-format", "obj"}),
+       .listed = true},
       {.name = "export usd", .words = frames({"--profile", "usd"}), .listed = true},
       {.name = "export nanovdb", .words = frames({"--profile", "nanovdb"}), .listed = true},
       {.name = "render png",
-       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:3", "--size", "24", "--layers", "rgb,depth", "--format", "png"}},
-      {.name = "render exr", .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24", "--format", "exr"}},
-      {.name = "render mp4", .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:5", "--size", "32", "--format", "mp4"}},
+       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:3", "--size", "24",
+                 "--layers", "rgb,depth", "--format", "png"}},
+      {.name = "render exr",
+       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24",
+                 "--format", "exr"}},
+      {.name = "render mp4",
+       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:5", "--size", "32",
+                 "--format", "mp4"}},
       {.name = "eval", .words = {o.program, "eval", run}, .option = "--images"},
-      {.name = "track csv", .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, .file = "tracks.csv"},
-      {.name = "track json", .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"}, .file = "tracks.json"},
+      {.name = "track csv",
+       .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"},
+       .file = "tracks.csv"},
+      {.name = "track json",
+       .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"},
+       .file = "tracks.json"},
       {.name = "view", .words = {o.program, "view", run}, .file = "page.html"},
       {.name = "report", .words = {o.program, "report", run}, .file = "page.html"},
       {.name = "synth", .words = {o.program, "synth", "ball", "--size", "12", "--frames", "3"}},
@@ -125,7 +145,8 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
     };
     const std::string reference = scene.path("reference"), out = scene.path("out");
     fs::remove_all(reference);
-    if (execute(reference, -1) != 0) throw std::runtime_error(w.name + " fails with all the room there is, see " + log);
+    if (execute(reference, -1) != 0)
+      throw std::runtime_error(w.name + " fails with all the room there is, see " + log);
     const auto good = files_of(reference);
     std::uint64_t largest = 0;
     for (const auto& [name, digest] : good) largest = std::max(largest, digest.size);
@@ -135,7 +156,8 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       const int code = execute(out, file_limit);
       ++line.tried;
       std::string wrong;
-      if (code > 128 || code < 0) wrong = "ended by a signal or not at all", ++(code < 0 ? line.hangs : line.crashes);
+      if (code > 128 || code < 0)
+        wrong = "ended by a signal or not at all", ++(code < 0 ? line.hangs : line.crashes);
       for (const auto& [name, digest] : files_of(out)) {
         const auto same = good.find(name);
         if (name.ends_with(".tmp"))
@@ -143,7 +165,8 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
         else if (!differs_anyway(name) && same != good.end() && !(same->second == digest))
           wrong = "left " + name + " damaged", ++line.lost;
       }
-      if (code == 0 && (files_of(out).size() != good.size() || (w.listed && Process({o.program, "verify", out + "/out"}, log).wait() != 0)))
+      if (code == 0 && (files_of(out).size() != good.size() ||
+                        (w.listed && Process({o.program, "verify", out + "/out"}, log).wait() != 0)))
         wrong = "said that all was well and it was not", ++line.lost;
       if (wrong.empty()) return;
       line.note = wrong + " with " + room;
@@ -163,7 +186,9 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       ++full;
     }
     line.seconds = since(begin);
-    if (line.note.empty()) line.note = full > 0 ? std::to_string(full) + " of them on a small disk" : "by limits on the size of a file: no disk may be mounted here";
+    if (line.note.empty())
+      line.note = full > 0 ? std::to_string(full) + " of them on a small disk"
+                           : "by limits on the size of a file: no disk may be mounted here";
     lines.push_back(line);
   }
   return lines;

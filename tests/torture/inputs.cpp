@@ -30,7 +30,8 @@ struct Told {
 
 double now() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
 
-void keep(const Options& o, const fuzz::Target& target, const char* why, std::uint64_t index, const std::string& file) {
+void keep(const Options& o, const fuzz::Target& target, const char* why, std::uint64_t index,
+          const std::string& file) {
   const std::filesystem::path path =
       std::filesystem::path(o.out) / (std::string(why) + "_" + target.name + "_" + std::to_string(index));
   std::ofstream(path, std::ios::binary) << file;
@@ -49,7 +50,8 @@ void keep(const Options& o, const fuzz::Target& target, const char* why, std::ui
     const std::string file = index < seeds.size() ? seeds[index] : mutate(target, seeds, o.seed, index);
     told.began = now();
     try {
-      told.refused += std::uint64_t(target.run(reinterpret_cast<const std::uint8_t*>(file.data()), file.size()));
+      told.refused +=
+          std::uint64_t(target.run(reinterpret_cast<const std::uint8_t*>(file.data()), file.size()));
     } catch (const std::exception& e) {
       ++told.strange;
       std::snprintf(told.words, sizeof told.words, "%s", e.what());
@@ -114,7 +116,8 @@ Line try_inputs(const Options& o, const fuzz::Target& target, double seconds) {
       // In a fork: making seeds may start threads, which the next child must not inherit.
       in_fork([&] {
         const std::vector<std::string> seeds = target.seeds();
-        keep(o, target, why, index, index < seeds.size() ? seeds[index] : mutate(target, seeds, o.seed, index));
+        keep(o, target, why, index,
+             index < seeds.size() ? seeds[index] : mutate(target, seeds, o.seed, index));
         return Line{};
       });
     };

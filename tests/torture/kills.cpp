@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <random>
 
-#include "splinevox/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
+#include "io/checkpoint.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/checkpoint.hpp"
 #include "torture/scene.hpp"
 #include "torture/trial.hpp"
 
@@ -43,8 +43,8 @@ int drafts_in(const std::string& folder) {
   return n;
 }
 
-/// Waits for the n-th thing that a process does to the files of a folder (a draft made, written to, renamed) and kills
-/// it there and then.
+/// Waits for the n-th thing that a process does to the files of a folder (a draft made, written to, renamed)
+/// and kills it there and then.
 /// @return false if the process ended before.
 bool kill_while_writing(Process& process, const std::string& folder, int nth) {
   const int watch = ::inotify_init1(IN_CLOEXEC | IN_NONBLOCK);
@@ -80,7 +80,8 @@ bool in_the_middle(const std::string& folder) {
   }
 }
 
-/// What is killed, how it is begun and gone on with, and the files that must come out as if it never had been.
+/// What is killed, how it is begun and gone on with, and the files that must come out as if it never had
+/// been.
 struct Job {
   const char* name;
   std::vector<std::string> words;
@@ -147,7 +148,8 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
     must(whole(o, out, log), "verify is not content");
     must(drafts_in(out) == 0, "a draft is left");
     for (const std::string& file : job.files)
-      must(!bytes_of(reference + "/" + file).empty() && bytes_of(out + "/" + file) == bytes_of(reference + "/" + file),
+      must(!bytes_of(reference + "/" + file).empty() &&
+               bytes_of(out + "/" + file) == bytes_of(reference + "/" + file),
            file + " differs");
     ++ends;
     if (fault.empty()) continue;
@@ -156,8 +158,10 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
     write_file(kept + ".txt", {fault + "\n"});
   }
   line.seconds = since(begin);
-  line.note = std::to_string(ends) + " runs ended as one that was left alone, bit for bit, but for those lost; " +
-              std::to_string(drafts) + " kills hit a file half written; " + std::to_string(stops) + " were asked to stop besides";
+  line.note = std::to_string(ends) +
+              " runs ended as one that was left alone, bit for bit, but for those lost; " +
+              std::to_string(drafts) + " kills hit a file half written; " + std::to_string(stops) +
+              " were asked to stop besides";
   if (resumed > 0) line.note += "; " + std::to_string(resumed) + " starts went on from the middle";
   return line;
 }
@@ -170,7 +174,9 @@ std::vector<Line> try_kills(const Options& o, double seconds) {
   train.push_back("--resume");
   const std::vector<Job> jobs = {
       {"train", train, {"model.vdb", "config.toml", "effects.json"}},
-      {"export", scene.export_words(), {"manifest.json", "frame_0001.vdb", "frame_0004.vdb", "load_in_blender.py"}}};
+      {"export",
+       scene.export_words(),
+       {"manifest.json", "frame_0001.vdb", "frame_0004.vdb", "load_in_blender.py"}}};
   std::vector<Line> lines;
   for (const Job& job : jobs)
     lines.push_back(kill_again_and_again(o, job, scene.path(job.name), seconds / double(jobs.size())));

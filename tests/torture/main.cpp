@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// splinevox-torture: everything that can go wrong with files, tried for a given time. Writes torture.jsonl, a line a
-// trial, and from these lines torture.md. Exit code 1 if anything crashed, hung or was lost.
+// splinevox-torture: everything that can go wrong with files, tried for a given time. Writes torture.jsonl, a
+// line a trial, and from these lines torture.md. Exit code 1 if anything crashed, hung or was lost.
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
@@ -10,7 +10,7 @@
 #include <fstream>
 #include <thread>
 
-#include "splinevox/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "torture/trial.hpp"
 
 namespace {
@@ -36,7 +36,11 @@ struct Least {
   std::uint64_t cases;
 };
 constexpr double kHour = 3600;
-constexpr Least kLeast[] = {{"inputs", "dataset_json", 1'000'000}, {"inputs", "png", 100'000}, {"inputs", "model_vdb", 10'000}, {"kills", "", 300}, {"soak", "", 200'000}};
+constexpr Least kLeast[] = {{"inputs", "dataset_json", 1'000'000},
+                            {"inputs", "png", 100'000},
+                            {"inputs", "model_vdb", 10'000},
+                            {"kills", "", 300},
+                            {"soak", "", 200'000}};
 
 /// Trials that had too few cases, a line each.
 std::vector<std::string> too_few(const std::vector<Line>& lines) {
@@ -45,7 +49,9 @@ std::vector<std::string> too_few(const std::vector<Line>& lines) {
     std::uint64_t tried = 0;
     for (const Line& line : lines)
       if (line.trial == l.trial && (!*l.what || line.what == l.what)) tried += line.tried;
-    if (tried < l.cases) out.push_back(fmt::format("{} {}: {} cases where an hour should have {}", l.trial, l.what, tried, l.cases));
+    if (tried < l.cases)
+      out.push_back(
+          fmt::format("{} {}: {} cases where an hour should have {}", l.trial, l.what, tried, l.cases));
   }
   return out;
 }
@@ -59,7 +65,9 @@ int main(int argc, char** argv) {
   CLI::App words("splinevox-torture: kills, full disks, damaged files and long runs");
   Options o;
   words.add_option("--program", o.program, "the splinevox binary")->required()->check(CLI::ExistingFile);
-  words.add_option("--out", o.out, "folder for torture.jsonl, torture.md and whatever broke")->required()->take_last();
+  words.add_option("--out", o.out, "folder for torture.jsonl, torture.md and whatever broke")
+      ->required()
+      ->take_last();
   words.add_option("--seconds", o.seconds, "for all trials together")
       ->check(CLI::Range(5.0, 1e6))
       ->capture_default_str();
@@ -81,8 +89,8 @@ int main(int argc, char** argv) {
       lines.push_back(l);
       text += to_json(l) + "\n";
       splinevox::write_file(o.out + "/torture.jsonl", {text});
-      fmt::print("{:<20} {:<16} {:>9} cases, {} crashes, {} hangs, {} lost, {:.1f} s. {}\n", l.trial, l.what, l.tried,
-                 l.crashes, l.hangs, l.lost, l.seconds, l.note),
+      fmt::print("{:<20} {:<16} {:>9} cases, {} crashes, {} hangs, {} lost, {:.1f} s. {}\n", l.trial, l.what,
+                 l.tried, l.crashes, l.hangs, l.lost, l.seconds, l.note),
           std::fflush(stdout);
     };
     struct Trial {
@@ -93,7 +101,8 @@ int main(int argc, char** argv) {
     const auto inputs = [&](double seconds) {
       double all = 0;
       for (const auto& target : splinevox::fuzz::targets()) all += weight(target.name);
-      for (const auto& target : splinevox::fuzz::targets()) told(try_inputs(o, target, seconds * weight(target.name) / all));
+      for (const auto& target : splinevox::fuzz::targets())
+        told(try_inputs(o, target, seconds * weight(target.name) / all));
     };
     const std::vector<Trial> trials = {
         {"inputs", 0.35, inputs},

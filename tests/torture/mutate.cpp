@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "splinevox/core/rng.hpp"
+#include "core/rng.hpp"
 
 namespace splinevox::torture {
 namespace {
@@ -88,7 +88,8 @@ void replace_binary(std::string& file, Draw& draw) {
 
 void once(std::string& file, const std::vector<std::string>& seeds, Draw& draw) {
   const std::size_t at = draw.below(file.size());
-  const std::size_t part = std::min(file.size() - at, draw.below(4) ? 1 + draw.below(16) : 1 + draw.below(file.size()));
+  const std::size_t part =
+      std::min(file.size() - at, draw.below(4) ? 1 + draw.below(16) : 1 + draw.below(file.size()));
   switch (draw.below(9)) {
     case 0:
       if (!file.empty()) file[at] = char(file[at] ^ (1 << draw.below(8)));
@@ -117,7 +118,8 @@ void once(std::string& file, const std::vector<std::string>& seeds, Draw& draw) 
       break;
     }
     default:
-      file.insert(at, draw.below(8) ? 1 + draw.below(8) : 1 + draw.below(5000), "[{\"(,:\x00\xff\n 9-"[draw.below(13)]);
+      file.insert(at, draw.below(8) ? 1 + draw.below(8) : 1 + draw.below(5000),
+                  "[{\"(,:\x00\xff\n 9-"[draw.below(13)]);
   }
 }
 

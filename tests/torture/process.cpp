@@ -50,8 +50,9 @@ int Process::wait(double seconds) {
 }
 
 std::string to_json(const Line& l) {
-  return nlohmann::ordered_json{{"trial", l.trial}, {"what", l.what}, {"tried", l.tried},     {"crashes", l.crashes},
-                                {"hangs", l.hangs}, {"lost", l.lost}, {"seconds", l.seconds}, {"note", l.note}}
+  return nlohmann::ordered_json{{"trial", l.trial},     {"what", l.what},   {"tried", l.tried},
+                                {"crashes", l.crashes}, {"hangs", l.hangs}, {"lost", l.lost},
+                                {"seconds", l.seconds}, {"note", l.note}}
       .dump();
 }
 

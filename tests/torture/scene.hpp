@@ -18,7 +18,8 @@ class Scene {
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
     const std::string log = o.out + "/scene.log";
-    must(Process({program_, "synth", "ball", "--out", path("data"), "--size", "24", "--frames", "8"}, log), log);
+    must(Process({program_, "synth", "ball", "--out", path("data"), "--size", "24", "--frames", "8"}, log),
+         log);
     std::vector<std::string> words = train_words();
     words.insert(words.end(), {"--out", path("run")});
     must(Process(words, log), log);

@@ -66,8 +66,11 @@ Line try_soak(const Options& o, double seconds) {
     return done;
   };
   run(400);
-  const bool all = o.seconds >= 3600;  // an hour's figures are quoted: whatever the machine, they are of as many steps
-  const std::int64_t steps = all ? o.soak_steps : std::clamp<std::int64_t>(std::int64_t((seconds - since(begin)) / each), 200, o.soak_steps);
+  const bool all =
+      o.seconds >= 3600;  // an hour's figures are quoted: whatever the machine, they are of as many steps
+  const std::int64_t steps =
+      all ? o.soak_steps
+          : std::clamp<std::int64_t>(std::int64_t((seconds - since(begin)) / each), 200, o.soak_steps);
   Line line{"soak", "ball"};
   line.tried = std::uint64_t(run(steps));
   line.lost = bad + (drift > 0.01 && steps >= kLongEnough ? 1 : 0);

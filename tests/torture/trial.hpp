@@ -19,7 +19,8 @@ struct Options {
   std::string out;      ///< folder for lines, table and what broke
   double seconds = 60;
   std::uint64_t seed = 1;
-  std::int64_t soak_steps = 200'000;  ///< at most, within its share of the time; all of them in an hour or more
+  std::int64_t soak_steps =
+      200'000;  ///< at most, within its share of the time; all of them in an hour or more
 };
 
 struct Line {
@@ -31,14 +32,17 @@ struct Line {
 };
 
 using Clock = std::chrono::steady_clock;
-inline double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+inline double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
-/// Mutated files of one parser for so many seconds. What crashes it, hangs it (2 s of processor time) or makes it throw
-/// anything but an input Error is kept in OUT.
+/// Mutated files of one parser for so many seconds. What crashes it, hangs it (2 s of processor time) or
+/// makes it throw anything but an input Error is kept in OUT.
 Line try_inputs(const Options& o, const fuzz::Target& target, double seconds);
 /// Micro-scenes with random numbers: the float kernel against the double one.
 Line try_float_double(const Options& o, double seconds);
-/// The program killed (SIGKILL) or asked to stop (SIGTERM) at random moments, gone on with, and compared with a run that was left alone.
+/// The program killed (SIGKILL) or asked to stop (SIGTERM) at random moments, gone on with, and compared with
+/// a run that was left alone.
 std::vector<Line> try_kills(const Options& o, double seconds);
 /// Every verb that writes, with room for so many bytes a file only.
 std::vector<Line> try_full_disk(const Options& o, double seconds);

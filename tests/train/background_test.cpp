@@ -8,8 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/math/camera.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"
@@ -22,7 +22,9 @@ using splinevox::test::Dual;
 namespace {
 
 /// A sky that no single colour stands for: warm on one side, blue above.
-Vec3 sky(const Vec3d& d) { return {float(0.55 + 0.25 * d.x), float(0.5 + 0.1 * d.y), float(0.45 + 0.3 * d.z)}; }
+Vec3 sky(const Vec3d& d) {
+  return {float(0.55 + 0.25 * d.x), float(0.5 + 0.1 * d.y), float(0.45 + 0.3 * d.z)};
+}
 
 /// The moving ball, photographed before that sky: no alpha.
 Dataset before_sky(int frames, int size) {
@@ -34,7 +36,9 @@ Dataset before_sky(int frames, int size) {
         for (int x = 0; x < image.width; ++x) {
           std::uint16_t* p = image.rgba.data() + 4 * (std::size_t(y) * image.width + x);
           const Vec3 behind = sky(camera_ray(f.camera, x + 0.5, y + 0.5).direction);
-          for (int c = 0; c < 3; ++c) p[c] = std::uint16_t(std::lround(p[c] * (p[3] / 65535.0) + 65535 * behind[c] * (1 - p[3] / 65535.0)));
+          for (int c = 0; c < 3; ++c)
+            p[c] = std::uint16_t(
+                std::lround(p[c] * (p[3] / 65535.0) + 65535 * behind[c] * (1 - p[3] / 65535.0)));
           p[3] = 65535;
         }
       f.image = image;
@@ -66,7 +70,8 @@ double test_psnr(const VoxelModel& model, const Dataset& data) {
   Renderer renderer(model);
   double sum = 0;
   const Split& test = *data.find("test");
-  for (const Frame& f : test.frames) sum += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, {}));
+  for (const Frame& f : test.frames)
+    sum += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, {}));
   return sum / double(test.frames.size());
 }
 
@@ -78,7 +83,8 @@ TEST_SUITE("train/background") {
     std::normal_distribution<double> normal;
     for (int order = 0; order <= kMaxShOrder; ++order) {
       const int count = (order + 1) * (order + 1);
-      const Vec3d d = normalize(Vec3d{normal(random), normal(random), normal(random)}), g{normal(random), normal(random), normal(random)};
+      const Vec3d d = normalize(Vec3d{normal(random), normal(random), normal(random)}),
+                  g{normal(random), normal(random), normal(random)};
       Vec3d raw[kMaxShCount], got[kMaxShCount] = {};
       for (Vec3d& r : raw) r = {normal(random), normal(random), normal(random)};
       background_color_vjp(order, d, background_color(order, raw, d).slope, g, got);
@@ -102,7 +108,8 @@ TEST_SUITE("train/background") {
       CHECK(c.value.x >= 0);
       CHECK(c.value.x <= 1);
       CHECK(std::isfinite(c.slope.x));
-      if (std::abs(raw) < 1e3f) CHECK(c.slope.x > 0);  // where color (1 - color) is 0, and would never learn again
+      if (std::abs(raw) < 1e3f)
+        CHECK(c.slope.x > 0);  // where color (1 - color) is 0, and would never learn again
     }
   }
   TEST_CASE("behind opaque pictures the sky is learned, and the scene before it") {
@@ -165,6 +172,8 @@ TEST_SUITE("train/background") {
     const VoxelModel device = trainer.model();
     CHECK_FALSE(cpu.background == Background{});
     for (int j = 0; j < cpu.background.count(); ++j)
-      for (int a = 0; a < 3; ++a) CHECK(device.background.raw[j][a] == doctest::Approx(cpu.background.raw[j][a]).epsilon(1e-2).scale(1));
+      for (int a = 0; a < 3; ++a)
+        CHECK(device.background.raw[j][a] ==
+              doctest::Approx(cpu.background.raw[j][a]).epsilon(1e-2).scale(1));
   }
 }

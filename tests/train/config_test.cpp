@@ -7,8 +7,8 @@
 #include <fstream>
 #include <functional>
 
+#include "core/nearest.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/nearest.hpp"
 
 using namespace splinevox;
 
@@ -126,26 +126,41 @@ TEST_SUITE("train/config") {
     CHECK(contains(message([&] { read_config(c, kind.path); }), "has the wrong kind of value"));
     const TemporaryFile broken("[optimiser\n");
     CHECK(contains(message([&] { read_config(c, broken.path); }), "line 1: this is not TOML"));
-    CHECK(contains(message([&] { read_config(c, "/nowhere/x.toml"); }), "there is no such configuration file"));
-    // toml++ 3.3 reaches an unreachable branch for characters like U+018D in a key, or after a line break in a long string.
-    for (const char* text : {"\n\xC6\x8D" "eset = \"paper\"\n", "[motion] # \xC3\xA9\npoints \xC6\x8D = 4", "a = \"\"\"x\\\n \xC6\x8D\"\"\"",
-                             "a = '''\"\n\xC6\x8D'''", "[record]\na = \"\\\"\"\xC6\x8D", "[record]\na = '\\'\xC6\x8D", "\na = [0/'\xC6\x8D']"}) {
+    CHECK(
+        contains(message([&] { read_config(c, "/nowhere/x.toml"); }), "there is no such configuration file"));
+    // toml++ 3.3 reaches an unreachable branch for characters like U+018D in a key, or after a line break in
+    // a long string.
+    for (const char* text : {"\n\xC6\x8D"
+                             "eset = \"paper\"\n",
+                             "[motion] # \xC3\xA9\npoints \xC6\x8D = 4", "a = \"\"\"x\\\n \xC6\x8D\"\"\"",
+                             "a = '''\"\n\xC6\x8D'''", "[record]\na = \"\\\"\"\xC6\x8D",
+                             "[record]\na = '\\'\xC6\x8D", "\na = [0/'\xC6\x8D']"}) {
       const TemporaryFile stray(text);
-      CHECK(contains(message([&] { read_config(c, stray.path); }), "line 2: there is a character beyond ASCII"));
+      CHECK(contains(message([&] { read_config(c, stray.path); }),
+                     "line 2: there is a character beyond ASCII"));
     }
-    const TemporaryFile scripts("\xEF\xBB\xBF# caf\xC3\xA9 \xC6\x8D\n[record]\ndataset = \"\xC6\x8D \\\" \xC3\xA9\"\nother = ['\xC6\x8D']\n");
+    const TemporaryFile scripts(
+        "\xEF\xBB\xBF# caf\xC3\xA9 \xC6\x8D\n[record]\ndataset = \"\xC6\x8D \\\" \xC3\xA9\"\nother = "
+        "['\xC6\x8D']\n");
     CHECK(message([&] { read_config(c, scripts.path); }) == "(no error)");
     CHECK(contains(message([&] { preset("fats"); }), "--preset fast"));
   }
 
   TEST_CASE("validate finds what ranges alone cannot") {
-    const std::vector<std::string> wrong = {"grid.radiance_start=0",   "grid.radiance=",
-                                            "grid.motion=4,8,16,30",   "grid.radiance=64,40,96,128",
-                                            "grid.box=0,0,0,1,1",      "grid.box=0,0,0,1,1,0",
-                                            "run.background=1",        "grid.radiance_start=0,0.5,0.25,0.6",
-                                            "motion.points=3",         "motion.first_point=zero",
-                                            "motion.elevate_points=8", "motion.halve_start=0.5,0.4",
-                                            "motion.halve_start=0,0,0,0,0", "sampling.frames=64 ",
+    const std::vector<std::string> wrong = {"grid.radiance_start=0",
+                                            "grid.radiance=",
+                                            "grid.motion=4,8,16,30",
+                                            "grid.radiance=64,40,96,128",
+                                            "grid.box=0,0,0,1,1",
+                                            "grid.box=0,0,0,1,1,0",
+                                            "run.background=1",
+                                            "grid.radiance_start=0,0.5,0.25,0.6",
+                                            "motion.points=3",
+                                            "motion.first_point=zero",
+                                            "motion.elevate_points=8",
+                                            "motion.halve_start=0.5,0.4",
+                                            "motion.halve_start=0,0,0,0,0",
+                                            "sampling.frames=64 ",
                                             "radiance.sh_start=0.5,0.4"};
     for (const std::string& w : wrong) {
       CAPTURE(w);
@@ -171,7 +186,8 @@ TEST_SUITE("train/config") {
   TEST_CASE("harmonics join in turn, the last start for all that follow, or are there at once") {
     const auto orders = [](int order, std::vector<float> starts) {
       std::vector<int> out;
-      for (const double p : {0.0, 0.35, 0.65, 0.95}) out.push_back(order_at({.sh_order = order, .sh_start = starts}, p));
+      for (const double p : {0.0, 0.35, 0.65, 0.95})
+        out.push_back(order_at({.sh_order = order, .sh_start = starts}, p));
       return out;
     };
     CHECK(orders(3, {}) == std::vector{3, 3, 3, 3});

@@ -6,11 +6,11 @@
 #include <limits>
 #include <string>
 
-#include "splinevox/core/atomic_file.hpp"
+#include "core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/train/archive.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "train/archive.hpp"
 
 using namespace splinevox;
 
@@ -32,8 +32,8 @@ Config tiny() {
   return c;
 }
 
-/// The values that the radiance rows have in a state, and where they stand in its bytes: Trainer::State::archive's
-/// order.
+/// The values that the radiance rows have in a state, and where they stand in its bytes:
+/// Trainer::State::archive's order.
 struct Opened {
   Channels raw;
   std::size_t end;
@@ -64,7 +64,8 @@ struct Poisoned {
     state = trainer.save();
     const Opened opened = open(state);
     const float bad = std::numeric_limits<float>::quiet_NaN();
-    std::memcpy(state.data() + opened.end - (opened.raw.values.size() - value) * sizeof(float), &bad, sizeof bad);
+    std::memcpy(state.data() + opened.end - (opened.raw.values.size() - value) * sizeof(float), &bad,
+                sizeof bad);
     trainer.restore(state);
   }
 };

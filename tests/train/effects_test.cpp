@@ -6,7 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include "splinevox/data/synth.hpp"
-#include "train/film.hpp"
+#include "train/effects/film.hpp"
 
 using namespace splinevox;
 
@@ -19,7 +19,9 @@ Config short_choice() {
   return c;
 }
 
-EffectChoice choose(const Dataset& data, const Config& config = short_choice()) { return choose_effects(config, *data.find("train"), data.time_map); }
+EffectChoice choose(const Dataset& data, const Config& config = short_choice()) {
+  return choose_effects(config, *data.find("train"), data.time_map);
+}
 
 const EffectVerdict* verdict(const EffectChoice& choice, const std::string& effect) {
   for (const EffectVerdict& v : choice.verdicts)
@@ -46,8 +48,11 @@ TEST_SUITE("train/effects") {
     CHECK(to_string(EffectSet{true, false, true, 1}) == "motion, view, light");
     CHECK(to_string(EffectSet{}) == "none");
   }
-  TEST_CASE("what does not move needs no motion, what moves needs it, and the choice is the same for any number of threads") {
-    const Dataset still = make_synth("static", {.frames = 40, .size = 40}), moving = make_synth("ball", {.frames = 40, .size = 40});
+  TEST_CASE(
+      "what does not move needs no motion, what moves needs it, and the choice is the same for any number of "
+      "threads") {
+    const Dataset still = make_synth("static", {.frames = 40, .size = 40}),
+                  moving = make_synth("ball", {.frames = 40, .size = 40});
     const EffectChoice a = choose(still), b = choose(moving);
     CHECK_FALSE(a.chosen.motion);
     CHECK_FALSE(a.chosen.light);
@@ -77,16 +82,23 @@ TEST_SUITE("train/effects") {
     CAPTURE(verdict(c, "motion")->gain.mean);
     CHECK(verdict(c, "motion")->gain.mean > 0.5);
     CHECK(verdict(c, "motion")->where > 0.005);
-    CHECK(verdict(c, "motion")->where < 0.1);  // of the pictures; the ball's share of what they show is larger
+    CHECK(verdict(c, "motion")->where <
+          0.1);  // of the pictures; the ball's share of what they show is larger
     CHECK(c.trials[0].mean() < c.trials[1].mean());  // on the whole, motion loses so early
   }
-  TEST_CASE("a film of what stands still: motion gains by going with the camera, and is not taken for the scene's") {
+  TEST_CASE(
+      "a film of what stands still: motion gains by going with the camera, and is not taken for the "
+      "scene's") {
     Config config = short_choice();
     config.sampling.rays = 2048;
     const auto film = [&](const char* scene, double gloss, double orbit, std::uint64_t seed) {
-      return choose(make_synth(scene, {.frames = 60, .size = 96, .seed = seed, .orbit = orbit, .look = {.gloss = gloss}}), config);
+      return choose(
+          make_synth(scene,
+                     {.frames = 60, .size = 96, .seed = seed, .orbit = orbit, .look = {.gloss = gloss}}),
+          config);
     };
-    const EffectChoice still = film("static", 0.6, 0.5, 1), moving = film("ball", 0, 0.5, 1), little = film("toy", 0, 1.5, 3);
+    const EffectChoice still = film("static", 0.6, 0.5, 1), moving = film("ball", 0, 0.5, 1),
+                       little = film("toy", 0, 1.5, 3);
     for (const EffectChoice* c : {&still, &moving, &little}) CHECK(c->view_told_by_time > 0.85);
     CHECK_FALSE(still.chosen.motion);
     CHECK_FALSE(still.chosen.light);
@@ -101,12 +113,17 @@ TEST_SUITE("train/effects") {
     CAPTURE(verdict(little, "motion")->gain.mean);
     CHECK(verdict(little, "motion")->gain.mean < 1.4);
   }
-  TEST_CASE("time tells where a film is seen from, and nothing of cameras anywhere, few or many, of a rig, or of one that stands") {
-    const auto told = [](const Dataset& data) { return view_told_by_time(*data.find("train"), {0, 0, 0}, 1.0 / 9); };
+  TEST_CASE(
+      "time tells where a film is seen from, and nothing of cameras anywhere, few or many, of a rig, or of "
+      "one that stands") {
+    const auto told = [](const Dataset& data) {
+      return view_told_by_time(*data.find("train"), {0, 0, 0}, 1.0 / 9);
+    };
     for (const int frames : {8, 16, 100}) {
       CAPTURE(frames);
       CHECK(told(make_synth("ball", {.frames = frames, .size = 8})) < 0.6);
-      CHECK(told(make_synth("ball", {.frames = frames, .size = 8, .orbit = 0.5})) > (frames < 16 ? 0.7 : 0.9));
+      CHECK(told(make_synth("ball", {.frames = frames, .size = 8, .orbit = 0.5})) >
+            (frames < 16 ? 0.7 : 0.9));
     }
     CHECK(told(make_synth("ball", {.frames = 100, .size = 8, .orbit = 3})) < 0.8);
     Dataset stands = make_synth("ball", {.frames = 20, .size = 8});
@@ -114,7 +131,8 @@ TEST_SUITE("train/effects") {
     CHECK(told(stands) == 0);
     Dataset rig = make_synth("ball", {.frames = 60, .size = 8});
     std::vector<Frame>& frames = rig.splits[0].frames;
-    for (std::size_t i = 0; i < frames.size(); ++i) frames[i].time = double(i / 6) / 9, frames[i].camera = frames[i % 6].camera;
+    for (std::size_t i = 0; i < frames.size(); ++i)
+      frames[i].time = double(i / 6) / 9, frames[i].camera = frames[i % 6].camera;
     CHECK(told(rig) < 0.2);
   }
   TEST_CASE("light that fades is light, not motion") {
@@ -122,8 +140,11 @@ TEST_SUITE("train/effects") {
     CHECK(c.chosen.light);
     CHECK_FALSE(c.chosen.motion);
   }
-  TEST_CASE("a long sequence that repeats a motion gets the control points to follow it, one that does it once keeps few") {
-    const EffectChoice often = choose(make_synth("ball", {.frames = 400, .size = 32, .look = {.repeats = 10}}));
+  TEST_CASE(
+      "a long sequence that repeats a motion gets the control points to follow it, one that does it once "
+      "keeps few") {
+    const EffectChoice often =
+        choose(make_synth("ball", {.frames = 400, .size = 32, .look = {.repeats = 10}}));
     CHECK(often.chosen.motion);
     const Config config = short_choice();
     const int pieces_in_the_end = (often.points - 3) << config.motion.halve_start.size();

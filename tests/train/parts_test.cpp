@@ -6,14 +6,14 @@
 #include <set>
 #include <vector>
 
+#include "math/tv.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/sample.hpp"
-#include "splinevox/math/tv.hpp"
-#include "splinevox/train/batch.hpp"
-#include "splinevox/train/hull.hpp"
-#include "splinevox/train/optimiser.hpp"
-#include "splinevox/train/refine.hpp"
 #include "support/dual.hpp"
+#include "train/batch.hpp"
+#include "train/bounds/hull.hpp"
+#include "train/optimiser.hpp"
+#include "train/refine.hpp"
 
 using namespace splinevox;
 using test::Dual;
@@ -27,7 +27,8 @@ Channels random_channels(TopologyPtr topology, int width, unsigned seed) {
   Channels c = make_channels(std::move(topology), width, zero.data());
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> uniform(-1, 1);
-  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i) c.values[i] = uniform(random);
+  for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i)
+    c.values[i] = uniform(random);
   return c;
 }
 
@@ -40,7 +41,8 @@ std::int64_t row_of(const Topology& t, Int3 v) {
   return b ? std::int64_t(b) * kBrickRows + ((v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7)) : -1;
 }
 
-/// Derivative of column 0's total variation with respect to one value: every term that reads it, in dual numbers.
+/// Derivative of column 0's total variation with respect to one value: every term that reads it, in dual
+/// numbers.
 double tv_derivative(const Channels& c, Int3 at) {
   const Topology& t = *c.topology;
   const std::int64_t seeded = row_of(t, at);
@@ -55,7 +57,8 @@ double tv_derivative(const Channels& c, Int3 at) {
       return value(row < 0 ? self : row);
     };
     sum += tv_term(value(self), neighbour({1, 0, 0}), neighbour({0, 1, 0}), neighbour({0, 0, 1}), 1e-10,
-                   [](Dual x) { return sqrt(x); }).value;
+                   [](Dual x) { return sqrt(x); })
+               .value;
   }
   return sum.b;
 }
@@ -64,7 +67,8 @@ double tv_derivative(const Channels& c, Int3 at) {
 
 TEST_SUITE("train/optimiser") {
   TEST_CASE("total variation over all bricks has the gradient of its value, at absent neighbours too") {
-    const auto topology = make_topology(make_lattice(kBox, 23), {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {2, 2, 2}, {2, 2, 1}});
+    const auto topology =
+        make_topology(make_lattice(kBox, 23), {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {2, 2, 2}, {2, 2, 1}});
     const Channels values = random_channels(topology, 8, 3);
     Learner learner(values);
     learner.tv[0] = 0.5f;
@@ -127,7 +131,8 @@ TEST_SUITE("train/optimiser") {
     }
     CHECK(g[12] == 0);
   }
-  TEST_CASE("what lets curves rest pulls by its weight at most, touches the rows it may look at and no others") {
+  TEST_CASE(
+      "what lets curves rest pulls by its weight at most, touches the rows it may look at and no others") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
     Learner learner(values);
     MotionField motion;
@@ -140,8 +145,10 @@ TEST_SUITE("train/optimiser") {
       float squares = 0;
       for (int k = 0; k < values.width; ++k) squares += g[k] * g[k];
       CHECK(learner.gradient.touched[1].test(i) == among[1].test(i));
-      if (among[1].test(i)) CHECK((squares > 0 && std::sqrt(squares) <= 2 * 0.5f));  // |differences transposed| <= 2
-      else CHECK(squares == 0);
+      if (among[1].test(i))
+        CHECK((squares > 0 && std::sqrt(squares) <= 2 * 0.5f));  // |differences transposed| <= 2
+      else
+        CHECK(squares == 0);
     }
   }
 }
@@ -158,7 +165,8 @@ TEST_SUITE("train/refine") {
     const Channels fine = resample(coarse, make_dense_topology(lattice));
     for (int v = 0; v < 18; ++v) {
       const Vec3 x = lattice.position({v, 17 - v, v / 2});
-      CHECK(fine.row(std::size_t(row_of(*fine.topology, {v, 17 - v, v / 2})))[0] == doctest::Approx(1 + x.x - 2 * x.y + 3 * x.z).epsilon(1e-4));
+      CHECK(fine.row(std::size_t(row_of(*fine.topology, {v, 17 - v, v / 2})))[0] ==
+            doctest::Approx(1 + x.x - 2 * x.y + 3 * x.z).epsilon(1e-4));
     }
   }
   TEST_CASE("more control points leave the motion where it is") {
@@ -167,15 +175,18 @@ TEST_SUITE("train/refine") {
         CAPTURE(spline);
         CAPTURE(light);
         MotionField motion;
-        motion.basis = spline ? BasisKind::bspline : BasisKind::bezier, motion.first_point = spline ? FirstPoint::free : FirstPoint::zero;
+        motion.basis = spline ? BasisKind::bspline : BasisKind::bezier,
+        motion.first_point = spline ? FirstPoint::free : FirstPoint::zero;
         motion.points = 4, motion.light = light;
         motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion.width(), 8)};
         MotionField raised = motion;
         elevate(raised);
         CHECK(raised.points == 5);
         for (const double t : {0.0, 0.3, 1.0}) {
-          const MotionSlice a = make_slice(motion, stored_weights(motion, t)), b = make_slice(raised, stored_weights(raised, t));
-          for (std::size_t i = 0; i < a.values.size(); ++i) REQUIRE(std::abs(a.values[i] - b.values[i]) <= 1e-6f);
+          const MotionSlice a = make_slice(motion, stored_weights(motion, t)),
+                            b = make_slice(raised, stored_weights(raised, t));
+          for (std::size_t i = 0; i < a.values.size(); ++i)
+            REQUIRE(std::abs(a.values[i] - b.values[i]) <= 1e-6f);
         }
       }
   }
@@ -230,9 +241,12 @@ TEST_SUITE("train/bounds and batches") {
     sampler.draw(4, 1, 0.02f, {}, b);
     CHECK(a.targets != b.targets);
 
-    // What a picture shows as 1 is a target of 1, which means 1 or more; without `clipped` it is the float before it.
+    // What a picture shows as 1 is a target of 1, which means 1 or more; without `clipped` it is the float
+    // before it.
     Split white = train;
-    for (Frame& frame : white.frames) frame.image = Image16{frame.image.width, frame.image.height, std::vector<std::uint16_t>(4 * frame.image.pixels(), 65535)};
+    for (Frame& frame : white.frames)
+      frame.image = Image16{frame.image.width, frame.image.height,
+                            std::vector<std::uint16_t>(4 * frame.image.pixels(), 65535)};
     for (const bool clipped : {true, false}) {
       SamplingConfig as = config;
       as.clipped = clipped, as.carve = 0;
@@ -263,11 +277,13 @@ TEST_SUITE("train/bounds and batches") {
     for (Frame& frame : together.frames) frame.time = 0;
     const BatchSampler rig(together, bounds.box, config, 9);
     used.clear();
-    for (int step = 0; step < 10; ++step) rig.draw(step, 0, 0.02f, {}, a), used.insert(a.frames.begin(), a.frames.end());
+    for (int step = 0; step < 10; ++step)
+      rig.draw(step, 0, 0.02f, {}, a), used.insert(a.frames.begin(), a.frames.end());
     CHECK(used.size() == 40);
     config.window = 1;
 
-    // Carving: cameras of other times look past their silhouettes, and the scene is nowhere on those rays at the slot's time.
+    // Carving: cameras of other times look past their silhouettes, and the scene is nowhere on those rays at
+    // the slot's time.
     config.rays = 2048, config.carve = 0.9f, config.background = BackgroundKind::fixed;
     const BatchSampler carver(train, bounds.box, config, 9);
     int carved = 0;
@@ -279,7 +295,8 @@ TEST_SUITE("train/bounds and batches") {
         for (int i = task.first; i < task.last; ++i) {
           const Vec3d origin = cast<double>(a.rays[i].origin), direction = cast<double>(a.rays[i].direction);
           const bool missed = a.rays[i].count == 0;
-          if (missed || length(cross(origin - own.camera.position, direction)) < 1e-3) continue;  // or of the slot's own camera
+          if (missed || length(cross(origin - own.camera.position, direction)) < 1e-3)
+            continue;  // or of the slot's own camera
           ++carved;
           CHECK(a.targets[i] == Vec3{1, 1, 1});
           CHECK_FALSE(moment.trace({origin, direction}).has_value());

@@ -7,16 +7,16 @@
 #include <cmath>
 #include <random>
 
+#include "field/lattice/locate.hpp"
+#include "render/active_rows.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/field/locate.hpp"
 #include "splinevox/math/metrics.hpp"
-#include "splinevox/render/active_rows.hpp"
 #include "splinevox/render/render_image.hpp"
-#include "splinevox/train/engine.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "support/blob_model.hpp"
-#include "train/offset.hpp"
+#include "train/bounds/offset.hpp"
+#include "train/engine.hpp"
 
 using namespace splinevox;
 
@@ -61,7 +61,8 @@ double quality(const VoxelModel& model, const Dataset& data) {
   Renderer renderer(model);
   double db = 0;
   const Split& test = *data.find("test");
-  for (const Frame& f : test.frames) db += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background.color));
+  for (const Frame& f : test.frames)
+    db += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background.color));
   return db / double(test.frames.size());
 }
 
@@ -74,7 +75,9 @@ std::size_t count_moving(const VoxelModel& model) {
 }  // namespace
 
 TEST_SUITE("train/rest") {
-  TEST_CASE("what stands still comes to rest, the ball does not, and pictures are as good; the same bits for any number of threads and across a stop") {
+  TEST_CASE(
+      "what stands still comes to rest, the ball does not, and pictures are as good; the same bits for any "
+      "number of threads and across a stop") {
     const Made everywhere = [] {
       Config c = small_config();
       c.motion.rest = 0;
@@ -149,7 +152,9 @@ TEST_SUITE("train/rest") {
     REQUIRE(cells.size.z == 1);
     CHECK(length(Offset(cells, std::vector<Vec3>(cells.cells())).at({0.5f, 0.5f, 0.005f})) == 0);
   }
-  TEST_CASE("the reach of rows: every place from which one of them is read, across bricks and beside absent ones, and little else") {
+  TEST_CASE(
+      "the reach of rows: every place from which one of them is read, across bricks and beside absent ones, "
+      "and little else") {
     const Lattice lattice{{-1, 0, 2}, 0.25f, {24, 16, 16}};
     const TopologyPtr t = make_topology(lattice, {{0, 0, 0}, {2, 0, 0}, {2, 1, 1}});
     std::vector<RowMask> rows(t->bricks.size());
@@ -166,7 +171,9 @@ TEST_SUITE("train/rest") {
       Vec3 x = box.lo;
       for (int a = 0; a < 3; ++a) x[a] += share(random) * box.extent()[a];
       const CellRows at = locate(view, x).rows;
-      const bool reads = std::any_of(at.row, at.row + kCorners, [&](std::int32_t row) { return row >= kBrickRows && rows[row / kBrickRows].test(row % kBrickRows); });
+      const bool reads = std::any_of(at.row, at.row + kCorners, [&](std::int32_t row) {
+        return row >= kBrickRows && rows[row / kBrickRows].test(row % kBrickRows);
+      });
       const bool within = reach.test(reach.index(reach.cell_of(x)));
       if (reads) CHECK(within);
       read += reads, reached += within;

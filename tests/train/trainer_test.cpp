@@ -23,7 +23,8 @@ const Dataset& moving_ball() {
   return data;
 }
 
-/// A whole run in miniature: two lattices, two motion levels, every loss term, a Bezier curve that is elevated on the way.
+/// A whole run in miniature: two lattices, two motion levels, every loss term, a Bezier curve that is
+/// elevated on the way.
 Config tiny_config(int steps) {
   Config c = preset("draft");
   c.run.max_time = 0, c.run.max_steps = steps, c.run.seed = 7;
@@ -32,7 +33,8 @@ Config tiny_config(int steps) {
   c.motion.basis = BasisKind::bezier, c.motion.points = 3, c.motion.first_point = FirstPoint::zero;
   c.motion.elevate_points = {5}, c.motion.elevate_start = {0.6f};
   c.loss.offset = 1e-3f, c.loss.divergence = 1e-3f, c.loss.divergence_kind = DivergenceKind::hutchinson;
-  c.loss.tv_density = 1e-4f, c.loss.tv_color = 1e-4f, c.loss.tv_sh = 1e-4f, c.loss.tv_control = 1e-3f, c.loss.tv_rigidity = 1e-4f;
+  c.loss.tv_density = 1e-4f, c.loss.tv_color = 1e-4f, c.loss.tv_sh = 1e-4f, c.loss.tv_control = 1e-3f,
+  c.loss.tv_rigidity = 1e-4f;
   c.loss.curve_length = c.loss.curve_rest = 1e-4f;
   c.sampling.frames = 4, c.sampling.rays = 1024, c.sampling.occupancy_every = 7;
   return c;
@@ -47,7 +49,8 @@ Config tiny_spline(int steps) {
   return c;
 }
 
-std::vector<char> run(const Config& config, int threads, int from = 0, const std::vector<char>& state = {}, int to = 1 << 30) {
+std::vector<char> run(const Config& config, int threads, int from = 0, const std::vector<char>& state = {},
+                      int to = 1 << 30) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   tbb::task_arena arena(threads);
   return arena.execute([&] {
@@ -63,9 +66,11 @@ std::vector<char> run(const Config& config, int threads, int from = 0, const std
   });
 }
 
-/// The part of a state that is not a clock reading: phases and seconds come right after step, stage and elevations.
+/// The part of a state that is not a clock reading: phases and seconds come right after step, stage and
+/// elevations.
 bool same_parameters(std::vector<char> a, std::vector<char> b) {
-  const std::size_t from = sizeof(std::int64_t) + 2 * sizeof(int), n = 2 * sizeof(double) + sizeof(PhaseSeconds);
+  const std::size_t from = sizeof(std::int64_t) + 2 * sizeof(int),
+                    n = 2 * sizeof(double) + sizeof(PhaseSeconds);
   if (a.size() != b.size()) return false;
   std::fill_n(a.begin() + from, n, char(0)), std::fill_n(b.begin() + from, n, char(0));
   return a == b;
@@ -80,7 +85,8 @@ double test_psnr(const VoxelModel& model, const Split& split) {
       for (int x = 0; x < f.image.width; ++x) {
         const float alpha = f.image.pixel(x, y)[3] / 65535.0f;
         for (int c = 0; c < 3; ++c)
-          squared += std::pow(r.rgb.pixel(x, y)[c] - (alpha * f.image.pixel(x, y)[c] / 65535.0f + (1 - alpha)), 2);
+          squared +=
+              std::pow(r.rgb.pixel(x, y)[c] - (alpha * f.image.pixel(x, y)[c] / 65535.0f + (1 - alpha)), 2);
       }
     sum += -10 * std::log10(squared / (3.0 * f.image.width * f.image.height));
   }
@@ -90,7 +96,8 @@ double test_psnr(const VoxelModel& model, const Split& split) {
 }  // namespace
 
 TEST_SUITE("train/trainer") {
-  TEST_CASE("the same seed gives the same bits with 1, 2, 3, 4 and 7 threads and again, another seed does not") {
+  TEST_CASE(
+      "the same seed gives the same bits with 1, 2, 3, 4 and 7 threads and again, another seed does not") {
     const Config config = tiny_config(40);
     const auto one = run(config, 1);
     for (const int threads : {1, 2, 3, 4, 7}) {
@@ -114,7 +121,8 @@ TEST_SUITE("train/trainer") {
         CHECK(same_parameters(whole, run(config, 1 + (at + 1) % 3, at, state)));
       }
     };
-    std::vector<int> stops{1, 4, 5, 15, 16, 17, 20, 21, 24, 25, 39};  // either side of refinements at 4, 16, 20 and 24
+    std::vector<int> stops{1,  4,  5,  15, 16, 17,
+                           20, 21, 24, 25, 39};  // either side of refinements at 4, 16, 20 and 24
     std::mt19937 random(17);
     for (int i = 0; i < 5; ++i) stops.push_back(1 + int(random() % 39));
     std::sort(stops.begin(), stops.end());
@@ -143,7 +151,8 @@ TEST_SUITE("train/trainer") {
     Config config = tiny_spline(40);
     config.grid.motion_start = {0, 0.5f};
     const Dataset& data = moving_ball();
-    // Where the scene is still the same everywhere, as it is at first, nothing moves. Then Adam, whose steps know no size of gradients, moves what has one by a share of the rate.
+    // Where the scene is still the same everywhere, as it is at first, nothing moves. Then Adam, whose steps
+    // know no size of gradients, moves what has one by a share of the rate.
     const auto moved = [&](bool rigidity) {
       config.motion.rigidity = rigidity;
       Trainer trainer(config, *data.find("train"), data.time_map);
@@ -183,7 +192,8 @@ TEST_SUITE("train/trainer") {
     const Dataset& data = moving_ball();
     const Split& train = *data.find("train");
     Config config = tiny_spline(60);
-    config.loss.tv_density = config.loss.tv_color = config.loss.tv_sh = config.loss.tv_control = config.loss.tv_rigidity = 0;
+    config.loss.tv_density = config.loss.tv_color = config.loss.tv_sh = config.loss.tv_control =
+        config.loss.tv_rigidity = 0;
     config.radiance.sh_order = 3, config.radiance.sh_start = {0.3f, 0.75f, 0.85f};
     Trainer trainer(config, train, data.time_map);
     int order = 0, joined = 0;
@@ -196,7 +206,8 @@ TEST_SUITE("train/trainer") {
       // The same step by a run that learns nothing: all that changes is what joins.
       Config idle = config;
       OptimiserConfig& o = idle.optimiser;
-      o.lr_density = o.lr_color = o.lr_sh = o.lr_control = o.lr_rigidity = o.lr_light = o.lr_background = o.shrink = 0;
+      o.lr_density = o.lr_color = o.lr_sh = o.lr_control = o.lr_rigidity = o.lr_light = o.lr_background =
+          o.shrink = 0;
       Trainer other(idle, train, data.time_map);
       other.restore(state);
       other.step();
@@ -211,7 +222,8 @@ TEST_SUITE("train/trainer") {
     CHECK(joined == 3);
     const VoxelModel model = trainer.model();
     float finest = 0;
-    for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) finest = std::max(finest, std::abs(model.radiance.raw.row(r)[4 + 12]));
+    for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r)
+      finest = std::max(finest, std::abs(model.radiance.raw.row(r)[4 + 12]));
     CHECK(finest > 0.01f);
   }
   TEST_CASE("matter that no ray shows is emptied, and pictures are as good without it") {
@@ -228,7 +240,8 @@ TEST_SUITE("train/trainer") {
     };
     const auto matter = [](const VoxelModel& model) {
       int rows = 0;
-      for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) rows += model.radiance.raw.row(r)[0] > 2;
+      for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r)
+        rows += model.radiance.raw.row(r)[0] > 2;
       return rows;
     };
     const VoxelModel full = learned({}), emptied = learned({0.598f, 0.8f});
@@ -237,13 +250,15 @@ TEST_SUITE("train/trainer") {
     CHECK(matter(emptied) < 0.9 * matter(full));
     const Topology& bricks = *emptied.radiance.raw.topology;
     CHECK(bricks.brick_count() < full.radiance.raw.topology->brick_count());
-    CHECK(int(bricks_above(emptied.radiance.raw, -10).size()) == bricks.brick_count());  // nothing is kept for nothing
+    CHECK(int(bricks_above(emptied.radiance.raw, -10).size()) ==
+          bricks.brick_count());  // nothing is kept for nothing
     CHECK(test_psnr(emptied, *data.find("test")) > test_psnr(full, *data.find("test")) - 0.5);
 
     // The state loses the bricks too, and goes on from before and after in the same bits.
     config.grid.empty_start = {0.598f, 0.8f};
     Trainer trainer(config, *data.find("train"), data.time_map);
-    while (trainer.step().progress < 0.599) {}
+    while (trainer.step().progress < 0.599) {
+    }
     const std::vector<char> before = trainer.save();
     CHECK(trainer.step().stage_changed);
     const std::vector<char> after = trainer.save();

@@ -7,14 +7,19 @@ namespace {
 constexpr int64_t kPieceRays = 1024;
 
 /// exp(-optical depth before each sample): [n, s] from [n, s].
-torch::Tensor transmittance_before(const torch::Tensor& depth) { return torch::exp(-(torch::cumsum(depth, 1) - depth)); }
+torch::Tensor transmittance_before(const torch::Tensor& depth) {
+  return torch::exp(-(torch::cumsum(depth, 1) - depth));
+}
 
 }  // namespace
 
 MlpModelImpl::MlpModelImpl(const Settings& settings) : settings_(settings) {
-  background_ = register_buffer("background", torch::tensor(std::vector<float>(settings.background.begin(), settings.background.end())));
-  if (settings.kind != Kind::t_nerf) deformation_ = register_module("deformation", Deformation(settings.kind, settings.points));
-  radiance_ = register_module("radiance", Radiance(settings.kind == Kind::t_nerf ? 4 : 3, settings.view_sees_position));
+  background_ = register_buffer("background", torch::tensor(std::vector<float>(settings.background.begin(),
+                                                                               settings.background.end())));
+  if (settings.kind != Kind::t_nerf)
+    deformation_ = register_module("deformation", Deformation(settings.kind, settings.points));
+  radiance_ = register_module("radiance",
+                              Radiance(settings.kind == Kind::t_nerf ? 4 : 3, settings.view_sees_position));
 }
 
 Marched MlpModelImpl::train_march(const Rays& rays) {
@@ -29,7 +34,9 @@ torch::Tensor MlpModelImpl::picture(const Rays& rays) {
   for (int64_t first = 0; first < n; first += kPieceRays) {
     const int64_t count = std::min(kPieceRays, n - first);
     const auto part = [&](const torch::Tensor& t) { return t.narrow(0, first, count).to(device()); };
-    pieces.push_back(march({part(rays.origin), part(rays.direction), part(rays.length), part(rays.time)}, false).rgb.cpu());
+    pieces.push_back(
+        march({part(rays.origin), part(rays.direction), part(rays.length), part(rays.time)}, false)
+            .rgb.cpu());
   }
   return torch::cat(pieces);
 }
@@ -39,8 +46,11 @@ Marched MlpModelImpl::march(const Rays& rays, bool training) {
   const auto kind = rays.origin.options();
   const torch::Tensor place = training ? torch::rand({n, s}, kind) : torch::full({n, s}, 0.5, kind);
   const torch::Tensor distance = rays.length * (torch::arange(s, kind) + place) / double(s);  // [n, s]
-  torch::Tensor x = (rays.origin.unsqueeze(1) + rays.direction.unsqueeze(1) * distance.unsqueeze(-1)).reshape({-1, 3});
-  const auto per_sample = [&](const torch::Tensor& t) { return t.unsqueeze(1).expand({n, s, t.size(1)}).reshape({n * s, t.size(1)}); };
+  torch::Tensor x =
+      (rays.origin.unsqueeze(1) + rays.direction.unsqueeze(1) * distance.unsqueeze(-1)).reshape({-1, 3});
+  const auto per_sample = [&](const torch::Tensor& t) {
+    return t.unsqueeze(1).expand({n, s, t.size(1)}).reshape({n * s, t.size(1)});
+  };
   const torch::Tensor t = per_sample(rays.time), direction = per_sample(rays.direction);
 
   const bool moves = settings_.kind != Kind::t_nerf;
@@ -60,7 +70,8 @@ Marched MlpModelImpl::march(const Rays& rays, bool training) {
   const torch::Tensor depth = torch::softplus(raw - 1).view({n, s}) * (rays.length / double(s));
   const torch::Tensor weight = transmittance_before(depth) * -torch::expm1(-depth);  // [n, s]
   Marched out;
-  out.rgb = (weight.unsqueeze(-1) * seen.rgb.view({n, s, 3})).sum(1) + torch::exp(-depth.sum(1, true)) * background_;
+  out.rgb = (weight.unsqueeze(-1) * seen.rgb.view({n, s, 3})).sum(1) +
+            torch::exp(-depth.sum(1, true)) * background_;
   if (!training || !moves) return out;
 
   const torch::Tensor visible = weight.detach().reshape({-1});

@@ -6,9 +6,11 @@
 
 namespace splinevox::mlp {
 
-SkipMlpImpl::SkipMlpImpl(int in, int out, int hidden, int width, Activation activation, bool zero_last) : activation_(activation), hidden_(hidden) {
+SkipMlpImpl::SkipMlpImpl(int in, int out, int hidden, int width, Activation activation, bool zero_last)
+    : activation_(activation), hidden_(hidden) {
   first_ = layer("first", in, width);
-  for (int i = 0; i < hidden; ++i) layers_.push_back(layer("layer" + std::to_string(i), width + (joins(i) ? in : 0), width));
+  for (int i = 0; i < hidden; ++i)
+    layers_.push_back(layer("layer" + std::to_string(i), width + (joins(i) ? in : 0), width));
   last_ = layer("last", width, out);
   torch::NoGradGuard constant;
   if (zero_last) torch::nn::init::zeros_(last_->weight);
@@ -28,9 +30,12 @@ torch::nn::Linear SkipMlpImpl::layer(const std::string& name, int in, int out) {
 }
 
 torch::Tensor SkipMlpImpl::forward(const torch::Tensor& x) {
-  const auto active = [&](const torch::Tensor& h) { return activation_ == Activation::sine ? torch::sin(h) : torch::leaky_relu(h); };
+  const auto active = [&](const torch::Tensor& h) {
+    return activation_ == Activation::sine ? torch::sin(h) : torch::leaky_relu(h);
+  };
   torch::Tensor h = first_(x);
-  for (int i = 0; i < hidden_; ++i) h = layers_[std::size_t(i)](active(joins(i) ? torch::cat({h, x}, -1) : h));
+  for (int i = 0; i < hidden_; ++i)
+    h = layers_[std::size_t(i)](active(joins(i) ? torch::cat({h, x}, -1) : h));
   return last_(active(h));
 }
 
@@ -47,14 +52,19 @@ RadianceImpl::RadianceImpl(int in, bool view_sees_position) : view_sees_position
   constexpr int kFeatures = 256;
   fourier_ = register_module("fourier", Fourier(in));
   trunk_ = register_module("trunk", SkipMlp(in + kFeatures, 1 + kLatent, 5, 128, Activation::sine));
-  color_ = register_module("color", SkipMlp(in + kLatent, view_sees_position ? 3 + kLatent : 3, 3, 256, Activation::sine));
-  view_ = register_module("view", SkipMlp(view_sees_position ? in + 3 + 2 * kLatent : 3, 1, 3, 128, Activation::sine));
+  color_ = register_module(
+      "color", SkipMlp(in + kLatent, view_sees_position ? 3 + kLatent : 3, 3, 256, Activation::sine));
+  view_ = register_module(
+      "view", SkipMlp(view_sees_position ? in + 3 + 2 * kLatent : 3, 1, 3, 128, Activation::sine));
 }
 
 RadianceImpl::Out RadianceImpl::forward(const torch::Tensor& x, const torch::Tensor& direction) {
-  const torch::Tensor trunk = trunk_(torch::cat({x, fourier_(x)}, -1)), features = trunk.narrow(-1, 1, kLatent);
+  const torch::Tensor trunk = trunk_(torch::cat({x, fourier_(x)}, -1)),
+                      features = trunk.narrow(-1, 1, kLatent);
   const torch::Tensor color = torch::sigmoid(color_(torch::cat({x, features}, -1)));
-  const torch::Tensor seen = view_sees_position_ ? torch::cat({x, direction, features, color.narrow(-1, 3, kLatent)}, -1) : direction;
+  const torch::Tensor seen = view_sees_position_
+                                 ? torch::cat({x, direction, features, color.narrow(-1, 3, kLatent)}, -1)
+                                 : direction;
   return {trunk.select(-1, 0), (1 - torch::sigmoid(view_(seen)) / 2) * color.narrow(-1, 0, 3)};
 }
 
@@ -69,12 +79,14 @@ DeformationImpl::Out DeformationImpl::forward(const torch::Tensor& x, const torc
     return {out.narrow(-1, 0, 3), out.select(-1, 3)};
   }
   const torch::Tensor out = net_(x);
-  return {de_casteljau(out.narrow(-1, 0, 3 * points_).view({-1, points_, 3}), t), out.select(-1, 3 * points_)};
+  return {de_casteljau(out.narrow(-1, 0, 3 * points_).view({-1, points_, 3}), t),
+          out.select(-1, 3 * points_)};
 }
 
 torch::Tensor de_casteljau(torch::Tensor points, const torch::Tensor& t) {
   const torch::Tensor s = t.unsqueeze(-1);
-  for (int64_t n = points.size(1) - 1; n > 0; --n) points = (1 - s) * points.narrow(1, 0, n) + s * points.narrow(1, 1, n);
+  for (int64_t n = points.size(1) - 1; n > 0; --n)
+    points = (1 - s) * points.narrow(1, 0, n) + s * points.narrow(1, 1, n);
   return points.squeeze(1);
 }
 

@@ -9,9 +9,10 @@ namespace splinevox::mlp {
 
 enum class Activation { leaky_relu, sine };
 
-/// Perceptron of a first layer, `hidden` more and a last one; the input joins again, before the activation, at every third hidden layer but
-/// the last of them, the first included: the released code's, to the number of parameters. Leaky ReLU layers start as Xavier uniform, sine layers as
-/// U(+-sqrt(6 / inputs)), both as there; its sines have no frequency factor.
+/// Perceptron of a first layer, `hidden` more and a last one; the input joins again, before the activation,
+/// at every third hidden layer but the last of them, the first included: the released code's, to the number
+/// of parameters. Leaky ReLU layers start as Xavier uniform, sine layers as U(+-sqrt(6 / inputs)), both as
+/// there; its sines have no frequency factor.
 struct SkipMlpImpl : torch::nn::Module {
   /// @param zero_last  the last layer starts at 0: no displacement before training.
   SkipMlpImpl(int in, int out, int hidden, int width, Activation activation, bool zero_last = false);
@@ -30,7 +31,8 @@ struct SkipMlpImpl : torch::nn::Module {
 };
 TORCH_MODULE(SkipMlp);
 
-/// Random Fourier features (Tancik et al. 2020): x -> (sin xB, cos xB), B normal with standard deviation 32, fixed.
+/// Random Fourier features (Tancik et al. 2020): x -> (sin xB, cos xB), B normal with standard deviation 32,
+/// fixed.
 struct FourierImpl : torch::nn::Module {
   explicit FourierImpl(int in, int count = 128, double sigma = 32);
   /// [n, in] -> [n, 2 count]
@@ -41,11 +43,12 @@ struct FourierImpl : torch::nn::Module {
 };
 TORCH_MODULE(Fourier);
 
-/// Raw density and colour at points: Eq. 5, RGB = (1 - sigmoid(MLP(v)) / 2) sigmoid(MLP(x)). The trunk sees the position as it is beside its
-/// Fourier features.
+/// Raw density and colour at points: Eq. 5, RGB = (1 - sigmoid(MLP(v)) / 2) sigmoid(MLP(x)). The trunk sees
+/// the position as it is beside its Fourier features.
 struct RadianceImpl : torch::nn::Module {
   /// @param in  3, or 4 where time is an input (T-NeRF).
-  /// @param view_sees_position  the view's network also gets the position, the trunk's features and the colour's, as the released code.
+  /// @param view_sees_position  the view's network also gets the position, the trunk's features and the
+  /// colour's, as the released code.
   RadianceImpl(int in, bool view_sees_position);
   struct Out {
     torch::Tensor density;  ///< [n] raw
@@ -79,7 +82,8 @@ struct DeformationImpl : torch::nn::Module {
 };
 TORCH_MODULE(Deformation);
 
-/// Bezier curves by De Casteljau (Eq. 3, with index i + 1 as the released code: the paper's i - 1 runs backwards).
+/// Bezier curves by De Casteljau (Eq. 3, with index i + 1 as the released code: the paper's i - 1 runs
+/// backwards).
 /// @param points [n, K, 3]  @param t [n, 1]  @return [n, 3]
 torch::Tensor de_casteljau(torch::Tensor points, const torch::Tensor& t);
 

@@ -7,13 +7,15 @@
 
 namespace splinevox {
 
-/// How a lens bends the pinhole picture; dimensionless, so the same at every picture size. math/lens.hpp has the formulas.
+/// How a lens bends the pinhole picture; dimensionless, so the same at every picture size. math/lens.hpp has
+/// the formulas.
 struct Distortion {
   enum class Kind { none, brown, fisheye };
   Kind kind = Kind::none;
   std::array<double, 4> k{};  ///< radial k1 to k4
   std::array<double, 2> p{};  ///< tangential p1, p2; brown alone has them
-  double reach = 0;           ///< the formulas hold up to here and are continued in proportion: tangent of the angle to the axis, for fisheye the angle
+  double reach = 0;  ///< the formulas hold up to here and are continued in proportion: tangent of the angle
+                     ///< to the axis, for fisheye the angle
   friend bool operator==(const Distortion&, const Distortion&) = default;
 };
 

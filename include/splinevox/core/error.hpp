@@ -13,8 +13,8 @@ enum class Fault {
   numeric  ///< the computation itself failed (non-finite steps in a row): exit code 1
 };
 
-/// One problem as a user reads it: where it is, what is wrong, what was expected, what was found, what to try.
-/// `where` and `what` are required; empty fields are left out of the message.
+/// One problem as a user reads it: where it is, what is wrong, what was expected, what was found, what to
+/// try. `where` and `what` are required; empty fields are left out of the message.
 struct Problem {
   std::string where{}, what{}, expected{}, got{}, hint{};
 };

@@ -8,7 +8,8 @@
 #define SPLINEVOX_HD
 #endif
 
-/// SPLINEVOX_INLINE: a formula that must dissolve into the loop around it, or the loop cannot become vector code.
+/// SPLINEVOX_INLINE: a formula that must dissolve into the loop around it, or the loop cannot become vector
+/// code.
 #if defined(__CUDACC__)
 #define SPLINEVOX_INLINE SPLINEVOX_HD __forceinline__
 #else

@@ -33,7 +33,8 @@ struct Image16 {
   const std::uint16_t* pixel(int x, int y) const { return rgba.data() + (std::size_t(y) * width + x) * 4; }
 };
 
-/// The same as training keeps it in memory: where every value is one of 8 bits, in 8, which is half as much and the same picture.
+/// The same as training keeps it in memory: where every value is one of 8 bits, in 8, which is half as much
+/// and the same picture.
 class Picture {
  public:
   int width = 0, height = 0;
@@ -46,7 +47,8 @@ class Picture {
   std::array<std::uint16_t, 4> pixel(std::size_t i) const {
     if (!narrow_.empty()) {
       const std::uint8_t* p = narrow_.data() + 4 * i;
-      return {std::uint16_t(257 * p[0]), std::uint16_t(257 * p[1]), std::uint16_t(257 * p[2]), std::uint16_t(257 * p[3])};
+      return {std::uint16_t(257 * p[0]), std::uint16_t(257 * p[1]), std::uint16_t(257 * p[2]),
+              std::uint16_t(257 * p[3])};
     }
     const std::uint16_t* p = wide_.data() + 4 * i;
     return {p[0], p[1], p[2], p[3]};
@@ -64,7 +66,8 @@ class Picture {
 inline Vec3 composite(const Picture& picture, int x, int y, const Vec3& background) {
   const auto p = picture.pixel(x, y);
   const float alpha = p[3] / 65535.0f;
-  return {p[0] / 65535.0f * alpha + background.x * (1 - alpha), p[1] / 65535.0f * alpha + background.y * (1 - alpha),
+  return {p[0] / 65535.0f * alpha + background.x * (1 - alpha),
+          p[1] / 65535.0f * alpha + background.y * (1 - alpha),
           p[2] / 65535.0f * alpha + background.z * (1 - alpha)};
 }
 /// Straight RGBA over a background: [height * width * 3].

@@ -30,9 +30,10 @@ PngHeader read_png_header(const std::filesystem::path& path, const std::string& 
 /// Throws Error (Fault::input).
 Image16 read_png(const std::filesystem::path& path, const std::string& where = "");
 
-/// Reads a JPEG (baseline or progressive; grey, YCbCr or RGB) as opaque RGBA, values as decoded, no colour profile, no rotation that EXIF may
-/// ask for: cameras are those of the stored pixels. The limits are those of read_png_header; a file with more than 100 scans, that ends
-/// early or is damaged is refused. Throws Error (Fault::input).
+/// Reads a JPEG (baseline or progressive; grey, YCbCr or RGB) as opaque RGBA, values as decoded, no colour
+/// profile, no rotation that EXIF may ask for: cameras are those of the stored pixels. The limits are those
+/// of read_png_header; a file with more than 100 scans, that ends early or is damaged is refused. Throws
+/// Error (Fault::input).
 Image16 read_jpeg(const std::filesystem::path& path, const std::string& where = "");
 
 struct PictureSize {
@@ -40,7 +41,8 @@ struct PictureSize {
   friend bool operator==(const PictureSize&, const PictureSize&) = default;
 };
 
-/// Size and pixels of a PNG or a JPEG, told apart by their first bytes whatever they are called. Throws Error (Fault::input).
+/// Size and pixels of a PNG or a JPEG, told apart by their first bytes whatever they are called. Throws Error
+/// (Fault::input).
 /// @{
 PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where = "");
 Image16 read_picture(const std::filesystem::path& path, const std::string& where = "");

@@ -8,33 +8,35 @@
 #include <string>
 #include <vector>
 
+#include "math/camera.hpp"
 #include "splinevox/data/scene.hpp"
-#include "splinevox/math/camera.hpp"
 
 namespace splinevox {
 
 /// How a built-in scene is lit, what it is made of and how often it goes through its motion.
 struct SynthLook {
-  double gloss = 0;  ///< strength of a highlight that follows the eye, 0..1
-  double fade = 0;   ///< share of the light that is gone at time 1, 0..1, falling evenly
-  double light = 1;  ///< of everything, 0..1
+  double gloss = 0;     ///< strength of a highlight that follows the eye, 0..1
+  double fade = 0;      ///< share of the light that is gone at time 1, 0..1, falling evenly
+  double light = 1;     ///< of everything, 0..1
   int repeats = 1;      ///< the motion runs there, back, there, .. so often between time 0 and 1; at least 1
   bool opaque = false;  ///< pictures without alpha: a plain grey wall behind the scene
 };
 
 /// What to make of a built-in scene.
 struct SynthOptions {
-  int frames = 100;        ///< training pictures, 2..10000, picture i at time i / (frames - 1); a fifth as many
-                           ///< test pictures and a tenth as many validation pictures, at least 2 each
-  int size = 200;          ///< width and height of every picture, 8..4096 pixels
+  int frames = 100;  ///< training pictures, 2..10000, picture i at time i / (frames - 1); a fifth as many
+                     ///< test pictures and a tenth as many validation pictures, at least 2 each
+  int size = 200;    ///< width and height of every picture, 8..4096 pixels
   std::uint64_t seed = 1;  ///< of the training cameras; the scene itself is always the same
-  double orbit = 0;        ///< 0: a training camera anywhere for every picture; else one that goes around the scene so often between time 0 and 1, as of a film, -100..100
+  double orbit = 0;  ///< 0: a training camera anywhere for every picture; else one that goes around the scene
+                     ///< so often between time 0 and 1, as of a film, -100..100
   SynthLook look{};
 };
 
 /// Names of the built-in scenes, the default first.
 ///
-///   dancer  a jointed figure with a swinging plait (forward kinematics), a squashing ball, a plant that bends
+///   dancer  a jointed figure with a swinging plait (forward kinematics), a squashing ball, a plant that
+///   bends
 ///           in the wind, and a plinth that stands still
 ///   ball    one ball on a straight line at constant speed, turning not at all
 ///   snake   one body that bends, and nothing rigid
@@ -55,8 +57,8 @@ struct SynthHit {
 
 class SynthMoment;
 
-/// A built-in scene: bodies whose motion is known in closed form. Rest is the pose at time 0, so position minus
-/// rest is the exact displacement that carries the canonical frame to time t.
+/// A built-in scene: bodies whose motion is known in closed form. Rest is the pose at time 0, so position
+/// minus rest is the exact displacement that carries the canonical frame to time t.
 class SynthScene {
  public:
   /// Throws Error (Fault::input) listing the scenes when there is none of that name.
@@ -92,10 +94,12 @@ class SynthMoment {
 /// Told after every finished picture, from one thread at a time.
 using SynthProgress = std::function<void(int done, int total)>;
 
-/// The whole data set in memory: train, val and test as load_dataset would return them for write_synth's folder,
-/// with the same pixels (8 bit). Train cameras are drawn by the seed from the upper hemisphere of radius 4; val and
-/// test cameras go round on a smooth path. The fingerprint is its own, not that of the folder.
-Dataset make_synth(const std::string& scene, const SynthOptions& options = {}, const SynthProgress& progress = {});
+/// The whole data set in memory: train, val and test as load_dataset would return them for write_synth's
+/// folder, with the same pixels (8 bit). Train cameras are drawn by the seed from the upper hemisphere of
+/// radius 4; val and test cameras go round on a smooth path. The fingerprint is its own, not that of the
+/// folder.
+Dataset make_synth(const std::string& scene, const SynthOptions& options = {},
+                   const SynthProgress& progress = {});
 
 /// Writes the data set as a D-NeRF folder (transforms_*.json, straight-alpha PNG) and, for each test picture
 /// r_NNN, truth/r_NNN_0000.exr with layers `position` (X, Y, Z) and `rest` (R, G, B) and the channel `depth`

@@ -16,8 +16,8 @@ struct AlignedAllocator {
   AlignedAllocator() = default;
   template <class U>
   AlignedAllocator(const AlignedAllocator<U>&) {}
-  T* allocate(std::size_t n) { return static_cast<T*>(::operator new(n * sizeof(T), std::align_val_t{64})); }
-  void deallocate(T* p, std::size_t) { ::operator delete(p, std::align_val_t{64}); }
+  T* allocate(std::size_t n) { return static_cast<T*>(::operator new (n * sizeof(T), std::align_val_t{64})); }
+  void deallocate(T* p, std::size_t) { ::operator delete (p, std::align_val_t{64}); }
   friend bool operator==(const AlignedAllocator&, const AlignedAllocator&) { return true; }
 };
 template <class T>
@@ -39,11 +39,13 @@ struct Channels {
 /// Every row set to `background` ([width] floats).
 Channels make_channels(TopologyPtr topology, int width, const float* background);
 
-/// Numbers of the bricks that have a row above `raw` in the first column or lie next to one, ascending: every cell with such a corner has all its corners in them.
+/// Numbers of the bricks that have a row above `raw` in the first column or lie next to one, ascending: every
+/// cell with such a corner has all its corners in them.
 std::vector<std::int32_t> bricks_above(const Channels& channels, float raw);
 /// The topology of some of the bricks. @param bricks  numbers, ascending
 TopologyPtr keep_bricks(const Topology& topology, const std::vector<std::int32_t>& bricks);
-/// Leaves of rows ([bricks + 1] * 512 * width) those of the background and of some bricks, in place; what they took is theirs until shrink_to_fit.
+/// Leaves of rows ([bricks + 1] * 512 * width) those of the background and of some bricks, in place; what
+/// they took is theirs until shrink_to_fit.
 void keep_rows(const std::vector<std::int32_t>& bricks, int width, AlignedVector<float>& rows);
 
 }  // namespace splinevox

@@ -8,14 +8,17 @@ namespace splinevox {
 /// Which clusters an operation means: [clusters]. Unlabelled places belong to none.
 using ChosenClusters = std::vector<bool>;
 
-/// Takes the matter of the chosen clusters out of the canonical volume: at no time does anything show it. Motion stays.
+/// Takes the matter of the chosen clusters out of the canonical volume: at no time does anything show it.
+/// Motion stays.
 void hide_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen);
 /// Takes everything else out.
 void keep_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen);
 /// Gives the matter of the chosen clusters one colour from every side. @param color  display values in [0, 1]
-void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen, Vec3 color);
+void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
+                    Vec3 color);
 
-/// What of such a colour a model can show: a view factor that is the same from every side leaves not all of it.
+/// What of such a colour a model can show: a view factor that is the same from every side leaves not all of
+/// it.
 Vec3 paintable(const VoxelModel& model, Vec3 color);
 
 /// x -> turn (x - pivot) + pivot + offset
@@ -35,21 +38,26 @@ struct PartEdit {
   double disturbed = 0;  ///< share of the other matter, over all times, whose motion would change; [0, 1]
   double covered = 0;    ///< share of the part that would land where other canonical matter is; [0, 1]
   double ghosts = 0;     ///< share of the part that would still be seen where it was; [0, 1]
-  double error_max = 0, error_rms = 0;  ///< voxels, over the part at all times: where it should be against where it is
+  double error_max = 0,
+         error_rms = 0;  ///< voxels, over the part at all times: where it should be against where it is
 };
 
 /// Moves clusters rigidly, the whole of their motion with them, and grows the box where they leave it.
 ///
-/// The warp runs backwards, so a part moves when its canonical matter, the control points of every place that ever shows it and
-/// the place it is looked up at are all carried along: W'(x) = G(W(G^-1 x)). That is possible only where no other matter is shown
-/// at any time from the motion voxels it comes to, and where the canonical volume has room. Motion voxels that only the part used
-/// and left are set to no displacement, so that they do not look after it.
+/// The warp runs backwards, so a part moves when its canonical matter, the control points of every place that
+/// ever shows it and the place it is looked up at are all carried along: W'(x) = G(W(G^-1 x)). That is
+/// possible only where no other matter is shown at any time from the motion voxels it comes to, and where the
+/// canonical volume has room. Motion voxels that only the part used and left are set to no displacement, so
+/// that they do not look after it.
 /// @return how far that fails; with `disturbed`, `covered` or `ghosts` above `limit` the model is unchanged.
-PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen, const RigidMotion& g, double limit);
+PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
+                        const RigidMotion& g, double limit);
 
-/// The motion of the clusters at F times the speed from time 0 on, at most to its end; the rest keeps its own. Motion voxels that
-/// show other matter as well at some time keep theirs: `disturbed` is here the share of the part that sits on such.
+/// The motion of the clusters at F times the speed from time 0 on, at most to its end; the rest keeps its
+/// own. Motion voxels that show other matter as well at some time keep theirs: `disturbed` is here the share
+/// of the part that sits on such.
 /// @pre the identity as time curve. @return as carry_clusters; the error is that of the curves' fit.
-PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen, double factor, double limit);
+PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
+                       double factor, double limit);
 
 }  // namespace splinevox

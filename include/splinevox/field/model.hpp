@@ -22,7 +22,8 @@ struct DensityActivation {
 /// See math/basis.hpp and math/basis_pieces.hpp. Training knows the first two; `edit` converts to all.
 enum class BasisKind { bezier, bspline, polybezier, hermite };
 
-/// How the first control point of a curve that begins in it (every basis but bspline) is treated (the paper, section Architecture).
+/// How the first control point of a curve that begins in it (every basis but bspline) is treated (the paper,
+/// section Architecture).
 enum class FirstPoint {
   zero,  ///< pinned to zero: t = 0 is exactly canonical, the point is not stored
   free   ///< stored and learned like the others
@@ -43,17 +44,18 @@ struct RadianceField {
 /// A sum of levels, coarse to fine, each a lattice that halves the one before, so that the sum is again a
 /// trilinear function on the finest lattice. Row: [stride * k + axis] stored control point k, with light
 /// [stride * k + 3] point k of the light's curve, then raw rigidity (r = sigmoid, 1 moves, 0 is static: the
-/// paper's name is inverted), then padding. Where nothing moves and only the light changes, the row is the light's curve alone.
+/// paper's name is inverted), then padding. Where nothing moves and only the light changes, the row is the
+/// light's curve alone.
 struct MotionField {
   BasisKind basis = BasisKind::bezier;
   int points = 5;                             ///< control points K, 2..256
   FirstPoint first_point = FirstPoint::zero;  ///< bspline is always free
-  bool displaces = true;                      ///< false: nothing moves and only the light is stored; needs light
-  bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it; needs displaces
-  bool light = false;                         ///< places change their brightness over time, see math/light.hpp
-  float rigidity_offset = 0;                  ///< added to the interpolated raw rigidity before the sigmoid
-  TimeCurve time_curve;                       ///< parameter of the curves at each model time; training leaves the identity
-  std::vector<Channels> levels;               ///< empty: nothing changes over time
+  bool displaces = true;         ///< false: nothing moves and only the light is stored; needs light
+  bool rigidity = true;          ///< false: r = 1 and nothing is stored for it; needs displaces
+  bool light = false;            ///< places change their brightness over time, see math/light.hpp
+  float rigidity_offset = 0;     ///< added to the interpolated raw rigidity before the sigmoid
+  TimeCurve time_curve;          ///< parameter of the curves at each model time; training leaves the identity
+  std::vector<Channels> levels;  ///< empty: nothing changes over time
 
   int stored_points() const { return first_point == FirstPoint::zero ? points - 1 : points; }
   bool moves() const { return displaces && !levels.empty(); }
@@ -68,10 +70,10 @@ struct MotionField {
 
 /// A reconstructed scene: everything rendering needs and nothing it does not.
 struct VoxelModel {
-  Box box;                     ///< scene units; outside it is empty
-  Background background;       ///< behind everything
-  float step = 0;              ///< march step, scene units
-  TimeMap time_map;            ///< from the data's own time to [0, 1]
+  Box box;                ///< scene units; outside it is empty
+  Background background;  ///< behind everything
+  float step = 0;         ///< march step, scene units
+  TimeMap time_map;       ///< from the data's own time to [0, 1]
   RadianceField radiance;
   MotionField motion;
 };

@@ -1,30 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/field/brick_view.hpp"
+#include "field/lattice/brick_view.hpp"
+#include "field/lattice/slice.hpp"
 #include "splinevox/field/model.hpp"
-#include "splinevox/field/slice.hpp"
 
 namespace splinevox {
 
-/// The model at one time, contracted: per motion vertex one displacement and one raw rigidity instead of K control
-/// points. Build once per frame, then sample anywhere. Plain slow-path sampling in float for export, tracking and
-/// tests; the renderer has its own packed path with the same formulas.
+/// The model at one time, contracted: per motion vertex one displacement and one raw rigidity instead of K
+/// control points. Build once per frame, then sample anywhere. Plain slow-path sampling in float for export,
+/// tracking and tests; the renderer has its own packed path with the same formulas.
 class FrameSampler {
  public:
   FrameSampler(const VoxelModel& model, double time);
-  /// The model at a parameter of its curves, whatever its time curve makes of time; velocities per unit of the parameter.
+  /// The model at a parameter of its curves, whatever its time curve makes of time; velocities per unit of
+  /// the parameter.
   struct AtParameter {
     double value;  ///< in [0, 1]
   };
   FrameSampler(const VoxelModel& model, AtParameter parameter);
 
   struct Warp {
-    Vec3 displacement;      ///< Delta(x, t) = x' - x, scene units
+    Vec3 displacement;           ///< Delta(x, t) = x' - x, scene units
     Vec3 velocity_to_canonical;  ///< dDelta/dt, scene units per unit of model time
-    Vec3 gradient[3];       ///< gradient[i][j] = d Delta_i / d x_j, unitless
-    float rigidity;         ///< r in [0, 1]
-    float light = 1;        ///< gain of the colour at this place and time, in (0, 2)
+    Vec3 gradient[3];            ///< gradient[i][j] = d Delta_i / d x_j, unitless
+    float rigidity;              ///< r in [0, 1]
+    float light = 1;             ///< gain of the colour at this place and time, in (0, 2)
   };
   Warp warp(Vec3 x) const;
   Vec3 canonical(Vec3 x) const;  ///< x + Delta(x, t)
@@ -38,7 +39,8 @@ class FrameSampler {
   Radiance radiance(Vec3 x_canonical) const;
 
  private:
-  FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights, const BasisWeights<float>& weights_dt);
+  FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights,
+               const BasisWeights<float>& weights_dt);
   const VoxelModel& model_;
   BrickView<float> radiance_view_, motion_view_;
   MotionSlice position_, velocity_;

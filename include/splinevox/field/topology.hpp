@@ -9,10 +9,11 @@
 
 namespace splinevox {
 
-inline constexpr int kBrick = 8;                           ///< vertices per brick edge: OpenVDB's leaf
+inline constexpr int kBrick = 8;                             ///< vertices per brick edge: OpenVDB's leaf
 inline constexpr int kBrickRows = kBrick * kBrick * kBrick;  ///< rows per brick
 
-/// What is stored and read back (io/model_vdb.hpp) has no more: vertices of an axis, bricks of a lattice with the ring around them.
+/// What is stored and read back (io/model_vdb.hpp) has no more: vertices of an axis, bricks of a lattice with
+/// the ring around them.
 inline constexpr int kMostVertices = 1 << 13;
 inline constexpr double kMostBricks = 1 << 28;
 
@@ -41,7 +42,7 @@ struct Topology {
   Lattice lattice;
   Int3 dims{};                      ///< bricks per axis, ring included
   std::vector<std::int32_t> table;  ///< [dims.x * dims.y * dims.z] brick number, z fastest; 0 = absent
-  std::vector<Int3> bricks;         ///< [brick_count() + 1] brick coordinate (vertex = 8 * coordinate), [0] unused
+  std::vector<Int3> bricks;  ///< [brick_count() + 1] brick coordinate (vertex = 8 * coordinate), [0] unused
 
   int brick_count() const { return int(bricks.size()) - 1; }
   std::size_t rows() const { return bricks.size() * std::size_t(kBrickRows); }
@@ -55,14 +56,16 @@ struct Topology {
   }
   /// Position of a brick's row, scene units.
   Vec3 position(int brick, int row) const { return lattice.position(vertex(brick, row)); }
-  /// Brick number at a brick coordinate; coordinates in the ring are absent. @pre -1 <= coordinate <= dims - 2.
+  /// Brick number at a brick coordinate; coordinates in the ring are absent. @pre -1 <= coordinate <= dims
+  /// - 2.
   std::int32_t brick_at(Int3 brick) const { return table[slot(brick)]; }
 };
 
 using TopologyPtr = std::shared_ptr<const Topology>;
 
 /// Freezes a list of brick coordinates (each within the lattice, no duplicates) into a topology.
-/// Bricks are numbered in the order of their coordinates, x slowest, so the numbering depends only on the set.
+/// Bricks are numbered in the order of their coordinates, x slowest, so the numbering depends only on the
+/// set.
 TopologyPtr make_topology(const Lattice& lattice, std::vector<Int3> bricks);
 /// Every brick of the lattice.
 TopologyPtr make_dense_topology(const Lattice& lattice);

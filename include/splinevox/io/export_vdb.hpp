@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "splinevox/core/share.hpp"
+#include "core/share.hpp"
+#include "io/manifest.hpp"
 #include "splinevox/field/cluster.hpp"
-#include "splinevox/io/manifest.hpp"
 
 namespace splinevox {
 
@@ -20,40 +20,46 @@ struct ExportOptions {
   double seconds = 0;               ///< how long model time 0..1 lasts; 0: frame `last` is model time 1
   double voxel_size = 0;            ///< scene units; 0: the radiance lattice's own
   bool half = true;                 ///< 16-bit floats
-  std::string bake_view = "mean";   ///< colour per voxel: "mean" over all directions, "none" (positional), "dir=x,y,z"
+  std::string bake_view =
+      "mean";       ///< colour per voxel: "mean" over all directions, "none" (positional), "dir=x,y,z"
   bool sh = false;  ///< the harmonics of the view rescale as grids sh0, sh1, ...; colour is then positional
-  std::string colorspace = "display";  ///< "display": values as in the pictures; "linear": decoded from sRGB per voxel
-  double shutter = 0.5;                ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
-  double min_alpha = 1e-3;             ///< voxels below this opacity over one voxel are dropped, (0, 1)
-  bool controls = false;               ///< motion.vdb beside the sequence
-  bool mesh = false;                   ///< a coloured surface beside every frame
-  std::string mesh_format = "ply";     ///< "ply" or "obj"
-  double mesh_alpha = 0.25;            ///< it runs where a voxel has this opacity, (min_alpha, 1)
-  std::optional<int> clusters;         ///< files of their own for each part that moves alike: how many, 2..16, 0 to choose
-  int frames_at_once = 0;              ///< frames in the making at a time; 0: as many as there are threads and memory is free
-  Share share;                         ///< of the frames; a share ends without a manifest, and an export of the whole takes its frames over
-  bool resume = true;                  ///< keep frames that an earlier export with the same model and settings finished
+  std::string colorspace =
+      "display";            ///< "display": values as in the pictures; "linear": decoded from sRGB per voxel
+  double shutter = 0.5;     ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
+  double min_alpha = 1e-3;  ///< voxels below this opacity over one voxel are dropped, (0, 1)
+  bool controls = false;    ///< motion.vdb beside the sequence
+  bool mesh = false;        ///< a coloured surface beside every frame
+  std::string mesh_format = "ply";  ///< "ply" or "obj"
+  double mesh_alpha = 0.25;         ///< it runs where a voxel has this opacity, (min_alpha, 1)
+  std::optional<int>
+      clusters;  ///< files of their own for each part that moves alike: how many, 2..16, 0 to choose
+  int frames_at_once =
+      0;        ///< frames in the making at a time; 0: as many as there are threads and memory is free
+  Share share;  ///< of the frames; a share ends without a manifest, and an export of the whole takes its
+                ///< frames over
+  bool resume = true;  ///< keep frames that an earlier export with the same model and settings finished
 };
 
 /// One written (or kept) frame.
 struct ExportedFrame {
   int frame = 0;
-  double time = 0;                   ///< model time
-  ManifestFile file;                 ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
-  std::vector<ManifestFile> beside;  ///< what else belongs to the frame: meshes, the other clusters
-  bool kept = false;                 ///< it was there already
+  double time = 0;    ///< model time
+  ManifestFile file;  ///< name, size, hash, and figures: density_voxels, velocity_voxels, max_speed, ...
+  std::vector<ManifestFile> beside;         ///< what else belongs to the frame: meshes, the other clusters
+  bool kept = false;                        ///< it was there already
   double seconds = 0, seconds_writing = 0;  ///< wall time of the frame, and of that for writing its files
-  double cpu_writing = 0;                   ///< processor time for writing them: OpenVDB's trees and writer, checksums
+  double cpu_writing = 0;  ///< processor time for writing them: OpenVDB's trees and writer, checksums
 };
 
-/// Called after every frame, in their order, with how many are done. Return false to stop: no more frames are begun, those
-/// in the making are ended and reported; what is written stays and is kept by a later run.
+/// Called after every frame, in their order, with how many are done. Return false to stop: no more frames are
+/// begun, those in the making are ended and reported; what is written stays and is kept by a later run.
 using ExportProgress = std::function<bool(const ExportedFrame& frame, int done, int total)>;
 
 struct ExportResult {
   std::vector<ExportedFrame> frames;
   std::vector<MotionClusters::Cluster> clusters;  ///< if the options ask for them
-  std::vector<std::string> others;  ///< names of frames in the folder that an earlier export left and this sequence does not have
+  std::vector<std::string>
+      others;  ///< names of frames in the folder that an earlier export left and this sequence does not have
   bool finished = false;  ///< all frames of the share are written, and of the whole the manifest
 };
 
@@ -63,30 +69,32 @@ std::vector<std::string> export_profiles();
 /// Throws Error (Fault::input) naming the option, its range and what was given.
 void validate(const ExportOptions& options);
 
-/// Writes `folder`/frame_0001.vdb and so on, then load_in_blender.py (profile blender) or sequence.usda (usd) and,
-/// last, manifest.json.
+/// Writes `folder`/frame_0001.vdb and so on, then load_in_blender.py (profile blender) or sequence.usda (usd)
+/// and, last, manifest.json.
 ///
 /// Each frame holds, on one lattice and with one transform,
 ///   density   sigma(x + Delta(x, t)): extinction per scene unit;
-///   color     Vec3s, display-referred unless told otherwise, one voxel beyond the density so that interpolation at the
-///   rim
+///   color     Vec3s, display-referred unless told otherwise, one voxel beyond the density so that
+///   interpolation at the rim
 ///             does not darken;
-///   velocity  Vec3s, scene units per second, v = -(I + grad Delta)^-1 dDelta/dt (math/velocity.hpp), continued beyond
-///   the
-///             density by max|v| * shutter / (2 fps) plus a voxel, because a renderer asks for it where the ray is;
-///             absent if the model does not move, and for unreal;
-/// with background 0, under the profile's names; with `mesh`, beside it mesh_0001.ply and so on: the surface where
-/// density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour there.
+///   velocity  Vec3s, scene units per second, v = -(I + grad Delta)^-1 dDelta/dt (math/velocity.hpp),
+///   continued beyond the
+///             density by max|v| * shutter / (2 fps) plus a voxel, because a renderer asks for it where the
+///             ray is; absent if the model does not move, and for unreal;
+/// with background 0, under the profile's names; with `mesh`, beside it mesh_0001.ply and so on: the surface
+/// where density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour
+/// there.
 ///  Frame f shows model time (f - first) / (fps * seconds), at most 1.
-/// With `sh`, color is the positional colour and sh0, sh1, ... hold three coefficients each of q = sum_j sh_j Y_j(d) (math/sh.hpp): what is
-/// seen along d is color * (1 - sigmoid(q) / 2).
-/// With `clusters`, cluster_0_frame_0001.vdb and so on instead: the density of one part each. They add up to the whole, voxel by
-/// voxel, because what is split is the frame that was baked.
-/// With `controls`, motion.vdb holds the model's control points and rigidity as grids, in no profile's names.
-/// With a `share` of the frames only these are written, by as many processes as like side by side into one folder, each with a list of its own
-/// (partial_manifests); then one export of the whole keeps what they wrote, writes what is missing, and the rest.
-/// The same model and options give the same bytes for any number of threads, of shares and of frames at once. Every file is written atomically.
-/// Throws Error: Fault::input for bad options, Fault::output if a file cannot be written.
+/// With `sh`, color is the positional colour and sh0, sh1, ... hold three coefficients each of q = sum_j sh_j
+/// Y_j(d) (math/sh.hpp): what is seen along d is color * (1 - sigmoid(q) / 2). With `clusters`,
+/// cluster_0_frame_0001.vdb and so on instead: the density of one part each. They add up to the whole, voxel
+/// by voxel, because what is split is the frame that was baked. With `controls`, motion.vdb holds the model's
+/// control points and rigidity as grids, in no profile's names. With a `share` of the frames only these are
+/// written, by as many processes as like side by side into one folder, each with a list of its own
+/// (partial_manifests); then one export of the whole keeps what they wrote, writes what is missing, and the
+/// rest. The same model and options give the same bytes for any number of threads, of shares and of frames at
+/// once. Every file is written atomically. Throws Error: Fault::input for bad options, Fault::output if a
+/// file cannot be written.
 ExportResult export_vdb(const VoxelModel& model, const std::string& folder, const ExportOptions& options,
                         const ExportProgress& progress = {});
 

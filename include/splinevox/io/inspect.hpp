@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/vec3.hpp"
-#include "splinevox/io/vdb_file.hpp"
 
 namespace splinevox {
 
@@ -23,7 +23,7 @@ struct GridInfo {
   bool linear = true;              ///< false: a frustum, for which spacing and origin hold at voxel 0 only
   Vec3d voxel_size{};              ///< scene units per voxel and axis
   Vec3d origin{};                  ///< world position of voxel 0
-  Int3 lo{}, hi{};                 ///< active bounding box in index space, inclusive; lo > hi: no active voxel
+  Int3 lo{}, hi{};  ///< active bounding box in index space, inclusive; lo > hi: no active voxel
   std::map<std::string, std::string> meta;
 };
 

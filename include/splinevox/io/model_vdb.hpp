@@ -4,8 +4,8 @@
 #include <map>
 #include <string>
 
+#include "core/atomic_file.hpp"
 #include "splinevox/field/model.hpp"
-#include "splinevox/core/atomic_file.hpp"
 
 namespace splinevox {
 
@@ -20,10 +20,11 @@ using ModelNotes = std::map<std::string, std::string>;
 ///     control_0, control_1, ...  Vec3s   scene units; control_0 only where it is not pinned to zero
 ///     rigidity                float   raw; r = sigmoid(raw + offset): 1 moves, 0 is static
 ///
-/// What the model lacks is absent from the file. Voxel ijk sits at its vertex' position. Raw parameters are stored
-/// because activation comes after interpolation; with half = false a reloaded model renders the same bits. Throws Error
-/// (Fault::output) if it cannot be written; an older file then stays.
-/// @pre at most one motion level: Trainer::model() and collapse() give that. Columns past the ones listed are padding.
+/// What the model lacks is absent from the file. Voxel ijk sits at its vertex' position. Raw parameters are
+/// stored because activation comes after interpolation; with half = false a reloaded model renders the same
+/// bits. Throws Error (Fault::output) if it cannot be written; an older file then stays.
+/// @pre at most one motion level: Trainer::model() and collapse() give that. Columns past the ones listed are
+/// padding.
 FileDigest save_model(const std::string& path, const VoxelModel& model, const ModelNotes& notes = {},
                       bool half = false);
 

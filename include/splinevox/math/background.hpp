@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "math/activation.hpp"
 #include "splinevox/core/vec3.hpp"
-#include "splinevox/math/activation.hpp"
 #include "splinevox/math/sh.hpp"
 
 namespace splinevox {
@@ -27,24 +27,28 @@ BackgroundColor<T> background_color(int order, const Vec3T<T>* raw, const Vec3T<
 /// Adjoint of its value: d_raw += the gradient of the harmonics, in a type of its own to add up many rays in.
 /// @param slope  as background_color gave it. @param d_color  gradient of the colour
 template <class T, class Sum>
-void background_color_vjp(int order, const Vec3T<T>& direction, const Vec3T<T>& slope, const Vec3T<T>& d_color, Vec3T<Sum>* d_raw) {
+void background_color_vjp(int order, const Vec3T<T>& direction, const Vec3T<T>& slope,
+                          const Vec3T<T>& d_color, Vec3T<Sum>* d_raw) {
   T y[kMaxShCount] = {};
   sh_basis(order, direction, y);
   const Vec3T<Sum> d_sum = cast<Sum>(mul(d_color, slope));
   for (int j = 0; j < (order + 1) * (order + 1); ++j) d_raw[j] += Sum(y[j]) * d_sum;
 }
 
-/// What is behind everything: one colour, or where pictures are opaque a learned one for every direction. It has no place, so it neither
-/// comes nearer nor moves: what is far away.
+/// What is behind everything: one colour, or where pictures are opaque a learned one for every direction. It
+/// has no place, so it neither comes nearer nor moves: what is far away.
 struct Background {
-  Vec3 color{1, 1, 1};        ///< display values in [0, 1]; of a learned one its band 0, for who can show only one colour
-  int order = -1;             ///< of the harmonics, at most kMaxShOrder; -1: `color` everywhere
+  Vec3 color{1, 1,
+             1};  ///< display values in [0, 1]; of a learned one its band 0, for who can show only one colour
+  int order = -1;  ///< of the harmonics, at most kMaxShOrder; -1: `color` everywhere
   Vec3 raw[kMaxShCount] = {};
 
   bool learned() const { return order >= 0; }
   int count() const { return (order + 1) * (order + 1); }
   /// @param direction  unit length
-  Vec3 towards(const Vec3& direction) const { return learned() ? background_color(order, raw, direction).value : color; }
+  Vec3 towards(const Vec3& direction) const {
+    return learned() ? background_color(order, raw, direction).value : color;
+  }
   friend bool operator==(const Background&, const Background&) = default;
 };
 

@@ -7,7 +7,8 @@
 namespace splinevox {
 
 inline constexpr int kMinPoints = 2, kMaxPoints = 256;
-inline constexpr int kMaxBezierPoints = 20;  ///< a Bezier curve feels every point everywhere: more of them is a B-spline's work
+inline constexpr int kMaxBezierPoints =
+    20;  ///< a Bezier curve feels every point everywhere: more of them is a B-spline's work
 
 /// Weights of up to kMaxPoints control points; entries past the basis' own count are 0.
 template <class T>
@@ -15,12 +16,14 @@ using BasisWeights = std::array<T, kMaxPoints>;
 
 /// Bernstein weights w_k(t) of K control points (degree K - 1), so that a curve is sum_k w_k(t) p_k.
 ///
-/// Source: Spline-NeRF, Eq. 2 and 3, by the triangle of De Casteljau applied to the weights, one degree at a time: every
-/// intermediate stays in [0, 1]. Evaluated once per frame in double and rounded, a curve is then one dot product,
-/// which is more accurate and far cheaper than De Casteljau per voxel (numerics H1).
+/// Source: Spline-NeRF, Eq. 2 and 3, by the triangle of De Casteljau applied to the weights, one degree at a
+/// time: every intermediate stays in [0, 1]. Evaluated once per frame in double and rounded, a curve is then
+/// one dot product, which is more accurate and far cheaper than De Casteljau per voxel (numerics H1).
 ///
-/// @param t  time in [0, 1]; the caller clamps. t = 0 gives (1, 0, .., 0), t = 1 gives (0, .., 0, 1), exactly.
-/// @note  The paper prints Eq. 3 with index i - 1, which runs the curve backwards; we use i + 1 as the released code.
+/// @param t  time in [0, 1]; the caller clamps. t = 0 gives (1, 0, .., 0), t = 1 gives (0, .., 0, 1),
+/// exactly.
+/// @note  The paper prints Eq. 3 with index i - 1, which runs the curve backwards; we use i + 1 as the
+/// released code.
 template <class T>
 constexpr BasisWeights<T> bernstein_weights(int points, T t) {
   BasisWeights<T> w{};
@@ -32,7 +35,8 @@ constexpr BasisWeights<T> bernstein_weights(int points, T t) {
   return w;
 }
 
-/// d w_k / d t: differences of the weights one degree lower, times the degree K - 1 (not the number of points). Sums to 0.
+/// d w_k / d t: differences of the weights one degree lower, times the degree K - 1 (not the number of
+/// points). Sums to 0.
 template <class T>
 constexpr BasisWeights<T> bernstein_weights_dt(int points, T t) {
   const BasisWeights<T> lower = bernstein_weights(points - 1, t);
@@ -45,11 +49,13 @@ constexpr BasisWeights<T> bernstein_weights_dt(int points, T t) {
 }
 
 /// Uniform B-spline weights: degree min(3, K - 1), knots evenly spaced, [0, 1] cut into K - degree spans.
-/// Local: at most four weights are not zero. The knots go on beyond both ends, so the first and the last time share their points
-/// with their neighbours and are as well determined as the rest: with knots clamped to the ends, the end points had only the
-/// last frames to learn from, and those times came out worst (docs/experiments.md).
+/// Local: at most four weights are not zero. The knots go on beyond both ends, so the first and the last time
+/// share their points with their neighbours and are as well determined as the rest: with knots clamped to the
+/// ends, the end points had only the last frames to learn from, and those times came out worst
+/// (docs/experiments.md).
 ///
-/// Source: Cox-de Boor recursion on the non-zero weights of one span; every intermediate is a convex combination.
+/// Source: Cox-de Boor recursion on the non-zero weights of one span; every intermediate is a convex
+/// combination.
 /// @param t  time in [0, 1]; the caller clamps.
 template <class T>
 constexpr BasisWeights<T> bspline_weights(int points, T t, int degree = 3) {
@@ -76,15 +82,16 @@ constexpr BasisWeights<T> bspline_weights(int points, T t, int degree = 3) {
   return w;
 }
 
-/// d w_k / d t of bspline_weights: degree / knot distance times differences of the weights one degree lower on the same
-/// knots. Sums to 0.
+/// d w_k / d t of bspline_weights: degree / knot distance times differences of the weights one degree lower
+/// on the same knots. Sums to 0.
 template <class T>
 constexpr BasisWeights<T> bspline_weights_dt(int points, T t) {
   const int degree = std::min(3, points - 1);
   const int spans = points - degree;
   const auto knot = [&](int i) { return T(i - degree) / T(spans); };
-  // The curve's derivative has points - 1 control points q_k = degree (p_{k+1} - p_k) / (knot[k+degree+1] - knot[k+1])
-  // on the knots without their first and last, which is again a uniform B-spline, one degree lower.
+  // The curve's derivative has points - 1 control points q_k = degree (p_{k+1} - p_k) / (knot[k+degree+1] -
+  // knot[k+1]) on the knots without their first and last, which is again a uniform B-spline, one degree
+  // lower.
   const BasisWeights<T> lower = bspline_weights(points - 1, t, degree - 1);
   BasisWeights<T> d{};
   for (int k = 0; k < points - 1; ++k) {
@@ -112,11 +119,12 @@ constexpr void elevate_bezier(int points, const T* in, T* out) {
 /// Points of the uniform cubic B-spline of `points` once each of its spans is halved.
 constexpr int halved_points(int points) { return 2 * points - 3; }
 
-/// Most points a cubic B-spline may have whose spans will be halved so many times; fewer than 4 where that is too often for any.
+/// Most points a cubic B-spline may have whose spans will be halved so many times; fewer than 4 where that is
+/// too often for any.
 constexpr int most_points(int halvings) { return ((kMaxPoints - 3) >> std::min(halvings, 8)) + 3; }
 
-/// Exact insertion of a knot in the middle of every span of one component of a uniform cubic B-spline, K -> 2K - 3 control points:
-/// the curve stays the same (convex combinations).
+/// Exact insertion of a knot in the middle of every span of one component of a uniform cubic B-spline, K ->
+/// 2K - 3 control points: the curve stays the same (convex combinations).
 ///
 /// Source: Lane and Riesenfeld, subdivision of uniform B-splines. `out` may not alias `in`. @pre points >= 4
 ///

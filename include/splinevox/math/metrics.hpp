@@ -7,9 +7,9 @@
 
 namespace splinevox {
 
-// Quality of picture `a` against picture `b`. All take values with data range 1, are symmetric in their arguments,
-// compute in double, and throw Error (Fault::input) when the pictures are empty or their shapes differ. A
-// non-finite pixel makes the result non-finite; it is never hidden.
+// Quality of picture `a` against picture `b`. All take values with data range 1, are symmetric in their
+// arguments, compute in double, and throw Error (Fault::input) when the pictures are empty or their shapes
+// differ. A non-finite pixel makes the result non-finite; it is never hidden.
 
 /// Decibels that stand for "identical" wherever PSNRs are averaged.
 inline constexpr double kPsnrCap = 100.0;
@@ -29,12 +29,12 @@ double capped_psnr(double db);
 /// Mean of capped_psnr over the values; NaN for none.
 double mean_psnr(std::span<const double> db);
 
-/// Structural similarity (Wang et al. 2004): Gaussian window of 11x11, sigma 1.5, K1 = 0.01, K2 = 0.03; the mean
-/// over the valid region (windows entirely inside) and over channels. Each channel's own mean is taken out before
-/// the windowed moments, so flat regions do not cancel.
+/// Structural similarity (Wang et al. 2004): Gaussian window of 11x11, sigma 1.5, K1 = 0.01, K2 = 0.03; the
+/// mean over the valid region (windows entirely inside) and over channels. Each channel's own mean is taken
+/// out before the windowed moments, so flat regions do not cancel.
 ///
-/// A picture smaller than the window gets the largest odd window that fits, same sigma, weights summing to 1; for
-/// a side of 1 pixel that window is 1x1 and only the luminance term remains.
+/// A picture smaller than the window gets the largest odd window that fits, same sigma, weights summing to 1;
+/// for a side of 1 pixel that window is 1x1 and only the luminance term remains.
 double ssim(const Image& a, const Image& b);
 
 /// Multi-scale SSIM (Wang et al. 2003).
@@ -44,11 +44,11 @@ struct MsSsim {
   bool clamped = false;  ///< a negative factor was raised to 0 (a power of it would not be a number)
 };
 
-/// Up to five scales, weights .0448 .2856 .3001 .2363 .1333, 2x2 average pooling between them (a last odd row or
-/// column is dropped); per channel the product over scales, then the mean over channels.
+/// Up to five scales, weights .0448 .2856 .3001 .2363 .1333, 2x2 average pooling between them (a last odd row
+/// or column is dropped); per channel the product over scales, then the mean over channels.
 ///
-/// Five scales need 176 pixels on the shorter side. A smaller picture uses as many scales as keep an 11x11 window
-/// inside, at least one, with their weights renormalised to sum 1; below 11 pixels it is ssim().
+/// Five scales need 176 pixels on the shorter side. A smaller picture uses as many scales as keep an 11x11
+/// window inside, at least one, with their weights renormalised to sum 1; below 11 pixels it is ssim().
 MsSsim ms_ssim_detail(const Image& a, const Image& b);
 
 /// The value alone.

@@ -12,7 +12,8 @@ inline constexpr double kSh0 = 0.28209479177387814;  ///< Y_0, the same in every
 
 /// Real spherical harmonics of a unit direction, bands 0..order, orthonormal over the sphere.
 /// Y[l (l + 1) + m] for m = -l..l.
-/// @pre |d| = 1: with a length of 1.1 band 2 is off by 21% (numerics H27); rays are normalised where they are made.
+/// @pre |d| = 1: with a length of 1.1 band 2 is off by 21% (numerics H27); rays are normalised where they are
+/// made.
 template <class T>
 SPLINEVOX_HD inline void sh_basis(int order, const Vec3T<T>& d, T* y) {
   y[0] = T(kSh0);

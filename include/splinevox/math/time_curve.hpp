@@ -8,14 +8,15 @@
 
 namespace splinevox {
 
-/// Which parameter of the motion's curves is shown at which model time: piecewise linear, jumps allowed. What `edit` does to
-/// time is done here, so it costs no rounding of the control points and can be taken back.
+/// Which parameter of the motion's curves is shown at which model time: piecewise linear, jumps allowed. What
+/// `edit` does to time is done here, so it costs no rounding of the control points and can be taken back.
 ///
-/// Times are kept as whole multiples of 2^-40 (below any frame): 1 - t is then exact, and a curve that is reversed twice has its
-/// own bits again.
+/// Times are kept as whole multiples of 2^-40 (below any frame): 1 - t is then exact, and a curve that is
+/// reversed twice has its own bits again.
 struct TimeCurve {
   struct Knot {
-    double time = 0;   ///< model time in [0, 1]; the first is 0, the last 1, none below the one before. Equal times are a jump.
+    double time = 0;   ///< model time in [0, 1]; the first is 0, the last 1, none below the one before. Equal
+                       ///< times are a jump.
     double value = 0;  ///< parameter of the motion's curves, in [0, 1]
     friend bool operator==(const Knot&, const Knot&) = default;
   };
@@ -24,7 +25,8 @@ struct TimeCurve {
   bool identity() const { return knots.empty(); }
   friend bool operator==(const TimeCurve&, const TimeCurve&) = default;
 
-  /// Parameter at a time, clamped to [0, 1]. At a jump: the value after it; at one at 1, which nothing follows, before it.
+  /// Parameter at a time, clamped to [0, 1]. At a jump: the value after it; at one at 1, which nothing
+  /// follows, before it.
   double operator()(double t) const {
     t = std::clamp(t, 0.0, 1.0);
     if (identity()) return t;
@@ -58,7 +60,8 @@ struct TimeCurve {
 /// The nearest time that a knot may have.
 inline double knot_time(double t) { return std::round(t * 0x1p40) * 0x1p-40; }
 
-/// Knots that say the same with fewer: repeated ones and those on a straight line are gone, the identity has none.
+/// Knots that say the same with fewer: repeated ones and those on a straight line are gone, the identity has
+/// none.
 /// @pre at least two knots.
 inline TimeCurve simplified(std::vector<TimeCurve::Knot> in) {
   std::vector<TimeCurve::Knot> out;
@@ -69,7 +72,9 @@ inline TimeCurve simplified(std::vector<TimeCurve::Knot> in) {
     if (out.size() >= 2 && out.back().time == k.time && out[out.size() - 2].time == k.time) out.pop_back();
     if (out.size() >= 2) {
       const TimeCurve::Knot &a = out[out.size() - 2], &b = out.back();
-      if (a.time < b.time && b.time < k.time && (b.value - a.value) * (k.time - b.time) == (k.value - b.value) * (b.time - a.time)) out.pop_back();
+      if (a.time < b.time && b.time < k.time &&
+          (b.value - a.value) * (k.time - b.time) == (k.value - b.value) * (b.time - a.time))
+        out.pop_back();
     }
     out.push_back(k);
   }
@@ -77,8 +82,8 @@ inline TimeCurve simplified(std::vector<TimeCurve::Knot> in) {
   return {std::move(out)};
 }
 
-/// outer(inner(t)): the times of a curve are changed once more. Exact up to the rounding of the values: the parts of both are
-/// straight, so the parts of the result are.
+/// outer(inner(t)): the times of a curve are changed once more. Exact up to the rounding of the values: the
+/// parts of both are straight, so the parts of the result are.
 inline TimeCurve compose(const TimeCurve& outer, const TimeCurve& inner) {
   if (inner.identity()) return outer;
   const std::vector<TimeCurve::Knot> line{{0, 0}, {1, 1}}, &steps = outer.identity() ? line : outer.knots;
@@ -102,7 +107,8 @@ inline TimeCurve compose(const TimeCurve& outer, const TimeCurve& inner) {
 
 /// Backwards: time t shows what 1 - t showed.
 inline TimeCurve reversed_time() { return simplified({{0, 1}, {1, 0}}); }
-/// `speed` times as fast from the beginning; faster than 1 it holds the end, slower it shows the first part only. @pre speed > 0
+/// `speed` times as fast from the beginning; faster than 1 it holds the end, slower it shows the first part
+/// only. @pre speed > 0
 inline TimeCurve speed_time(double speed) {
   if (speed <= 1) return simplified({{0, 0}, {1, speed}});
   return simplified({{0, 0}, {1 / speed, 1}, {1, 1}});

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "field/lattice/slice.hpp"
+#include "render/occupancy.hpp"
 #include "splinevox/core/camera.hpp"
-#include "splinevox/field/slice.hpp"
-#include "splinevox/render/occupancy.hpp"
 
 namespace splinevox {
 

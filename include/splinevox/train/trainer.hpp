@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "splinevox/backend/step.hpp"
+#include "backend/step.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/train/config.hpp"
@@ -24,45 +24,49 @@ struct PhaseSeconds {
 
 /// A ray whose loss or gradient was not finite: enough to find it again.
 struct BadRay {
-  int frame = 0;                       ///< of the training split
-  std::int64_t index = 0;              ///< within the step's batch; of a rank's device, within that rank's rays
+  int frame = 0;           ///< of the training split
+  std::int64_t index = 0;  ///< within the step's batch; of a rank's device, within that rank's rays
   Vec3 origin{}, direction{}, target{};  ///< scene units, unit length, linear colour
-  double time = 0;                     ///< of the model
+  double time = 0;                       ///< of the model
 };
 
 /// What one training step reports.
 struct StepReport {
-  std::int64_t step = 0;     ///< steps done, this one included
-  double progress = 0;       ///< 0..1 of the budget
-  double seconds = 0;        ///< training seconds so far, resumed runs included
-  double loss = 0;           ///< photometric loss of this batch
-  double psnr = 0;           ///< of this batch's rays
+  std::int64_t step = 0;               ///< steps done, this one included
+  double progress = 0;                 ///< 0..1 of the budget
+  double seconds = 0;                  ///< training seconds so far, resumed runs included
+  double loss = 0;                     ///< photometric loss of this batch
+  double psnr = 0;                     ///< of this batch's rays
   std::int64_t rays = 0, samples = 0;  ///< of this step
   bool stage_changed = false;          ///< the lattices were refined, or bricks went, before this step
   bool discarded = false;              ///< something was not finite, so no parameter was touched
   std::int64_t bad_rows = 0;           ///< of a discarded step: rows whose gradient is not finite
-  std::vector<BadRay> bad_rays;        ///< of a discarded step: the rays that caused it, kBadRaysKept at most; none: a regulariser did
+  std::vector<BadRay> bad_rays;  ///< of a discarded step: the rays that caused it, kBadRaysKept at most;
+                                 ///< none: a regulariser did
 };
 
-/// Trains a model. One step is draw, forward, loss, backward, regularise, update. Runs on the TBB threads of the calling
-/// arena and gives the same bits for any number of them, provided max_steps (not max_time) lays out the schedule.
+/// Trains a model. One step is draw, forward, loss, backward, regularise, update. Runs on the TBB threads of
+/// the calling arena and gives the same bits for any number of them, provided max_steps (not max_time) lays
+/// out the schedule.
 class Trainer {
  public:
-  /// `train` must outlive the trainer. `seconds_used`: seconds of the budget spent before training (loading data).
-  /// `ranks`: processes to train with (core/ranks.hpp), each with a trainer of the same config and data; outlives the trainer.
-  /// `device`: what makes the steps instead of the calling arena's threads (backend/step.hpp); null: they do. Batches are drawn and
-  /// lattices changed on the threads either way. With both, the device was made for these ranks.
-  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0, Ranks* ranks = nullptr,
-          std::unique_ptr<StepBackend> device = nullptr);
+  /// `train` must outlive the trainer. `seconds_used`: seconds of the budget spent before training (loading
+  /// data). `ranks`: processes to train with (core/ranks.hpp), each with a trainer of the same config and
+  /// data; outlives the trainer. `device`: what makes the steps instead of the calling arena's threads
+  /// (backend/step.hpp); null: they do. Batches are drawn and lattices changed on the threads either way.
+  /// With both, the device was made for these ranks.
+  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0,
+          Ranks* ranks = nullptr, std::unique_ptr<StepBackend> device = nullptr);
   ~Trainer();
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
   static constexpr std::uint32_t kStateFormat = 6;  ///< of what save() gives
 
   bool done() const;
-  /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the next one draws other rays.
-  /// After kMostDiscarded of them in a row the step counter goes back to the last good step and Error (Fault::numeric) is thrown.
-  /// `seconds_outside`: of the budget, that went by between the last step and this one (pictures to look at, copies of the state).
+  /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the
+  /// next one draws other rays. After kMostDiscarded of them in a row the step counter goes back to the last
+  /// good step and Error (Fault::numeric) is thrown. `seconds_outside`: of the budget, that went by between
+  /// the last step and this one (pictures to look at, copies of the state).
   StepReport step(double seconds_outside = 0);
   /// Reports of the last steps, as far as they were discarded in a row.
   const std::vector<StepReport>& discarded() const;
@@ -72,15 +76,17 @@ class Trainer {
   /// The same at the end of training, whose memory it frees: no step, model(), save() or restore() after it.
   VoxelModel finish();
   PhaseSeconds phases() const;
-  /// Share of what training pictures show that was moving when the rest came to rest (MotionConfig::rest); 1: motion is learned everywhere.
+  /// Share of what training pictures show that was moving when the rest came to rest (MotionConfig::rest); 1:
+  /// motion is learned everywhere.
   double moving_share() const;
   /// Seconds of the budget spent so far, loading and earlier sessions included.
   double seconds() const;
 
-  /// Everything an exact resume needs, as bytes. `restore` takes what `save` of a trainer with the same config and data
-  /// gave; throws Error if it does not fit.
+  /// Everything an exact resume needs, as bytes. `restore` takes what `save` of a trainer with the same
+  /// config and data gave; throws Error if it does not fit.
   std::vector<char> save() const;
-  /// The same bytes in pieces, most of them where training has them: for whoever writes them somewhere, before `take` returns.
+  /// The same bytes in pieces, most of them where training has them: for whoever writes them somewhere,
+  /// before `take` returns.
   void save(const std::function<void(std::span<const std::string_view>)>& take) const;
   void restore(const std::vector<char>& bytes);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// consumer DIR : makes a scene, trains a few steps, writes and reads the model, renders it. 0: everything is as it should be.
+// consumer DIR : makes a scene, trains a few steps, writes and reads the model, renders it. 0: everything is
+// as it should be.
 #include <cstdio>
 #include <string>
 

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <vector>
+
+#include "cli/command.hpp"
+#include "run/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/scene.hpp"
+
+namespace splinevox::cli {
+
+Action convert_command(CLI::App& verb) {
+  struct Options {
+    std::string dataset, out;
+    std::vector<double> shift;
+    bool quiet = false;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("DATASET", o->dataset,
+                  fmt::format("folder of a data set: {}", fmt::join(dataset_formats(), ", ")))
+      ->required();
+  verb.add_option("--out", o->out, "folder to write: transforms_{train,val,test}.json and pictures")
+      ->required();
+  verb.add_option("--shift", o->shift,
+                  "X,Y,Z: added to every position, to bring a scene in coordinates of a map near the origin")
+      ->delimiter(',')
+      ->expected(3)
+      ->allow_extra_args(false);
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  return [o] {
+    for (const double v : o->shift)
+      if (!std::isfinite(v))
+        fail({"--shift", "this is no place", "three finite numbers", fmt::format("{}", v), ""});
+    const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
+    int pictures = 0;
+    convert_dataset(
+        o->dataset, o->out,
+        [&](int done, int total) {
+          pictures = total;
+          if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
+        },
+        o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]});
+    if (!o->quiet) fmt::print("{}: {} pictures; splinevox info {}\n", o->out, pictures, o->out);
+    return 0;
+  };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/options.hpp"
+#include "core/atomic_file.hpp"
+#include "io/manifest.hpp"
+#include "run/edit_session.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/io/model_vdb.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::cli {
+namespace {
+
+struct EditVerb {
+  std::string run, out;
+  int threads = 0;
+  bool quiet = false;
+};
+
+/// One operation with its value.
+struct Asked {
+  std::string operation, value;
+};
+
+/// The operations in the order in which they were written: CLI11 keeps the values of each option, and which
+/// option came when.
+std::vector<Asked> in_order(const CLI::App& verb, const std::vector<CLI::Option*>& options) {
+  std::vector<Asked> asked;
+  std::map<const CLI::Option*, std::size_t> next;
+  for (const CLI::Option* option : verb.parse_order())
+    for (std::size_t i = 0; i < options.size(); ++i)
+      if (options[i] == option)
+        asked.push_back({edit_operations()[i].name,
+                         edit_operations()[i].value ? option->results()[next[option]++] : std::string()});
+  return asked;
+}
+
+/// What was done to the run so far, the newest last.
+Json history(const std::string& run) {
+  if (!fs::exists(run + "/" + kEditHistory)) return Json::array();
+  const Json old = read_json(run + "/" + kEditHistory);
+  return old.is_object() && old.contains("history") && old["history"].is_array() ? old["history"]
+                                                                                 : Json::array();
+}
+
+int edit(const EditVerb& o, const std::vector<Asked>& asked) {
+  if (asked.empty())
+    fail({"edit", "there is nothing to do", "one operation or more", "", "splinevox edit --help lists them"});
+  if (fs::exists(fs::path(o.out) / "config.toml"))
+    fail({o.out, "this folder already holds a run", "a name that is free: a run is never changed", "",
+          "another folder for --out"});
+  Run run = open_run(o.run);
+  const std::string from = run.path;
+  const ModelNotes notes = run.notes;
+  RunFolder folder(o.out, false);
+  Json steps = history(from);
+  EditSession session(std::move(run), o.quiet);
+  for (const Asked& a : asked) session.apply(a.operation, a.value);
+  steps.push_back({{"from", fs::absolute(from).lexically_normal().string()},
+                   {"splinevox", kVersion},
+                   {"operations", session.done()}});
+  Manifest manifest{"run", {{"splinevox", kVersion}, {"edited", "yes"}}, {}};
+  manifest.files.push_back(
+      {"config.toml", write_file(folder.file("config.toml"), {read_text(from + "/config.toml")}), {}});
+  manifest.files.push_back({"model.vdb", save_model(folder.file("model.vdb"), session.model(), notes), {}});
+  manifest.files.push_back(
+      {kEditHistory, write_file(folder.file(kEditHistory), {json_text({{"history", steps}}, 2) + "\n"}), {}});
+  write_manifest(folder.path(), manifest);
+  if (!o.quiet) fmt::print("{}\n", folder.path());
+  return 0;
+}
+
+}  // namespace
+
+Action edit_command(CLI::App& verb) {
+  auto o = std::make_shared<EditVerb>();
+  auto options = std::make_shared<std::vector<CLI::Option*>>();
+  auto values = std::make_shared<std::vector<std::vector<std::string>>>(edit_operations().size());
+  verb.add_option("RUN", o->run, "the run to start from; it stays as it is")->required();
+  verb.add_option("--out", o->out, "folder for the new run")->required();
+  for (std::size_t i = 0; i < edit_operations().size(); ++i) {
+    const EditOperation& e = edit_operations()[i];
+    const std::string name = std::string("--") + e.name;
+    if (e.value)
+      options->push_back(verb.add_option(name, (*values)[i], e.help)
+                             ->expected(1)
+                             ->take_all()
+                             ->allow_extra_args(false)
+                             ->type_name(e.value)
+                             ->group(e.group));
+    else
+      options->push_back(verb.add_flag(name, e.help)->group(e.group));
+  }
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_threads(verb, o->threads);
+  verb.footer(
+      "Operations are done in the order in which they are written. The new run has no training to go on "
+      "with;\nrender, export, track, view, info, verify and eval work on it as on any other.");
+  return [o, options, values, &verb] {
+    return with_threads(o->threads, [&] { return edit(*o, in_order(verb, *options)); });
+  };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "backend/pictures.hpp"
+#include "cli/command.hpp"
+#include "cli/options.hpp"
+#include "core/atomic_file.hpp"
+#include "run/correspondence.hpp"
+#include "run/evaluate.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "splinevox/math/metrics.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::cli {
+namespace {
+
+struct EvalOptions {
+  std::string run, data, split = "test", images, device = "auto";
+  int threads = 0;
+  bool json = false, truth = false;
+  Otherwise otherwise;
+};
+
+/// The figures of a split into the run: those of the test split join what training left in metrics.json,
+/// others get a file of their own.
+void save(const Run& run, const Json& result) {
+  const std::string split = result["split"];
+  std::string path = run.path + "/metrics.json";
+  Json metrics = Json::object();
+  if (split != "test")
+    path = fmt::format("{}/metrics_{}.json", run.path, split);
+  else if (fs::exists(path))
+    metrics = read_json(path);
+  if (!metrics.is_object()) metrics = Json::object();
+  Json merged = result;  // the figures of interest first
+  for (const auto& [key, value] : metrics.items())
+    if (!merged.contains(key)) merged[key] = value;
+  write_file(path, {json_text(merged, 2) + "\n"});
+}
+
+Json truth_figures(const MotionScore& s) {
+  const auto figures = [&](const Distances& d) {
+    return Json{{"pairs", d.count},
+                {"median", d.median},
+                {"p90", d.p90},
+                {"median_percent", 100 * d.median / s.edge},
+                {"p90_percent", 100 * d.p90 / s.edge}};
+  };
+  return {{"box_edge", s.edge},
+          {"voxel", s.voxel},
+          {"correspondence", figures(s.canonical)},
+          {"track", figures(s.tracked)},
+          {"track_far", figures(s.tracked_far)},
+          {"track_folded_share", s.folded},
+          {"static_pairs", s.still_pairs},
+          {"static_moved_share", s.still_moved},
+          {"moving_pairs", s.moving_pairs},
+          {"moving_missed_share", s.moving_missed}};
+}
+
+void print_truth(const MotionScore& s) {
+  const auto line = [&](const char* what, const Distances& d) {
+    fmt::print("{:<28} median {:.4f} ({:.2f}% of the box), 90th percentile {:.4f} ({:.2f}%)   ({} pairs)\n",
+               what, d.median, 100 * d.median / s.edge, d.p90, 100 * d.p90 / s.edge, d.count);
+  };
+  line("correspondence error", s.canonical);
+  line("track error", s.tracked);
+  line("over half of all time", s.tracked_far);
+  fmt::print("{:<28} {:.1f}%\n", "tracks flagged as folded", 100 * s.folded);
+  fmt::print("{:<28} {:.2f}% of {} pairs by more than half a voxel ({:.4f})\n", "static surface moved",
+             100 * s.still_moved, s.still_pairs, 0.5 * s.voxel);
+  fmt::print("{:<28} {:.2f}% of {} pairs\n", "moving surface left still", 100 * s.moving_missed,
+             s.moving_pairs);
+}
+
+int evaluate(const EvalOptions& o) {
+  const Device device = choose_device(o.device);
+  const Run run = open_run(o.run, o.otherwise);
+  const Dataset data = open_split(run, o.data, o.split);
+  if (!o.images.empty()) probe_output_folder(o.images);
+  std::vector<SurfaceFrame>
+      truth;  // read before the views are rendered: an absent file should be told at once
+  if (o.truth) {
+    truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * run.model.box.longest_edge());
+  }
+  if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
+  Json frames = Json::array();
+  std::vector<double> psnrs;
+  double ssim_sum = 0, ms_ssim_sum = 0, seconds = 0;
+  Renderer renderer(run.model, make_pictures(device, run.model));
+  for (const Frame& frame : data.find(o.split)->frames) {
+    const auto start = std::chrono::steady_clock::now();
+    const View v = evaluate_view(run, renderer, frame);
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    psnrs.push_back(v.psnr);
+    ssim_sum += v.ssim;
+    ms_ssim_sum += v.ms_ssim;
+    frames.push_back({{"name", frame.name},
+                      {"time", frame.time},
+                      {"psnr", capped_psnr(v.psnr)},
+                      {"ssim", v.ssim},
+                      {"ms_ssim", v.ms_ssim}});
+    if (!o.json)
+      fmt::print("{:<16} {:>7.4f} {:>8.3f} {:>8.4f} {:>8.4f}\n", frame.name, frame.time, v.psnr, v.ssim,
+                 v.ms_ssim),
+          std::fflush(stdout);
+    if (!o.images.empty()) save_view(run, v, frame, o.images);
+  }
+  const double n = double(frames.size());
+  Json result{{"psnr", mean_psnr(psnrs)},
+              {"ssim", ssim_sum / n},
+              {"ms_ssim", ms_ssim_sum / n},
+              {"split", o.split},
+              {"frames", frames},
+              {"eval_seconds", seconds},
+              {"eval_device", describe(device)},
+              {"eval_data", fs::absolute(data.path).lexically_normal().string()}};
+  MotionScore motion;
+  if (o.truth) motion = score_motion(run.model, truth), result["truth"] = truth_figures(motion);
+  if (!o.otherwise.any()) save(run, result);  // the run keeps figures of its own pictures
+  if (o.json)
+    fmt::print("{}\n", json_text(result, 2));
+  else
+    fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "",
+               result["psnr"].get<double>(), ssim_sum / n, ms_ssim_sum / n, frames.size());
+  if (o.truth && !o.json) print_truth(motion);
+  return 0;
+}
+
+}  // namespace
+
+Action eval_command(CLI::App& verb) {
+  auto o = std::make_shared<EvalOptions>();
+  verb.add_option("RUN", o->run, "the run to measure")->required();
+  verb.add_option("--data", o->data, "the data set, if not the run's own or no longer where it was");
+  verb.add_option("--split", o->split, "whose pictures to compare with")
+      ->type_name("{test,val,train}")
+      ->capture_default_str();
+  verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
+  verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
+  add_otherwise(verb, o->otherwise);
+  verb.add_flag("--json", o->json, "the figures as JSON on stdout");
+  add_threads(verb, o->threads);
+  add_device(verb, o->device);
+  return [o] { return with_threads(o->threads, [&] { return evaluate(*o); }); };
+}
+
+}  // namespace splinevox::cli

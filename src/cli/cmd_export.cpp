@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "cli/command.hpp"
+#include "cli/export_report.hpp"
+#include "cli/options.hpp"
+#include "run/evaluate.hpp"
+#include "run/join_ranks.hpp"
+#include "run/shares.hpp"
+#include "run/signals.hpp"
+#include "splinevox/backend/device.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/io/export_vdb.hpp"
+
+namespace splinevox::cli {
+namespace {
+
+struct ExportVerb {
+  std::string run, out, frames = "1-120", device = "auto", clusters, share;
+  ExportOptions options;
+  bool full = false, afresh = false, quiet = false, json = false;
+  int threads = 0;
+};
+
+/// "1-120" or "7".
+void parse_frames(const std::string& text, ExportOptions& options) {
+  const char* expected = "FIRST-LAST or one number, whole and not negative";
+  const std::vector<double> v = numbers(text, '-', "--frames", expected);
+  const bool whole =
+      std::all_of(v.begin(), v.end(), [](double n) { return n == std::floor(n) && n >= 0 && n < 1e7; });
+  if (v.empty() || v.size() > 2 || !whole || v.front() > v.back() || text[0] == '-')
+    fail({"--frames", "this is not a range of frames", expected, text, "--frames 1-120"});
+  options.first = int(v.front());
+  options.last = int(v.back());
+}
+
+/// "auto" or how many.
+std::optional<int> parse_clusters(const std::string& text) {
+  if (text.empty()) return {};
+  if (text == "auto") return 0;
+  const char* expected = "auto or a number from 2 to 16";
+  const std::vector<double> v = numbers(text, ',', "--clusters", expected);
+  if (v.size() != 1 || v[0] != std::floor(v[0]) || v[0] < 2 || v[0] > 16)
+    fail({"--clusters", "this is not a number of parts", expected, text, "--clusters auto"});
+  return int(v[0]);
+}
+
+/// Makes the frames of options.share. @return 0, or the exit code of an interruption
+int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, int processes) {
+  const FolderLock lock(o.out, "exporting into", o.options.share.whole());
+  ExportReport report(talk, o.options);
+  const ExportResult result =
+      export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& frame, int done, int total) {
+        report.add(frame, done, total);
+        return !stop_asked();
+      });
+  if (!result.finished && stop_asked()) {
+    fmt::print(stderr, "interrupted after {} frames; the same command goes on from there\n",
+               result.frames.size());
+    return kInterrupted;
+  }
+  report.summarise(
+      result, o.out, processes,
+      run.model.radiance.sh_order > 0 && o.options.bake_view == "mean" && o.options.colorspace == "display");
+  return 0;
+}
+
+/// Each process its own share of the frames, and then the first what makes them a sequence.
+int export_together(ExportVerb& o, const Run& run, ExportReport::Talk talk, Ranks& ranks) {
+  o.options.share = {ranks.rank(), ranks.count()};
+  const bool bar = ranks.first() && talk == ExportReport::Talk::bar;
+  const double mine = export_share(o, run, bar ? talk : ExportReport::Talk::quiet, 1);
+  const std::vector<double> codes = ranks.gather({&mine, 1});  // returns when all have ended
+  const double code = *std::max_element(codes.begin(), codes.end());
+  if (code != 0 || !ranks.first()) return int(code);
+  o.options.share = {};
+  o.options.resume = true;
+  return export_share(o, run, bar ? ExportReport::Talk::summary : talk, ranks.count());
+}
+
+int export_run(ExportVerb& o) {
+  if (o.device == "cuda") fail({"--device", "frames are baked on the CPU only", "auto or cpu", o.device, ""});
+  choose_device(o.device);
+  parse_frames(o.frames, o.options);
+  o.options.clusters = parse_clusters(o.clusters);
+  o.options.half = !o.full;
+  o.options.resume = !o.afresh;
+  if (!o.share.empty()) o.options.share = chosen_share(o.share);
+  validate(o.options);
+  const std::unique_ptr<Ranks> ranks = o.share.empty() ? join_ranks("export") : nullptr;
+  const Run run = open_run(o.run);
+  std::error_code ignored;
+  if (std::filesystem::exists(o.out + "/config.toml", ignored))
+    fail({o.out, "this is the folder of a run, and an export would replace the list of its files",
+          "a folder of its own", "", "--out " + o.out + "/vdb"});
+  probe_output_folder(o.out);
+  catch_stop_signals();
+  using Talk = ExportReport::Talk;
+  const Talk talk = o.quiet                   ? Talk::quiet
+                    : o.json                  ? Talk::json
+                    : ::isatty(STDERR_FILENO) ? Talk::bar
+                                              : Talk::summary;
+  if (ranks) return export_together(o, run, talk, *ranks);
+  return export_share(o, run, talk, 1);
+}
+
+}  // namespace
+
+Action export_command(CLI::App& verb) {
+  auto o = std::make_shared<ExportVerb>();
+  ExportOptions& e = o->options;
+  verb.add_option("RUN", o->run, "the run to export")->required();
+  verb.add_option("--out", o->out, "folder of the sequence")->required();
+  verb.add_option("--profile", e.profile, "whose conventions")
+      ->type_name(fmt::format("{{{}}}", fmt::join(export_profiles(), ",")))
+      ->capture_default_str();
+  verb.add_option("--frames", o->frames, "FIRST-LAST")->capture_default_str();
+  verb.add_option("--fps", e.fps, "frames a second")->capture_default_str();
+  verb.add_option("--seconds", e.seconds, "how long the whole motion lasts, 0 = exactly the frames")
+      ->capture_default_str();
+  verb.add_option("--voxel-size", e.voxel_size, "scene units, 0 = the model's own")->capture_default_str();
+  verb.add_option("--bake-view", e.bake_view,
+                  "colour of a voxel: mean (over all directions), none or dir=x,y,z")
+      ->capture_default_str();
+  verb.add_flag("--sh", e.sh,
+                "also sh0, sh1, ...: harmonics, with which load_in_blender.py shows the colours change with "
+                "the view; color is then positional");
+  verb.add_option(
+      "--clusters", o->clusters,
+      "K or auto: files of their own for each part that moves alike; together they are the whole");
+  verb.add_option("--colorspace", e.colorspace, "display (values as in the pictures) or linear")
+      ->capture_default_str();
+  verb.add_option("--shutter", e.shutter, "share of a frame it is open: how far velocity is continued")
+      ->capture_default_str();
+  verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")
+      ->capture_default_str();
+  verb.add_flag("--mesh", e.mesh,
+                "also mesh_0001.ply and so on: the surface of every frame, with its colours");
+  verb.add_option("--mesh-format", e.mesh_format, "ply (binary) or obj (text, colours behind each vertex)")
+      ->capture_default_str();
+  verb.add_flag("--controls", e.controls,
+                "also motion.vdb: control points and rigidity as grids, to build a rig on");
+  verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")
+      ->capture_default_str();
+  verb.add_flag("--full", o->full, "32-bit floats instead of 16");
+  verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");
+  verb.add_option("--frames-at-once", e.frames_at_once,
+                  "frames in the making at a time, 0 = what threads and free memory allow")
+      ->capture_default_str();
+  add_share(verb, o->share);
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
+  add_threads(verb, o->threads);
+  verb.add_option("--device", o->device, "auto or cpu: frames are baked on the CPU")->capture_default_str();
+  return [o] { return with_threads(o->threads, [&] { return export_run(*o); }); };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/dataset_info.hpp"
+#include "run/run_folder.hpp"
+#include "run/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/io/inspect.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::cli {
+namespace {
+
+template <class T>
+Json triple(const Vec3T<T>& v) {
+  return Json::array({v.x, v.y, v.z});
+}
+
+Json vdb_json(const std::string& path) {
+  const VdbInfo info = inspect_vdb(path);
+  Json grids = Json::array();
+  for (const GridInfo& g : info.grids)
+    grids.push_back({{"name", g.name},
+                     {"type", g.type},
+                     {"class", g.grid_class},
+                     {"active_voxels", g.active_voxels},
+                     {"leaves", g.leaves},
+                     {"memory_bytes", g.memory_bytes},
+                     {"half", g.half},
+                     {"linear", g.linear},
+                     {"voxel_size", triple(g.voxel_size)},
+                     {"origin", triple(g.origin)},
+                     {"bounds", {triple(g.lo), triple(g.hi)}},
+                     {"meta", g.meta}});
+  return {{"file", path},          {"bytes", info.file_bytes}, {"version", info.version},
+          {"sealed", info.sealed}, {"meta", info.meta},        {"grids", grids}};
+}
+
+/// The digits a grid's name ends in.
+std::string number_of(const std::string& name) {
+  return name.substr(name.find_last_not_of("0123456789") + 1);
+}
+
+/// Whether two grids have names that differ in their last number only, and the same shape.
+bool same_family(const Json& a, const Json& b) {
+  const std::string x = a["name"].get<std::string>(), y = b["name"].get<std::string>();
+  const std::string p = number_of(x), q = number_of(y);
+  if (p.empty() || q.empty() || x.substr(0, x.size() - p.size()) != y.substr(0, y.size() - q.size()))
+    return false;
+  for (const char* key : {"type", "class", "active_voxels", "leaves", "voxel_size", "half", "bounds"})
+    if (a[key] != b[key]) return false;
+  return true;
+}
+
+/// How large voxels are and where voxel (0, 0, 0) is.
+std::string transform_text(const Json& grid) {
+  if (!grid["linear"].get<bool>()) return "not linear";
+  const auto v = grid["voxel_size"].get<std::array<double, 3>>(),
+             o = grid["origin"].get<std::array<double, 3>>();
+  const std::string size = v[0] == v[1] && v[1] == v[2]
+                               ? fmt::format("{:.6g}", v[0])
+                               : fmt::format("{:.6g} x {:.6g} x {:.6g}", v[0], v[1], v[2]);
+  return fmt::format("{} from ({:.5g}, {:.5g}, {:.5g})", size, o[0], o[1], o[2]);
+}
+
+void print_vdb(const Json& j) {
+  fmt::print("{}: {:.2f} MB, {}{}\n", j["file"].get<std::string>(), j["bytes"].get<double>() / 1e6,
+             j["version"].get<std::string>(), j["sealed"].get<bool>() ? ", checksum right" : "");
+  fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>10}           {:<44}voxels\n", "grid", "type", "class",
+             "active", "leaves", "memory", "voxel size and origin");
+  const Json& grids = j["grids"];
+  for (std::size_t i = 0; i < grids.size();) {
+    const Json& g = grids[i];
+    std::size_t next = i + 1;  // sh0, sh1, ... or control_0, control_1, ... of one shape share a line
+    while (next < grids.size() && same_family(g, grids[next])) ++next;
+    std::string name = g["name"].get<std::string>();
+    const bool several = next > i + 1;
+    if (several) name += ".." + number_of(grids[next - 1]["name"].get<std::string>());
+    i = next;
+    const Json &lo = g["bounds"][0], &hi = g["bounds"][1];
+    fmt::print("  {:<14} {:<7} {:<11} {:>11} {:>9} {:>7.1f} MB{:5} {:4} {:<44}", name,
+               g["type"].get<std::string>(), g["class"].get<std::string>(),
+               g["active_voxels"].get<std::uint64_t>(), g["leaves"].get<std::uint64_t>(),
+               g["memory_bytes"].get<double>() / 1e6, several ? " each" : "",
+               g["half"].get<bool>() ? "half" : "", transform_text(g));
+    if (lo[0] <= hi[0])
+      fmt::print("[{} {} {}] to [{} {} {}]", lo[0].dump(), lo[1].dump(), lo[2].dump(), hi[0].dump(),
+                 hi[1].dump(), hi[2].dump());
+    fmt::print("\n");
+  }
+  for (const auto& [key, value] : j["meta"].items())
+    if (!key.empty()) fmt::print("  {} = {}\n", key, value.get<std::string>());
+}
+
+Json run_json(const std::string& path) {
+  Config config;
+  RunRecord record;
+  read_run_config(path, config, record);
+  Json j{{"run", path},
+         {"preset", config.preset},
+         {"seed", config.run.seed},
+         {"downscale", config.run.downscale},
+         {"dataset", record.dataset},
+         {"fingerprint", fmt::format("{:016x}", record.fingerprint)},
+         {"time_map", {{"origin", record.time_map.origin}, {"scale", record.time_map.scale}}},
+         {"version", record.version}};
+  if (fs::exists(path + "/" + kEditHistory))
+    j["edited"] = read_json(path + "/" + kEditHistory).value("history", Json::array());
+  if (fs::exists(path + "/metrics.json")) j["metrics"] = read_json(path + "/metrics.json");
+  Json curve = Json::array();  // what was seen of the held view
+  for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
+    const Json l = Json::parse(line, nullptr, false);
+    if (l.is_object() && l.contains("held_view"))
+      curve.push_back({{"seconds", l["seconds"]}, {"psnr", l["held_psnr"]}});
+  }
+  j["held_view"] = curve;
+  j["model"] = vdb_json(path + "/model.vdb");
+  return j;
+}
+
+/// What `edit` did, as the words that did it.
+void print_history(const Json& history) {
+  for (const Json& step : history) {
+    fmt::print("edited from {}:", step.value("from", ""));
+    for (const Json& o : step.value("operations", Json::array()))
+      fmt::print(" --{}{}{}", o.value("operation", ""), o.contains("value") ? " " : "", o.value("value", ""));
+    fmt::print("\n");
+  }
+}
+
+void print_run(const Json& j) {
+  fmt::print("{}: preset {}, seed {}, made by splinevox {}\n", j["run"].get<std::string>(),
+             j["preset"].get<std::string>(), j["seed"].get<std::uint64_t>(), j["version"].get<std::string>());
+  fmt::print("data {}, downscale {}\n", j["dataset"].get<std::string>(), j["downscale"].get<int>());
+  if (j.contains("edited")) print_history(j["edited"]);
+  if (!j["held_view"].empty()) fmt::print("held view:");
+  for (const Json& p : j["held_view"])
+    fmt::print("  {:.0f} s {:.1f} dB", p["seconds"].get<double>(), p["psnr"].get<double>());
+  if (!j["held_view"].empty()) fmt::print("\n");
+  const Json metrics = j.value("metrics", Json::object());
+  if (metrics.contains("steps"))
+    fmt::print("{} steps in {:.1f} s on {}\n", metrics["steps"].get<std::int64_t>(),
+               metrics.value("train_seconds", 0.0), metrics.value("device", "cpu"));
+  if (metrics.contains("psnr"))
+    fmt::print("{} split: PSNR {:.2f} dB, SSIM {:.4f}, MS-SSIM {:.4f}\n", metrics.value("split", ""),
+               metrics["psnr"].get<double>(), metrics.value("ssim", 0.0), metrics.value("ms_ssim", 0.0));
+  print_vdb(j["model"]);
+}
+
+int info(const std::string& path, bool json) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored))
+    fail({path, "there is nothing of that name", "a run, a .vdb file or a data set", "", ""});
+  void (*print)(const Json&) = print_dataset;
+  Json j;
+  if (!fs::is_directory(path, ignored))
+    j = vdb_json(path), print = print_vdb;
+  else if (fs::exists(path + "/config.toml"))
+    check_run(path), j = run_json(path), print = print_run;
+  else
+    j = dataset_json(path);
+  if (json)
+    fmt::print("{}\n", json_text(j, 2));
+  else
+    print(j);
+  return 0;
+}
+
+}  // namespace
+
+Action info_command(CLI::App& verb) {
+  struct Options {
+    std::string path;
+    bool json = false;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("RUN|FILE.vdb|DATASET", o->path, "a run, any VDB file, or a data set")->required();
+  verb.add_flag("--json", o->json, "the same as JSON");
+  return [o] { return info(o->path, o->json); };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "backend/pictures.hpp"
+#include "cli/command.hpp"
+#include "cli/options.hpp"
+#include "core/nearest.hpp"
+#include "run/cameras.hpp"
+#include "run/edit_session.hpp"
+#include "run/evaluate.hpp"
+#include "run/film_write.hpp"
+#include "run/shares.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_write.hpp"
+
+namespace splinevox::cli {
+namespace {
+
+const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigidity", "cluster"};
+
+struct RenderVerb {
+  std::string run, out, layers = "rgb", format = "png", device = "auto", share;
+  CameraRequest cameras;
+  Otherwise otherwise;
+  double fps = 24;
+  int threads = 0;
+  bool quiet = false;
+};
+
+std::vector<std::string> chosen_layers(const std::string& text) {
+  const std::vector<std::string> names = text == "all" ? kLayers : split_list(text);
+  for (const std::string& n : names)
+    if (std::find(kLayers.begin(), kLayers.end(), n) == kLayers.end())
+      fail({"--layers", fmt::format("there is no layer '{}'", n),
+            fmt::format("a list of {}", fmt::join(kLayers, ",")), text, nearest(n, kLayers)});
+  if (names.empty())
+    fail({"--layers", "there is nothing to render", fmt::format("a list of {}", fmt::join(kLayers, ",")),
+          text, ""});
+  return names;
+}
+
+/// All layers of one picture in one file, as linear numbers: nothing is coloured.
+void write_layers(const std::string& path, Rendered& r, const Image& parts,
+                  const std::vector<std::string>& names) {
+  std::vector<ExrLayer> layers;
+  for (const std::string& n : names) {
+    if (n == "rgb") layers.push_back({"", r.rgb, {}});
+    if (n == "alpha") layers.push_back({"alpha", r.alpha, {}});
+    if (n == "depth") layers.push_back({"depth", r.depth, {}});
+    if (n == "flow") layers.push_back({"flow", r.flow, {"X", "Y", "Z"}});
+    if (n == "rigidity") layers.push_back({"rigidity", r.rigidity, {}});
+    if (n == "cluster") layers.push_back({"cluster", parts, {}});
+  }
+  write_exr(path, layers);
+}
+
+int render(const RenderVerb& o) {
+  const Device device = choose_device(o.device);
+  const std::vector<std::string> layers = chosen_layers(o.layers);
+  if (o.format != "png" && o.format != "exr" && o.format != "mp4")
+    fail({"--format", "there is no such format", "png, exr or mp4", o.format,
+          nearest(o.format, {"png", "exr", "mp4"})});
+  const Share share = chosen_share(o.share);
+  if (o.format == "mp4" && !share.whole())
+    fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out",
+          o.format, "ffmpeg makes a film of pictures, too"});
+  const Run run = open_run(o.run, o.otherwise);
+  const std::vector<Shot> shots = plan_shots(run, o.cameras);
+  probe_output_folder(o.out);
+  Renderer renderer(run.model, make_pictures(device, run.model));
+  const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
+  const VoxelModel colours = parts ? painted(run.model, find_clusters(run.model, 0)) : VoxelModel();
+  std::optional<Renderer> part_renderer;
+  if (parts) part_renderer.emplace(colours, make_pictures(device, colours));
+  std::map<std::string, Film> films;
+  const std::int64_t own = (std::int64_t(shots.size()) + share.count - 1 - share.index) / share.count;
+  std::int64_t done = 0;
+  for (std::size_t i = std::size_t(share.index); i < shots.size(); i += std::size_t(share.count)) {
+    Rendered r = renderer.render(shots[i].camera, shots[i].time);
+    const Image part_picture =
+        parts ? clamped(part_renderer->render(shots[i].camera, shots[i].time).rgb) : Image();
+    if (o.format == "exr")
+      write_layers(fmt::format("{}/frame_{:04}.exr", o.out, i + 1), r, part_picture, layers);
+    for (const std::string& layer : layers) {
+      if (o.format == "exr") continue;
+      const Image picture = layer == "cluster" ? part_picture : layer_picture(run, r, layer, shots[i].camera);
+      if (o.format == "png") {
+        write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, i + 1), picture);
+        continue;
+      }
+      const auto film = films
+                            .try_emplace(layer, fmt::format("{}/{}.mp4", o.out, layer), picture.width,
+                                         picture.height, o.fps)
+                            .first;
+      film->second.add(picture);
+    }
+    ++done;
+    if (!o.quiet && ::isatty(STDERR_FILENO) && share.index == 0)
+      fmt::print(stderr, "\r{} of {} pictures{}", done, own, done == own ? "\n" : "");
+  }
+  for (auto& [layer, film] : films) film.finish();
+  if (!o.quiet)
+    fmt::print("{}: {} pictures of {}x{}, {} as {}, on {}\n", o.out, done, shots[0].camera.width,
+               shots[0].camera.height, fmt::join(layers, ", "), o.format, describe(device));
+  return 0;
+}
+
+}  // namespace
+
+Action render_command(CLI::App& verb) {
+  auto o = std::make_shared<RenderVerb>();
+  verb.add_option("RUN", o->run, "the run to look at")->required();
+  verb.add_option("--out", o->out, "folder for the pictures")->required();
+  verb.add_option("--camera", o->cameras.camera,
+                  "orbit, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file")
+      ->capture_default_str();
+  verb.add_option("--times", o->cameras.times,
+                  "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
+  verb.add_option("--layers", o->layers,
+                  "list of rgb,alpha,depth,flow,rigidity,cluster (parts by how they move), or all")
+      ->capture_default_str();
+  verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
+      ->type_name("{png,exr,mp4}")
+      ->capture_default_str();
+  verb.add_option("--data", o->cameras.data,
+                  "the data set of dataset:..., if it is no longer where the run found it");
+  verb.add_option("--size", o->cameras.size, "width and height of orbit pictures [400]")
+      ->check(CLI::Range(8, 8192));
+  verb.add_option("--elevation", o->cameras.elevation, "of the orbit, degrees")
+      ->check(CLI::Range(-89.0, 89.0))
+      ->capture_default_str();
+  verb.add_option("--fps", o->fps, "pictures a second of a film")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  add_otherwise(verb, o->otherwise);
+  add_share(verb, o->share);
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_threads(verb, o->threads);
+  add_device(verb, o->device);
+  return [o] { return with_threads(o->threads, [&] { return render(*o); }); };
+}
+
+}  // namespace splinevox::cli

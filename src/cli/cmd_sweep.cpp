@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "cli/command.hpp"
+#include "core/atomic_file.hpp"
+#include "run/signals.hpp"
+#include "run/sweep/sweep.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox::cli {
+namespace {
+
+struct SweepVerb {
+  std::string description, out;
+  int jobs = 1, threads = 0;
+  std::optional<int> task;
+  bool list = false, table = false, quiet = false;
+};
+
+int sweep(const SweepVerb& o) {
+  std::vector<SweepTask> tasks = read_sweep(o.description, o.out);
+  probe_output_folder(o.out);
+  const int threads =
+      o.threads > 0 ? o.threads : std::max(1, tbb::this_task_arena::max_concurrency() / o.jobs);
+  if (o.task) {
+    if (*o.task < 0 || std::size_t(*o.task) >= tasks.size())
+      fail({"--task", "there is no such task", fmt::format("a number in [0, {}]", tasks.size() - 1),
+            std::to_string(*o.task), ""});
+    tasks = {
+        tasks[std::size_t(*o.task)]};  // many of these run beside each other: each writes its own run only
+  } else {
+    write_file(o.out + "/tasks.txt", {sweep_commands(tasks)});
+    write_file(o.out + "/array.sh", {slurm_script(o.description, o.out, tasks.size(), threads)});
+  }
+  if (o.list) {
+    if (!o.quiet)
+      fmt::print("{} tasks: {}/tasks.txt, for Slurm: sbatch {}/array.sh\n", tasks.size(), o.out, o.out);
+    return 0;
+  }
+  std::vector<std::string> failed;
+  if (!o.table) {
+    catch_stop_signals();
+    failed = run_sweep(tasks, o.out, o.jobs, threads, o.quiet);
+  }
+  if (!o.task) {
+    write_file(o.out + "/table.csv", {sweep_csv(tasks)});
+    write_file(o.out + "/table.md", {sweep_table(tasks)});
+    if (!o.quiet) fmt::print("{}{}/table.csv\n", sweep_table(tasks), o.out);
+  }
+  if (stop_asked()) return kInterrupted;
+  return failed.empty() ? 0 : 1;
+}
+
+}  // namespace
+
+Action sweep_command(CLI::App& verb) {
+  auto o = std::make_shared<SweepVerb>();
+  verb.add_option("DESCRIPTION", o->description,
+                  "TOML: datasets, presets, seeds, [settings], train; see docs/scaling.md")
+      ->required();
+  verb.add_option("--out", o->out, "folder of all runs, their logs and the tables")->required();
+  verb.add_option("--jobs", o->jobs, "trainings at a time")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+  verb.add_option("--threads", o->threads, "of each training, 0 = the cores shared out")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  verb.add_option("--task", o->task, "only this task, counted from 0: what an array job calls");
+  verb.add_flag("--list", o->list, "only write the list of tasks and the script for a Slurm array");
+  verb.add_flag("--table", o->table, "only collect the table of what is done");
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  return [o] { return sweep(*o); };
+}
+
+}  // namespace splinevox::cli

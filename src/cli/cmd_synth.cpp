@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/options.hpp"
+#include "run/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/synth.hpp"
+
+namespace splinevox::cli {
+
+Action synth_command(CLI::App& verb) {
+  struct Options {
+    std::string scene, out;
+    SynthOptions synth;
+    int threads = 0;
+    bool quiet = false;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("SCENE", o->scene, "which scene")
+      ->required()
+      ->type_name(fmt::format("{{{}}}", fmt::join(synth_scenes(), ",")));
+  verb.add_option("--out", o->out, "folder of the data set")->required();
+  verb.add_option("--frames", o->synth.frames, "training pictures, each at its own time")
+      ->capture_default_str();
+  verb.add_option("--size", o->synth.size, "width and height of every picture, pixels")
+      ->capture_default_str();
+  verb.add_option("--seed", o->synth.seed, "of the training cameras")->capture_default_str();
+  verb.add_option(
+          "--orbit", o->synth.orbit,
+          "training cameras are one that goes around so often over time, as of a film; 0: each anywhere")
+      ->check(CLI::Range(-100.0, 100.0));
+  verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")
+      ->check(CLI::Range(0.0, 1.0));
+  verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")
+      ->check(CLI::Range(0.0, 1.0));
+  verb.add_option("--light", o->synth.look.light, "of everything, 0..1")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  verb.add_option("--repeats", o->synth.look.repeats, "how often the motion runs, there and back in turn")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  verb.add_flag("--opaque", o->synth.look.opaque, "pictures without alpha, a grey wall behind the scene");
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_threads(verb, o->threads);
+  return [o] {
+    SynthScene::open(o->scene, o->synth.look);  // a wrong name is found before a folder is made
+    probe_output_folder(o->out);
+    if (!std::filesystem::is_empty(o->out))  // another data set's transforms files have the same names
+      fail({o->out, "this folder is not empty", "an empty folder, or a name that is free", "",
+            "another folder for --out"});
+    return with_threads(o->threads, [&] {
+      const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
+      write_synth(o->scene, o->out, o->synth, [&](int done, int total) {
+        if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
+      });
+      if (!o->quiet)
+        fmt::print("{}: scene {}, {} training pictures of {}x{}\n", o->out, o->scene, o->synth.frames,
+                   o->synth.size, o->synth.size);
+      return 0;
+    });
+  };
+}
+
+}  // namespace splinevox::cli

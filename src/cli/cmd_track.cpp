@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <map>
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/options.hpp"
+#include "core/atomic_file.hpp"
+#include "run/evaluate.hpp"
+#include "run/points_csv.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/field/track.hpp"
+
+namespace splinevox::cli {
+namespace {
+
+struct TrackVerb {
+  std::string run, points, to, out;
+  double from = 0;
+  int threads = 0;
+  bool quiet = false;
+};
+
+/// Rows of the table that share a time are tracked together.
+std::map<double, std::vector<std::size_t>> by_time(const PointTable& table, double from) {
+  std::map<double, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < table.position.size(); ++i)
+    groups[table.time.empty() ? from : table.time[i]].push_back(i);
+  return groups;
+}
+
+/// Tracked points of the table: [targets][rows].
+std::vector<std::vector<TrackedPoint>> tracked(const VoxelModel& model, const PointTable& table, double from,
+                                               const std::vector<double>& times, bool canonical) {
+  std::vector<std::vector<TrackedPoint>> out(canonical ? 1 : times.size(),
+                                             std::vector<TrackedPoint>(table.position.size()));
+  for (const auto& [time, rows] : by_time(table, from)) {
+    std::vector<Vec3> points;
+    for (const std::size_t i : rows) points.push_back(table.position[i]);
+    const auto part = canonical ? std::vector<std::vector<TrackedPoint>>{to_canonical(model, points, time)}
+                                : track(model, points, time, times);
+    for (std::size_t k = 0; k < out.size(); ++k)
+      for (std::size_t j = 0; j < rows.size(); ++j) out[k][rows[j]] = part[k][j];
+  }
+  return out;
+}
+
+std::string csv(const PointTable& table, double from, const std::vector<std::string>& targets,
+                const std::vector<std::vector<TrackedPoint>>& found) {
+  std::string text =
+      fmt::format("{}x,y,z,time,to_time,to_x,to_y,to_z,folded\n", table.id.empty() ? "" : "id,");
+  for (std::size_t i = 0; i < table.position.size(); ++i)
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      const Vec3 &p = table.position[i], &q = found[k][i].position;
+      if (!table.id.empty()) text += table.id[i] + ",";
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", p.x, p.y, p.z,
+                     table.time.empty() ? from : table.time[i], targets[k], q.x, q.y, q.z,
+                     int(found[k][i].folded));
+    }
+  return text;
+}
+
+std::string json(const PointTable& table, double from, const std::vector<std::string>& targets,
+                 const std::vector<std::vector<TrackedPoint>>& found) {
+  Json points = Json::array();
+  for (std::size_t i = 0; i < table.position.size(); ++i) {
+    const Vec3& p = table.position[i];
+    Json point{{"from", {p.x, p.y, p.z}},
+               {"time", table.time.empty() ? from : table.time[i]},
+               {"to", Json::array()}};
+    if (!table.id.empty()) point["id"] = table.id[i];
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      const Vec3& q = found[k][i].position;
+      point["to"].push_back(
+          {{"time", targets[k]}, {"position", {q.x, q.y, q.z}}, {"folded", found[k][i].folded}});
+    }
+    points.push_back(std::move(point));
+  }
+  return json_text({{"points", points}}, 1) + "\n";
+}
+
+int run_track(const TrackVerb& o) {
+  const bool as_json = o.out.size() > 5 && o.out.substr(o.out.size() - 5) == ".json";
+  probe_output_file(o.out);
+  const bool canonical = o.to == "canonical";
+  std::vector<double> times;
+  if (!canonical) times = numbers(o.to, ',', "--to", "times in [0, 1] separated by commas, or canonical");
+  for (const double t : times)
+    if (!(t >= 0 && t <= 1))
+      fail({"--to", "there is no such time in the model", "times in [0, 1], or canonical",
+            fmt::format("{}", t), ""});
+  const PointTable table = read_points(o.points);
+  for (std::size_t i = 0; i < table.time.size(); ++i)
+    if (!(table.time[i] >= 0 && table.time[i] <= 1))
+      fail({o.points, fmt::format("point {}: there is no such time in the model", i + 1), "a time in [0, 1]",
+            fmt::format("{}", table.time[i]), ""});
+  const Run run = open_run(o.run);
+  const auto start = std::chrono::steady_clock::now();
+  const auto found = tracked(run.model, table, o.from, times, canonical);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  std::vector<std::string> targets = split_list(o.to);
+  write_file(o.out, {as_json ? json(table, o.from, targets, found) : csv(table, o.from, targets, found)});
+  std::size_t folded = 0;
+  for (const auto& target : found)
+    for (const TrackedPoint& p : target) folded += p.folded;
+  if (!o.quiet)
+    fmt::print("{} points to {} {}: {:.2f} s; {} of {} flagged as folded\n{}\n", table.position.size(),
+               targets.size(), targets.size() == 1 ? "time" : "times", seconds, folded,
+               table.position.size() * targets.size(), o.out);
+  return 0;
+}
+
+}  // namespace
+
+Action track_command(CLI::App& verb) {
+  auto o = std::make_shared<TrackVerb>();
+  verb.add_option("RUN", o->run, "the run whose motion is followed")->required();
+  verb.add_option("--points", o->points,
+                  "table of points: x,y,z and if wanted time,id (comma-separated, names in the first line)")
+      ->required();
+  verb.add_option("--from", o->from, "time of points without a column of times, in [0, 1]")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
+  verb.add_option("--to", o->to, "times in [0, 1] separated by commas, or canonical")->required();
+  verb.add_option("--out", o->out, "the table to write; .json writes JSON")->required();
+  verb.add_flag("--quiet", o->quiet, "say nothing");
+  add_threads(verb, o->threads);
+  return [o] { return with_threads(o->threads, [&] { return run_track(*o); }); };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "cli/command.hpp"
+#include "data/message_text.hpp"
+#include "io/manifest.hpp"
+#include "run/support.hpp"
+
+namespace splinevox::cli {
+
+Action verify_command(CLI::App& verb) {
+  struct Options {
+    std::string folder;
+    bool json = false;
+  };
+  auto o = std::make_shared<Options>();
+  verb.add_option("RUN|EXPORT_DIR", o->folder, "a folder with a manifest.json")->required();
+  verb.add_flag("--json", o->json, "the result as JSON");
+  return [o] {
+    int bad = 0;
+    Json files = Json::array();
+    const std::vector<FileCheck> checks = verify(o->folder);
+    for (const FileCheck& c : checks) {
+      bad += c.ok ? 0 : 1;
+      files.push_back({{"file", c.file}, {"ok", c.ok}, {"problem", c.problem}});
+      if (!o->json)
+        fmt::print("{:<4} {}{}{}\n", c.ok ? "ok" : "BAD", data::printable(c.file), c.ok ? "" : ": ",
+                   c.problem);
+    }
+    if (o->json)
+      fmt::print("{}\n", json_text({{"folder", o->folder}, {"bad", bad}, {"files", files}}, 2));
+    else
+      fmt::print("{} of {} files are whole\n", checks.size() - std::size_t(bad), checks.size());
+    return bad ? 2 : 0;
+  };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "cli/command.hpp"
+#include "cli/options.hpp"
+#include "core/atomic_file.hpp"
+#include "run/evaluate.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "train/by_time.hpp"
+#include "view/page.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::cli {
+namespace {
+
+struct ViewVerb {
+  std::string run, out, data, split = "test";
+  int views = 6, view_size = 400, threads = 0;
+  double max_mb = 20;
+};
+
+/// Frames of a split evenly spaced in time, no wider or higher than asked.
+std::vector<ViewShot> shots_of(const Run& run, const ViewVerb& o) {
+  const Dataset data = open_split(run, o.data, o.split);
+  const Split& split = *data.find(o.split);
+  const std::vector<int> order = frames_by_time(split);
+  const std::size_t n = order.size(), count = std::min(n, std::size_t(o.views));
+  std::vector<ViewShot> shots;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Frame& f = split.frames[order[count > 1 ? k * (n - 1) / (count - 1) : n / 2]];
+    const int longest = std::max(f.image.width, f.image.height),
+              factor = (longest + o.view_size - 1) / o.view_size;
+    shots.push_back({f.name, area_downscale(f.camera, factor), std::clamp(f.time, 0.0, 1.0),
+                     encode_png(composite(area_downscale(f.image.unpacked(), factor), run.background()))});
+  }
+  return shots;
+}
+
+std::string about(const Run& run) {
+  std::string text = fs::path(run.record.dataset).filename().string() + ", preset " + run.config.preset;
+  const std::string file = run.path + "/metrics.json";
+  const Json metrics = fs::exists(file) ? read_json(file) : Json::object();
+  if (metrics.contains("psnr") && metrics["psnr"].is_number() && metrics.contains("split"))
+    text += fmt::format(", {:.1f} dB on the {} split", metrics["psnr"].get<double>(),
+                        metrics["split"].get<std::string>());
+  return text;
+}
+
+std::string described(const ViewQuality& q, const VoxelModel& model) {
+  std::string text = fmt::format("density in {} bits, colour in {}", q.density_bits, q.colour_bits);
+  if (model.radiance.sh_order >= 0)
+    text += q.sh_bits ? fmt::format(", view dependence in {}", q.sh_bits) : ", no view dependence";
+  if (!model.motion.levels.empty()) text += fmt::format(", motion in {}", q.motion_bits);
+  if (q.halvings) text += fmt::format("; voxels {} times as large", 1 << q.halvings);
+  return text;
+}
+
+int view(const ViewVerb& o) {
+  probe_output_file(o.out);
+  const Run run = open_run(o.run);
+  ViewPage page;
+  page.name = fs::weakly_canonical(run.path).filename().string();
+  page.about = about(run);
+  page.full_flow = kFullFlow * run.model.box.longest_edge();
+  if (o.views > 0) try {
+      page.shots = shots_of(run, o);
+    } catch (const Error& e) {
+      fmt::print(stderr, "the page is without true pictures: {}\n", e.what());
+    }
+  const std::optional<MotionClusters> clusters =
+      run.model.motion.moves() ? std::optional(find_clusters(run.model, 0)) : std::nullopt;
+  std::size_t smallest = 0;
+  for (const ViewQuality& quality : view_qualities()) {
+    page.note = described(quality, run.model);
+    const std::string html = view_page(page, pack_scene(run.model, quality, clusters ? &*clusters : nullptr));
+    smallest = html.size();
+    if (double(smallest) > o.max_mb * 1e6) continue;
+    write_file(o.out, {html});
+    fmt::print("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}\n", double(smallest) * 1e-6, o.max_mb,
+               page.note, page.shots.size(), o.out);
+    return 0;
+  }
+  fail({"--max-mb", "the page does not fit even with coarse voxels",
+        fmt::format("at least {:.2f} MB for this run with {} true pictures", double(smallest) * 1e-6,
+                    page.shots.size()),
+        fmt::format("{:g}", o.max_mb), page.shots.empty() ? "" : "--views 0, or --view-size 200"});
+}
+
+}  // namespace
+
+Action view_command(CLI::App& verb) {
+  auto o = std::make_shared<ViewVerb>();
+  verb.add_option("RUN", o->run, "the run to look at")->required();
+  verb.add_option("--out", o->out, "the page, one self-contained HTML file")->required();
+  verb.add_option("--max-mb", o->max_mb,
+                  "largest page, MB: numbers are rounded more, then voxels made larger, until it fits")
+      ->check(CLI::Range(0.05, 1000.0))
+      ->capture_default_str();
+  verb.add_option("--views", o->views, "true pictures to compare with")
+      ->check(CLI::Range(0, 100))
+      ->capture_default_str();
+  verb.add_option("--view-size", o->view_size, "their longest side at most, pixels")
+      ->check(CLI::Range(16, 4096))
+      ->capture_default_str();
+  verb.add_option("--split", o->split, "where they are from: train, val or test")
+      ->check(CLI::IsMember({"train", "val", "test"}))
+      ->capture_default_str();
+  verb.add_option("--data", o->data, "the data set, if it is no longer where the run found it");
+  add_threads(verb, o->threads);
+  return [o] { return with_threads(o->threads, [&] { return view(*o); }); };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "cli/command.hpp"
+#include "run/support.hpp"
+
+namespace splinevox::cli {
+
+/// What `info` understood of a data set: layout, splits, times, lenses, where cameras look, the box, what is
+/// odd. Throws Error (input).
+Json dataset_json(const std::string& path);
+void print_dataset(const Json& j);
+
+}  // namespace splinevox::cli

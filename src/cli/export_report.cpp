@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/export_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "core/process.hpp"
+#include "run/support.hpp"
+
+namespace splinevox::cli {
+namespace {
+
+Json file_json(const ManifestFile& file) {
+  Json out{{"file", file.name}, {"bytes", file.digest.size}};
+  for (const auto& [key, value] : file.figures) out[key] = value;
+  return out;
+}
+
+}  // namespace
+
+ExportReport::ExportReport(Talk talk, const ExportOptions& options)
+    : talk_(talk), options_(options), start_(std::chrono::steady_clock::now()), cpu_(processor_seconds()) {}
+
+void ExportReport::add(const ExportedFrame& f, int done, int total) {
+  const auto count = [&](const ManifestFile& file) {
+    bytes_ += double(file.digest.size);
+    if (const auto s = file.figures.find("max_speed"); s != file.figures.end())
+      speed_ = std::max(speed_, s->second);
+    if (const auto s = file.figures.find("velocity_padding_short"); s != file.figures.end())
+      short_ = std::max(short_, s->second);
+  };
+  count(f.file);
+  std::for_each(f.beside.begin(), f.beside.end(), count);
+  kept_ += f.kept ? 1 : 0;
+  writing_ += f.cpu_writing;
+  if (talk_ == Talk::json) print_line(f);
+  if (talk_ == Talk::bar) fmt::print(stderr, "\r{} of {} frames{}", done, total, done == total ? "\n" : "");
+}
+
+void ExportReport::print_line(const ExportedFrame& f) const {
+  Json line{{"frame", f.frame},
+            {"time", f.time},
+            {"file", f.file.name},
+            {"bytes", f.file.digest.size},
+            {"kept", f.kept}};
+  line["seconds"] = f.seconds;
+  line["seconds_writing"] = f.seconds_writing, line["cpu_writing"] = f.cpu_writing;
+  if (options_.clusters) {
+    line["files"] = Json::array({file_json(f.file)});
+    for (const ManifestFile& file : f.beside) line["files"].push_back(file_json(file));
+  } else {
+    for (const auto& [key, value] : f.file.figures) line[key] = value;
+    for (const ManifestFile& file : f.beside)
+      for (const auto& [key, value] : file.figures) line[key] = value;
+  }
+  fmt::print("{}\n", json_text(line));
+  std::fflush(stdout);
+}
+
+void ExportReport::summarise(const ExportResult& result, const std::string& folder, int processes,
+                             bool seen_from) const {
+  if (talk_ == Talk::quiet || talk_ == Talk::json) return;
+  fmt::print("{}: {} frames, {:.1f} MB, profile {}", folder, result.frames.size(), bytes_ / 1e6,
+             options_.profile);
+  if (!options_.share.whole()) fmt::print(", share {} of {}", options_.share.index + 1, options_.share.count);
+  if (processes > 1)
+    fmt::print(", made by {} processes", processes);
+  else if (kept_ > 0)
+    fmt::print(", {} of them were there already", kept_);
+  if (speed_ > 0) fmt::print(", fastest {:.3g} scene units a second", speed_);
+  fmt::print("\n");
+  if (!options_.share.whole()) {
+    fmt::print("when every share is there, the same command without --share finishes the sequence\n");
+    return;
+  }
+  for (std::size_t c = 0; c < result.clusters.size(); ++c)
+    fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share,
+               c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));
+  if (!result.others.empty())
+    fmt::print(
+        "left by an earlier export and not of this sequence: {}{}; delete what a program would load with the "
+        "folder\n",
+        result.others.front(),
+        result.others.size() > 1
+            ? fmt::format(" to {} ({} files)", result.others.back(), result.others.size())
+            : "");
+  if (const auto fresh = double(result.frames.size()) - kept_; fresh > 0) {
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
+                 used = processor_seconds() - cpu_;
+    fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n",
+               fresh / seconds, used / fresh, 100 * writing_ / used);
+  }
+  if (short_ > 0)
+    fmt::print(
+        "motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are "
+        "written: a larger --voxel-size or a smaller --shutter gives it whole\n",
+        short_);
+  if (seen_from && !options_.sh && options_.profile != "unreal")
+    fmt::print("colours are means over all directions; --sh keeps how they change with the view\n");
+  if (options_.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", folder);
+}
+
+}  // namespace splinevox::cli

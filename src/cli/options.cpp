@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/options.hpp"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+namespace splinevox::cli {
+namespace {
+
+/// Means over the six D-NeRF scenes at 400x400 that docs/benchmarks.md lists, on two cores.
+struct Measured {
+  const char* preset;
+  double psnr, memory;  ///< dB on the test split; peak, GB
+};
+constexpr Measured kMeasured[] = {
+#include "cli/preset_figures.inc"  // written by bench/quality.sh
+};
+
+std::string preset_help() {
+  std::string text = "where the numbers start from:";
+  for (const Preset& p : presets()) {
+    text += fmt::format("\n  {:<11} {}", p.name, p.summary);
+    for (const Measured& m : kMeasured)
+      if (m.preset == std::string(p.name))
+        text += fmt::format("; measured {:.2f} dB, {:.2f} GB", m.psnr, m.memory);
+  }
+  return text;
+}
+
+std::string preset_names() {
+  std::vector<std::string> names;
+  for (const Preset& p : presets()) names.push_back(p.name);
+  return fmt::format("{{{}}}", fmt::join(names, ","));
+}
+
+}  // namespace
+
+void add_threads(CLI::App& verb, int& threads) {
+  verb.add_option("--threads", threads, "threads to use, 0 = one per core")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+}
+
+void add_device(CLI::App& verb, std::string& device) {
+  verb.add_option("--device", device,
+                  "cpu, cuda, or auto: cuda where this build has it and a device is there")
+      ->type_name("{auto,cpu,cuda}")
+      ->capture_default_str();
+}
+
+void add_share(CLI::App& verb, std::string& share) {
+  verb.add_option("--share", share,
+                  "K/N: only every N-th, from the K-th on, for N processes side by side; under mpirun each "
+                  "takes its own");
+}
+
+void add_otherwise(CLI::App& verb, Otherwise& o) {
+  verb.add_option("--downscale", o.downscale,
+                  "average KxK pixel blocks of the pictures, if not as in training")
+      ->check(CLI::Range(1, 64));
+  verb.add_option("--background", o.background,
+                  "white, black or R,G,B in 0..1, if not what it was in training");
+}
+
+void add_train_options(CLI::App& verb, TrainOptions& o) {
+  verb.add_option("DATASET", o.dataset,
+                  "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
+  verb.add_option("--out", o.out, "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview)");
+  verb.add_option("--preset", o.preset, preset_help())->type_name(preset_names());
+  verb.add_option("--config", o.config_file, "TOML file over the preset");
+  verb.add_option("--set", o.sets, "one number over both, group.key=value; may be repeated")
+      ->allow_extra_args(false);
+  verb.add_option("--max-time", o.max_time,
+                  "seconds training may take, loading included; schedules are laid out over it");
+  verb.add_option("--max-steps", o.max_steps, "optimiser steps; alone, the same seed gives the same bits");
+  add_threads(verb, o.threads);
+  verb.add_option("--seed", o.seed, "seed of every random draw");
+  add_device(verb, o.device);
+  verb.add_flag(
+      "--deterministic", o.deterministic,
+      "on a CUDA device too: the same bits in every run, for some of its speed (the CPU always has them)");
+  verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
+  verb.add_option("--background", o.background,
+                  "white, black or R,G,B in 0..1, behind pictures with alpha, and behind opaque ones instead "
+                  "of a learned colour");
+  verb.add_option("--effects", o.effects,
+                  "auto (those the scene calls for, tried out first), all (each in full: view dependence of "
+                  "order 3), or a list of motion,rigidity,view,light,background")
+      ->capture_default_str();
+  verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
+  verb.add_flag("--quiet", o.quiet, "say nothing but errors");
+  verb.add_flag("--json", o.json, "progress as JSON lines on stdout");
+  verb.add_flag("--list-settings", o.list_settings, "print every setting of the preset as TOML and stop");
+}
+
+}  // namespace splinevox::cli

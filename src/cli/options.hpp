@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "cli/command.hpp"
+#include "run/evaluate.hpp"
+#include "run/train_options.hpp"
+
+/// Options that several verbs have, declared once.
+namespace splinevox::cli {
+
+/// --threads N: 0 = every core.
+void add_threads(CLI::App& verb, int& threads);
+/// --device auto, cpu or cuda; see choose_device.
+void add_device(CLI::App& verb, std::string& device);
+/// --share K/N: of the frames or pictures only every N-th, from the K-th on.
+void add_share(CLI::App& verb, std::string& share);
+/// --downscale and --background of verbs that read a run.
+void add_otherwise(CLI::App& verb, Otherwise& otherwise);
+void add_train_options(CLI::App& verb, TrainOptions& options);
+
+}  // namespace splinevox::cli

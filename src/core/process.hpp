@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace splinevox {
+
+/// Processor time of this process so far, all its threads together; seconds. Unlike wall time it does not
+/// grow while others have the cores.
+double processor_seconds();
+/// That of the calling thread alone.
+double thread_seconds();
+/// Memory that could be had now without pushing anything out to disk, bytes, as the machine sees it (a limit
+/// of the process's own is not looked at); 0 where it cannot be told.
+double free_memory();
+/// The most memory this process has had in use at once, bytes.
+double peak_memory();
+
+/// Gives memory that was freed back to the system, where the C library can: what was a passing need would
+/// otherwise count beside what comes after it.
+void release_freed_memory();
+
+}  // namespace splinevox

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "splinevox/core/vec3.hpp"
+
+namespace splinevox::data {
+
+/// A camera model of COLMAP (its documentation, "Camera Models").
+struct ColmapKind {
+  const char* name;
+  int id;      ///< in binary files
+  int params;  ///< how many numbers
+  bool supported;
+};
+/// Null if there is none of that number or name.
+const ColmapKind* find_kind(std::int64_t id);
+const ColmapKind* find_kind(const std::string& name);
+
+struct ColmapCamera {
+  const ColmapKind* kind = nullptr;
+  double width = 0, height = 0;  ///< pixels
+  std::vector<double> params;
+};
+
+struct ColmapImage {
+  std::array<double, 4> rotation{};  ///< quaternion w, x, y, z: world to camera
+  Vec3d translation{};
+  std::int64_t camera = 0;
+  std::string name;
+};
+
+struct ColmapModel {
+  std::string where;  ///< how messages name the file of images
+  std::map<std::int64_t, ColmapCamera> cameras;
+  std::vector<ColmapImage> images;
+  std::vector<Vec3d> points;  ///< none if there is no file of them
+};
+
+/// Read cameras, images and points3D of a folder. Throw Error (Fault::input).
+/// @{
+ColmapModel read_colmap_text(const std::filesystem::path& folder);
+ColmapModel read_colmap_binary(const std::filesystem::path& folder);
+/// @}
+
+}  // namespace splinevox::data

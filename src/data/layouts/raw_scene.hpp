@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "data/camera_check.hpp"
+#include "splinevox/core/vec3.hpp"
+
+namespace splinevox::data {
+
+/// One frame as a reader understood it: checked, its picture not yet looked for.
+struct RawFrame {
+  std::string file_path;            ///< as written: a picture, or a film
+  double time = 0;                  ///< the data's own time, or index / (n - 1) where the file has none
+  std::array<double, 16> matrix{};  ///< camera to world, row-major, OpenGL axes
+  RigidPose pose;
+  Lens lens;
+  int film_frame = -1;     ///< which picture of a film, from 0; -1: file_path is a picture
+  std::string name = {};   ///< as reports show it; empty: the file's name without folder and extension
+  std::string label = {};  ///< how messages name it; empty: by its number
+};
+
+/// One part of a data set: a transforms file, or some of the frames of another layout.
+struct RawSplit {
+  std::string name;   ///< "train", "val" or "test"
+  std::string file;   ///< how messages name the file the cameras come from
+  bool timed = true;  ///< false: the data has no times, those here are indices
+  std::vector<RawFrame> frames;
+
+  /// "lego/transforms_train.json, frame 12"
+  std::string where(std::size_t frame) const {
+    return file + ", " +
+           (frame < frames.size() && !frames[frame].label.empty() ? frames[frame].label
+                                                                  : "frame " + std::to_string(frame));
+  }
+};
+
+/// What a reader understood of a folder.
+struct RawScene {
+  std::vector<RawSplit> splits;  ///< train first
+  std::optional<Box> box = {};   ///< where the scene lies, scene units
+  std::vector<std::string> notes = {};
+};
+
+/// Puts every eighth frame, in the order of `all`, into a test split and the others into train; says so in
+/// notes.
+RawScene hold_out(RawSplit all);
+
+/// Gives frames their times: from times.txt in the folder (a picture's name and a number per line, # begins a
+/// comment), else from the last number in every picture's name, else from the order of names. Says which in
+/// notes. Throws Error (Fault::input).
+void find_times(const std::filesystem::path& folder, RawSplit& split, std::vector<std::string>& notes);
+
+/// Sorts frames by time, then by picture and place in the film.
+void sort_by_time(RawSplit& split);
+
+/// A camera-to-world matrix from the rows of a rotation and a position. @param columns  the camera's x, y and
+/// z axes in the world.
+std::array<double, 16> matrix_of(const std::array<Vec3d, 3>& columns, const Vec3d& position);
+
+/// The box around what all cameras of `split` see between their depths, the nearest and furthest tenth of the
+/// cameras' left out. `near_far`: one pair per frame, depths along the axis in scene units; pictures are
+/// taken to be w x h of their lens.
+Box frusta_box(const RawSplit& split, const std::vector<std::array<double, 2>>& near_far);
+
+/// The box around points, without the outermost hundredth on every side, made a tenth wider. None for fewer
+/// than 10 points.
+std::optional<Box> points_box(std::vector<Vec3d> points);
+
+/// Readers of one layout each: whether the folder looks like it, and everything it says. All throw Error
+/// (Fault::input).
+/// @{
+bool is_nerfstudio(const std::filesystem::path& folder);
+RawScene read_nerfstudio(const std::filesystem::path& folder);
+bool is_gibson(const std::filesystem::path& folder);
+RawScene read_gibson(const std::filesystem::path& folder);
+bool is_colmap(const std::filesystem::path& folder);
+RawScene read_colmap(const std::filesystem::path& folder);
+bool is_nerfies(const std::filesystem::path& folder);
+RawScene read_nerfies(const std::filesystem::path& folder);
+bool is_llff(const std::filesystem::path& folder);
+RawScene read_llff(const std::filesystem::path& folder);
+bool is_nrnerf(const std::filesystem::path& folder);
+RawScene read_nrnerf(const std::filesystem::path& folder);
+bool is_dynerf(const std::filesystem::path& folder);
+RawScene read_dynerf(const std::filesystem::path& folder);
+/// @}
+
+}  // namespace splinevox::data

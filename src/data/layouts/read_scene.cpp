@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/layouts/read_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "data/layouts/transforms.hpp"
+#include "data/message_text.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace data;
+constexpr const char* kSplits[] = {"train", "val", "test"};
+constexpr const char* kLookedFor =
+    "transforms_train.json, transforms_val.json or transforms_test.json (NeRF / D-NeRF), transforms.json "
+    "(nerfstudio, instant-ngp), "
+    "transform_train.json (NeRFlow), dataset.json with camera/ (Nerfies, HyperNeRF), precomputed.json "
+    "(NR-NeRF), poses_bounds.npy (LLFF; with "
+    "cam*.mp4 DyNeRF), sparse/0/cameras.bin or .txt (COLMAP)";
+
+bool has_split(const fs::path& folder, const std::string& split) {
+  std::error_code ignored;
+  return fs::exists(folder / transforms_name(split), ignored);
+}
+
+bool is_dnerf(const fs::path& folder) {
+  return std::any_of(std::begin(kSplits), std::end(kSplits),
+                     [&](const char* split) { return has_split(folder, split); });
+}
+
+/// One kind of folder. The D-NeRF layout alone reads its splits one by one.
+struct Layout {
+  const char* name;
+  bool (*is)(const fs::path&);
+  RawScene (*read)(const fs::path&);
+};
+
+/// In the order in which they are tried: what somebody made on purpose before what a program left in the same
+/// folder.
+constexpr Layout kLayouts[] = {{"NeRF / D-NeRF", is_dnerf, nullptr},
+                               {"nerfstudio / instant-ngp", is_nerfstudio, read_nerfstudio},
+                               {"NeRFlow (Gibson)", is_gibson, read_gibson},
+                               {"Nerfies / HyperNeRF", is_nerfies, read_nerfies},
+                               {"NR-NeRF", is_nrnerf, read_nrnerf},
+                               {"DyNeRF", is_dynerf, read_dynerf},
+                               {"LLFF", is_llff, read_llff},
+                               {"COLMAP", is_colmap, read_colmap}};
+
+const Layout& recognise(const fs::path& folder) {
+  const std::string where = printable(folder.string());
+  std::error_code error;
+  if (!fs::exists(folder, error))
+    fail({where.empty() ? "''" : where, "the data set does not exist",
+          "a folder with " + std::string(kLookedFor), error ? error.message() : "no such folder", ""});
+  if (!fs::is_directory(folder, error))
+    fail({where, "the data set is not a folder", "a folder with " + std::string(kLookedFor), "a file",
+          "give the folder that holds it"});
+  for (const Layout& layout : kLayouts)
+    if (layout.is(folder)) return layout;
+  fail({where, "no known kind of data set is in this folder", kLookedFor, "none of them",
+        "give the folder that holds them"});
+}
+
+/// The splits to read, train first.
+std::vector<std::string> choose_splits(const fs::path& folder, const std::vector<std::string>& there,
+                                       bool dnerf, const LoadOptions& options) {
+  const auto named = [](const std::vector<std::string>& list, const std::string& split) {
+    return std::find(list.begin(), list.end(), split) != list.end();
+  };
+  for (const std::string& split : options.splits) {
+    if (std::find(std::begin(kSplits), std::end(kSplits), split) == std::end(kSplits))
+      fail(
+          {printable(folder.string()), "there is no such split", "train, val or test", in_quotes(split), ""});
+    if (!named(there, split))
+      fail({printable((dnerf ? folder / transforms_name(split) : folder).string()),
+            "the " + split + " split was asked for and is not there",
+            dnerf ? transforms_name(split) : fmt::format("{}", fmt::join(there, " or ")),
+            dnerf ? "no such file" : split, ""});
+  }
+  std::vector<std::string> chosen;
+  for (const std::string& split : there)
+    if (options.splits.empty() || named(options.splits, split) || named(options.if_there, split))
+      chosen.push_back(split);
+  return chosen;
+}
+
+std::vector<std::string> splits_of(const fs::path& folder, const RawScene* scene) {
+  std::vector<std::string> there;
+  if (scene)
+    for (const RawSplit& split : scene->splits) there.push_back(split.name);
+  else
+    for (const char* split : kSplits)
+      if (has_split(folder, split)) there.push_back(split);
+  return there;
+}
+
+}  // namespace
+
+namespace data {
+
+OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
+  const Layout& layout = recognise(folder);
+  OpenScene open{layout.name, {}, {}};
+  if (!layout.read) {
+    for (const std::string& split : choose_splits(folder, splits_of(folder, nullptr), true, options))
+      open.scene.splits.push_back(
+          read_transforms(folder, split, split == "train" ? &open.scene.box : nullptr));
+    if (!options.time_map && open.scene.splits[0].name != "train" && has_split(folder, "train"))
+      open.train = read_transforms(folder, "train");
+    return open;
+  }
+  RawScene scene = layout.read(folder);
+  open.scene.box = scene.box, open.scene.notes = scene.notes;
+  const std::vector<std::string> chosen = choose_splits(folder, splits_of(folder, &scene), false, options);
+  for (RawSplit& split : scene.splits)
+    if (std::find(chosen.begin(), chosen.end(), split.name) != chosen.end())
+      open.scene.splits.push_back(std::move(split));
+    else if (split.name == "train" && !options.time_map)
+      open.train = std::move(split);
+  return open;
+}
+
+}  // namespace data
+
+std::vector<std::string> dataset_formats() {
+  std::vector<std::string> names;
+  for (const Layout& layout : kLayouts) names.emplace_back(layout.name);
+  return names;
+}
+
+}  // namespace splinevox

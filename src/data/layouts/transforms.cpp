@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/layouts/transforms.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "data/json_file.hpp"
+#include "data/message_text.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox::data {
+
+using nlohmann::json;
+
+std::string shown(const json& value) {
+  if (value.is_number()) return number(value.get<double>());
+  if (value.is_string()) return "the text " + in_quotes(value.get_ref<const std::string&>());
+  if (value.is_array()) return "an array of " + std::to_string(value.size());
+  return value.is_object() ? "an object" : value.is_null() ? "null" : "true or false";
+}
+
+std::optional<double> number_field(const json& object, const char* field, const std::string& where) {
+  const auto found = object.find(field);
+  if (found == object.end()) return {};
+  if (!found->is_number())
+    fail({where, std::string("'") + field + "' is not a number", "a finite number", shown(*found), ""});
+  return found->get<double>();
+}
+
+namespace {
+
+/// Whether 'camera_model' (nerfstudio) or 'is_fisheye' (instant-ngp) says fisheye; nothing if neither is
+/// there.
+std::optional<bool> read_fisheye(const json& object, const std::string& where) {
+  if (const auto flag = object.find("is_fisheye");
+      flag != object.end() && flag->is_boolean() && flag->get<bool>())
+    return true;
+  const auto model = object.find("camera_model");
+  if (model == object.end()) return {};
+  if (*model == "OPENCV_FISHEYE") return true;
+  for (const char* known : {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"})
+    if (*model == known) return false;
+  fail({where, "'camera_model' is not supported",
+        "OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL or RADIAL", shown(*model),
+        "undistort the pictures first (colmap image_undistorter)"});
+}
+
+}  // namespace
+
+Lens read_lens(const json& object, const std::string& where) {
+  const auto get = [&](const char* field) { return number_field(object, field, where); };
+  return {get("camera_angle_x"),
+          get("camera_angle_y"),
+          get("fl_x"),
+          get("fl_y"),
+          get("cx"),
+          get("cy"),
+          get("w"),
+          get("h"),
+          get("k1"),
+          get("k2"),
+          get("k3"),
+          get("k4"),
+          get("p1"),
+          get("p2"),
+          read_fisheye(object, where)};
+}
+
+std::array<double, 16> read_matrix(const json& frame, const std::string& where) {
+  const auto found = frame.find("transform_matrix");
+  if (found == frame.end())
+    fail({where, "'transform_matrix' is missing", "4 rows of 4 numbers", "no such field", ""});
+  if (!found->is_array() || found->size() != 4)
+    fail({where, "'transform_matrix' has the wrong shape", "4 rows of 4 numbers", shown(*found), ""});
+  std::array<double, 16> m{};
+  for (std::size_t row = 0; row < 4; ++row) {
+    const json& values = (*found)[row];
+    const std::string name = "'transform_matrix' row " + std::to_string(row);
+    if (!values.is_array() || values.size() != 4)
+      fail({where, name + " has the wrong shape", "4 numbers", shown(values), ""});
+    for (std::size_t col = 0; col < 4; ++col) {
+      if (!values[col].is_number())
+        fail({where, name + ", column " + std::to_string(col) + " is not a number", "a finite number",
+              shown(values[col]), ""});
+      m[4 * row + col] = values[col].get<double>();
+    }
+  }
+  return m;
+}
+
+std::string read_file_path(const json& frame, const std::string& where) {
+  const auto found = frame.find("file_path");
+  if (found == frame.end())
+    fail({where, "'file_path' is missing", "the picture's path within the folder", "no such field", ""});
+  if (!found->is_string() || found->get_ref<const std::string&>().empty())
+    fail({where, "'file_path' is not a path", "the picture's path within the folder", shown(*found), ""});
+  return found->get<std::string>();
+}
+
+const json& frames_of(const json& file, const std::string& where) {
+  if (!file.is_object())
+    fail({where, "this is not a transforms file", "an object with 'frames'", shown(file), ""});
+  const auto frames = file.find("frames");
+  if (frames == file.end()) fail({where, "'frames' is missing", "an array of frames", "no such field", ""});
+  if (!frames->is_array())
+    fail({where, "'frames' is not an array", "an array of frames", shown(*frames), ""});
+  if (frames->empty()) fail({where, "the split is empty", "at least one frame", "'frames' with none", ""});
+  return *frames;
+}
+
+void read_times(const json& frames, const char* field, RawSplit& split) {
+  const std::string name = std::string("'") + field + "'";
+  std::size_t timed = 0;
+  for (const json& frame : frames) timed += frame.contains(field) ? 1 : 0;
+  split.timed = timed > 0;
+  const double last = double(std::max<std::size_t>(frames.size() - 1, 1));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto time = number_field(frames[i], field, split.where(i));
+    if (split.timed && !time)
+      fail({split.where(i), name + " is missing", "a finite number, as other frames have",
+            std::to_string(timed) + " of " + std::to_string(frames.size()) + " frames with " + name,
+            "give every frame a time, or none"});
+    if (time && !(std::abs(*time) <= 1e12))
+      fail({split.where(i), name + " is not finite or too large", "at most 1e12", number(*time), ""});
+    split.frames[i].time = split.timed ? *time : double(i) / last;
+  }
+}
+
+namespace {
+
+bool inside(const std::filesystem::path& root, const std::filesystem::path& path) {
+  const std::filesystem::path relative = path.lexically_relative(root);
+  return !relative.empty() && *relative.begin() != ".." && relative != ".";
+}
+
+}  // namespace
+
+std::string transforms_name(const std::string& split) { return "transforms_" + split + ".json"; }
+
+RawSplit read_frames(const json& file, const std::string& where) {
+  RawSplit split{"train", where, true, {}};
+  const json& frames = frames_of(file, split.file);
+  const Lens shared = read_lens(file, split.file);
+  for (const json& frame : frames) {
+    const std::string at = split.where(split.frames.size());
+    if (!frame.is_object()) fail({at, "this is not a frame", "an object", shown(frame), ""});
+    RawFrame raw;
+    raw.file_path = read_file_path(frame, at);
+    raw.matrix = read_matrix(frame, at);
+    raw.pose = rigid_pose(raw.matrix, at);
+    raw.lens = merge(shared, read_lens(frame, at));
+    split.frames.push_back(std::move(raw));
+  }
+  return split;
+}
+
+RawSplit read_transforms(const std::filesystem::path& folder, const std::string& name,
+                         std::optional<Box>* box) {
+  const std::filesystem::path path = folder / transforms_name(name);
+  const std::string where = printable(path.string());
+  const json file = read_json(path, where);
+  RawSplit split = read_frames(file, where);
+  split.name = name;
+  read_times(frames_of(file, where), "time", split);
+  if (box) *box = read_scene_box(file, where);
+  return split;
+}
+
+std::optional<Box> read_scene_box(const json& file, const std::string& where) {
+  const auto found = file.is_object() ? file.find("scene_box") : file.end();
+  if (found == file.end()) return {};
+  Box box;
+  bool good = found->is_array() && found->size() == 2;
+  for (int corner = 0; good && corner < 2; ++corner) {
+    const json& values = (*found)[std::size_t(corner)];
+    good = values.is_array() && values.size() == 3;
+    for (int axis = 0; good && axis < 3; ++axis) {
+      good = values[std::size_t(axis)].is_number();
+      if (good) (corner == 0 ? box.lo : box.hi)[axis] = values[std::size_t(axis)].get<float>();
+    }
+  }
+  for (int axis = 0; good && axis < 3; ++axis)
+    good = box.lo[axis] < box.hi[axis] && std::abs(box.lo[axis]) < 1e12f && std::abs(box.hi[axis]) < 1e12f;
+  if (!good)
+    fail({where, "'scene_box' is no box", "[[x, y, z], [x, y, z]], the lower corner first", shown(*found),
+          ""});
+  return box;
+}
+
+std::filesystem::path locate_image(const std::filesystem::path& root, const std::string& file_path,
+                                   const std::string& where) {
+  namespace fs = std::filesystem;
+  if (file_path.find('\0') != std::string::npos)
+    fail({where, "'file_path' holds a zero byte", "the picture's path within the folder",
+          in_quotes(file_path), ""});
+  for (const std::string& candidate :
+       {file_path, file_path + ".png", file_path + ".jpg", file_path + ".jpeg"}) {
+    std::error_code error;
+    const fs::path path = fs::weakly_canonical(root / candidate, error);
+    if (error)
+      fail({where, "'file_path' cannot be looked up", "the picture's path within the folder",
+            in_quotes(candidate) + ": " + error.message(), ""});
+    if (!inside(root, path))
+      fail({where, "'file_path' leads out of the data set's folder", "a path inside it, links resolved",
+            in_quotes(file_path), "copy the picture into the folder"});
+    if (fs::is_regular_file(path, error)) return path;
+  }
+  fail({where, "the image is missing", in_quotes(file_path) + ", also with .png, .jpg or .jpeg added",
+        "no such file", "check 'file_path' and that the pictures were copied"});
+}
+
+}  // namespace splinevox::data

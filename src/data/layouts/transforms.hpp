@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "data/layouts/raw_scene.hpp"
+
+namespace splinevox::data {
+
+/// The name of a split's file within the folder: "transforms_train.json".
+std::string transforms_name(const std::string& split);
+
+/// Reads and checks one split of a NeRF / D-NeRF folder. Throws Error (Fault::input).
+/// @param folder  as the user gave it; messages begin with it. @param box  takes the file's scene_box, if it
+/// has one
+RawSplit read_transforms(const std::filesystem::path& folder, const std::string& split,
+                         std::optional<Box>* box = nullptr);
+
+/// The box that a transforms file may give as 'scene_box': [[lo x, y, z], [hi x, y, z]]. Throws Error
+/// (Fault::input).
+std::optional<Box> read_scene_box(const nlohmann::json& file, const std::string& where);
+
+/// What the transforms files of all programs have in common, for their readers. All throw Error
+/// (Fault::input).
+/// @{
+std::string shown(const nlohmann::json& value);  ///< a short description for "got"
+std::optional<double> number_field(const nlohmann::json& object, const char* field, const std::string& where);
+Lens read_lens(const nlohmann::json& object, const std::string& where);
+std::array<double, 16> read_matrix(const nlohmann::json& frame, const std::string& where);
+std::string read_file_path(const nlohmann::json& frame, const std::string& where);
+const nlohmann::json& frames_of(const nlohmann::json& file, const std::string& where);
+/// Fills in the times: all frames have one, or none has and the index stands in for it.
+void read_times(const nlohmann::json& frames, const char* field, RawSplit& split);
+/// All frames of a file but their times: matrices are camera to world, OpenGL axes.
+RawSplit read_frames(const nlohmann::json& file, const std::string& where);
+/// @}
+
+/// The picture a frame names: file_path itself, or with .png, .jpg or .jpeg added. Must lie in the folder,
+/// links resolved.
+/// @param root  the folder in canonical form. @return an absolute path. Throws Error (Fault::input).
+std::filesystem::path locate_image(const std::filesystem::path& root, const std::string& file_path,
+                                   const std::string& where);
+
+}  // namespace splinevox::data

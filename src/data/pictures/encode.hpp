@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "data/pictures/exr.hpp"
+
+namespace splinevox {
+
+/// The bytes of a PNG or OpenEXR file. `where` is what an error about the picture itself names.
+std::vector<char> encode_png_for(const std::string& where, const Image& image);
+std::vector<char> encode_exr_for(const std::string& where, const std::vector<ExrLayer>& layers);
+
+}  // namespace splinevox

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfOutputFile.h>
+
+#include <algorithm>
+#include <cstring>
+#include <set>
+#include <string>
+
+#include "data/pictures/encode.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox {
+namespace {
+
+/// OpenEXR output into memory, so that only write_file ever meets a disk.
+class MemoryOut : public Imf::OStream {
+ public:
+  MemoryOut() : Imf::OStream("memory") {}
+  void write(const char bytes[], int n) override {
+    if (at_ + std::size_t(n) > data.size()) data.resize(at_ + std::size_t(n));
+    std::memcpy(data.data() + at_, bytes, std::size_t(n));
+    at_ += std::size_t(n);
+  }
+  std::uint64_t tellp() override { return at_; }
+  void seekp(std::uint64_t position) override { at_ = position; }
+  std::vector<char> data;
+
+ private:
+  std::size_t at_ = 0;
+};
+
+std::vector<std::string> channel_names(const ExrLayer& layer) {
+  std::vector<std::string> letters = layer.channels;
+  if (letters.empty() && layer.image.channels > 1)
+    for (const char* letter : {"R", "G", "B", "A"}) letters.push_back(letter);
+  if (letters.empty()) letters.push_back("");
+  if (layer.channels.empty() && layer.image.channels <= int(letters.size()))
+    letters.resize(std::size_t(std::max(layer.image.channels, 0)));
+  for (std::string& letter : letters)
+    letter = letter.empty() ? layer.name : layer.name.empty() ? letter : layer.name + "." + letter;
+  return letters;
+}
+
+void require_layers(const std::string& where, const std::vector<ExrLayer>& layers) {
+  std::set<std::string> seen;
+  const auto refuse = [&](const std::string& layer, const std::string& expected, const std::string& got) {
+    fail_output({.where = where + ", layer '" + layer + "'",
+                 .what = "these layers cannot be stored as OpenEXR",
+                 .expected = expected,
+                 .got = got,
+                 .hint = {}});
+  };
+  if (layers.empty()) refuse("", "at least one layer", "none");
+  const Image& first = layers.front().image;
+  for (const ExrLayer& layer : layers) {
+    const Image& image = layer.image;
+    const std::string shape = std::to_string(image.width) + "x" + std::to_string(image.height) + " with " +
+                              std::to_string(image.channels) + " channels";
+    if (image.width < 1 || image.height < 1 || image.width > kExrMaxSide || image.height > kExrMaxSide ||
+        image.data.size() != image.pixels() * std::size_t(std::max(image.channels, 0)))
+      refuse(layer.name, "sides of 1 to " + std::to_string(kExrMaxSide) + " pixels", shape);
+    if (image.width != first.width || image.height != first.height)
+      refuse(
+          layer.name,
+          "the size of the first layer, " + std::to_string(first.width) + "x" + std::to_string(first.height),
+          shape);
+    const std::vector<std::string> names = channel_names(layer);
+    if (int(names.size()) != image.channels)
+      refuse(layer.name, "one channel name per channel", std::to_string(names.size()) + " names, " + shape);
+    for (const std::string& name : names)
+      if (name.empty() || !seen.insert(name).second)
+        refuse(layer.name, "distinct channel names", "'" + name + "'");
+  }
+}
+
+}  // namespace
+
+std::vector<char> encode_exr_for(const std::string& where, const std::vector<ExrLayer>& layers) {
+  require_layers(where, layers);
+  const int width = layers.front().image.width, height = layers.front().image.height;
+  try {
+    Imf::Header header(width, height);
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::FrameBuffer frame;
+    for (const ExrLayer& layer : layers) {
+      const std::vector<std::string> names = channel_names(layer);
+      const std::size_t step = std::size_t(layer.image.channels) * sizeof(float);
+      for (std::size_t c = 0; c < names.size(); ++c) {
+        header.channels().insert(names[c], Imf::Channel(Imf::FLOAT));
+        char* base = const_cast<char*>(reinterpret_cast<const char*>(layer.image.data.data() + c));
+        frame.insert(names[c], Imf::Slice(Imf::FLOAT, base, step, step * std::size_t(width)));
+      }
+    }
+    MemoryOut memory;
+    {
+      Imf::OutputFile file(memory, header, 0);
+      file.setFrameBuffer(frame);
+      file.writePixels(height);
+    }
+    return std::move(memory.data);
+  } catch (const std::exception& error) {
+    fail_output(
+        {.where = where, .what = "OpenEXR encoding failed", .expected = {}, .got = error.what(), .hint = {}});
+  }
+}
+
+}  // namespace splinevox

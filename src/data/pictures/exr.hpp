@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "splinevox/core/image.hpp"
+
+namespace splinevox {
+
+/// One named group of channels of an OpenEXR picture: the file's channel is "<name>.<letter>". A layer of one
+/// channel without letters is the channel "<name>"; a layer without name is the picture itself (R, G, B, A).
+struct ExrLayer {
+  std::string name;
+  Image image;                        ///< any values, as 32-bit floats
+  std::vector<std::string> channels;  ///< one per channel of `image`; empty = none for 1, else R, G, B, A
+};
+
+/// Largest picture read_exr_layers accepts, checked before anything is allocated for it.
+inline constexpr int kExrMaxSide = 16384, kExrMaxChannels = 256;
+inline constexpr std::size_t kExrMaxBytes = std::size_t(2) << 30;  ///< width * height * channels * 4
+
+/// Reads all channels of a single-part OpenEXR file as floats (half and unsigned channels are converted),
+/// grouped into layers; channels of a layer come in the order R G B A, X Y Z, then by name.
+///
+/// Throws Error (Fault::input) naming the file: not there, not OpenEXR, multi-part or deep, damaged,
+/// truncated, subsampled, or larger than the limits above.
+std::vector<ExrLayer> read_exr_layers(const std::string& path);
+
+/// The layer of that name, or Error (Fault::input) listing those that `path` holds.
+const ExrLayer& find_exr_layer(const std::vector<ExrLayer>& layers, const std::string& name,
+                               const std::string& path);
+
+}  // namespace splinevox

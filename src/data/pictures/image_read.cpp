@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/data/image_read.hpp"
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "data/file_bytes.hpp"
+#include "data/pictures/png_decoder.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox {
+namespace {
+
+using Bytes = std::span<const std::uint8_t>;
+constexpr std::uintmax_t kLargestFile = std::uintmax_t(4) << 30;
+constexpr std::uint64_t kLongestSide = 1u << 16;
+constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28;  ///< 2 GiB at 16 bit RGBA
+constexpr std::uint64_t kDeflateBound = 1100;                  ///< raw bytes per file byte; 1032 is possible
+constexpr std::size_t kHeaderBytes = 33;                       ///< signature and IHDR
+
+constexpr std::array<std::uint8_t, 16> kStart = {0x89, 'P', 'N', 'G', 13,  10,  26,  10,
+                                                 0,    0,   0,   13,  'I', 'H', 'D', 'R'};
+
+bool starts_with(Bytes bytes, Bytes start) {
+  if (bytes.size() < start.size()) return false;
+  for (std::size_t i = 0; i < start.size(); ++i)
+    if (bytes[i] != start[i]) return false;
+  return true;
+}
+
+/// What a file that is no PNG seems to be.
+std::string guess_format(Bytes bytes) {
+  constexpr std::array<std::uint8_t, 3> jpeg = {0xff, 0xd8, 0xff};
+  constexpr std::array<std::uint8_t, 4> exr = {0x76, 0x2f, 0x31, 0x01};
+  if (bytes.empty()) return "an empty file";
+  if (starts_with(bytes, jpeg)) return "a JPEG";
+  if (starts_with(bytes, exr)) return "an OpenEXR file";
+  return "something else (" + std::to_string(bytes.size()) + " bytes looked at)";
+}
+
+std::uint32_t be32(Bytes bytes, std::size_t at) {
+  return (std::uint32_t(bytes[at]) << 24) | (std::uint32_t(bytes[at + 1]) << 16) |
+         (std::uint32_t(bytes[at + 2]) << 8) | bytes[at + 3];
+}
+
+/// Samples per pixel of a PNG colour type; 0 if there is no such type with this many bits.
+int samples_of(int colour_type, int bits) {
+  const bool deep = bits == 8 || bits == 16, shallow = bits == 1 || bits == 2 || bits == 4;
+  if (colour_type == 0 && (deep || shallow)) return 1;
+  if (colour_type == 3 && (bits == 8 || shallow)) return 1;
+  if (!deep) return 0;
+  return colour_type == 2 ? 3 : colour_type == 4 ? 2 : colour_type == 6 ? 4 : 0;
+}
+
+PngHeader check_header(Bytes head, std::uintmax_t file_size, const std::string& where) {
+  if (!starts_with(head, Bytes(kStart).first(8)))
+    fail({where, "the image is not a PNG", "a PNG file", guess_format(head), "convert it to PNG"});
+  if (head.size() < kHeaderBytes)
+    fail({where, "the image is truncated", "a whole PNG", std::to_string(file_size) + " bytes",
+          "copy the file again"});
+  if (!starts_with(head, kStart))
+    fail({where, "the image is damaged", "a PNG that begins with its header", "another chunk",
+          "copy the file again"});
+  const std::uint64_t width = be32(head, 16), height = be32(head, 20);
+  const std::string size = std::to_string(width) + " x " + std::to_string(height);
+  if (width < 1 || height < 1 || width > kLongestSide || height > kLongestSide ||
+      width * height > kMostPixels)
+    fail({where, "the image's size is out of range", "1 to 65536 pixels a side and at most 2^28 in all", size,
+          ""});
+  const int bits = head[24], samples = samples_of(head[25], bits);
+  if (samples == 0)
+    fail({where, "the image is damaged", "a PNG colour type and bit depth that go together",
+          "type " + std::to_string(head[25]) + " with " + std::to_string(bits) + " bits",
+          "copy the file again"});
+  const std::uint64_t raw = (1 + (width * std::uint64_t(bits * samples) + 7) / 8) * height;
+  if (raw / kDeflateBound > file_size)
+    fail({where, "the image claims more pixels than its file can hold",
+          "a PNG of " + size + " pixels in full", std::to_string(file_size) + " bytes",
+          "copy the file again"});
+  return {int(width), int(height), bits, samples};
+}
+
+}  // namespace
+
+PngHeader read_png_header(const std::filesystem::path& path, const std::string& where) {
+  const std::string name = where.empty() ? path.string() : where;
+  const std::uintmax_t size = data::file_size_of(path, name);
+  return check_header(data::read_bytes(path, name, kLargestFile, kHeaderBytes), size, name);
+}
+
+Image16 read_png(const std::filesystem::path& path, const std::string& where) {
+  const std::string name = where.empty() ? path.string() : where;
+  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, kLargestFile);
+  const PngHeader header = check_header(bytes, bytes.size(), name);
+  data::PngDecoder decoder(bytes);
+  Image16 image{header.width, header.height, {}};
+  bool good = decoder.begin(image.width, image.height);
+  if (good) {
+    image.rgba.resize(std::size_t(image.width) * image.height * 4);
+    std::vector<std::uint8_t*> rows;
+    for (int y = 0; y < image.height; ++y)
+      rows.push_back(reinterpret_cast<std::uint8_t*>(image.rgba.data() + std::size_t(y) * image.width * 4));
+    good = decoder.read(rows.data());
+  }
+  if (!good)
+    fail({name, "the image is truncated or damaged", "a whole PNG", decoder.error(),
+          "copy or render the file again"});
+  return image;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "data/file_bytes.hpp"
+#include "data/pictures/jpeg_decoder.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_read.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr std::uintmax_t kLargestFile = std::uintmax_t(4) << 30;
+constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28;
+constexpr std::uint64_t kPackBound =
+    4096;  ///< pixels per file byte; an 8 x 8 block takes a bit at the least, arithmetic coding less
+constexpr std::uintmax_t kHeaderBytes = std::uintmax_t(4)
+                                        << 20;  ///< previews and colour profiles may stand before the size
+
+PictureSize check_header(data::JpegDecoder& decoder, std::uintmax_t file_size, const std::string& where) {
+  if (!decoder.begin())
+    fail(
+        {where, "the image is truncated or damaged", "a whole JPEG", decoder.error(), "copy the file again"});
+  const std::string size = std::to_string(decoder.width()) + " x " + std::to_string(decoder.height());
+  const std::uint64_t pixels = std::uint64_t(decoder.width()) * std::uint64_t(decoder.height());
+  if (pixels < 1 || pixels > kMostPixels)
+    fail({where, "the image's size is out of range", "1 to 65500 pixels a side and at most 2^28 in all", size,
+          ""});
+  if (!decoder.colours_known())
+    fail({where, "the JPEG's colours are neither grey nor RGB", "grey, YCbCr or RGB", "CMYK or another",
+          "convert it to PNG"});
+  if (pixels / kPackBound > file_size)
+    fail({where, "the image claims more pixels than its file can hold",
+          "a JPEG of " + size + " pixels in full", std::to_string(file_size) + " bytes",
+          "copy the file again"});
+  return {decoder.width(), decoder.height()};
+}
+
+bool is_jpeg(const std::filesystem::path& path, const std::string& name) {
+  const std::vector<std::uint8_t> start = data::read_bytes(path, name, kLargestFile, 3);
+  return start.size() == 3 && start[0] == 0xff && start[1] == 0xd8 && start[2] == 0xff;
+}
+
+}  // namespace
+
+Image16 read_jpeg(const std::filesystem::path& path, const std::string& where) {
+  const std::string name = where.empty() ? path.string() : where;
+  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, kLargestFile);
+  data::JpegDecoder decoder(bytes);
+  const PictureSize size = check_header(decoder, bytes.size(), name);
+  std::vector<std::uint8_t> rgb(std::size_t(size.width) * std::size_t(size.height) * 3);
+  if (!decoder.read(rgb.data()))
+    fail({name, "the image is truncated or damaged", "a whole JPEG", decoder.error(),
+          "copy or make the file again"});
+  Image16 image{size.width, size.height, {}};
+  image.rgba.resize(image.pixels() * 4, 65535);
+  for (std::size_t p = 0; p < image.pixels(); ++p)
+    for (std::size_t c = 0; c < 3; ++c) image.rgba[4 * p + c] = std::uint16_t(257 * rgb[3 * p + c]);
+  return image;
+}
+
+PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where) {
+  const std::string name = where.empty() ? path.string() : where;
+  if (!is_jpeg(path, name)) {
+    const PngHeader header = read_png_header(path, where);
+    return {header.width, header.height};
+  }
+  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, kLargestFile, kHeaderBytes);
+  data::JpegDecoder decoder(bytes);
+  return check_header(decoder, data::file_size_of(path, name), name);
+}
+
+Image16 read_picture(const std::filesystem::path& path, const std::string& where) {
+  return is_jpeg(path, where.empty() ? path.string() : where) ? read_jpeg(path, where)
+                                                              : read_png(path, where);
+}
+
+}  // namespace splinevox

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/pictures/pictures.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <exception>
+#include <map>
+#include <numeric>
+#include <set>
+
+#include "core/parallel.hpp"
+#include "data/fingerprint.hpp"
+#include "data/layouts/transforms.hpp"
+#include "data/message_text.hpp"
+#include "data/pictures/film_read.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_read.hpp"
+
+namespace splinevox::data {
+namespace {
+
+/// Runs work(0) .. work(n - 1) on all cores. If some throw, the exception of the lowest index comes out,
+/// whatever the order they ran in: an index is skipped only when a lower one has failed.
+template <class Work>
+void for_each_frame(std::size_t n, const Work& work) {
+  std::vector<std::exception_ptr> errors(n);
+  std::atomic<std::size_t> first{n};
+  parallel_for(int(n), [&](int index) {
+    const std::size_t i(index);
+    if (i > first.load()) return;
+    try {
+      work(i);
+    } catch (...) {
+      errors[i] = std::current_exception();
+      for (std::size_t seen = first.load(); i < seen && !first.compare_exchange_weak(seen, i);) continue;
+    }
+  });
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
+void check_divides(const PicturePlan& plan, std::size_t i) {
+  const auto [width, height] = plan.sizes[i];
+  const int common = std::gcd(width, height);
+  if (common % plan.downscale == 0) return;
+  std::string divisors;
+  for (int k = 2; k <= common && k <= 64; ++k)
+    if (common % k == 0) divisors += (divisors.empty() ? "--downscale " : ", ") + std::to_string(k);
+  fail({plan.where[i], "--downscale " + std::to_string(plan.downscale) + " does not divide the image's size",
+        "a divisor of both sides", size_text(plan.sizes[i]), divisors.empty() ? "no --downscale" : divisors});
+}
+
+PictureFacts facts_of(const Picture& image) {
+  PictureFacts facts;
+  Fingerprint hash;
+  hash.add(std::uint64_t(image.width));
+  hash.add(std::uint64_t(image.height));
+  for (std::size_t i = 0; i < image.pixels(); ++i) {
+    const auto p = image.pixel(i);
+    const std::uint64_t r = p[0], g = p[1], b = p[2], a = p[3];
+    hash.add(r | (g << 16) | (b << 32) | (a << 48));
+    facts.see_through |= a < 65535;
+    facts.invisible &= a == 0;
+    facts.black &= a == 0 || (r | g | b) == 0;
+  }
+  facts.hash = hash.value();
+  return facts;
+}
+
+}  // namespace
+
+std::string size_text(const PictureSize& size) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height);
+}
+
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale) {
+  const std::filesystem::path root = std::filesystem::canonical(folder);
+  PicturePlan plan;
+  plan.downscale = downscale;
+  std::map<std::filesystem::path, FilmFacts> films;
+  for (std::size_t i = 0; i < split.frames.size(); ++i) {
+    plan.paths.push_back(locate_image(root, split.frames[i].file_path, split.where(i)));
+    const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
+    plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
+    plan.film_frame.push_back(split.frames[i].film_frame);
+    PictureSize header;
+    if (plan.film()) {
+      if (!films.count(plan.paths[i])) films[plan.paths[i]] = film_facts(plan.paths[i], plan.where[i]);
+      header = {films[plan.paths[i]].width, films[plan.paths[i]].height};
+    } else {
+      header = read_picture_size(plan.paths[i], plan.where[i]);
+    }
+    plan.sizes.push_back(header);
+    const PictureSize& first = plan.sizes[0];
+    const bool differs = header != first;
+    if (i == 0 || differs) check_divides(plan, i);
+    const Lens& lens = split.frames[i].lens;
+    if (differs && !(lens.fl_x && lens.w && lens.h))  // which pinhole compares with the picture
+      fail({plan.where[i], "the images of a split differ in size",
+            size_text(first) + " as in " + printable(plan.paths[0].filename().string()),
+            size_text(header) + " in " + printable(plan.paths[i].filename().string()),
+            "render or crop them to one size, or give every frame its lens in pixels (w, h, fl_x, fl_y, cx, "
+            "cy)"});
+  }
+  return plan;
+}
+
+void check_memory(const std::vector<PicturePlan>& plans) {
+  double bytes = 0;
+  for (const PicturePlan& plan : plans)
+    for (const PictureSize& size : plan.sizes)
+      bytes += 8.0 * size.width * size.height / plan.downscale / plan.downscale;
+  const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE));
+  if (bytes <= memory) return;
+  constexpr double kGiB = 1u << 30;
+  fail({plans[0].where[0], "the pictures do not fit into memory", "at most " + number(memory / kGiB) + " GiB",
+        number(bytes / kGiB) + " GiB", "--downscale " + std::to_string(2 * plans[0].downscale)});
+}
+
+namespace {
+
+/// Every film once, its wanted frames in their order.
+std::vector<Picture> decode_films(const PicturePlan& plan) {
+  std::map<std::filesystem::path, std::vector<std::size_t>> of_film;
+  for (std::size_t i = 0; i < plan.paths.size(); ++i) of_film[plan.paths[i]].push_back(i);
+  std::vector<Picture> images(plan.paths.size());
+  for (auto& [path, frames] : of_film) {
+    std::sort(frames.begin(), frames.end(),
+              [&](std::size_t a, std::size_t b) { return plan.film_frame[a] < plan.film_frame[b]; });
+    std::vector<int> wanted;
+    for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
+    const PictureSize& size = plan.sizes[frames[0]];
+    read_film(
+        path, {size.width, size.height, wanted.back() + 1}, wanted,
+        [&, &list = frames](std::size_t k, Image16&& image) {
+          images[list[k]] = area_downscale(std::move(image), plan.downscale);
+        },
+        plan.where[frames[0]]);
+  }
+  return images;
+}
+
+/// Without characters that mean something in a path, to any system.
+std::string plain(std::string name) {
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) < 0x20 || std::strchr("/\\:*?\"<>|\x7f", c) != nullptr) c = '_';
+  return name.empty() || name[0] == '.' ? std::string("_").append(name) : name;
+}
+
+}  // namespace
+
+std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& plan) {
+  std::vector<std::string> names;
+  std::map<std::string, int> frames;
+  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
+    names.push_back(plain(raw.frames[i].name.empty() ? plan.paths[i].stem().string() : raw.frames[i].name));
+    ++frames[names.back()];
+  }
+  std::set<std::string> taken;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (frames[names[i]] > 1)
+      names[i] = plain(plan.paths[i].parent_path().filename().string()) + "_" +
+                 names[i];  // cam01/0007.png and cam02/0007.png
+    const std::string name = names[i];
+    for (int k = 2; !taken.insert(names[i]).second; ++k) names[i] = name + "_" + std::to_string(k);
+  }
+  return names;
+}
+
+std::vector<Picture> decode(const PicturePlan& plan) {
+  if (plan.film()) return decode_films(plan);
+  std::vector<Picture> images(plan.paths.size());
+  for_each_frame(images.size(), [&](std::size_t i) {
+    images[i] = area_downscale(read_picture(plan.paths[i], plan.where[i]), plan.downscale);
+  });
+  return images;
+}
+
+std::vector<PictureFacts> look_at(const std::vector<const Picture*>& images) {
+  std::vector<PictureFacts> facts(images.size());
+  for_each_frame(images.size(), [&](std::size_t i) { facts[i] = facts_of(*images[i]); });
+  return facts;
+}
+
+}  // namespace splinevox::data

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "data/layouts/raw_scene.hpp"
+#include "splinevox/core/image.hpp"
+#include "splinevox/data/image_read.hpp"
+
+namespace splinevox::data {
+
+/// The pictures of one split, found and measured but not decoded.
+struct PicturePlan {
+  std::vector<std::filesystem::path> paths;
+  std::vector<std::string> where;  ///< how errors name each
+  std::vector<PictureSize> sizes;  ///< stored pixels
+  int downscale = 1;
+  std::vector<int> film_frame;  ///< as in RawFrame
+  bool film() const { return !film_frame.empty() && film_frame[0] >= 0; }
+};
+
+/// A name for each frame, as its own file's or what the data set calls it, that no other frame of the split
+/// has and no path can trip over.
+std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& plan);
+
+/// "400 x 300".
+std::string size_text(const PictureSize& size);
+
+/// Finds a split's pictures and reads their headers. Throws Error (Fault::input) for the first frame whose
+/// picture is missing, not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame
+/// 0's though its lens does not say what size it is for (w, h, fl_x): an angle of view means nothing for a
+/// picture that was cropped.
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale);
+
+/// Throws Error (Fault::input) if the pictures of all plans together exceed the machine's memory.
+void check_memory(const std::vector<PicturePlan>& plans);
+
+/// Decodes on all cores. If several pictures are bad, the Error is always that of the first of them.
+std::vector<Picture> decode(const PicturePlan& plan);
+
+/// What the pixels of one picture tell, found in one pass.
+struct PictureFacts {
+  std::uint64_t hash = 0;    ///< of size and pixels
+  bool see_through = false;  ///< some pixel has alpha < 1
+  bool invisible = true;     ///< every pixel has alpha 0
+  bool black = true;         ///< every pixel that shows is black
+};
+
+/// Facts of each picture, on all cores.
+std::vector<PictureFacts> look_at(const std::vector<const Picture*>& images);
+
+}  // namespace splinevox::data

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/field/edit_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel.hpp"
+#include "field/lattice/slice.hpp"
+#include "math/activation.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr int kSamplesPerPoint = 8;   ///< of a curve, where one is fitted to another
+constexpr int kDifferenceTimes = 24;  ///< parameters at which motions are compared
+constexpr int kDifferenceStride = 2;  ///< vertices
+constexpr float kFaint = 1e-2f;       ///< opacity over a voxel below which a place shows nothing
+
+int vertices(const VoxelModel& model, int axis, int stride) {
+  return (model.radiance.raw.topology->lattice.size[axis] + stride - 1) / stride;
+}
+
+}  // namespace
+
+std::vector<double> middles(int count) {
+  std::vector<double> s;
+  for (int i = 0; i < count; ++i) s.push_back((i + 0.5) / count);
+  return s;
+}
+
+Matrix design(BasisKind basis, int points, const std::vector<double>& samples) {
+  Matrix a(int(samples.size()), points);
+  for (int i = 0; i < a.rows; ++i) {
+    const BasisWeights<double> w = basis_weights(basis, points, samples[std::size_t(i)]);
+    for (int k = 0; k < points; ++k) a(i, k) = w[std::size_t(k)];
+  }
+  return a;
+}
+
+void retime(MotionField& motion, const TimeCurve& change) {
+  motion.time_curve = compose(motion.time_curve, change);
+}
+
+void scale_motion(MotionField& motion, float factor) {
+  if (!motion.displaces) return;
+  for (Channels& level : motion.levels)
+    for (std::size_t r = 0; r < level.topology->rows(); ++r)
+      for (int k = 0; k < motion.stored_points(); ++k)
+        for (int a = 0; a < 3; ++a) level.row(r)[motion.stride() * k + a] *= factor;
+}
+
+MotionField with_points(const MotionField& motion, BasisKind basis, int points, FirstPoint first,
+                        const Matrix& map) {
+  MotionField out = motion;
+  out.basis = basis, out.points = points, out.first_point = first;
+  const int from = motion.points - motion.stored_points(), to = out.points - out.stored_points();
+  const int stride = motion.stride();
+  for (std::size_t l = 0; l < motion.levels.size(); ++l) {
+    const Channels& old = motion.levels[l];
+    out.levels[l] =
+        make_channels(old.topology, out.width(), std::vector<float>(std::size_t(out.width()), 0.0f).data());
+    parallel_for(old.topology->brick_count() + 1, [&](int brick) {
+      for (std::size_t r = std::size_t(brick) * kBrickRows; r < std::size_t(brick + 1) * kBrickRows; ++r) {
+        const float* in = old.row(r);
+        float* row = out.levels[l].row(r);
+        for (int k = to; k < points; ++k)
+          for (int a = 0; a < stride; ++a) {
+            double sum = 0;
+            for (int j = from; j < motion.points; ++j) sum += map(k, j) * in[stride * (j - from) + a];
+            row[stride * (k - to) + a] = float(sum);
+          }
+        if (motion.rigidity) row[out.rigidity_column()] = in[motion.rigidity_column()];
+      }
+    });
+  }
+  return out;
+}
+
+MotionField elevated(const MotionField& motion, int by) {
+  const int points = motion.points + by;
+  Matrix map(points, motion.points);
+  for (int j = 0; j < motion.points; ++j) {  // the images of the unit vectors
+    std::vector<double> p(std::size_t(motion.points), 0.0), q;
+    p[std::size_t(j)] = 1;
+    for (int n = motion.points; n < points; ++n) {
+      q.assign(std::size_t(n) + 1, 0.0);
+      elevate_bezier(n, p.data(), q.data());
+      p = q;
+    }
+    for (int k = 0; k < points; ++k) map(k, j) = p[std::size_t(k)];
+  }
+  return with_points(motion, BasisKind::bezier, points, motion.first_point, map);
+}
+
+Matrix fit_matrix(BasisKind basis, int points, FirstPoint first, const std::vector<double>& samples) {
+  const int pinned = first == FirstPoint::zero ? 1 : 0, n = int(samples.size());
+  const Matrix all = design(basis, points, samples);
+  Matrix a(n, points - pinned), one(n, n);
+  for (int i = 0; i < n; ++i) {
+    one(i, i) = 1;
+    for (int k = pinned; k < points; ++k) a(i, k - pinned) = all(i, k);
+  }
+  const Matrix x = least_squares(std::move(a), std::move(one));
+  Matrix out(points, n);
+  for (int k = pinned; k < points; ++k)
+    for (int i = 0; i < n; ++i) out(k, i) = x(k - pinned, i);
+  return out;
+}
+
+MotionField converted(const MotionField& motion, BasisKind basis, int points) {
+  const FirstPoint first = basis == BasisKind::bspline ? FirstPoint::free : motion.first_point;
+  const std::vector<double> samples = middles(kSamplesPerPoint * std::max(points, motion.points));
+  return with_points(
+      motion, basis, points, first,
+      product(fit_matrix(basis, points, first, samples), design(motion.basis, motion.points, samples)));
+}
+
+int shown_slabs(const VoxelModel& model, int stride) { return vertices(model, 0, stride); }
+
+void visit_shown(const VoxelModel& model, double parameter, int stride,
+                 const std::function<void(int, const Shown&)>& visit) {
+  const FrameSampler sampler(model, FrameSampler::AtParameter{parameter});
+  const Lattice& lattice = model.radiance.raw.topology->lattice;
+  parallel_for(shown_slabs(model, stride), [&](int slab) {
+    for (int y = 0; y < vertices(model, 1, stride); ++y)
+      for (int z = 0; z < vertices(model, 2, stride); ++z) {
+        Shown s;
+        s.x = lattice.position(stride * Int3{slab, y, z});
+        s.warp = sampler.warp(s.x);
+        s.weight = one_minus_exp_neg(sampler.radiance(s.x + s.warp.displacement).density * lattice.spacing);
+        if (s.weight >= kFaint) visit(slab, s);
+      }
+  });
+}
+
+MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after) {
+  const double voxel = before.radiance.raw.topology->lattice.spacing;
+  DistanceSum all;
+  for (const double s : middles(kDifferenceTimes)) {
+    const FrameSampler other(after, FrameSampler::AtParameter{s});
+    std::vector<DistanceSum> slabs(std::size_t(shown_slabs(before, kDifferenceStride)));
+    visit_shown(before, s, kDifferenceStride, [&](int slab, const Shown& shown) {
+      const double d =
+          length(cast<double>(other.warp(shown.x).displacement) - cast<double>(shown.warp.displacement)) /
+          voxel;
+      slabs[std::size_t(slab)].add(d, shown.weight);
+    });
+    for (const DistanceSum& sum : slabs) all.add(sum);
+  }
+  return all.result();
+}
+
+}  // namespace splinevox

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/atomic.hpp"
+#include "core/pack.hpp"
+#include "field/lattice/lattice_view.hpp"
+#include "field/lattice/slice.hpp"
+
+/// The motion levels and slices of levels.hpp and slice.hpp, one element at a time and without one element
+/// writing what is another's: the adjoints gather where the loops over bricks scatter.
+namespace splinevox {
+
+/// One pack of one row: the level, plus what the sum of the coarser ones is there (prolong_brick).
+struct CollapseKernel {
+  const float* level;
+  const float* coarse_sum;  ///< null: this is the coarsest level
+  float* sum;
+  LatticeView lattice, coarse;
+  const std::uint64_t* rows;  ///< those to do; null: all
+  int width;
+
+  SPLINEVOX_HD std::size_t count() const { return lattice.rows() * std::size_t(width / Pack::kSize); }
+  SPLINEVOX_HD void operator()(std::size_t i) const {
+    const int packs = width / Pack::kSize, offset = int(i % packs) * Pack::kSize;
+    const std::size_t row = i / packs;
+    if (rows && !test_row(rows, row)) return;
+    Pack out = load_pack(level + row * width + offset);
+    if (coarse_sum && row >= kBrickRows) {
+      const Int3 v = lattice.vertex(row);
+      const float weight = 1.0f / float(1 << ((v.x & 1) + (v.y & 1) + (v.z & 1)));
+      for (int x = v.x >> 1; x <= (v.x + 1) >> 1; ++x)
+        for (int y = v.y >> 1; y <= (v.y + 1) >> 1; ++y)
+          for (int z = v.z >> 1; z <= (v.z + 1) >> 1; ++z)
+            out += weight * load_pack(coarse_sum + coarse.row_of({x, y, z}) * width + offset);
+    }
+    store_pack(sum + row * width + offset, out);
+  }
+};
+
+/// How rows of the motion are laid out: MotionField's accessors as plain numbers.
+struct MotionColumns {
+  bool displaces = true, rigidity = true, light = false;
+  int stride = 3, rigidity_column = 0, width = 8;
+
+  MotionColumns() = default;
+  explicit MotionColumns(const MotionField& m)
+      : displaces(m.displaces),
+        rigidity(m.rigidity),
+        light(m.light),
+        stride(m.stride()),
+        rigidity_column(m.rigidity_column()),
+        width(m.width()) {}
+};
+
+/// Basis weights of the time of one slot, and which of them are not zero.
+struct SlotWeights {
+  BasisWeights<float> w;
+  int first, last;
+};
+
+/// One row: the slices of all slots (contract_brick).
+struct ContractKernel {
+  MotionColumns columns;
+  const float* level;
+  const std::uint64_t* active;  ///< rows to do
+  const SlotWeights* slots;
+  int slot_count;
+  std::size_t rows;
+  float* slices;  ///< [slots * rows * kSliceWidth]
+
+  SPLINEVOX_HD std::size_t count() const { return rows; }
+  SPLINEVOX_HD void operator()(std::size_t r) const {
+    if (!test_row(active, r)) return;
+    const float* row = level + r * columns.width;
+    for (int s = 0; s < slot_count; ++s) {
+      const SlotWeights& slot = slots[s];
+      Pack sum{};
+      float light = 0;
+      for (int k = slot.first; k < slot.last; ++k) {
+        const float* p = row + columns.stride * k;
+        const float w = slot.w[k];
+        if (columns.displaces) sum += w * Pack{{p[0], p[1], p[2], 0}};
+        if (columns.light) light += w * p[columns.displaces ? 3 : 0];
+      }
+      if (columns.rigidity) sum[3] = row[columns.rigidity_column];
+      float* out = slices + (s * rows + r) * kSliceWidth;
+      store_pack(out, sum), store_pack(out + 4, {{light, 0, 0, 0}});
+    }
+  }
+};
+
+/// One row: its gradient from those of all slots' slices (expand_brick), which it clears.
+struct ExpandKernel {
+  MotionColumns columns;
+  const std::uint64_t* touched;  ///< rows that any slot has something for
+  const std::uint64_t* active;   ///< rows that are learned
+  const SlotWeights* slots;
+  int slot_count;
+  std::size_t rows;
+  float* slices;    ///< [slots * rows * kSliceWidth] gradients
+  float* gradient;  ///< [rows * width] added to
+
+  SPLINEVOX_HD std::size_t count() const { return rows; }
+  SPLINEVOX_HD void operator()(std::size_t r) const {
+    if (!test_row(touched, r)) return;
+    const bool learned = test_row(active, r);
+    float* row = gradient + r * columns.width;
+    for (int s = 0; s < slot_count; ++s) {
+      float* from = slices + (s * rows + r) * kSliceWidth;
+      if (!learned) {
+        store_pack(from, {}), store_pack(from + 4, {});
+        continue;
+      }
+      const Pack g = load_pack(from);
+      const float light = from[4];
+      if (columns.rigidity) row[columns.rigidity_column] += g[3];
+      const SlotWeights& slot = slots[s];
+      for (int k = slot.first; k < slot.last; ++k) {
+        float* p = row + columns.stride * k;
+        const float w = slot.w[k];
+        if (columns.displaces)
+          for (int a = 0; a < 3; ++a) p[a] += w * g[a];
+        if (columns.light) p[columns.displaces ? 3 : 0] += w * light;
+      }
+      store_pack(from, {}), store_pack(from + 4, {});
+    }
+  }
+};
+
+/// One pack of one coarse row: the transpose of the prolongation, from the 27 fine rows around it
+/// (restrict_brick).
+struct RestrictKernel {
+  const float* fine_gradient;
+  const std::uint64_t* fine_touched;
+  float* gradient;         ///< of the coarse level, added to
+  std::uint64_t* touched;  ///< of the coarse level
+  LatticeView fine, coarse;
+  int width;
+
+  SPLINEVOX_HD std::size_t count() const { return coarse.rows() * std::size_t(width / Pack::kSize); }
+  SPLINEVOX_HD void operator()(std::size_t i) const {
+    const int packs = width / Pack::kSize, offset = int(i % packs) * Pack::kSize;
+    const std::size_t row = i / packs;
+    if (row < kBrickRows) return;
+    const Int3 centre = 2 * coarse.vertex(row);
+    Pack sum{};
+    bool any = false;
+    for (int d = 0; d < 27; ++d) {
+      const Int3 step{d / 9 - 1, d / 3 % 3 - 1, d % 3 - 1};
+      const std::size_t from = fine.row_of(centre + step);
+      if (from < kBrickRows || !test_row(fine_touched, from)) continue;
+      any = true;
+      const int odd = (step.x != 0) + (step.y != 0) + (step.z != 0);
+      sum += (1.0f / float(1 << odd)) * load_pack(fine_gradient + from * width + offset);
+    }
+    if (!any) return;
+    float* to = gradient + row * width + offset;
+    store_pack(to, load_pack(to) + sum);
+    if (offset == 0) atomic_or(touched + (row >> 6), std::uint64_t(1) << (row & 63));
+  }
+};
+
+}  // namespace splinevox

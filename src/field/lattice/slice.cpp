@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "field/lattice/slice.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "core/simd.hpp"
+#include "field/lattice/levels.hpp"
+#include "math/basis_pieces.hpp"
+
+namespace splinevox {
+namespace {
+
+using Four = Simd<float>::Four;
+using Eight = Simd<float>::Eight;
+
+/// The control points [first, last) whose weight is not zero: at most four of a B-spline.
+struct Range {
+  int first = 0, last = 0;
+  Range(const BasisWeights<float>& w, int stored) : last(stored) {
+    while (last > 0 && w[last - 1] == 0) --last;
+    while (first < last && w[first] == 0) ++first;
+  }
+};
+
+BasisWeights<float> rounded(const MotionField& motion, const BasisWeights<double>& all, double scale) {
+  const int first = motion.points - motion.stored_points();
+  BasisWeights<float> w{};
+  for (int k = first; k < motion.points; ++k) w[k - first] = float(scale * all[k]);
+  return w;
+}
+
+}  // namespace
+
+BasisWeights<double> basis_weights(BasisKind basis, int points, double s) {
+  switch (basis) {
+    case BasisKind::bezier:
+      return bernstein_weights(points, s);
+    case BasisKind::bspline:
+      return bspline_weights(points, s);
+    case BasisKind::polybezier:
+      return polybezier_weights(points, s);
+    default:
+      return hermite_weights(points, s);
+  }
+}
+
+BasisWeights<double> basis_weights_dt(BasisKind basis, int points, double s) {
+  switch (basis) {
+    case BasisKind::bezier:
+      return bernstein_weights_dt(points, s);
+    case BasisKind::bspline:
+      return bspline_weights_dt(points, s);
+    case BasisKind::polybezier:
+      return polybezier_weights_dt(points, s);
+    default:
+      return hermite_weights_dt(points, s);
+  }
+}
+
+BasisWeights<float> parameter_weights(const MotionField& motion, double s) {
+  return rounded(motion, basis_weights(motion.basis, motion.points, s), 1);
+}
+
+BasisWeights<float> parameter_weights_dt(const MotionField& motion, double s) {
+  return rounded(motion, basis_weights_dt(motion.basis, motion.points, s), 1);
+}
+
+BasisWeights<float> stored_weights(const MotionField& motion, double t) {
+  return parameter_weights(motion, motion.time_curve(t));
+}
+
+BasisWeights<float> stored_weights_dt(const MotionField& motion, double t) {
+  return rounded(motion, basis_weights_dt(motion.basis, motion.points, motion.time_curve(t)),
+                 motion.time_curve.slope(t));
+}
+
+void contract_brick(const MotionField& motion, const Channels& level,
+                    std::span<const BasisWeights<float>> weights, int brick, const RowMask& rows,
+                    std::span<float* const> out) {
+  const int stride = motion.stride(), rigidity = motion.rigidity_column();
+  std::vector<Range> points;
+  for (const BasisWeights<float>& w : weights) points.emplace_back(w, motion.stored_points());
+  rows.for_each([&](int i) {
+    const std::size_t r = std::size_t(brick) * kBrickRows + i;
+    const float* row = level.row(r);
+    for (std::size_t f = 0; f < weights.size(); ++f) {
+      if (!motion.displaces) {
+        float light = 0;
+        for (int k = points[f].first; k < points[f].last; ++k) light += weights[f][k] * row[k];
+        store(out[f] + r * kSliceWidth, Eight{0, 0, 0, 0, light, 0, 0, 0});
+        continue;
+      }
+      Four sum{};
+      // Without light the fourth lane reads what comes next in the row and is not used.
+      for (int k = points[f].first; k < points[f].last; ++k)
+        sum += weights[f][k] * load<Four>(row + stride * k);
+      const float light = motion.light ? sum[3] : 0.0f;
+      sum[3] = motion.rigidity ? row[rigidity] : 0.0f;
+      store(out[f] + r * kSliceWidth, sum);
+      store(out[f] + r * kSliceWidth + 4, Four{light, 0, 0, 0});
+    }
+  });
+}
+
+void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows,
+                  float* slice_gradient, int brick, Channels& gradient) {
+  const int stride = motion.stride(), rigidity = motion.rigidity_column();
+  const Range points(weights, motion.stored_points());
+  rows.for_each([&](int i) {
+    float* from = slice_gradient + std::size_t(i) * kSliceWidth;
+    float* row = gradient.row(std::size_t(brick) * kBrickRows + i);
+    if (motion.displaces) {
+      Four g = load<Four>(from);
+      if (motion.rigidity) row[rigidity] += g[3];
+      g[3] = motion.light ? from[4] : 0.0f;
+      for (int k = points.first; k < points.last; ++k)
+        store(row + stride * k, load<Four>(row + stride * k) + weights[k] * g);
+    } else {
+      for (int k = points.first; k < points.last; ++k) row[k] += weights[k] * from[4];
+    }
+    std::fill_n(from, kSliceWidth, 0.0f);
+  });
+}
+
+MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights) {
+  MotionSlice out;
+  fill_slice(motion, weights, out);
+  return out;
+}
+
+void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out,
+                std::span<const RowMask> rows) {
+  if (motion.levels.empty()) {
+    out = {};
+    return;
+  }
+  const Channels& level = motion.levels.back();
+  out.topology = level.topology;
+  out.values.resize(level.topology->rows() * kSliceWidth);
+  float* const values = out.values.data();
+  for (int b = 0; b <= level.topology->brick_count(); ++b)
+    contract_brick(motion, level, {&weights, 1}, b, rows.empty() ? RowMask::all() : rows[b], {&values, 1});
+}
+
+MotionField collapse(const MotionField& motion) {
+  if (motion.levels.size() < 2) return motion;
+  MotionField out = motion;
+  Channels sum = motion.levels.front();
+  for (std::size_t l = 1; l < motion.levels.size(); ++l) {
+    Channels fine = motion.levels[l];
+    for (int b = 1; b <= fine.topology->brick_count(); ++b) prolong_brick(sum, fine, b, RowMask::all());
+    sum = std::move(fine);
+  }
+  out.levels = {std::move(sum)};
+  return out;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+
+#include "field/lattice/row_mask.hpp"
+#include "splinevox/field/model.hpp"
+#include "splinevox/math/basis.hpp"
+
+namespace splinevox {
+
+/// Weights of all control points of a basis at a parameter in [0, 1]. Per unit of the parameter: their
+/// derivatives.
+BasisWeights<double> basis_weights(BasisKind basis, int points, double s);
+BasisWeights<double> basis_weights_dt(BasisKind basis, int points, double s);
+
+/// Basis weights of the *stored* control points at a time, computed in double and rounded once. The time
+/// curve is in them.
+/// @param t  clamped to [0, 1].
+BasisWeights<float> stored_weights(const MotionField& motion, double t);
+/// Their time derivatives, per unit of model time.
+BasisWeights<float> stored_weights_dt(const MotionField& motion, double t);
+/// The same at a parameter s of the curves in [0, 1]: without the time curve.
+BasisWeights<float> parameter_weights(const MotionField& motion, double s);
+BasisWeights<float> parameter_weights_dt(const MotionField& motion, double s);
+
+/// Row of a slice: displacement before rigidity (3, scene units), raw rigidity (1), raw light (1), padding.
+inline constexpr int kSliceWidth = 8;
+
+/// The motion field at one time, contracted: 5 floats a row instead of 4 K + 1. Every sample of a frame
+/// shares its time and interpolation is linear, so sampling the slice equals sampling the curves.
+struct MotionSlice {
+  TopologyPtr topology;         ///< null: nothing changes over time
+  AlignedVector<float> values;  ///< [rows * kSliceWidth]
+};
+
+/// Contracts the given rows of one brick of a level into the slices of several times ([times] of [rows *
+/// kSliceWidth], all bricks): sum_k w_k p_k, raw rigidity, sum_k w_k l_k. A row is read once for all times.
+void contract_brick(const MotionField& motion, const Channels& level,
+                    std::span<const BasisWeights<float>> weights, int brick, const RowMask& rows,
+                    std::span<float* const> out);
+/// Adjoint of contract_brick for the given rows of one brick at one time: gradient += the slice's gradient
+/// expanded to control points. Clears what it has read. @param slice_gradient  of this brick, [512 *
+/// kSliceWidth]
+void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows,
+                  float* slice_gradient, int brick, Channels& gradient);
+
+/// The slice for the weights of one time. @pre at most one level: collapse first.
+MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights);
+/// The same into the memory of an earlier slice: fresh memory costs as much as the contraction.
+/// @param rows  [bricks + 1] of those that are not zero, the same for all slices that share memory; empty:
+/// any may be.
+void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, MotionSlice& out,
+                std::span<const RowMask> rows = {});
+
+/// The same motion with all levels summed into one on the finest lattice.
+MotionField collapse(const MotionField& motion);
+
+}  // namespace splinevox

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/export/export_frame.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "math/activation.hpp"
+#include "math/srgb.hpp"
+#include "math/velocity.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr int kMaxPadding =
+    64;  ///< voxels; a velocity that asks for more is an outlier, and memory has an end
+
+VdbGrid to_grid(LeafValues& values, int width, const std::string& name) {
+  VdbGrid grid;
+  grid.name = name;
+  grid.width = width;
+  grid.grid_class = VdbClass::fog_volume;
+  for (const Int3& leaf : values.set().leaves()) grid.leaves.push_back(kBrick * leaf);
+  for (const LeafMask& mask : values.set().masks())
+    grid.active.insert(grid.active.end(), mask.begin(), mask.end());
+  grid.values = std::move(values.values());
+  return grid;
+}
+
+/// Density on the voxels of at least min_density, found among the candidate leaves.
+LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice,
+                        const std::vector<Int3>& candidates, float min_density) {
+  std::vector<float> blocks(candidates.size() * kBrickRows, 0.0f);
+  std::vector<LeafMask> masks(candidates.size(), LeafMask{});
+  parallel_for(int(candidates.size()), [&](int leaf) {
+    const auto l = std::size_t(leaf);
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Int3 v = kBrick * candidates[l] + Int3{i >> 6, i >> 3 & 7, i & 7};
+      if (v.x >= lattice.size.x || v.y >= lattice.size.y || v.z >= lattice.size.z) continue;
+      const float density = sampler.radiance(sampler.canonical(lattice.position(v))).density;
+      if (!(density >= min_density)) continue;
+      blocks[l * kBrickRows + std::size_t(i)] = density;
+      masks[l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
+    }
+  });
+  Int3 dims{};
+  for (int a = 0; a < 3; ++a) dims[a] = (lattice.size[a] + kBrick - 1) / kBrick;
+  LeafSet set({}, dims);
+  std::vector<std::size_t> kept;
+  for (std::size_t l = 0; l < candidates.size(); ++l)
+    if (masks[l] != LeafMask{}) set.add(candidates[l], masks[l]), kept.push_back(l);
+  LeafValues out(std::move(set), 1);
+  for (std::size_t k = 0; k < kept.size(); ++k)
+    std::copy_n(blocks.data() + kept[k] * kBrickRows, kBrickRows, out.at(k, 0));
+  return out;
+}
+
+/// The density split by the cluster of the matter that a voxel shows; what belongs to none goes with what
+/// stands still.
+std::vector<LeafValues> split(LeafValues& density, const FrameSampler& sampler, const Lattice& lattice,
+                              const MotionClusters& clusters) {
+  const LeafSet& dense = density.set();
+  const std::size_t count = clusters.clusters.size();
+  std::vector<std::vector<LeafMask>> masks(count, std::vector<LeafMask>(dense.size(), LeafMask{}));
+  for_each_voxel(
+      dense.leaves(), [&](std::size_t l) -> const LeafMask& { return dense.masks()[l]; },
+      [&](std::size_t l, int i, Int3 v) {
+        const int label = std::max(0, clusters.at(sampler.canonical(lattice.position(v))));
+        masks[std::size_t(label)][l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
+      });
+  Int3 dims{};
+  for (int a = 0; a < 3; ++a) dims[a] = (lattice.size[a] + kBrick - 1) / kBrick;
+  std::vector<LeafValues> parts;
+  for (std::size_t c = 0; c < count; ++c) {
+    LeafSet set({}, dims);
+    for (std::size_t l = 0; l < dense.size(); ++l)
+      if (masks[c][l] != LeafMask{}) set.add(dense.leaves()[l], masks[c][l]);
+    LeafValues part(std::move(set), 1);
+    for_each_voxel(
+        part.set().leaves(), [&](std::size_t l) -> const LeafMask& { return part.set().masks()[l]; },
+        [&](std::size_t l, int i, Int3 v) { *part.at(l, i) = *density.find(v); });
+    parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+struct BakedColor {
+  LeafValues color;
+  std::vector<LeafValues> sh;  ///< three coefficients each
+};
+
+/// Colour on the density's voxels and one further: a renderer interpolates colour as well, towards 0 where
+/// there is none. @param sh_count  coefficients that are wanted beside it
+BakedColor bake_color(const FrameSampler& sampler, const Lattice& lattice, const LeafSet& dense,
+                      const ViewBake& view, bool linear, int sh_count) {
+  LeafValues out(dense.grown(1), 3);
+  const LeafSet& set = out.set();
+  std::vector<LeafValues> sh(std::size_t(sh_count + 2) / 3, LeafValues(set, 3));
+  const auto masks = [&](std::size_t l) -> const LeafMask& { return set.masks()[l]; };
+  std::vector<LeafMask> missing(set.size(), LeafMask{});
+  for_each_voxel(set.leaves(), masks, [&](std::size_t l, int i, Int3 v) {
+    const Vec3 x = lattice.position(v);
+    const FrameSampler::Warp warp = sampler.warp(x);
+    const auto radiance = sampler.radiance(x + warp.displacement);
+    if (radiance.density == 0) {  // nothing is stored there
+      missing[l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
+      return;
+    }
+    const Vec3 color = (warp.light * view.factor(radiance.sh)) * radiance.color;
+    for (int a = 0; a < 3; ++a) out.at(l, i)[a] = linear ? srgb_to_linear(color[a]) : color[a];
+    for (int j = 0; j < sh_count; ++j) sh[std::size_t(j / 3)].at(l, i)[j % 3] = radiance.sh[j];
+  });
+  for_each_voxel(
+      set.leaves(), [&](std::size_t l) -> const LeafMask& { return missing[l]; },
+      [&](std::size_t l, int i, Int3 v) {
+        const auto fill = [&](LeafValues& values) {
+          const Vec3 mean = neighbour_mean(values, dense, v);
+          for (int a = 0; a < 3; ++a) values.at(l, i)[a] = mean[a];
+        };
+        fill(out);
+        for (LeafValues& values : sh) fill(values);
+      });
+  return {std::move(out), std::move(sh)};
+}
+
+struct BakedVelocity {
+  LeafValues values;
+  double max_speed = 0, folded = 0;  ///< scene units per second; share of the density's voxels
+  int padding = 0, wanted = 0;       ///< voxels beyond the density; what the fastest matter asks for
+};
+
+BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice, const LeafSet& dense,
+                            double per_second, double half_shutter) {
+  LeafValues core(dense, 3);
+  std::vector<double> fastest(dense.size(), 0);
+  std::vector<std::uint64_t> folds(dense.size(), 0);
+  const auto dense_masks = [&](std::size_t l) -> const LeafMask& { return dense.masks()[l]; };
+  for_each_voxel(dense.leaves(), dense_masks, [&](std::size_t l, int i, Int3 v) {
+    const FrameSampler::Warp warp = sampler.warp(lattice.position(v));
+    const Vec3d gradient[3] = {cast<double>(warp.gradient[0]), cast<double>(warp.gradient[1]),
+                               cast<double>(warp.gradient[2])};
+    const auto moving = material_velocity(gradient, cast<double>(warp.velocity_to_canonical));
+    const Vec3d velocity = per_second * moving.velocity;
+    for (int a = 0; a < 3; ++a) core.at(l, i)[a] = float(velocity[a]);
+    fastest[l] = std::max(fastest[l], length(velocity));
+    folds[l] += moving.folded;
+  });
+  double max_speed = 0, folded = 0;
+  for (const double s : fastest) max_speed = std::max(max_speed, s);
+  for (const std::uint64_t n : folds) folded += double(n);
+  const std::uint64_t voxels = dense.count();
+  const int wanted = int(std::min(1e6, std::ceil(max_speed * half_shutter / lattice.spacing) + 1)),
+            padding = std::min(kMaxPadding, wanted);
+
+  LeafValues out(dense.grown(padding), 3);
+  for_each_voxel(dense.leaves(), dense_masks,
+                 [&](std::size_t l, int i, Int3 v) { std::copy_n(core.at(l, i), 3, out.find(v)); });
+  LeafSet known = dense;
+  for (int layer = 0; layer < padding; ++layer) {
+    LeafSet next = known.grown(1);
+    std::vector<LeafMask> fresh = next.masks();
+    for (std::size_t l = 0; l < fresh.size(); ++l)
+      if (const std::int32_t k = known.find(next.leaves()[l]); k >= 0)
+        for (std::size_t x = 0; x < kBrick; ++x) fresh[l][x] &= ~known.masks()[std::size_t(k)][x];
+    for_each_voxel(
+        next.leaves(), [&](std::size_t l) -> const LeafMask& { return fresh[l]; },
+        [&](std::size_t, int, Int3 v) {
+          const Vec3 mean = neighbour_mean(out, known, v);
+          float* p = out.find(v);
+          for (int a = 0; a < 3; ++a) p[a] = mean[a];
+        });
+    known = std::move(next);
+  }
+  return {std::move(out), max_speed, voxels ? folded / double(voxels) : 0, padding, wanted};
+}
+
+/// The density that makes one voxel this opaque.
+float density_of(double alpha, const Lattice& lattice) {
+  return float(optical_depth(alpha) / lattice.spacing);
+}
+
+}  // namespace
+
+Lattice export_lattice(const VoxelModel& model, double voxel_size) {
+  Lattice lattice = model.radiance.raw.topology->lattice;
+  if (voxel_size <= 0) return lattice;
+  lattice.origin = model.box.lo;
+  lattice.spacing = float(voxel_size);
+  const Vec3 extent = model.box.extent();
+  for (int a = 0; a < 3; ++a)
+    lattice.size[a] = std::max(2, int(std::ceil(extent[a] / lattice.spacing - 1e-3f)) + 1);
+  return lattice;
+}
+
+FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options, const MotionClusters* clusters)
+    : model_(model),
+      options_(options),
+      clusters_(clusters),
+      profile_(find_profile(options.profile)),
+      lattice_(export_lattice(model, options.voxel_size)),
+      min_density_(density_of(options.min_alpha, lattice_)),
+      reach_(model, min_density_),
+      view_(options.sh ? "none" : options.bake_view, model.radiance.sh_order) {}
+
+std::vector<BakedPart> FrameBaker::bake(double time, double per_second) const {
+  const FrameSampler sampler(model_, time);
+  LeafValues density = bake_density(sampler, lattice_, reach_.candidates(lattice_, time), min_density_);
+  std::vector<BakedPart> parts;
+  if (!clusters_)
+    parts.push_back(bake_part(sampler, std::move(density), per_second));
+  else
+    for (LeafValues& part : split(density, sampler, lattice_, *clusters_))
+      parts.push_back(bake_part(sampler, std::move(part), per_second));
+  return parts;
+}
+
+BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density, double per_second) const {
+  const LeafSet dense = density.set();
+  BakedColor baked = bake_color(sampler, lattice_, dense, view_, options_.colorspace == "linear",
+                                options_.sh ? model_.radiance.sh_count() : 0);
+
+  BakedPart out;
+  out.figures["density_voxels"] = double(dense.count());
+  out.figures["color_voxels"] = double(baked.color.set().count());
+  auto& grids = out.file.grids;
+  grids.push_back(to_grid(density, 1, profile_.density));
+  grids.push_back(to_grid(baked.color, 3, profile_.color));
+  grids.back().vector = VdbVector::invariant;
+  for (std::size_t k = 0; k < baked.sh.size(); ++k) {
+    grids.push_back(to_grid(baked.sh[k], 3, "sh" + std::to_string(k)));
+    grids.back().vector = VdbVector::invariant;
+  }
+  if (profile_.velocity && model_.motion.moves()) {
+    BakedVelocity velocity =
+        bake_velocity(sampler, lattice_, dense, per_second, options_.shutter / options_.fps / 2);
+    out.figures["velocity_voxels"] = double(velocity.values.set().count());
+    out.figures["velocity_padding"] = velocity.padding;
+    if (velocity.wanted > velocity.padding)
+      out.figures["velocity_padding_short"] = velocity.wanted - velocity.padding;
+    out.figures["max_speed"] = velocity.max_speed;
+    out.figures["folded_share"] = velocity.folded;
+    grids.push_back(to_grid(velocity.values, 3, profile_.velocity));
+    grids.back().vector = VdbVector::contravariant_relative;
+  }
+  for (VdbGrid& grid : grids) {
+    grid.spacing = lattice_.spacing;
+    grid.origin = cast<double>(lattice_.origin);
+    grid.half = options_.half && !profile_.nanovdb;
+  }
+  if (options_.mesh)
+    out.mesh = make_mesh(grids[0], grids[1], density_of(options_.mesh_alpha, lattice_),
+                         options_.colorspace == "linear");
+  for (VdbGrid& grid : grids)
+    for (int a = 0; a < 3; ++a) grid.origin[a] += profile_.shift * double(lattice_.spacing);
+  return out;
+}
+
+}  // namespace splinevox

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+
+namespace splinevox {
+
+/// What is written beside the frames of a sequence.
+enum class ExportSidecar { none, blender_script, usd_stage };
+
+/// What a host program expects of a sequence. Content is the same everywhere; names and placement differ.
+struct ExportProfile {
+  const char *name, *density, *color;
+  const char* velocity;  ///< null: the host has no use for it
+  /// Added to the grids' origin, in voxels. OpenVDB and most hosts put a value at its index; Cycles reads it
+  /// half a voxel further on every axis, so its files are shifted back (measured: ecosystem 1.3).
+  double shift;
+  ExportSidecar sidecar;
+  bool nanovdb = false;  ///< .nvdb files instead of .vdb
+};
+
+/// The one list of profiles: a new one is a line here.
+std::span<const ExportProfile> profile_table();
+
+/// Throws Error (Fault::input) listing the names if there is no such profile.
+const ExportProfile& find_profile(const std::string& name);
+
+}  // namespace splinevox

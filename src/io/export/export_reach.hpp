@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "splinevox/field/model.hpp"
+
+namespace splinevox {
+
+/// Finds where on an output lattice a model can show anything, without sampling every voxel of its box.
+class ExportReach {
+ public:
+  /// @param min_density  1 / scene unit; less than that counts as empty.
+  ExportReach(const VoxelModel& model, float min_density);
+
+  /// Leaves (coordinates: voxel / 8) of the lattice that may hold a voxel of at least min_density at a time:
+  /// those whose box, moved by anything the motion field can do inside it, touches a canonical brick that is
+  /// dense enough. Conservative: Delta = r * D, both trilinear, so inside a leaf it lies within the product
+  /// of their ranges over the motion vertices around it. In the order of the coordinates, x slowest.
+  std::vector<Int3> candidates(const Lattice& out, double time) const;
+
+ private:
+  bool occupied(Vec3 lo, Vec3 hi) const;  ///< any dense brick that a sample in this canonical box reads?
+
+  const VoxelModel& model_;
+  Int3 bricks_{};  ///< bricks per axis of the radiance lattice
+  std::vector<std::int32_t>
+      sums_;  ///< [(x + 1) * (y + 1) * (z + 1)] dense bricks below a corner: a summed-area table
+};
+
+}  // namespace splinevox

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cmath>
+
+#include "splinevox/core/hd.hpp"
+
+namespace splinevox {
+
+/// What holds the curves of many control points together where pictures do not say otherwise.
+struct CurvePrior {
+  float length = 0;     ///< weight of squared lengths between control points, 1 / scene units^2
+  float light = 0;      ///< weight of squared differences of the raw light between control points
+  int light_lane = 0;   ///< where a control point keeps its raw light
+  float knots = 0;      ///< weight of jumps at knots that halving brought in, 1 / scene unit
+  int spacing = 1;      ///< of the knots that were there before: 2 to the number of halvings
+  float softening = 0;  ///< > 0 with knots; jumps much shorter than it pay by their square, scene units
+
+  constexpr bool any() const { return length > 0 || light > 0 || (knots > 0 && spacing > 1); }
+};
+
+/// What lets a place rest whose motion the pictures do not ask for: along stripes, say. It belongs to the
+/// motion as a whole. Weighed on each level of a sum, a fine level would pay for undoing what a coarse one
+/// does next to it.
+struct RestPrior {
+  float weight = 0;     ///< of the length of a curve, 1 / scene unit
+  float softening = 0;  ///< > 0 with weight; curves much shorter than it pay by their square, scene units
+
+  constexpr bool any() const { return weight > 0; }
+};
+
+/// weight * sum_k |p_{k+1} - p_k|^2; adds its gradient.
+///
+/// @tparam Lanes  3: of a place, 1: of the raw light
+/// @param row     the lanes of point k at row[stride * k]
+/// @param pinned  the curve starts at a point pinned to zero before the first stored one
+template <class T, int Lanes = 3>
+SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_points, bool pinned, T weight,
+                                       T* gradient) {
+  T value = 0;
+  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
+    for (int a = 0; a < Lanes; ++a) {
+      const T step = row[stride * k + a] - (k == 0 ? T(0) : row[stride * (k - 1) + a]);
+      const T d = T(2) * weight * step;
+      value += weight * step * step;
+      gradient[stride * k + a] += d;
+      if (k > 0) gradient[stride * (k - 1) + a] -= d;
+    }
+  return value;
+}
+
+/// weight * (sqrt(S + s^2) - s), S = sum_k |p_{k+1} - p_k|^2 and s the softening; adds its gradient, at most
+/// twice as long as the weight however far the curve leads: a curve rests or moves as a whole (group lasso:
+/// Yuan and Lin 2006).
+///
+/// @param row, pinned  as of curve_length_vjp
+template <class T>
+SPLINEVOX_HD inline T curve_rest_vjp(const T* row, int stride, int stored_points, bool pinned, T weight,
+                                     T softening, T* gradient) {
+  using std::sqrt;
+  T squares = 0;
+  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
+    for (int a = 0; a < 3; ++a) {
+      const T step = row[stride * k + a] - (k == 0 ? T(0) : row[stride * (k - 1) + a]);
+      squares += step * step;
+    }
+  const T length = sqrt(squares + softening * softening);
+  curve_length_vjp(row, stride, stored_points, pinned, weight / (T(2) * length), gradient);
+  return weight * squares / (length + softening);  // sqrt - s as printed cancels
+}
+
+/// weight * sum_j (sqrt(|J_j|^2 + s^2) - s) over the knots j of a uniform cubic B-spline that are no multiple
+/// of `spacing`, s the softening; adds its gradient.
+///
+///   J_j = p_{j-1} - 4 p_j + 6 p_{j+1} - 4 p_{j+2} + p_{j+3}
+///
+/// is the jump of the third derivative there, in units of the cubed distance of two knots: where it is 0 the
+/// curve does without the knot. The length and not its square: few knots keep large jumps and the others lose
+/// theirs, so the number of control points adapts to each voxel (trend filtering: Kim, Koh, Boyd and
+/// Gorinevsky 2009).
+///
+/// @param row  x, y, z of point k at row[stride * k], none of them pinned
+template <class T>
+SPLINEVOX_HD inline T knot_jumps_vjp(const T* row, int stride, int points, int spacing, T weight, T softening,
+                                     T* gradient) {
+  using std::sqrt;
+  constexpr float kDifference[5] = {1, -4, 6, -4, 1};
+  T value = 0;
+  for (int j = 1; j < points - 3; ++j) {
+    if (j % spacing == 0) continue;
+    const int first = stride * (j - 1);
+    T jump[3], squares = 0;
+    for (int a = 0; a < 3; ++a) {
+      jump[a] = 0;
+      for (int i = 0; i < 5; ++i) jump[a] += T(kDifference[i]) * row[first + stride * i + a];
+      squares += jump[a] * jump[a];
+    }
+    const T length = sqrt(squares + softening * softening);
+    value += weight * squares / (length + softening);  // sqrt - s as printed cancels
+    for (int i = 0; i < 5; ++i)
+      for (int a = 0; a < 3; ++a)
+        gradient[first + stride * i + a] += weight / length * T(kDifference[i]) * jump[a];
+  }
+  return value;
+}
+
+}  // namespace splinevox

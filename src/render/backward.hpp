@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "field/lattice/gather.hpp"
+#include "math/composite.hpp"
+#include "render/motion_loss.hpp"
+#include "render/ray_kernel.hpp"
+#include "render/records.hpp"
+
+namespace splinevox {
+
+/// Reverse sweep of the ray a kernel just marched: turns d loss / d rgb into records for the radiance rows
+/// and, through the derivatives of the interpolation weights, for the motion slice. For those the rows are
+/// gathered again: in training only a quarter of the samples that forward shaded leaves a record.
+///
+/// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink
+/// with the gradient, their tiny pushes would drive the density of empty space to where nothing could bring
+/// it back. 0 keeps every sample.
+template <class Real, int Sh, bool Moving, bool Jet>
+void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>& input,
+              const RayResult<Real>& result, const FieldView<Real>& field, const Vec3T<Real>& d_rgb,
+              Real min_weight, RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out) {
+  using K = RayKernel<Real, Sh, Real, Moving>;
+  using Eight = typename K::Eight;
+  using Vec = Vec3T<Real>;
+  Real behind = result.transmittance * dot(input.background, d_rgb);
+  for (int i = ray.count - 1; i >= 0; --i) {
+    const auto& s = ray.samples[i];
+    const Emission<Real> emission{{ray.base[0][i], ray.base[1][i], ray.base[2][i]},
+                                  {ray.base_slope[0][i], ray.base_slope[1][i], ray.base_slope[2][i]},
+                                  Sh >= 0 ? ray.view[i] : Real(1),
+                                  Sh >= 0 ? ray.view_slope[i] : Real(0),
+                                  Moving ? ray.light[i] : Real(1),
+                                  Moving ? ray.light_slope[i] : Real(0),
+                                  ray.sigma_slope[i]};
+    const Real w = ray.weight[i];
+    const Real behind_this = behind;
+    behind += composite_share(emission, w, d_rgb);
+    if (w < min_weight) continue;
+    const EmissionAdjoint<Real> d =
+        composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind_this, d_rgb);
+
+    auto& record = out.radiance.emplace_back();
+    record.cell = s.radiance_cell;
+    record.fraction = s.radiance_fraction;
+    Eight g[K::kRegisters];
+    for (int k = 0; k < K::kRegisters; ++k) g[k] = d.view * ray.harmonics[k];
+    g[0][0] = d.density;
+    for (int c = 0; c < 3; ++c) g[0][1 + c] = d.color[c];
+    for (int k = 0; k < K::kRegisters; ++k) store(record.g + 8 * k, g[k]);
+
+    if constexpr (Moving) {
+      if (s.warp.cell.rests()) continue;
+      const CellRows rows = field.radiance.rows(s.radiance_cell);
+      Eight dx{}, dy{}, dz{};
+      for (int k = 0; k < K::kRegisters; ++k) {
+        const auto v = gather<Eight>(rows, s.radiance_fraction, field.radiance_rows, K::kWidth, 8 * k);
+        dx += g[k] * v.dx, dy += g[k] * v.dy, dz += g[k] * v.dz;
+      }
+      const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
+      auto& m = out.motion.emplace_back();
+      m.cell = s.warp.cell;
+      m.fraction = s.warp.fraction;
+      const Real r = ray.r[i];
+      m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
+      m.g[3] = ray.r_slope[i] *
+               (d_delta.x * s.warp.motion[0] + d_delta.y * s.warp.motion[1] + d_delta.z * s.warp.motion[2]);
+      m.g[4] = d.light;
+      for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
+      if constexpr (Jet)
+        for (auto& row : m.h)
+          for (Real& v : row) v = 0;
+    }
+  }
+}
+
+/// Adds the gradients of the offset and divergence losses to the motion records that `backward` wrote for
+/// this ray with the same min_weight (`first` is the index of its first record, that of the last sample).
+/// Visibility weights are constants here, as in the paper. Returns the summed value.
+template <class Real, int Sh>
+Real motion_losses(const RayKernel<Real, Sh>& ray, const FieldView<Real>& field, const FrameView<Real>& frame,
+                   const MotionLoss<Real>& loss, const Vec3T<Real>& probe, Real min_weight, std::size_t first,
+                   RayRecords<Real, RayKernel<Real, Sh>::kWidth, true>& out) {
+  using Four = typename Simd<Real>::Four;
+  Real value = 0;
+  std::size_t next = first;
+  for (int i = ray.count - 1; i >= 0; --i) {
+    if (ray.weight[i] < min_weight) continue;
+    const auto& s = ray.samples[i];
+    const CellRows rows = field.motion.rows(s.warp.cell);
+    const auto v = gather<Four>(rows, s.warp.fraction, frame.slice, kSliceWidth, 0);
+    const Real inv = field.motion.inv_spacing, w = ray.weight[i];
+    auto& record = out.motion[next++];
+    value += motion_loss_sample(motion_jet(v, inv, ray.r[i], ray.r_slope[i]), loss, probe, w, inv, record.g,
+                                record.h);
+  }
+  return value;
+}
+
+}  // namespace splinevox

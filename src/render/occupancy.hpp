@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "field/lattice/slice.hpp"
+#include "render/views.hpp"
+#include "splinevox/field/model.hpp"
+
+namespace splinevox {
+
+/// Regular grid of cells over a box with one bit each, x slowest.
+struct BitGrid {
+  Vec3 origin{};
+  float cell = 1;  ///< scene units
+  Int3 size{};
+  std::vector<std::uint32_t> bits;
+
+  BitGrid() = default;
+  BitGrid(const Box& box, int cells_along_longest);
+  std::size_t cells() const { return std::size_t(size.x) * size.y * size.z; }
+  bool test(std::size_t i) const { return bits[i >> 5] >> (i & 31) & 1; }
+  void set(std::size_t i) { bits[i >> 5] |= 1u << (i & 31); }
+  void clear(std::size_t i) { bits[i >> 5] &= ~(1u << (i & 31)); }
+  std::size_t index(Int3 c) const { return (std::size_t(c.x) * size.y + c.y) * size.z + c.z; }
+  Int3 cell_at(std::size_t index) const {
+    return {int(index / size.z / size.y), int(index / size.z % size.y), int(index % size.z)};
+  }
+  Vec3 center(Int3 c) const { return origin + cell * (cast<float>(c) + Vec3{0.5f, 0.5f, 0.5f}); }
+  /// Cell of a position, clamped to the grid.
+  Int3 cell_of(Vec3 x) const {
+    const Vec3 u = (x - origin) * (1 / cell);
+    Int3 c;
+    for (int a = 0; a < 3; ++a) c[a] = u[a] > 0 ? (u[a] < float(size[a]) ? int(u[a]) : size[a] - 1) : 0;
+    return c;
+  }
+  std::size_t count() const;
+  /// Whether any cell is set that a box, corners lo and hi, touches; clamped to the grid like cell_of.
+  bool any(Vec3 lo, Vec3 hi) const;
+  /// Cells set in either; the grids have the same cells.
+  BitGrid& operator|=(const BitGrid& other);
+
+  template <class Real = float>
+  OccupancyView<Real> view() const {
+    return {cast<Real>(origin), Real(1) / Real(cell), size, bits.data()};
+  }
+};
+
+/// The grid grown by one cell in every direction, diagonals included.
+BitGrid dilate(const BitGrid& grid);
+
+/// The grid without its small parts: connected sets of cells (faces, edges or corners touching) with less
+/// than `share` of all set cells. What floats alone is dropped; a horn stays, because it grows on something.
+BitGrid drop_small_parts(const BitGrid& grid, float share);
+
+/// Smallest box around the set cells, grown by `margin` times its longest edge. An empty grid gives the
+/// grid's own box.
+Box bounding_box(const BitGrid& grid, float margin);
+
+/// Cells of the canonical volume that may hold matter: those within one radiance vertex of a vertex whose
+/// alpha over `step` is at least `alpha`, grown by one cell. That margin covers every position of an observed
+/// cell when the warp stretches it by less than a factor of two.
+BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step);
+
+/// A canonical occupancy and, above it, blocks of 2 and of 4 of its cells an edge with any cell set, grown by
+/// one block.
+struct OccupancyPyramid {
+  static constexpr int kLevels = 3;
+  std::array<BitGrid, kLevels> levels;
+  std::array<BitGrid, kLevels>
+      moving;  ///< those in which anything is displaced at any time; no cells: all may be
+  /// @param reach  where something may be displaced, like the canonical grid (reach_of); no cells:
+  /// everywhere.
+  explicit OccupancyPyramid(BitGrid canonical, BitGrid reach = {});
+};
+
+/// Cells of observed space that may hold matter at the slice's time: those whose centre is warped into an
+/// occupied canonical cell.
+BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const OccupancyPyramid& canonical);
+
+}  // namespace splinevox

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "render/has_matter.hpp"
+#include "render/motion_loss.hpp"
+
+namespace splinevox {
+
+/// What training asks of every ray.
+struct RayLosses {
+  float stop = 0, min_weight = 0;  ///< as SamplingConfig
+  float seen_share = 1;            ///< of Gradient::seen
+  float faintest = kHalfLevel;     ///< what a picture shows beyond the background: has_matter. In the unit of
+                                   ///< brightness of the scene
+  MotionLoss<float> motion;
+  std::uint64_t probe_seed = 0;
+};
+
+}  // namespace splinevox

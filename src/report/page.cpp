@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "report/page.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "report/chart.hpp"
+#include "run/effects_report.hpp"
+#include "view/codec.hpp"
+
+namespace splinevox::run {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+double number(const Json& j, const char* key) {
+  return j.is_object() && j.contains(key) && j[key].is_number() ? j[key].get<double>() : kNone;
+}
+
+/// A figure with its unit, "-" where it is not known.
+std::string figure(double v, int digits, const char* unit = "") {
+  if (!std::isfinite(v)) return "&ndash;";
+  return fmt::format("{:.{}f}{}{}", v, digits, *unit ? "<small>" : "",
+                     *unit ? fmt::format("{}</small>", unit) : "");
+}
+
+struct Column {
+  const char* title;
+  const char* unit;
+  const char* key;
+  double scale;
+  int digits;
+  int better;              ///< +1: more is better, -1: less, 0: neither
+  bool of_pixels = false;  ///< depends on which pixels were compared
+};
+constexpr Column kColumns[] = {{"PSNR", "dB", "psnr", 1, 2, 1, true},
+                               {"SSIM", "", "ssim", 1, 4, 1, true},
+                               {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
+                               {"training", "s", "train_seconds", 1, 1, -1},
+                               {"steps", "", "steps", 1, 0, 0},
+                               {"samples/s", "M", "samples_per_second", 1e-6, 2, 1},
+                               {"peak memory", "GB", "peak_memory_bytes", 1e-9, 2, -1}};
+
+std::string name_of(const ReportRun& run, std::size_t i) {
+  return fmt::format("<span class=\"run-name c{}\"><i></i>{}</span>", i % 8, escape(run.name));
+}
+
+std::string tiles(const ReportRun& run) {
+  std::string html = "<div class=\"tiles\">";
+  const auto tile = [&](const std::string& value, const std::string& name) {
+    html += fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>", value, name);
+  };
+  const std::string split = run.metrics.value("split", "");
+  for (const Column& c : kColumns) {
+    const bool quality = c.better == 1 && c.scale == 1;
+    tile(figure(number(run.metrics, c.key) * c.scale, c.digits, c.unit),
+         c.title + (quality && !split.empty() ? ", " + split : ""));
+  }
+  tile(figure(run.model_bytes / 1e6, 1, "MB"), run.model_file);
+  if (const std::string device = run.metrics.value("device", ""); !device.empty())
+    tile(escape(device), "trained on");
+  return html + "</div>";
+}
+
+std::string table(const std::vector<ReportRun>& runs) {
+  std::string html = "<div class=\"card\"><table><tr><th>run</th><th>preset</th>";
+  for (const Column& c : kColumns)
+    html += fmt::format("<th>{}{}</th>", c.title, *c.unit ? fmt::format(" [{}]", c.unit) : "");
+  html += "</tr>";
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const int every = runs[i].metrics.value("stride", 1);
+    html += fmt::format(
+        "<tr><td>{}{}</td><td>{}</td>", name_of(runs[i], i),
+        every > 1 ? fmt::format(" <span class=\"note\">every {}th pixel and row of a view</span>", every)
+                  : "",
+        escape(runs[i].metrics.value("preset", "")));
+    for (const Column& c : kColumns) {
+      const double v = number(runs[i].metrics, c.key);
+      // Figures of some pixels only (splinevox-mlp) do not compete with those of all.
+      const auto stride = [](const ReportRun& run) { return run.metrics.value("stride", 1); };
+      bool best = c.better != 0 && std::isfinite(v) && runs.size() > 1;
+      for (const ReportRun& other : runs)
+        best = best && (!c.of_pixels || stride(other) == stride(runs[i])) &&
+               !(c.better * number(other.metrics, c.key) > c.better * v);
+      html += fmt::format("<td{}>{}</td>", best ? " class=\"best\"" : "", figure(v * c.scale, c.digits));
+    }
+    html += "</tr>";
+  }
+  return html + "</table></div>";
+}
+
+std::string charts(const std::vector<ReportRun>& runs) {
+  std::vector<Series> psnr, loss, frames;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const int colour = int(i % 8);
+    const std::string prefix = runs.size() > 1 ? runs[i].name + ", " : "";
+    Series batch{prefix + "training rays", colour, Series::Mark::faint_line, {}};
+    Series held{prefix + "held view", colour, Series::Mark::dots, {}};
+    Series photo{runs.size() > 1 ? runs[i].name : "photometric loss", colour, Series::Mark::line, {}};
+    Series view{runs.size() > 1 ? runs[i].name : "one view", colour, Series::Mark::dots, {}};
+    for (const Json& j : runs[i].lines) {
+      const double s = number(j, "seconds");
+      if (j.contains("held_view")) {
+        held.points.emplace_back(s, number(j, "held_psnr"));
+      } else if (j.contains("loss")) {
+        batch.points.emplace_back(s, number(j, "psnr"));
+        photo.points.emplace_back(s, number(j, "loss"));
+      }
+    }
+    if (runs[i].metrics.contains("frames"))
+      for (const Json& f : runs[i].metrics["frames"])
+        view.points.emplace_back(number(f, "time"), number(f, "psnr"));
+    psnr.push_back(batch), psnr.push_back(held), loss.push_back(photo), frames.push_back(view);
+  }
+  std::string html = "<div class=\"charts\">";
+  html += line_chart({"PSNR against seconds of training", "seconds", "PSNR [dB]"}, psnr);
+  html += line_chart({"Loss against seconds of training", "seconds", "loss of a ray", true}, loss);
+  if (std::any_of(frames.begin(), frames.end(), [](const Series& s) { return !s.points.empty(); }))
+    html +=
+        line_chart({"Views not trained on, against their time", "time in the scene", "PSNR [dB]"}, frames);
+  return html + "</div>";
+}
+
+std::string views(const ReportRun& run) {
+  std::string html = fmt::format("<p class=\"note\">{}</p>", escape(run.views_note));
+  if (run.views.empty()) return html;
+  html += "<div class=\"views\">";
+  for (const ReportView& v : run.views) {
+    const auto picture = [&](const std::vector<char>& png, const char* what) {
+      if (png.empty()) return std::string();
+      return fmt::format("<div><img alt=\"{0} of {1}\" src=\"data:image/png;base64,{2}\">{0}</div>", what,
+                         escape(v.name), base64(png));
+    };
+    html += fmt::format(
+        "<figure><figcaption><b>{}</b><span>time {:.3f}</span><span>PSNR {:.2f} dB</span><span>SSIM "
+        "{:.4f}</span></figcaption>"
+        "<div class=\"row\">{}{}{}{}{}</div></figure>",
+        escape(v.name), v.time, v.psnr, v.ssim, picture(v.truth, "truth"), picture(v.render, "render"),
+        picture(v.error, "error"), picture(v.flow, "motion"), picture(v.rigidity, "rigidity"));
+  }
+  return html + "</div>";
+}
+
+std::string frame_table(const Json& metrics) {
+  if (!metrics.contains("frames")) return "";
+  std::vector<Json> frames(metrics["frames"].begin(), metrics["frames"].end());
+  std::stable_sort(frames.begin(), frames.end(),
+                   [](const Json& a, const Json& b) { return number(a, "psnr") < number(b, "psnr"); });
+  std::string html = fmt::format(
+      "<details><summary>All {} views, worst first</summary><table><tr><th>view</th><th>time</th><th>PSNR "
+      "[dB]</th><th>SSIM</th><th>MS-SSIM</th></tr>",
+      frames.size());
+  for (const Json& f : frames)
+    html +=
+        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                    escape(f.value("name", "")), figure(number(f, "time"), 3), figure(number(f, "psnr"), 2),
+                    figure(number(f, "ssim"), 4), figure(number(f, "ms_ssim"), 4));
+  return html + "</table></details>";
+}
+
+std::string phases(const Json& metrics) {
+  if (!metrics.contains("phases")) return "";
+  std::vector<std::pair<std::string, double>> parts;
+  double sum = 0;
+  for (const auto& [name, seconds] : metrics["phases"].items())
+    parts.emplace_back(name, seconds.get<double>()), sum += parts.back().second;
+  const double rest = number(metrics, "train_seconds") - sum;
+  if (rest > 0) parts.emplace_back("other", rest);
+  const std::string still =
+      metrics.contains("moving_share")
+          ? fmt::format(
+                "<p class=\"note\">{:.0f}% of what the pictures show moves or changes; where the rest stands "
+                "still, motion came to rest and was no longer learned.</p>",
+                100 * number(metrics, "moving_share"))
+          : "";
+  return "<h3>Where the time went</h3>" + stacked_bar(parts, "s") + still;
+}
+
+}  // namespace
+
+std::string report_page(const std::vector<ReportRun>& runs) {
+  std::string title = runs.size() == 1 ? runs[0].name : fmt::format("{} runs", runs.size());
+  std::string html = fmt::format(
+      "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width,initial-scale=1\">"
+      "<title>splinevox: "
+      "{0}</title><style>{1}</style></head><body><main><header><h1>{0}</h1><p>{2}</p></header>",
+      escape(title), report_style(),
+      runs.size() == 1 ? fmt::format("reconstructed by splinevox {}, preset {}", kVersion,
+                                     escape(runs[0].metrics.value("preset", "?")))
+                       : "compared by splinevox " + std::string(kVersion));
+  html += runs.size() == 1 ? tiles(runs[0]) : table(runs);
+  html += charts(runs);
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    html += fmt::format("<h2>{}</h2>", runs.size() == 1 ? "Pictures" : name_of(runs[i], i));
+    html += views(runs[i]);
+    html += fmt::format(
+        "<div class=\"card\" "
+        "style=\"margin-top:14px\">{}{}{}<details><summary>Configuration</summary><pre>{}</pre></details></"
+        "div>",
+        effects_table(runs[i].effects), phases(runs[i].metrics), frame_table(runs[i].metrics),
+        escape(runs[i].config));
+  }
+  return html +
+         "<footer>One file: nothing is loaded from elsewhere. Charts are drawn by Chart.js (MIT "
+         "licence).</footer></main>" +
+         chart_scripts() + "</body></html>\n";
+}
+
+}  // namespace splinevox::run

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "run/support.hpp"
+
+namespace splinevox::run {
+
+/// One test view as the page shows it.
+struct ReportView {
+  std::string name;
+  double time = 0, psnr = 0, ssim = 0;
+  std::vector<char> truth, render, error, flow,
+      rigidity;  ///< PNG files; the last two empty where the model has none
+};
+
+/// What a page knows about one run.
+struct ReportRun {
+  std::string name;
+  Json metrics;             ///< metrics.json
+  std::vector<Json> lines;  ///< metrics.jsonl
+  Json effects;             ///< effects.json, null if there is none
+  std::string config;       ///< config.toml
+  std::string model_file;   ///< its name in the run
+  double model_bytes = 0;
+  std::vector<ReportView> views;  ///< worst first
+  std::string views_note;         ///< why there are none, or which they are
+};
+
+/// The whole page: no network, opens from disk.
+std::string report_page(const std::vector<ReportRun>& runs);
+
+/// Contents of the page's <style>.
+const char* report_style();
+
+}  // namespace splinevox::run

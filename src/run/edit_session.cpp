@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/edit_session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/nearest.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/field/anchor.hpp"
+
+namespace splinevox::run {
+
+void wrong_edit(const char* operation, const std::string& what, const std::string& expected,
+                const std::string& got, const std::string& hint) {
+  fail({std::string("--") + operation, what, expected, got, hint});
+}
+
+double edit_number(const char* operation, const std::string& text, double lo, double hi,
+                   const std::string& expected) {
+  const std::vector<double> v = numbers(text, ',', std::string("--") + operation, expected);
+  if (v.size() != 1 || !(v[0] >= lo && v[0] <= hi)) wrong_edit(operation, "is out of range", expected, text);
+  return v[0];
+}
+
+int edit_whole(const char* operation, const std::string& text, int lo, int hi) {
+  const std::string expected = fmt::format("a whole number from {} to {}", lo, hi);
+  const double v = edit_number(operation, text, lo, hi, expected);
+  if (v != std::floor(v)) wrong_edit(operation, "is not a whole number", expected, text);
+  return int(v);
+}
+
+namespace {
+
+constexpr int kMaxLoops = 1000;
+constexpr double kMostAnchorError = 1;  ///< voxels in the mean square beyond which --anchor-first is refused
+
+const std::vector<std::string> kBasisNames = {"bezier", "bspline", "poly-bezier", "hermite"};
+
+/// The motion field of a model in which something changes over time.
+MotionField& changing(VoxelModel& model, const char* name) {
+  if (model.motion.levels.empty())
+    wrong_edit(name, "nothing changes over time in this run", "a run with motion or light", "a still model",
+               "splinevox info RUN shows what a model has");
+  return model.motion;
+}
+
+TimeCurve curve_of(const std::string& text) {
+  const char* expected =
+      "TIME:SHOWN pairs separated by commas, times from 0 to 1 in order, shown times in [0, 1]";
+  std::vector<TimeCurve::Knot> knots;
+  for (const std::string& pair : split_list(text)) {
+    const std::vector<double> v = numbers(pair, ':', "--time-curve", expected);
+    if (v.size() != 2)
+      wrong_edit("time-curve", fmt::format("'{}' is not a pair", pair), expected, text,
+                 "--time-curve 0:0,0.5:0.2,1:1");
+    if (!(v[1] >= 0 && v[1] <= 1))
+      wrong_edit("time-curve", "there is no such time in the model", expected, pair);
+    if (!knots.empty() && !(v[0] >= knots.back().time))
+      wrong_edit("time-curve", "times must not go back (the times they show may)", expected, pair);
+    knots.push_back({v[0], v[1]});
+  }
+  if (knots.size() < 2 || knots.front().time != 0 || knots.back().time != 1)
+    wrong_edit("time-curve", "a curve begins at time 0 and ends at time 1", expected, text,
+               "--time-curve 0:0,0.5:0.2,1:1");
+  return simplified(std::move(knots));
+}
+
+/// Points that hold the old curves exactly where a basis can, else as many as there were.
+int default_points(const MotionField& m, BasisKind to) {
+  const int pieces = m.basis == BasisKind::bspline      ? std::max(1, m.points - 3)
+                     : m.basis == BasisKind::polybezier ? (m.points - 1) / 3
+                     : m.basis == BasisKind::hermite    ? m.points / 2 - 1
+                                                        : std::max(1, (m.points + 1) / 3);
+  switch (to) {
+    case BasisKind::bezier:
+      return std::min(m.points, kMaxBezierPoints);
+    case BasisKind::bspline:
+      return std::max(4, m.basis == BasisKind::bezier ? m.points : pieces + 3);
+    case BasisKind::polybezier:
+      return 3 * pieces + 1;
+    default:
+      return 2 * (pieces + 1);
+  }
+}
+
+void check_points(BasisKind basis, int points) {
+  const auto ok = [&](bool suits, const char* expected) {
+    if (!suits)
+      wrong_edit("basis", fmt::format("{} points do not suit {}", points, kBasisNames[std::size_t(basis)]),
+                 expected, std::to_string(points));
+  };
+  if (basis == BasisKind::bezier) ok(points >= kMinPoints && points <= kMaxBezierPoints, "2 to 20 points");
+  if (basis == BasisKind::bspline) ok(points >= kMinPoints && points <= kMaxPoints, "2 to 256 points");
+  if (basis == BasisKind::polybezier)
+    ok(points >= 4 && points <= kMaxPoints && points % 3 == 1,
+       "4, 7, 10, ... points: one more than a multiple of 3");
+  if (basis == BasisKind::hermite)
+    ok(points >= 4 && points <= kMaxPoints && points % 2 == 0,
+       "4, 6, 8, ... points: a place and a velocity a node");
+}
+
+Json difference_json(const MotionDifference& d) {
+  return {{"error_max_voxels", d.max}, {"error_rms_voxels", d.rms}};
+}
+
+}  // namespace
+
+struct EditOperations {
+  static VoxelModel& model(EditSession& s) { return s.run_.model; }
+
+  static Json retimed(EditSession& s, const char* name, const TimeCurve& change) {
+    retime(changing(model(s), name), change);
+    return Json::object();
+  }
+  static Json reverse(EditSession& s, const std::string&) { return retimed(s, "reverse", reversed_time()); }
+  static Json speed(EditSession& s, const std::string& v) {
+    return retimed(s, "speed", speed_time(edit_number("speed", v, 1e-3, 1e3, "a factor from 0.001 to 1000")));
+  }
+  static Json time_curve(EditSession& s, const std::string& v) {
+    return retimed(s, "time-curve", curve_of(v));
+  }
+  static Json loop(EditSession& s, const std::string& v) {
+    return retimed(s, "loop", loop_time(edit_whole("loop", v, 1, kMaxLoops), false));
+  }
+  static Json ping_pong(EditSession& s, const std::string& v) {
+    return retimed(s, "ping-pong", loop_time(edit_whole("ping-pong", v, 1, kMaxLoops), true));
+  }
+  static Json freeze(EditSession& s, const std::string& v) {
+    return retimed(s, "freeze", frozen_time(edit_number("freeze", v, 0, 1, "a time in [0, 1]")));
+  }
+
+  static Json scale(EditSession& s, const std::string& v) {
+    const double factor = edit_number("scale-motion", v, -100, 100, "a factor from -100 to 100");
+    if (!changing(model(s), "scale-motion").displaces)
+      wrong_edit("scale-motion", "nothing moves in this run, only its light changes", "a run with motion",
+                 "");
+    scale_motion(model(s).motion, float(factor));
+    return Json::object();
+  }
+
+  static Json anchor(EditSession& s, const std::string&) {
+    if (!changing(model(s), "anchor-first").displaces)
+      wrong_edit("anchor-first", "nothing moves in this run, only its light changes", "a run with motion",
+                 "");
+    s.clusters_.reset();  // they lie in the canonical volume, which becomes another one
+    s.chosen_.clear();
+    VoxelModel next = model(s);
+    const MotionDifference d = anchor_first(next);
+    if (d.rms > kMostAnchorError)
+      wrong_edit("anchor-first",
+                 "the motion voxels are too coarse for the way back from the first moment: the scene would "
+                 "not look as before",
+                 fmt::format("an error of at most {:g} voxels in the mean square", kMostAnchorError),
+                 fmt::format("{:.3g} voxels, {:.3g} at worst", d.rms, d.max));
+    model(s) = std::move(next);
+    return difference_json(d);
+  }
+
+  static Json elevate(EditSession& s, const std::string& v) {
+    MotionField& m = changing(model(s), "elevate");
+    if (m.basis != BasisKind::bezier)
+      wrong_edit("elevate", "only Bezier curves have a degree to elevate", "basis bezier",
+                 kBasisNames[std::size_t(m.basis)], "--basis bezier first");
+    const int room = kMaxBezierPoints - m.points;
+    if (room < 1)
+      wrong_edit("elevate", "the curves have the most points already", "fewer than 20",
+                 std::to_string(m.points));
+    m = elevated(m, edit_whole("elevate", v, 1, room));
+    return {{"points", m.points}};
+  }
+
+  static Json basis(EditSession& s, const std::string& v) {
+    const MotionField& m = changing(model(s), "basis");
+    const std::vector<std::string> parts = split_list(v, ':');
+    const auto at =
+        parts.empty() ? kBasisNames.end() : std::find(kBasisNames.begin(), kBasisNames.end(), parts[0]);
+    if (at == kBasisNames.end() || parts.size() > 2)
+      wrong_edit("basis", "there is no such basis",
+                 fmt::format("NAME or NAME:POINTS, NAME one of {}", fmt::join(kBasisNames, ", ")), v,
+                 parts.empty() ? "" : "--basis " + nearest(parts[0], kBasisNames));
+    const BasisKind to = BasisKind(at - kBasisNames.begin());
+    const int points =
+        parts.size() > 1 ? edit_whole("basis", parts[1], kMinPoints, kMaxPoints) : default_points(m, to);
+    check_points(to, points);
+    VoxelModel next = model(s);
+    next.motion = converted(m, to, points);
+    Json result{{"points", points}};
+    result.update(difference_json(motion_difference(model(s), next)));
+    model(s) = std::move(next);
+    return result;
+  }
+};
+
+void EditSession::apply(const std::string& operation, const std::string& value) {
+  const auto& all = edit_operations();
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const EditOperation& o) { return operation == o.name; });
+  const Json result = found->apply(*this, value);
+  Json entry{{"operation", operation}};
+  if (found->value) entry["value"] = value;
+  entry.update(result);
+  done_.push_back(entry);
+  if (quiet_) return;
+  fmt::print("{}{}{}", operation, value.empty() ? "" : " ", value);
+  for (const auto& [key, figure] : result.items())
+    if (figure.is_number_float())
+      fmt::print(", {} {:.3g}", key, figure.get<double>());
+    else if (figure.is_primitive())
+      fmt::print(", {} {}", key, figure.is_string() ? figure.get<std::string>() : figure.dump());
+  fmt::print("\n");
+}
+
+const std::vector<EditOperation>& edit_operations() {
+  using Do = EditOperations;
+  static const std::vector<EditOperation> all = [] {
+    std::vector<EditOperation> list = {
+        {"reverse", nullptr, "backwards; twice is the original, bit for bit", "Time", Do::reverse},
+        {"speed", "F", "F times as fast: 0.5 shows the first half only, 2 holds the end from the middle on",
+         "Time", Do::speed},
+        {"time-curve", "T:S,...", "at time T show time S, straight in between; equal times T are a jump",
+         "Time", Do::time_curve},
+        {"loop", "N", "all of it N times", "Time", Do::loop},
+        {"ping-pong", "N", "there and back N times", "Time", Do::ping_pong},
+        {"freeze", "T", "the moment T for ever", "Time", Do::freeze},
+        {"scale-motion", "F", "every displacement from the canonical place times F; light stays", "Motion",
+         Do::scale},
+        {"anchor-first", nullptr,
+         "make the moment at time 0 the canonical one: no displacement there; says the error", "Motion",
+         Do::anchor},
+        {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
+        {"basis", "NAME[:K]",
+         "curves of another kind with K points: bezier, bspline, poly-bezier, hermite; says the error",
+         "Motion", Do::basis},
+    };
+    for (const EditOperation& o : cluster_operations()) list.push_back(o);
+    return list;
+  }();
+  return all;
+}
+
+}  // namespace splinevox::run

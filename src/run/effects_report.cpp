@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/effects_report.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "report/chart.hpp"
+#include "splinevox/math/basis.hpp"
+
+namespace splinevox::run {
+namespace {
+
+const char* name_of(EffectDecision d) {
+  switch (d) {
+    case EffectDecision::on:
+      return "on";
+    case EffectDecision::off:
+      return "off";
+    case EffectDecision::undecided:
+      return "undecided";
+    case EffectDecision::confounded:
+      return "confounded";
+  }
+  return "";
+}
+
+Json finite(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
+
+std::string decibels(const Json& v) {
+  return v.is_number() ? fmt::format("{:+.2f} dB", v.get<double>()) : "?";
+}
+
+Json set_json(const EffectSet& e) {
+  return {{"motion", e.motion},
+          {"rigidity", e.rigidity},
+          {"view", e.view},
+          {"light", e.light},
+          {"background", e.background}};
+}
+
+/// The verdict on an effect: of a long sequence and a stretch of it the first that says on, or else the last;
+/// null: it was not judged.
+const EffectVerdict* verdict_on(const EffectChoice& choice, const std::string& effect) {
+  const EffectVerdict* found = nullptr;
+  for (const EffectVerdict& v : choice.verdicts)
+    if (v.effect == effect && !(found && found->decision == EffectDecision::on)) found = &v;
+  return found;
+}
+
+/// What is to be said beside the effects: the choice's own note, and of effects that a film may only seem to
+/// have and that are not used.
+std::vector<std::string> notes_on(const Json& effects) {
+  std::vector<std::string> notes;
+  if (const std::string note = effects.value("note", ""); !note.empty()) notes.push_back(note);
+  std::string named;
+  bool any = false;
+  for (const Json& e : effects.at("effects")) {
+    const bool used = e.value("used", false), confounded = !used && e.value("decision", "") == "confounded";
+    any |= confounded;
+    const std::string name = e.at("effect");
+    if (used || confounded)
+      named += (named.empty() ? "" : ",") + name + (confounded && name == "motion" ? ",rigidity" : "");
+  }
+  if (any)
+    notes.push_back(
+        "a film: what changes may come with the camera as well as with time, and is taken to be still; if it "
+        "is not, say so: --effects " +
+        named);
+  return notes;
+}
+
+/// Control points of the finished model: more than it starts with.
+int points_at_end(const MotionConfig& motion) {
+  if (motion.basis != BasisKind::bspline)
+    return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
+  int points = motion.points;
+  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = halved_points(points);
+  return points;
+}
+
+}  // namespace
+
+Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced) {
+  Json j{{"used", set_json(used)}, {"chosen", set_json(choice.chosen)}, {"forced", forced}};
+  j["view_told_by_time"] = choice.view_told_by_time;
+  j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
+  j["effects"] = Json::array();
+  for (const std::string& name : effect_names()) {
+    Json e{{"effect", name}, {"used", used.has(name)}};
+    if (const EffectVerdict* v = verdict_on(choice, name)) {
+      e["decision"] = name_of(v->decision);
+      e["gain_db"] = v->gain.mean, e["gain_lo"] = finite(v->gain.lo), e["gain_hi"] = finite(v->gain.hi),
+      e["p"] = v->gain.p;
+      e["time_ratio"] = v->time_ratio, e["bytes_ratio"] = v->bytes_ratio;
+      if (v->where < 1) e["where"] = v->where;
+      if (v->far) e["far"] = *v->far;
+      e["beside"] = to_string(v->with.without(name));
+    }
+    const bool absent =
+        name == "background" && !used.has(name) && !e.contains("decision");  // neither used nor tried
+    if (!absent) j["effects"].push_back(e);
+  }
+  j["fits"] = Json::array();
+  for (const EffectTrial& t : choice.trials)
+    j["fits"].push_back({{"effects", to_string(t.effects)},
+                         {"points", t.points},
+                         {"psnr", t.mean()},
+                         {"steps", t.steps},
+                         {"seconds", t.seconds},
+                         {"bytes", t.bytes}});
+  j["control_points"] = {
+      {"chosen", choice.points}, {"at_end", points_at_end(trained.motion)}, {"compared", Json::array()}};
+  for (const PointsVerdict& v : choice.points_verdicts)
+    j["control_points"]["compared"].push_back({{"more", v.more},
+                                               {"fewer", v.fewer},
+                                               {"gain_db", v.gain.mean},
+                                               {"gain_lo", finite(v.gain.lo)},
+                                               {"gain_hi", finite(v.gain.hi)}});
+  return j;
+}
+
+std::string effects_line(const Json& effects) {
+  std::string used, not_used;
+  for (const Json& e : effects.at("effects")) {
+    std::string& list = e.at("used").get<bool>() ? used : not_used;
+    list += (list.empty() ? "" : ", ") + e.at("effect").get<std::string>();
+    if (e.contains("gain_db")) {
+      const std::string decision = e.at("decision");
+      const bool plain = decision == (e.at("used").get<bool>() ? "on" : "off");
+      const std::string where =
+          e.contains("where") ? fmt::format(" in {:.1f}% of the pictures", 100 * e.at("where").get<double>())
+                              : "";
+      list += fmt::format(" ({}{}{})", decibels(e.at("gain_db")), where, plain ? "" : ", " + decision);
+    }
+  }
+  std::string line = "effects: " + (used.empty() ? "none" : used);
+  if (!not_used.empty()) line += "; without " + not_used;
+  if (const Json& points = effects.at("control_points"); !points.at("compared").empty())
+    line += fmt::format("; {} control points in the end", points.at("at_end").get<int>());
+  for (const std::string& note : notes_on(effects)) line += " (" + note + ")";
+  return line;
+}
+
+std::string effects_table(const Json& effects) {
+  if (!effects.is_object() || !effects.contains("effects")) return {};
+  std::string html =
+      "<h3>Effects</h3><table><tr><th>effect</th><th>used</th><th>decision</th><th>gain on held "
+      "pictures</th><th>between</th><th>time a step</th><th>memory</th></tr>";
+  for (const Json& e : effects["effects"]) {
+    html += fmt::format("<tr><td>{}</td><td>{}</td>", escape(e.value("effect", "")),
+                        e.value("used", false) ? "yes" : "no");
+    if (e.contains("gain_db"))
+      html += fmt::format(
+          "<td>{}</td><td>{}{}{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>",
+          escape(e.value("decision", "")), decibels(e["gain_db"]),
+          e.contains("where") ? fmt::format(" where only it explains the pictures, {:.1f}% of them",
+                                            100 * e["where"].get<double>())
+                              : "",
+          e.contains("far")
+              ? fmt::format("; {:.2f}% of what they show goes far", 100 * e["far"].get<double>())
+              : "",
+          decibels(e["gain_lo"]), decibels(e["gain_hi"]), e.value("time_ratio", 1.0),
+          e.value("bytes_ratio", 1.0));
+    else
+      html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
+  }
+  html += "</table>";
+  for (const std::string& note : notes_on(effects))
+    html += fmt::format("<p class=\"note\">{}</p>", escape(note));
+  if (effects.value("forced", false)) html += "<p class=\"note\">What is used was asked for, not chosen.</p>";
+  return html;
+}
+
+}  // namespace splinevox::run

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "run/support.hpp"
+#include "splinevox/train/effects.hpp"
+
+namespace splinevox::run {
+
+/// What RUN/effects.json holds: every effect with its gain, cost and decision, and every fit behind it
+/// (docs/formats.md).
+/// @param trained  the configuration of the training to come, and what of its effects a model will have:
+/// used.
+/// @param forced   whether that was asked for instead of chosen.
+Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced);
+
+/// The same in a line: "effects: motion (+6.10 dB), rigidity, view; without light (-0.08 dB)".
+std::string effects_line(const Json& effects);
+
+/// A table of them as HTML; empty if `effects` is no effects.json.
+std::string effects_table(const Json& effects);
+
+}  // namespace splinevox::run

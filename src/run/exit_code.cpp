@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/exit_code.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+
+#include "run/signals.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox::run {
+namespace {
+
+/// stdio and not fmt::print: these lines must come out even where memory or the terminal is gone, and must
+/// not throw.
+int say(const char* program, const char* text, int code) {
+  std::fprintf(stderr, "%s: %s\n", program, text);
+  return code;
+}
+
+int run(const char* program, const std::function<int()>& work) {
+  try {
+    return work();
+  } catch (const Error& error) {
+    return say(program, error.what(), error.fault == Fault::input ? 2 : 1);
+  } catch (const std::bad_alloc&) {
+    return say(program,
+               "out of memory\n  try:      --downscale 2, or fewer cells: --set grid.radiance=40,64,96 --set "
+               "grid.radiance_start=0,.15,.5",
+               1);
+  } catch (const std::exception& error) {
+    return say(program, error.what(), 1);
+  }
+}
+
+}  // namespace
+
+int exit_code_of(const char* program, const std::function<int()>& work) {
+  ignore_write_signals();
+  const int code = run(program, work);
+  errno = 0;
+  if (std::fflush(stdout) == 0 || errno == EPIPE || errno == EBADF) return code;
+  std::fprintf(stderr, "%s: standard output: could not be written: %s\n", program, std::strerror(errno));
+  return code == 0 ? 1 : code;
+}
+
+}  // namespace splinevox::run

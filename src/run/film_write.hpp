@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+
+#include "splinevox/core/image.hpp"
+
+namespace splinevox::run {
+
+/// An mp4 file written by the system's ffmpeg through a pipe.
+class Film {
+ public:
+  /// Throws Error (input) if there is no ffmpeg.
+  Film(const std::string& path, int width, int height, double fps);
+  ~Film();
+  Film(Film&& other) noexcept;
+  Film& operator=(Film&&) = delete;
+
+  /// One picture of 3 channels in [0, 1]. Throws Error (output).
+  void add(const Image& picture);
+  /// Closes the pipe and waits. Throws Error (output) if ffmpeg was not content.
+  void finish();
+
+ private:
+  std::string path_, draft_;  ///< what ffmpeg writes takes its name when it is whole
+  pid_t process_ = -1;
+  int pipe_ = -1, width_ = 0, height_ = 0;
+};
+
+}  // namespace splinevox::run

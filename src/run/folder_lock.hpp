@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+namespace splinevox::run {
+
+/// The right to write into a folder, which one process has at a time, or several that share the work; ends
+/// with the object or the process, however that ends. A file system without locks is no reason to stop.
+class FolderLock {
+ public:
+  /// @param doing  what the other process does, for the message: "training into", ...
+  /// Throws Error (input) if another process has it. Removes what a process that was killed left half written
+  /// in the folder: drafts of write_file and probes.
+  /// @param alone  false: beside others that say so, too; nothing is removed
+  FolderLock(const std::string& folder, const char* doing, bool alone = true);
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+ private:
+  int descriptor_ = -1;
+};
+
+}  // namespace splinevox::run

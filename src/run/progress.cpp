@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/progress.hpp"
+
+#include <fmt/format.h>
+#include <stdio_ext.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "splinevox/math/metrics.hpp"
+
+namespace splinevox::run {
+namespace {
+
+constexpr double kReportEvery = 0.5;  // seconds of training between two lines of metrics.jsonl
+constexpr double kLineEvery = 5;      // between two plain lines
+
+std::string bar(double share, int width) {
+  static const char* const eighths[] = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
+  const int filled = int(std::lround(std::min(std::max(share, 0.0), 1.0) * width * 8));
+  std::string text;
+  for (int i = 0; i < filled / 8; ++i) text += "█";
+  text += eighths[filled % 8];
+  for (int i = (filled + 7) / 8; i < width; ++i) text += " ";
+  return text;
+}
+
+/// Prints, or not: a terminal that is gone, a reader that went away or a full log disk is no reason to stop
+/// training. What was left in the buffer of a stream that failed is dropped too, or it would fail for ever.
+void try_print(std::FILE* out, const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), out);
+  if (std::fflush(out) == 0) return;
+  __fpurge(out);
+  std::clearerr(out);
+}
+
+}  // namespace
+
+Talk choose_talk(bool quiet, bool json) {
+  return json ? Talk::json : quiet ? Talk::quiet : ::isatty(STDERR_FILENO) ? Talk::bar : Talk::lines;
+}
+
+void Progress::note(const std::string& text) {
+  if (talk_ == Talk::quiet || talk_ == Talk::json) return;
+  finish();
+  try_print(stderr, text + "\n");
+}
+
+Json Progress::step(const StepReport& r, double held_psnr) {
+  if (since_ < 0) since_ = r.seconds;  // the time before the first step is not its own
+  last_ = r;
+  ++steps_;
+  rays_ += r.rays;
+  samples_ += r.samples;
+  loss_ += r.loss;
+  squared_error_ += double(r.rays) * std::pow(10, -r.psnr / 10);
+  return r.seconds - since_ < kReportEvery && r.progress < 1 ? Json() : report(held_psnr);
+}
+
+Json Progress::rest(double held_psnr) { return steps_ > 0 ? report(held_psnr) : Json(); }
+
+Json Progress::report(double held_psnr) {
+  const double loss = loss_ / double(steps_), took = last_.seconds - since_;
+  Json j{{"step", last_.step}, {"seconds", last_.seconds}, {"progress", last_.progress}, {"loss", loss}};
+  j["psnr"] = capped_psnr(-10 * std::log10(squared_error_ / double(rays_)));
+  if (std::isfinite(held_psnr)) j["held_psnr"] = held_psnr;
+  j.update({{"rays", rays_},
+            {"samples", samples_},
+            {"rays_per_second", took > 1e-6 ? double(rays_) / took : 0.0}});
+  steps_ = rays_ = samples_ = 0;
+  loss_ = squared_error_ = 0;
+  since_ = last_.seconds;
+  draw(j);
+  return j;
+}
+
+void Progress::draw(const Json& j) {
+  if (talk_ == Talk::json) try_print(stdout, json_text(j) + "\n");
+  if (talk_ == Talk::json || talk_ == Talk::quiet) return;
+  const double progress = last_.progress;
+  if (talk_ == Talk::lines && last_.seconds - spoken_ < kLineEvery && progress < 1) return;
+  spoken_ = last_.seconds;
+  const double left = progress > 1e-3 ? last_.seconds * (1 - progress) / progress : 0;
+  const std::string held =
+      j.contains("held_psnr") ? fmt::format("{:.1f}", j["held_psnr"].get<double>()) : "-";
+  const std::string text =
+      fmt::format("step {:>6}  loss {:.2e}  PSNR {} held, {:.1f} rays  {:.0f} krays/s  {} left", last_.step,
+                  j["loss"].get<double>(), held, j["psnr"].get<double>(),
+                  j["rays_per_second"].get<double>() / 1e3, progress > 1e-3 ? duration(left) : "?");
+  if (talk_ == Talk::bar) {
+    try_print(stderr, fmt::format("\r\033[K{:3.0f}% {} {}", 100 * progress, bar(progress, 24), text));
+    drawn_ = true;
+  } else {
+    try_print(stderr, fmt::format("{:3.0f}%  {}\n", 100 * progress, text));
+  }
+}
+
+void Progress::finish() {
+  if (drawn_) try_print(stderr, "\n");
+  drawn_ = false;
+}
+
+}  // namespace splinevox::run

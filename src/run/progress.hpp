@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include "run/support.hpp"
+#include "splinevox/train/trainer.hpp"
+
+namespace splinevox::run {
+
+enum class Talk {
+  bar,    ///< one line that is drawn over itself: stderr is a terminal
+  lines,  ///< a plain line every few seconds
+  json,   ///< one JSON object a line on stdout
+  quiet   ///< nothing but errors
+};
+Talk choose_talk(bool quiet, bool json);
+
+/// What training says while it runs. Averages the steps between two lines.
+class Progress {
+ public:
+  explicit Progress(Talk talk) : talk_(talk) {}
+  ~Progress() { finish(); }
+
+  /// A line of its own, above the bar.
+  void note(const std::string& text);
+  /// One step was done. Returns the averaged report when one is due (every half second; JSON and plain lines
+  /// less often), else null: what metrics.jsonl gets.
+  Json step(const StepReport& report, double held_psnr);
+  /// The report that is not due yet, if any step was made since the last one.
+  Json rest(double held_psnr);
+  /// Ends the line that the bar is drawn on.
+  void finish();
+  Talk talk() const { return talk_; }
+
+ private:
+  Json report(double held_psnr);
+  void draw(const Json& report);
+
+  Talk talk_;
+  bool drawn_ = false;
+  StepReport last_;
+  std::int64_t steps_ = 0, rays_ = 0, samples_ = 0;  ///< since the last report
+  double loss_ = 0, squared_error_ = 0;              ///< likewise; the latter per channel, of all rays
+  double since_ = -1, spoken_ = -1e9;
+};
+
+}  // namespace splinevox::run

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "run/folder_lock.hpp"
+#include "splinevox/core/camera.hpp"
+#include "splinevox/train/config.hpp"
+
+namespace splinevox::run {
+
+inline constexpr const char* kCheckpoint = "checkpoint.bin";
+inline constexpr const char* kEffects = "effects.json";
+inline constexpr const char* kAskedConfig =
+    "asked.toml";  ///< configuration before effects and the box were settled, where that changed it
+inline constexpr const char* kEditHistory = "edit.json";  ///< only a run that `edit` made has it
+
+/// What a run remembers beside its configuration: the [record] table of config.toml.
+struct RunRecord {
+  std::string version;  ///< of the program that made the run
+  std::string compiler;
+  std::string dataset;            ///< absolute path
+  std::uint64_t fingerprint = 0;  ///< of the training data
+  TimeMap time_map;
+};
+
+/// A folder that one run lives in (interface.md lists its files). While the object lives, no other process
+/// can open the same folder for writing. A folder that was made here and into which nothing was written goes
+/// again.
+class RunFolder {
+ public:
+  /// Makes or opens a folder to train into and proves that it can be written. A folder that already holds
+  /// something is refused unless `resume`. Throws Error (input).
+  RunFolder(const std::string& path, bool resume);
+  /// The folder of a run that another process writes: only to be read, and nothing is checked.
+  static RunFolder of_other(const std::string& path) { return RunFolder(path); }
+  ~RunFolder();
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  bool has(const std::string& name) const;
+  const std::string& path() const { return path_; }
+
+ private:
+  explicit RunFolder(const std::string& path) : path_(path) {}
+  void remove_unfinished();
+  std::string path_;
+  bool made_ = false;
+  std::optional<FolderLock> lock_;
+};
+
+/// Throws Error (input) if `path` is not the folder of a run with a saved model.
+void check_run(const std::string& path);
+
+std::string record_text(const RunRecord& record);
+/// Both tables of RUN/config.toml. Throws Error (input).
+void read_run_config(const std::string& run, Config& config, RunRecord& record);
+/// Keys whose values differ, as "key: saved -> asked", at most five.
+std::string config_difference(const Config& saved, const Config& asked);
+
+}  // namespace splinevox::run

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/sweep/sweep.hpp"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "core/nearest.hpp"
+#include "splinevox/core/error.hpp"
+#include "train/config/toml_text.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::run {
+namespace {
+
+/// The text of a number or a string; "" of anything else.
+std::string scalar(const toml::node& node) {
+  if (const auto s = node.value_exact<std::string>()) return *s;
+  if (const auto i = node.value_exact<std::int64_t>()) return std::to_string(*i);
+  return "";
+}
+
+std::vector<std::string> list(const toml::node* node, const std::string& path, const std::string& key) {
+  std::vector<std::string> words;
+  const toml::array* array = node ? node->as_array() : nullptr;
+  for (std::size_t i = 0; array && i < array->size(); ++i) words.push_back(scalar((*array)[i]));
+  if ((node && !array) || std::find(words.begin(), words.end(), "") != words.end())
+    fail({path, fmt::format("'{}' is not a list of words or whole numbers", key),
+          "for example " + key + " = [\"a\", \"b\"]", "", ""});
+  return words;
+}
+
+toml::table read(const std::string& path) {
+  const std::string text = toml_text(path);
+  try {
+    return toml::parse(text, path);
+  } catch (const toml::parse_error& e) {
+    fail({fmt::format("{}, line {}", path, e.source().begin.line), std::string(e.description()),
+          "TOML, see docs/scaling.md", "", ""});
+  }
+}
+
+/// Text as a file name may be.
+std::string file_name(std::string text) {
+  for (char& c : text)
+    if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-') c = '_';
+  return text;
+}
+
+double recorded(const Json& j, const char* key) {
+  return j.contains(key) && j[key].is_number() ? j[key].get<double>() : 0;
+}
+
+/// Quoted where a shell would take it for more than a word.
+std::string shell_word(const std::string& text) {
+  const auto plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) ||
+           std::string_view("_-./=,:+@%").find(c) != std::string_view::npos;
+  };
+  if (!text.empty() && std::all_of(text.begin(), text.end(), plain)) return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+}  // namespace
+
+std::vector<SweepTask> read_sweep(const std::string& path, const std::string& out) {
+  const toml::table file = read(path);
+  const std::vector<std::string> known = {"datasets", "presets", "seeds", "settings", "train"};
+  for (const auto& [key, value] : file)
+    if (std::find(known.begin(), known.end(), key.str()) == known.end())
+      fail({path, fmt::format("there is no '{}' in a sweep", key.str()),
+            fmt::format("{}", fmt::join(known, ", ")), std::string(key.str()),
+            nearest(std::string(key.str()), known)});
+  const auto words = [&](const char* key) { return list(file.get(key), path, key); };
+  const std::vector<std::string> datasets = words("datasets"), common = words("train");
+  std::vector<std::string> presets = words("presets"), seeds = words("seeds");
+  if (datasets.empty()) fail({path, "there are no datasets", "datasets = [\"FOLDER\", ...]", "", ""});
+  if (presets.empty()) presets = {"fast"};
+  if (seeds.empty()) seeds = {"1"};
+  std::vector<std::pair<std::string, std::vector<std::string>>> settings;
+  const toml::node* table = file.get("settings");
+  if (table && !table->is_table())
+    fail({path, "'settings' is not a table", "[settings], then lines NAME = [\"group.key=value\", ...]", "",
+          ""});
+  if (table)
+    for (const auto& [name, value] : *table->as_table())
+      settings.emplace_back(std::string(name.str()),
+                            list(&value, path, "settings." + std::string(name.str())));
+  if (settings.empty()) settings.emplace_back("", std::vector<std::string>());
+
+  std::vector<SweepTask> tasks;
+  std::set<std::string> names;
+  for (const std::string& dataset : datasets)
+    for (const std::string& preset : presets)
+      for (const auto& [setting, sets] : settings)
+        for (const std::string& seed : seeds) {
+          SweepTask t;
+          fs::path folder = fs::path(dataset).lexically_normal();
+          if (folder.filename().empty()) folder = folder.parent_path();
+          t.name = fmt::format("{}_{}{}{}_s{}", file_name(folder.filename().string()), preset,
+                               setting.empty() ? "" : "_", file_name(setting), seed);
+          if (!names.insert(t.name).second)
+            fail({path, "two tasks would have the same folder",
+                  "data sets and settings with names of their own", t.name, ""});
+          t.dataset = dataset, t.preset = preset, t.setting = setting, t.seed = seed,
+          t.run = out + "/" + t.name;
+          t.train = {"train", dataset, "--out", t.run, "--preset", preset, "--seed", seed, "--resume"};
+          for (const std::string& s : sets) t.train.insert(t.train.end(), {"--set", s});
+          t.train.insert(t.train.end(), common.begin(), common.end());
+          tasks.push_back(std::move(t));
+        }
+  return tasks;
+}
+
+SweepState state_of(const SweepTask& task) {
+  SweepState s;
+  const Json j = Json::parse(read_text(task.run + "/metrics.json"), nullptr, false);
+  if (!j.is_object() || !j.value("finished", false)) return s;
+  s.trained = true, s.done = j.contains("psnr");
+  if (s.done) s.metrics = j;
+  return s;
+}
+
+std::string sweep_csv(const std::vector<SweepTask>& tasks) {
+  std::string text = "run,dataset,preset,setting,seed,steps,train_seconds,psnr,ssim,ms_ssim\n";
+  for (const SweepTask& t : tasks) {
+    const SweepState s = state_of(t);
+    text += fmt::format("{},{},{},{},{}", t.name, t.dataset, t.preset, t.setting, t.seed);
+    for (const char* key : {"steps", "train_seconds", "psnr", "ssim", "ms_ssim"})
+      text += s.done ? fmt::format(",{}", recorded(s.metrics, key)) : ",";
+    text += "\n";
+  }
+  return text;
+}
+
+std::string sweep_table(const std::vector<SweepTask>& tasks) {
+  struct Row {
+    std::vector<double> psnr;
+    double ssim = 0, seconds = 0;
+    std::size_t tasks = 0;
+  };
+  std::vector<std::string> order;
+  std::map<std::string, Row> rows;
+  for (const SweepTask& t : tasks) {
+    const std::string name = fmt::format("| {} | {} | {} |", t.dataset, t.preset, t.setting);
+    if (!rows.contains(name)) order.push_back(name);
+    Row& row = rows[name];
+    ++row.tasks;
+    const SweepState s = state_of(t);
+    if (!s.done) continue;
+    row.psnr.push_back(recorded(s.metrics, "psnr")), row.ssim += recorded(s.metrics, "ssim"),
+        row.seconds += recorded(s.metrics, "train_seconds");
+  }
+  std::string text =
+      "| dataset | preset | setting | done | PSNR | SSIM | training s |\n| --- | --- | --- | --- | --- | --- "
+      "| --- |\n";
+  for (const std::string& name : order) {
+    const Row& r = rows[name];
+    text += fmt::format("{} {} of {} |", name, r.psnr.size(), r.tasks);
+    if (r.psnr.empty()) {
+      text += "  |  |  |\n";
+      continue;
+    }
+    const double n = double(r.psnr.size());
+    const auto [low, high] = std::minmax_element(r.psnr.begin(), r.psnr.end());
+    double sum = 0;
+    for (const double p : r.psnr) sum += p;
+    text += fmt::format(" {:.2f}{} | {:.4f} | {:.0f} |\n", sum / n,
+                        r.psnr.size() > 1 ? fmt::format(" ± {:.2f}", (*high - *low) / 2) : "", r.ssim / n,
+                        r.seconds / n);
+  }
+  return text;
+}
+
+std::string sweep_commands(const std::vector<SweepTask>& tasks) {
+  std::string text;
+  for (const SweepTask& t : tasks) {
+    text += "splinevox";
+    for (const std::string& word : t.train) text += fmt::format(" {}", shell_word(word));
+    text += fmt::format(" && splinevox eval {}\n", shell_word(t.run));
+  }
+  return text;
+}
+
+std::string slurm_script(const std::string& description, const std::string& out, std::size_t tasks,
+                         int threads) {
+  const auto whole = [](const std::string& p) { return fs::absolute(p).lexically_normal().string(); };
+  return fmt::format(
+      "#!/bin/bash\n#SBATCH --job-name=splinevox\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n#SBATCH "
+      "--output=\"{}/slurm_%a.log\"\n"
+      "cd {} && exec {} sweep {} --out {} --task \"$SLURM_ARRAY_TASK_ID\" --threads "
+      "\"${{SLURM_CPUS_PER_TASK:-{}}}\"\n",
+      tasks - 1, std::max(threads, 1), whole(out), shell_word(fs::current_path().string()),
+      shell_word(fs::read_symlink("/proc/self/exe").string()), shell_word(whole(description)),
+      shell_word(out), std::max(threads, 1));
+}
+
+}  // namespace splinevox::run

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "run/support.hpp"
+
+namespace splinevox::run {
+
+/// One training with its evaluation.
+struct SweepTask {
+  std::string name;  ///< of its run folder: dataset_preset_setting_sSEED
+  std::string dataset, preset, setting, seed;
+  std::vector<std::string> train;  ///< words for `splinevox`
+  std::string run;                 ///< its folder
+};
+
+/// Reads a description (TOML): datasets, presets, seeds, [settings] of name = list of group.key=value, train
+/// = words for every training. Every combination is a task, in the order of the lists. @param out  folder of
+/// all runs. Throws Error (input) naming the line or key.
+std::vector<SweepTask> read_sweep(const std::string& path, const std::string& out);
+
+/// How far a task is, by its run folder.
+struct SweepState {
+  bool trained = false, done = false;  ///< done: evaluated as well
+  Json metrics;                        ///< metrics.json, if done
+};
+SweepState state_of(const SweepTask& task);
+
+/// One line per task: names, steps, seconds, psnr, ssim, ms_ssim; empty where it is not done.
+std::string sweep_csv(const std::vector<SweepTask>& tasks);
+/// One line per dataset, preset and setting: seeds done, PSNR (mean and half the distance of best and worst),
+/// SSIM, seconds.
+std::string sweep_table(const std::vector<SweepTask>& tasks);
+/// What a shell would be told to do each task, one a line.
+std::string sweep_commands(const std::vector<SweepTask>& tasks);
+/// Slurm's script for an array with one task each.
+std::string slurm_script(const std::string& description, const std::string& out, std::size_t tasks,
+                         int threads);
+
+/// Trains and evaluates what is not done yet, in as many processes at a time as `jobs`; what they say goes to
+/// NAME.log beside the runs. A signal to stop is waited for: the runs save themselves and go on next time.
+/// Returns the tasks that failed.
+std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const std::string& out, int jobs,
+                                   int threads, bool quiet);
+
+}  // namespace splinevox::run

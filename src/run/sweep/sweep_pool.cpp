@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <map>
+#include <thread>
+#include <utility>
+
+#include "core/atomic_file.hpp"
+#include "run/signals.hpp"
+#include "run/sweep/sweep.hpp"
+#include "splinevox/core/error.hpp"
+
+extern char** environ;
+
+namespace splinevox::run {
+namespace {
+
+/// Starts this program with other words; what it says is added to a file.
+pid_t start(std::vector<std::string> words, const std::string& log) {
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  words.insert(words.begin(), "splinevox");
+  std::vector<char*> arguments;
+  for (std::string& w : words) arguments.push_back(w.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_CREAT | O_WRONLY | O_APPEND, 0666);
+  posix_spawn_file_actions_adddup2(&actions, 1, 2);
+  posix_spawnattr_t alone;  // a group of its own: the terminal's Ctrl-C comes to us, and from us once
+  posix_spawnattr_init(&alone);
+  posix_spawnattr_setflags(&alone, POSIX_SPAWN_SETPGROUP);
+  pid_t process = -1;
+  const int error = posix_spawn(&process, self.c_str(), &actions, &alone, arguments.data(), environ);
+  posix_spawnattr_destroy(&alone);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0)
+    fail_output({self, "could not be started", "a free process and a place for " + log, std::strerror(error),
+                 "fewer --jobs"});
+  return process;
+}
+
+constexpr std::chrono::milliseconds kLook{50};
+
+/// What is still to do for a task: training, then evaluation. Empty: nothing.
+std::vector<std::string> next_words(const SweepTask& t, int threads) {
+  const SweepState s = state_of(t);
+  const std::string path = t.run + ".words", asked = fmt::format("{}\n", fmt::join(t.train, "\n"));
+  if (!s.trained)
+    write_file(path, {asked});
+  else if (const std::string trained = read_text(path); !trained.empty() && trained != asked)
+    fail({t.run, "was trained with other words than this sweep has for it",
+          "the same description, or another name for the setting", "see " + path, "another --out"});
+  if (s.done) return {};
+  std::vector<std::string> words = s.trained ? std::vector<std::string>{"eval", t.run} : t.train;
+  words.insert(words.end(), {"--threads", std::to_string(threads)});
+  return words;
+}
+
+}  // namespace
+
+std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const std::string& out, int jobs,
+                                   int threads, bool quiet) {
+  std::vector<std::string> failed;
+  std::map<pid_t, std::size_t> running;
+  std::size_t next = 0, ended = 0;
+  bool told = false;
+  const auto go_on = [&](std::size_t task) {  // false: there is nothing left to do for it
+    const SweepTask& t = tasks[task];
+    const std::vector<std::string> words = next_words(t, threads);
+    if (words.empty()) return false;
+    try {
+      running[start(words, out + "/" + t.name + ".log")] = task;
+    } catch (const Error&) {  // the others would go on without anyone who could stop them
+      for (const auto& [process, other] : running) ::kill(process, SIGINT);
+      throw;
+    }
+    return true;
+  };
+  const auto tell = [&](const SweepTask& t, const std::string& what) {
+    ++ended;
+    if (!quiet) fmt::print("{} of {}  {}: {}\n", ended, tasks.size(), t.name, what), std::fflush(stdout);
+  };
+  while (!running.empty() || (next < tasks.size() && !stop_asked())) {
+    while (next < tasks.size() && int(running.size()) < jobs && !stop_asked()) {
+      if (!go_on(next)) tell(tasks[next], "was done");
+      ++next;
+    }
+    if (running.empty()) continue;
+    if (stop_asked() && !std::exchange(told, true))
+      for (const auto& [process, task] : running) ::kill(process, SIGINT);
+    int status = 0;
+    const pid_t process = ::waitpid(-1, &status, WNOHANG);
+    if (process <= 0 || !running.contains(process)) {
+      std::this_thread::sleep_for(kLook);
+      continue;
+    }
+    const std::size_t task = running[process];
+    running.erase(process);
+    const SweepTask& t = tasks[task];
+    const bool good = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    if (stop_asked()) continue;
+    if (!good || !state_of(t).trained) {
+      failed.push_back(t.name);
+      tell(t, fmt::format("failed, see {}/{}.log", out, t.name));
+    } else if (!go_on(task)) {
+      tell(t, fmt::format("PSNR {:.2f} dB", state_of(t).metrics.value("psnr", 0.0)));
+    }
+  }
+  return failed;
+}
+
+}  // namespace splinevox::run

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/train_options.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "run/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/math/sh.hpp"
+#include "splinevox/train/effects.hpp"
+
+namespace splinevox::run {
+namespace {
+
+/// --effects: `auto` leaves those of the preset to choose from; `all` is every effect in full, which for view
+/// dependence is the highest order; of a list, what is not named is off.
+void apply_effects(Config& c, const std::string& text) {
+  if (text == "auto") return;
+  const std::vector<std::string>& known = effect_names();
+  const std::vector<std::string> names = text == "all" ? known : split_list(text);
+  for (const std::string& n : names)
+    if (std::find(known.begin(), known.end(), n) == known.end())
+      fail({"--effects", fmt::format("there is no effect '{}'", n),
+            fmt::format("auto, all, or a list of {}", fmt::join(known, ", ")), text, ""});
+  const auto on = [&](const char* name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  if (on("rigidity") && !on("motion"))
+    fail({"--effects", "rigidity scales motion, so it needs motion", "motion,rigidity", text, ""});
+  c.motion.enabled = on("motion");
+  c.motion.rigidity = on("rigidity");
+  c.motion.light = on("light");
+  c.radiance.sh_order = text == "all" ? kMaxShOrder : on("view") ? std::max(c.radiance.sh_order, 1) : -1;
+  c.run.background_order = on("background") ? std::max(c.run.background_order, 0) : -1;
+}
+
+}  // namespace
+
+std::vector<float> parse_background(const std::string& text) {
+  if (text == "white") return {1, 1, 1};
+  if (text == "black") return {0, 0, 0};
+  const char* expected = "white, black or three numbers R,G,B in 0..1";
+  const std::vector<double> v = numbers(text, ',', "--background", expected);
+  if (v.size() != 3 || *std::min_element(v.begin(), v.end()) < 0 || *std::max_element(v.begin(), v.end()) > 1)
+    fail({"--background", "this is not a colour", expected, text, ""});
+  return {float(v[0]), float(v[1]), float(v[2])};
+}
+
+Config effective_config(const TrainOptions& o, const Config* resumed) {
+  const std::string name = o.preset.value_or(resumed ? resumed->preset : "fast");
+  Config c = preset(name);
+  if (resumed) {
+    if (resumed->preset != name)
+      fail({"--preset", "the run in --out was made with another preset", resumed->preset, name,
+            "leave --preset out, or another folder for --out"});
+    c = *resumed;
+  }
+  if (!o.config_file.empty()) {
+    read_config(c, o.config_file);
+    if (o.preset && c.preset != *o.preset)
+      fail({o.config_file, "this file and --preset name different presets", *o.preset, c.preset,
+            "leave one of them out"});
+  }
+  apply_effects(c, o.effects);
+  for (const std::string& s : o.sets) set_config(c, s, "--set " + s);
+  const auto set = [&](const char* flag, const char* key, const auto& value) {
+    if (value) set_config(c, fmt::format("{}={}", key, *value), flag);
+  };
+  set("--max-time", "run.max_time", o.max_time);
+  set("--max-steps", "run.max_steps", o.max_steps);
+  if (o.max_steps && !o.max_time) c.run.max_time = 0;
+  set("--seed", "run.seed", o.seed);
+  set("--downscale", "run.downscale", o.downscale);
+  if (o.background) c.run.background = parse_background(*o.background), c.run.background_order = -1;
+  validate(c);
+  return c;
+}
+
+}  // namespace splinevox::run

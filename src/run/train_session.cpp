@@ -1,0 +1,325 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/train_session.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include "backend/pictures.hpp"
+#include "core/process.hpp"
+#include "io/checkpoint.hpp"
+#include "io/manifest.hpp"
+#include "run/signals.hpp"
+#include "run/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/image_write.hpp"
+#include "splinevox/io/model_vdb.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::run {
+namespace {
+
+constexpr double kHeldShare = 0.025;       // of training time, for pictures of the held view
+constexpr double kCheckpointShare = 0.02;  // of training time at most
+
+/// A stable hash of a text (FNV-1a, 64 bit).
+std::uint64_t fnv1a(const std::string& text) {
+  std::uint64_t h = 14695981039346656037u;
+  for (const char c : text) h = (h ^ std::uint8_t(c)) * 1099511628211u;
+  return h;
+}
+
+/// A configuration's text without the line on how often checkpoints are written, which is no part of what is
+/// trained.
+std::string without_interval(std::string text) {
+  const std::size_t before = text.find("\ncheckpoint_every");
+  return before == text.npos ? text : text.erase(before, text.find('\n', before + 1) - before);
+}
+
+Json triple(const Vec3& v) { return {v.x, v.y, v.z}; }
+
+/// A discarded step and the rays that caused it.
+Json discarded_json(const StepReport& r, const Split& train) {
+  Json j{{"step", r.step}, {"discarded", true}, {"bad_rows", r.bad_rows}, {"rays", Json::array()}};
+  for (const BadRay& ray : r.bad_rays)
+    j["rays"].push_back({{"view", train.frames[std::size_t(ray.frame)].name},
+                         {"index", ray.index},
+                         {"time", ray.time},
+                         {"origin", triple(ray.origin)},
+                         {"direction", triple(ray.direction)},
+                         {"target", triple(ray.target)}});
+  return j;
+}
+
+/// metrics.jsonl without the lines after `step`: those of a run that died after its last checkpoint.
+void cut_metrics(const std::string& path, std::int64_t step) {
+  std::string kept;
+  for (const std::string& line : split_list(read_text(path), '\n')) {
+    const Json j = Json::parse(line, nullptr, false);
+    if (j.is_object() && j.value("step", std::int64_t(0)) <= step) kept += line + "\n";
+  }
+  write_file(path, {kept});
+}
+
+}  // namespace
+
+TrainSession::TrainSession(Setup setup, Progress& progress)
+    : setup_(std::move(setup)),
+      progress_(progress),
+      trainer_(setup_.config, *setup_.data.find("train"), setup_.data.time_map, setup_.seconds_used,
+               setup_.ranks, std::move(setup_.steps)) {
+  if (setup_.resume) resume();
+  const Split* split = setup_.data.find("val");
+  held_is_training_ = !split || split->frames.empty();
+  if (held_is_training_) split = setup_.data.find("train");
+  held_ = split->frames[split->frames.size() / 2];
+}
+
+double TrainSession::clock() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Ranks hear signals at different steps, and must stop at the same one.
+bool TrainSession::go_on() {
+  interrupted_ = stop_asked();
+  if (setup_.ranks) {
+    const double mine = interrupted_;
+    for (const double theirs : setup_.ranks->gather({&mine, 1})) interrupted_ |= theirs != 0;
+  }
+  return !interrupted_ && !trainer_.done();
+}
+
+Json TrainSession::run() {
+  checkpoint_at_ = stepped_at_ = clock();
+  while (go_on()) {
+    step();
+    if (!writes()) continue;
+    if (held_view_due(last_.seconds)) {
+      const double start = clock();
+      render_held_view(trainer_.model(), start);
+    }
+    if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
+      finish_checkpoint();
+    const bool due = clock() - checkpoint_at_ >
+                     std::max(setup_.config.run.checkpoint_every, checkpoint_cost_ / kCheckpointShare);
+    if (due && !writing_.valid()) start_checkpoint();
+  }
+  if (!writes()) return figures();
+  report(progress_.rest(held_psnr_));
+  progress_.finish();
+  const double start = clock();
+  finish_checkpoint();
+  if (written_step_ != last_.step) start_checkpoint();
+  const VoxelModel model = trainer_.finish();
+  const FileDigest digest = save_model(setup_.folder.file("model.vdb"), model,
+                                       {{"splinevox", kVersion},
+                                        {"preset", setup_.config.preset},
+                                        {"dataset", fs::path(setup_.data.path).filename().string()}});
+  finish_checkpoint();
+  saving_ = clock() - start;
+  if (!interrupted_) render_held_view(model, clock());
+  save_manifest(digest);
+  return figures();
+}
+
+void TrainSession::step() {
+  const double start = clock();
+  try {
+    last_ = trainer_.step(start - stepped_at_);
+  } catch (const Error& error) {
+    if (error.fault == Fault::numeric && writes()) save_replay();
+    if (error.fault == Fault::numeric && setup_.ranks)
+      setup_.ranks->from_first(0);  // who leaves early ends the one that saves
+    throw;
+  }
+  stepped_at_ = clock();
+  stepping_ += stepped_at_ - start;
+  ++steps_;
+  rays_ += last_.rays;
+  samples_ += last_.samples;
+  if (!last_.discarded) return report(progress_.step(last_, held_psnr_));
+  ++discarded_;
+  report(discarded_json(last_, *setup_.data.find("train")));
+  progress_.note(fmt::format("step {} was not finite ({} rows, {} rays) and is discarded", last_.step,
+                             last_.bad_rows, last_.bad_rays.size()));
+}
+
+/// The run as it was before the steps that failed, and those steps with their rays. Draws depend on (seed,
+/// step) alone, so --resume meets the same rays again.
+void TrainSession::save_replay() {
+  const std::vector<StepReport>& bad = trainer_.discarded();
+  last_ = bad.front();
+  --last_.step;
+  finish_checkpoint();
+  start_checkpoint();
+  const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model());
+  finish_checkpoint();
+  Json replay{{"checkpoint", kCheckpoint},
+              {"step", last_.step},
+              {"seed", setup_.config.run.seed},
+              {"discarded", Json::array()}};
+  for (const StepReport& r : bad)
+    replay["discarded"].push_back(discarded_json(r, *setup_.data.find("train")));
+  const std::string path = setup_.folder.file("replay.json");
+  write_file(path, {json_text(replay, 2) + "\n"});
+  save_manifest(model);
+  progress_.note(fmt::format("the steps and their rays are in {}; --resume meets them again", path));
+}
+
+/// A line that the disk does not take is counted and lost: the checkpoint at the end is what must not be.
+void TrainSession::report(const Json& line) {
+  if (line.is_null() || !writes()) return;
+  std::ofstream out(setup_.folder.file("metrics.jsonl"), std::ios::app);
+  if (!(out << json_text(line) << "\n" << std::flush)) ++lines_lost_;
+}
+
+/// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
+bool TrainSession::held_view_due(double seconds) const {
+  if (last_.stage_changed) return false;  // the step that just refined was slow already
+  const double expected =
+      held_cost_ > 0 ? held_cost_ : 1e-6 * double(held_->image.width) * held_->image.height * 2;
+  return held_spent_ + expected < kHeldShare * seconds && last_.progress > 0.02 && last_.progress < 0.98;
+}
+
+void TrainSession::render_held_view(const VoxelModel& model, double start) {
+  if (held_step_ == double(last_.step)) return;
+  const Image picture =
+      clamped(Renderer(model, make_pictures(setup_.device, model)).render(held_->camera, held_->time).rgb);
+  held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, model.background.color)));
+  held_step_ = double(last_.step);
+  const std::string folder = setup_.folder.file("preview");
+  std::error_code ignored;
+  fs::create_directories(folder, ignored);
+  const std::vector<char> png = encode_png(picture);  // no waiting for the disk: these are only to look at
+  const std::string path = fmt::format("{}/step_{:06}.png", folder, last_.step);
+  if (!std::ofstream(path, std::ios::binary).write(png.data(), std::streamsize(png.size())).flush())
+    fs::remove(path, ignored);
+  held_cost_ = clock() - start;
+  held_spent_ += held_cost_;
+  report({{"step", last_.step},
+          {"seconds", last_.seconds},
+          {"held_psnr", held_psnr_},
+          {"held_view", held_->name}});
+}
+
+void TrainSession::resume() {
+  const std::string path = setup_.folder.file(kCheckpoint);
+  const Checkpoint saved = read_checkpoint(path);
+  const CheckpointHeader expected = header();
+  if (saved.header.kind == expected.kind && saved.header.format != expected.format)
+    fail({path, "was written by another version of splinevox",
+          fmt::format("training state {}", expected.format), fmt::format("{}", saved.header.format),
+          "resume with the version that wrote it, or another folder for --out"});
+  if (saved.header.kind != expected.kind || saved.header.config != expected.config ||
+      saved.header.dataset != expected.dataset)
+    fail({path, "this checkpoint belongs to another run", "the checkpoint that config.toml was written with",
+          "", "another folder for --out"});
+  if (!saved.note.empty()) progress_.note("note: " + saved.note);
+  trainer_.restore(saved.bytes);
+  std::error_code ignored;
+  fs::remove(setup_.folder.file(kManifestName), ignored);  // it lists files as they will soon not be
+  last_.step = std::int64_t(saved.header.step);
+  last_.seconds = trainer_.seconds();
+  cut_metrics(setup_.folder.file("metrics.jsonl"), last_.step);
+}
+
+CheckpointHeader TrainSession::header() const {
+  CheckpointHeader h;
+  h.kind = "trainer";
+  h.format = Trainer::kStateFormat;
+  h.config = fnv1a(without_interval(write_config(setup_.config)));
+  h.dataset = setup_.data.fingerprint;
+  h.step = std::uint64_t(last_.step);
+  return h;
+}
+
+/// Hands the state to the system here, without a copy, and waits for the disk on a thread of its own. What
+/// goes wrong comes out of finish_checkpoint: by then whoever is about to save more has tried to.
+void TrainSession::start_checkpoint() {
+  const double start = clock();
+  std::function<FileDigest()> commit;
+  try {
+    trainer_.save([&](std::span<const std::string_view> pieces) {
+      commit = [file = std::make_shared<PendingCheckpoint>(setup_.folder.file(kCheckpoint), header(),
+                                                           pieces)] { return file->commit(); };
+    });
+  } catch (const Error&) {
+    commit = [wrong = std::current_exception()]() -> FileDigest { std::rethrow_exception(wrong); };
+  }
+  try {
+    writing_ = std::async(std::launch::async, commit);
+  } catch (const std::system_error&) {  // no more threads to be had
+    writing_ = std::async(std::launch::deferred, commit);
+  }
+  written_step_ = last_.step;
+  checkpoint_at_ = clock();
+  checkpoint_cost_ = checkpoint_at_ - start;
+}
+
+/// Throws what the writing threw.
+void TrainSession::finish_checkpoint() {
+  if (writing_.valid()) checkpoint_digest_ = writing_.get();
+}
+
+/// What `verify` checks. Written last: it says that everything else is there.
+void TrainSession::save_manifest(const FileDigest& model) {
+  const auto& folder = setup_.folder;
+  Manifest manifest;
+  manifest.kind = "run";
+  manifest.info["splinevox"] = kVersion;
+  manifest.files = {manifest_entry(folder.path(), "config.toml"),
+                    manifest_entry(folder.path(), "metrics.jsonl"),
+                    {"model.vdb", model, {}},
+                    {kCheckpoint, checkpoint_digest_, {{"step", double(last_.step)}}}};
+  for (const char* name : {kAskedConfig, kEffects})
+    if (folder.has(name)) manifest.files.push_back(manifest_entry(folder.path(), name));
+  write_manifest(folder.path(), manifest);
+}
+
+Json TrainSession::figures() const {
+  const PhaseSeconds p = trainer_.phases();
+  const double in_ray_loop = p.rays, all = std::max(stepping_, 1e-9);
+  Json j{{"steps", last_.step}, {"train_seconds", last_.seconds}, {"finished", !interrupted_}};
+  const int most = setup_.config.run.max_steps;
+  j["ended"] = interrupted_ ? "signal" : most > 0 && last_.step >= most ? "steps" : "time";
+  j["preset"] = setup_.config.preset;
+  j["seed"] = setup_.config.run.seed;
+  j["loss"] = last_.loss;
+  if (discarded_ > 0) j["discarded_steps"] = discarded_;
+  if (lines_lost_ > 0) j["metrics_lines_lost"] = lines_lost_;
+  if (std::isfinite(held_psnr_))
+    j["held"] = {{"view", held_->name}, {"psnr", held_psnr_}, {"of_training_split", held_is_training_}};
+  j["phases"] = {{"slices", p.slices},         {"rays", p.rays},     {"scatter", p.scatter},
+                 {"regularise", p.regularise}, {"update", p.update}, {"occupancy", p.occupancy},
+                 {"refine", p.refine}};
+  if (setup_.ranks) {
+    const Ranks::Traffic& t = setup_.ranks->traffic;
+    const double steps = std::max(1.0, double(steps_));
+    j["ranks"] = {{"count", setup_.ranks->count()},
+                  {"bytes_per_step", double(t.bytes) / steps},
+                  {"seconds_per_step", t.seconds / steps}};
+  }
+  if (trainer_.moving_share() < 1) j["moving_share"] = trainer_.moving_share();
+  j["outside_ray_loop"] = std::max(0.0, 1 - in_ray_loop / all);
+  j["rays_per_second"] = double(rays_) / all;
+  j["samples_per_second"] = double(samples_) / all;
+  j["load_seconds"] = setup_.seconds_used;
+  j["held_view_seconds"] = held_spent_;
+  j["save_seconds"] = saving_;
+  j["peak_memory_bytes"] = peak_memory();
+  return j;
+}
+
+}  // namespace splinevox::run

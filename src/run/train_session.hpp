@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <future>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "backend/step.hpp"
+#include "io/checkpoint.hpp"
+#include "run/progress.hpp"
+#include "run/run_folder.hpp"
+#include "splinevox/backend/device.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/train/trainer.hpp"
+#include "train/ranks.hpp"
+
+namespace splinevox::run {
+
+/// Trains into a run folder: steps, reports, pictures of a held view, checkpoints, the final files.
+class TrainSession {
+ public:
+  struct Setup {
+    const Config& config;
+    const Dataset& data;
+    const RunFolder& folder;
+    double seconds_used;                 ///< of the budget, before this
+    bool resume;                         ///< there is a checkpoint to go on from
+    Ranks* ranks;                        ///< who trains with us, if any; only the first of them writes
+    Device device;                       ///< makes pictures
+    std::unique_ptr<StepBackend> steps;  ///< makes steps; null: the threads do
+  };
+  TrainSession(Setup setup, Progress& progress);
+
+  /// Until the budget is spent or a signal asks to stop; saves either way. Returns the figures of
+  /// metrics.json.
+  Json run();
+  /// Whether a signal made `run` end.
+  bool interrupted() const { return interrupted_; }
+
+ private:
+  double clock() const;
+  bool writes() const { return !setup_.ranks || setup_.ranks->first(); }
+  bool go_on();
+  void step();
+  void report(const Json& line);
+  void save_replay();
+  bool held_view_due(double seconds) const;
+  /// @param start  when this began, the making of the model included
+  void render_held_view(const VoxelModel& model, double start);
+  void resume();
+  CheckpointHeader header() const;
+  void start_checkpoint();
+  void finish_checkpoint();
+  void save_manifest(const FileDigest& model);
+  Json figures() const;
+
+  Setup setup_;
+  Progress& progress_;
+  Trainer trainer_;
+  std::optional<Frame> held_;  ///< a view that training does not see, or the first it does
+  bool held_is_training_ = false;
+  double held_psnr_ = std::numeric_limits<double>::quiet_NaN();
+  double held_cost_ = 0, held_spent_ = 0, held_step_ = -1;
+  double stepped_at_ = 0;  ///< when the last step ended
+  double checkpoint_at_ = 0, checkpoint_cost_ = 0, saving_ = 0;
+  std::future<FileDigest> writing_;  ///< a checkpoint on its way to the disk
+  std::int64_t written_step_ = -1;   ///< of the last checkpoint that was begun
+  FileDigest checkpoint_digest_;
+  StepReport last_;
+  std::int64_t discarded_ = 0,
+               lines_lost_ = 0;  ///< steps that were not finite; lines that metrics.jsonl did not take
+  bool interrupted_ = false;
+  std::int64_t steps_ = 0, samples_ = 0, rays_ = 0;  ///< of this session
+  double stepping_ = 0;                              ///< seconds of this session in Trainer::step
+};
+
+}  // namespace splinevox::run

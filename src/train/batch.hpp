@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/views.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/train/config.hpp"
+
+namespace splinevox {
+
+/// Rays of a few frames and the colours they should have.
+struct Batch {
+  struct Task {
+    int frame;        ///< index into frames
+    int first, last;  ///< rays [first, last)
+  };
+  std::vector<int> frames;            ///< training frame of each slot
+  std::vector<RayInput<float>> rays;  ///< grouped by frame slot
+  std::vector<Vec3>
+      targets;  ///< [rays] composited over the ray's background; 1: or more (math/photometric.hpp)
+  std::vector<Task> tasks;  ///< fixed cut of the rays into pieces of work, none across frames
+};
+
+/// Draws batches. A draw depends on (seed, step) alone.
+///
+/// Frames come from a shuffled deck, so every frame is used equally often. With a window the deck holds only
+/// frames around the middle one in time at first and grows to all of them: what is fitted to moments close
+/// together needs little motion, so every part gets one canonical place before fast motion tempts it into
+/// several (docs/experiments.md). Rays come in patches of 2 x 2 pixels, whose samples share cache lines; most
+/// are taken where the picture shows something or nearly does, the rest anywhere, so that matter where there
+/// should be none is found as well.
+///
+/// Some rays carve: a camera of a neighbouring time looks past its silhouette, further away than things move
+/// in between, and there must be nothing *now* either. With one camera per time, matter can hide behind the
+/// body from the only view of its time; other views of about that time see it beside the body. Needs pictures
+/// with alpha; frames without any are never carved with.
+class BatchSampler {
+ public:
+  /// @param brightest  largest value of a random background
+  BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, std::uint64_t seed,
+               float brightest = 1);
+  void set_box(const Box& box) { box_ = box; }
+  /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
+  /// step, scene units.
+  /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
+  /// they are random.
+  void draw(std::int64_t index, double progress, float step, const Background& background, Batch& out) const;
+  /// The frames that may be drawn, in order of time.
+  std::span<const int> window(double progress) const;
+  /// Whether that is all of them.
+  bool whole(double progress) const { return config_.window >= 1 || progress >= config_.window_full; }
+
+ private:
+  /// One 2 x 2 patch: of the slot's own frame, or of another one that carves.
+  struct Patch {
+    int frame;
+    std::uint32_t block;
+    friend auto operator<=>(const Patch&, const Patch&) = default;
+  };
+  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
+
+  const Split& train_;
+  Box box_;
+  SamplingConfig config_;
+  float brightest_;  ///< random background
+  std::uint64_t seed_;
+  std::vector<int> by_time_, rank_;  ///< frames in order of time, and each frame's place in that order
+  std::vector<std::vector<std::uint8_t>>
+      clearance_;  ///< per frame and 2 x 2 block: blocks to the nearest with any alpha, at most 255
+  std::vector<std::vector<std::uint32_t>>
+      busy_;  ///< per frame: 2 x 2 blocks (y * width / 2 + x) near what the picture shows
+};
+
+}  // namespace splinevox

@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "view/pack.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "field/lattice/row_mask.hpp"
+#include "field/lattice/slice.hpp"
+#include "io/model/model_meta.hpp"
+#include "math/activation.hpp"
+#include "render/occupancy.hpp"
+#include "run/edit_session.hpp"
+#include "view/codec.hpp"
+#include "view/reduce.hpp"
+
+namespace splinevox::run {
+namespace {
+
+constexpr int kOccupancyCells = 64;
+constexpr float kOccupancyAlpha = 1e-3f;  ///< as the renderer
+constexpr float kSeenAlpha =
+    2e-4f;                         ///< per step; below it 300 samples together hide 6% of what is behind them
+constexpr float kColourLimit = 8;  ///< raw colours beyond it are black or white to 1/3000
+
+Json triple(const auto& v) { return Json::array({v.x, v.y, v.z}); }
+
+/// Per slot of the table: rows within one vertex of anything to see. Cells with nothing to see at any corner
+/// stay without: an interpolated density is never above the largest one at the corners.
+std::vector<RowMask> seen_rows(const RadianceField& field, float step) {
+  const Topology& t = *field.raw.topology;
+  std::vector<RowMask> seen(t.table.size());
+  const Int3 limit = kBrick * t.dims;
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const float raw = field.raw.row(std::size_t(b) * kBrickRows + i)[0];
+      const float depth = field.activation.scale * softplus(raw + field.activation.shift).value * step;
+      if (!(one_minus_exp_neg(depth) >= kSeenAlpha)) continue;
+      const Int3 v = t.vertex(b, i) + Int3{kBrick, kBrick, kBrick};
+      Int3 n;
+      for (n.x = v.x - 1; n.x <= v.x + 1; ++n.x)
+        for (n.y = v.y - 1; n.y <= v.y + 1; ++n.y)
+          for (n.z = v.z - 1; n.z <= v.z + 1; ++n.z) {
+            if (n.x >= limit.x || n.y >= limit.y || n.z >= limit.z) continue;
+            const RingVertex at = ring_vertex(n);
+            seen[ring_slot(t, at.brick)].set(at.row);
+          }
+    }
+  return seen;
+}
+
+/// Collects planes of numbers and says where each is.
+struct Writer {
+  PackedScene out;
+  Json plane(const std::vector<std::uint16_t>& values, int bits) {
+    Json place{{"offset", out.bytes.size()}, {"count", values.size()}, {"bits", bits}};
+    append_plane(out.bytes, values, bits);
+    return place;
+  }
+};
+
+Json table_of(Writer& w, const Topology& t, const std::vector<Int3>& ring_bricks) {
+  std::vector<std::uint16_t> at;
+  for (int a = 0; a < 3; ++a)
+    for (const Int3& b : ring_bricks) at.push_back(std::uint16_t(b[a]));
+  return {{"origin", triple(t.lattice.origin - float(kBrick) * t.lattice.spacing * Vec3{1, 1, 1})},
+          {"spacing", t.lattice.spacing},
+          {"dims", triple(t.dims)},
+          {"bricks", ring_bricks.size()},
+          {"places", w.plane(at, 16)}};
+}
+
+/// One column of the seen rows of all packed bricks; a row that nothing sees repeats the one before, which
+/// costs nothing.
+struct StoredColumn {
+  const RadianceField& field;
+  const std::vector<RowMask>& seen;
+  const std::vector<Int3>& bricks;
+
+  template <class Visit>
+  void each(int column, Visit&& visit) const {
+    const Topology& t = *field.raw.topology;
+    for (const Int3& b : bricks) {
+      const std::size_t slot = ring_slot(t, b);
+      for (int i = 0; i < kBrickRows; ++i)
+        visit(seen[slot].test(i), field.raw.row(std::size_t(t.table[slot]) * kBrickRows + i)[column]);
+    }
+  }
+  Quantiser range(int first, int last, float limit, int bits) const {
+    Quantiser q{0, 0, bits};
+    bool any = false;
+    for (int c = first; c < last; ++c)
+      each(c, [&](bool used, float v) {
+        if (!used || !std::isfinite(v)) return;
+        v = std::clamp(v, -limit, limit);
+        q.lo = any ? std::min(q.lo, v) : v, q.hi = any ? std::max(q.hi, v) : v;
+        any = true;
+      });
+    return q;
+  }
+  std::vector<std::uint16_t> quantised(int column, const Quantiser& q, bool repeat) const {
+    std::vector<std::uint16_t> values;
+    values.reserve(bricks.size() * kBrickRows);
+    std::uint16_t last = 0;
+    each(column, [&](bool used, float v) {
+      if (used) last = q(v);
+      values.push_back(used || repeat ? last : std::uint16_t(0));
+    });
+    return values;
+  }
+};
+
+Json pack_radiance(Writer& w, const RadianceField& field, float step, const ViewQuality& quality) {
+  const Topology& t = *field.raw.topology;
+  const std::vector<RowMask> seen = seen_rows(field, step);
+  std::vector<Int3> bricks;
+  Int3 b;
+  for (b.x = 0; b.x < t.dims.x; ++b.x)
+    for (b.y = 0; b.y < t.dims.y; ++b.y)
+      for (b.z = 0; b.z < t.dims.z; ++b.z)
+        if (seen[ring_slot(t, b)].any()) bricks.push_back(b);
+  Json out = table_of(w, t, bricks);
+  out["scale"] = field.activation.scale, out["shift"] = field.activation.shift;
+  out["sh_order"] = field.sh_order;
+  const StoredColumn columns{field, seen, bricks};
+  const auto add = [&](int column, const Quantiser& q, bool repeat) {
+    const float background = field.raw.row(0)[column];
+    out["columns"].push_back({{"lo", q.lo},
+                              {"hi", q.hi},
+                              {"background", std::clamp(background, q.lo, q.hi)},
+                              {"plane", w.plane(columns.quantised(column, q, repeat), q.bits)}});
+  };
+  out["columns"] = Json::array();
+  add(0, columns.range(0, 1, 1e30f, quality.density_bits), false);
+  const Quantiser colour = columns.range(1, 4, kColourLimit, quality.colour_bits);
+  for (int c = 1; c < 4; ++c) add(c, colour, true);
+  if (field.sh_order < 0) return out;
+  const Quantiser sh = columns.range(4, 4 + field.sh_count(), 1e30f, quality.sh_bits);
+  for (int c = 0; c < field.sh_count(); ++c) add(4 + c, sh, true);
+  return out;
+}
+
+/// Cells of observed space that hold matter at some time, and their neighbours: what moves less than a cell
+/// between two of the times looked at is not missed.
+BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
+  const OccupancyPyramid canonical(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step));
+  const int times = std::max(64, 4 * motion.points);
+  BitGrid ever = canonical.levels[0];
+  if (!motion.displaces) return ever;
+  for (int i = 0; i <= times; ++i)
+    ever |= frame_occupancy(model, make_slice(motion, stored_weights(motion, double(i) / times)), canonical);
+  return dilate(ever);
+}
+
+Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int bits) {
+  const Channels& level = motion.levels.back();
+  const Topology& t = *level.topology;
+  std::vector<Int3> bricks;
+  for (int b = 1; b <= t.brick_count(); ++b) bricks.push_back(t.bricks[b] + Int3{1, 1, 1});
+  Json out = table_of(w, t, bricks);
+  out["size"] = triple(t.lattice.size);
+  out["basis"] = kBasisNames[std::size_t(motion.basis)];
+  out["time_curve"] = Json::array();
+  for (const TimeCurve::Knot& k : motion.time_curve.knots) out["time_curve"].push_back({k.time, k.value});
+  out["points"] = motion.points, out["stored"] = motion.stored_points();
+  out["displaces"] = motion.displaces, out["light"] = motion.light,
+  out["rigidity"] = motion.rigidity && motion.displaces;
+  out["rigidity_offset"] = motion.rigidity_offset;
+  // Rows that no sample in an occupied cell reads.
+  std::vector<RowMask> read(t.bricks.size());
+  const Vec3 reach = t.lattice.spacing * Vec3{1, 1, 1};
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Int3 v = t.vertex(b, i);
+      const bool inside = v.x < t.lattice.size.x && v.y < t.lattice.size.y && v.z < t.lattice.size.z;
+      if (inside && ever.any(t.position(b, i) - reach, t.position(b, i) + reach)) read[b].set(i);
+    }
+  /// Signed numbers with one scale: 0 stays 0, so that what does not move stands still. A row that is not
+  /// read repeats the one before.
+  const auto add = [&](int first, int count) {
+    float largest = 0;
+    const auto each = [&](int column, auto&& visit) {
+      float last = 0;
+      for (int b = 1; b <= t.brick_count(); ++b)
+        for (int i = 0; i < kBrickRows; ++i) {
+          const float x = level.row(std::size_t(b) * kBrickRows + i)[column];
+          if (read[b].test(i)) last = std::isfinite(x) ? x : 0.0f;
+          visit(last);
+        }
+    };
+    for (int c = first; c < first + count; ++c)
+      each(c, [&](float v) { largest = std::max(largest, std::abs(v)); });
+    const float scale = largest > 0 ? largest / float((1 << (bits - 1)) - 1) : 1.0f;
+    Json entry{{"scale", scale}, {"planes", Json::array()}};
+    for (int c = first; c < first + count; ++c) {
+      std::vector<std::uint16_t> values;
+      each(c, [&](float v) { values.push_back(std::uint16_t(std::int16_t(std::lround(v / scale)))); });
+      entry["planes"].push_back(w.plane(values, 16));
+    }
+    return entry;
+  };
+  for (const char* key : {"control_points", "light_points"}) out[key] = Json::array();
+  for (int k = 0; k < motion.stored_points(); ++k) {
+    if (motion.displaces) out["control_points"].push_back(add(motion.stride() * k, 3));
+    if (motion.light) out["light_points"].push_back(add(motion.stride() * k + motion.light_lane(), 1));
+  }
+  if (out["rigidity"]) {
+    out["rigidity_values"] = add(motion.rigidity_column(), 1);
+    out["rigidity_background"] = level.row(0)[motion.rigidity_column()];
+  }
+  return out;
+}
+
+Json bits_of(Writer& w, const BitGrid& grid) {
+  std::vector<std::uint16_t> bytes;
+  for (std::size_t i = 0; i < grid.cells(); i += 8) {
+    unsigned byte = 0;
+    for (std::size_t j = i; j < std::min(i + 8, grid.cells()); ++j) byte |= unsigned(grid.test(j)) << (j - i);
+    bytes.push_back(std::uint16_t(byte));
+  }
+  return w.plane(bytes, 8);
+}
+
+Json pack_clusters(Writer& w, const VoxelModel& model, const MotionClusters& clusters) {
+  std::vector<std::uint16_t> labels;
+  for (const std::int16_t label : clusters.label) labels.push_back(std::uint16_t(label + 1));
+  const Lattice& cells = clusters.cells;
+  Json out{{"origin", triple(cells.origin)},
+           {"spacing", cells.spacing},
+           {"size", triple(cells.size)},
+           {"labels", w.plane(labels, 8)},
+           {"colours", Json::array()}};
+  for (std::size_t c = 0; c < clusters.clusters.size(); ++c)
+    out["colours"].push_back(triple(part_colour(model, c)));
+  return out;
+}
+
+}  // namespace
+
+const std::vector<ViewQuality>& view_qualities() {
+  static const std::vector<ViewQuality> all{{12, 10, 8, 16, 0}, {10, 8, 6, 12, 0}, {10, 8, 0, 12, 0},
+                                            {8, 6, 0, 10, 0},   {10, 8, 6, 12, 1}, {8, 7, 0, 10, 1},
+                                            {8, 7, 0, 10, 2}};
+  return all;
+}
+
+PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, const MotionClusters* clusters) {
+  RadianceField field = quality.sh_bits ? model.radiance : without_view(model.radiance);
+  for (int i = 0; i < quality.halvings; ++i) field = halved(field);
+  const MotionField motion = collapse(model.motion);
+  const BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
+  Json behind = Json::array();
+  for (int j = 0; j < model.background.count(); ++j) behind.push_back(triple(model.background.raw[j]));
+  Writer w;
+  w.out.header = {{"box", {{"lo", triple(model.box.lo)}, {"hi", triple(model.box.hi)}}},
+                  {"background", triple(model.background.color)},
+                  {"background_harmonics", std::move(behind)},
+                  {"step", model.step},
+                  {"time", {{"origin", model.time_map.origin}, {"scale", model.time_map.scale}}}};
+  w.out.header["radiance"] = pack_radiance(w, field, model.step, quality);
+  w.out.header["occupancy"] = {{"origin", triple(canonical.origin)},
+                               {"cell", canonical.cell},
+                               {"size", triple(canonical.size)},
+                               {"canonical", bits_of(w, canonical)}};
+  if (clusters) w.out.header["clusters"] = pack_clusters(w, model, *clusters);
+  if (motion.levels.empty()) return std::move(w.out);
+  const BitGrid ever = ever_occupied(model, motion);
+  w.out.header["occupancy"]["ever"] = bits_of(w, ever);
+  w.out.header["motion"] = pack_motion(w, motion, ever, quality.motion_bits);
+  return std::move(w.out);
+}
+
+}  // namespace splinevox::run

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "view/page.hpp"
+
+#include <fmt/format.h>
+
+#include "report/chart.hpp"
+#include "view/codec.hpp"
+
+namespace splinevox::run {
+namespace {
+
+constexpr const char* kShaders[] = {"pass.vert",   "contract.frag", "occupancy.frag",
+                                    "blocks.frag", "march.frag",    "present.frag"};
+constexpr const char* kScripts[] = {"basis.js",   "data.js",  "gl.js",       "scene.js", "camera.js",
+                                    "painter.js", "state.js", "controls.js", "main.js"};
+
+Json camera_json(const Camera& c) {
+  Json axes = Json::array();
+  for (const Vec3d& a : c.axes) axes.push_back({a.x, a.y, a.z});
+  return {{"width", c.width}, {"height", c.height},
+          {"fx", c.fx},       {"fy", c.fy},
+          {"cx", c.cx},       {"cy", c.cy},
+          {"axes", axes},     {"position", {c.position.x, c.position.y, c.position.z}}};
+}
+
+/// JSON that may stand inside a script element: no byte of it can end one.
+std::string embedded(const Json& json) {
+  std::string out;
+  for (const char c : json_text(json)) {
+    if (c == '<')
+      out += "\\u003c";
+    else
+      out += c;
+  }
+  return out;
+}
+
+void put(std::string& page, const std::string& mark, const std::string& text) {
+  const std::size_t at = page.find(mark);
+  page.replace(at, mark.size(), text);
+}
+
+}  // namespace
+
+std::string view_page(const ViewPage& page, const PackedScene& scene) {
+  Json header = scene.header;
+  header["name"] = page.name, header["note"] = page.note, header["full_flow"] = page.full_flow;
+  header["views"] = Json::array();
+  for (const ViewShot& s : page.shots)
+    header["views"].push_back({{"name", s.name},
+                               {"time", s.time},
+                               {"camera", camera_json(s.camera)},
+                               {"picture", "data:image/png;base64," + base64(s.png)}});
+  std::string shaders, scripts;
+  for (const char* name : kShaders)
+    shaders += fmt::format("<script type=\"x-shader\" id=\"{}\">{}</script>\n", name, view_asset(name));
+  for (const char* name : kScripts) scripts += view_asset(name);
+  std::string html(view_asset("page.html"));
+  put(html, "<!--title-->", escape(page.name));
+  put(html, "<!--heading-->", escape(page.name));
+  put(html, "<!--about-->", escape(page.about));
+  put(html, "/*style*/", std::string(view_asset("style.css")));
+  put(html, "<!--shaders-->", shaders);
+  put(html, "<!--header-->",
+      "<script type=\"application/json\" id=\"header\">" + embedded(header) + "</script>");
+  put(html, "<!--data-->",
+      "<script type=\"text/plain\" id=\"data\">" + base64(deflated(scene.bytes)) + "</script>");
+  put(html, "/*scripts*/", scripts);
+  return html;
+}
+
+}  // namespace splinevox::run
