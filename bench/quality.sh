@@ -3,14 +3,13 @@
 # Trains and evaluates scenes and keeps one line per run in bench/results/quality.jsonl, with its commit and
 # processor. The tables of README.md and docs/benchmarks.md are written from those lines alone.
 #
-#   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside
-#                                                     it; its line takes the place of an earlier one of the same
-#                                                     preset, scene and seed
-#   bench/quality.sh table                            a Markdown table of every scene and preset
-#   bench/quality.sh summary                          a Markdown table of every preset that has all six scenes
-#   bench/quality.sh write                            puts the summary between the marks of README.md, the table
-#                                                     between those of docs/benchmarks.md, and the presets' means
-#                                                     into `splinevox train --help`
+#   bench/quality.sh train DATA OUT PRESET SCENE...
+#       one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside it; its line takes the place of an
+#       earlier one of the same preset, scene and seed
+#   bench/quality.sh table      a Markdown table of every scene and preset
+#   bench/quality.sh summary    a Markdown table of the means of every preset that has all six D-NeRF scenes
+#   bench/quality.sh write      puts the summary between the marks of README.md, the table between those of
+#                               docs/benchmarks.md, and the presets' means into `splinevox train --help`
 #
 # SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is
 # another file of lines; COMMIT is that of the program where it is not the one checked out.
@@ -103,15 +102,15 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
     }' "$results"
 }
 
-means() {  # means FILE : of each preset that has all six D-NeRF scenes in the table FILE, by preset:
-           # PRESET SECONDS MEMORY PSNR SSIM
+means() {  # means FILE : PRESET SECONDS MEMORY PSNR SSIM of each preset with all six D-NeRF scenes in a table
   awk -F ' *\\| *' '
     $2 ~ /^dnerf_/ { n[$3]++; seconds[$3] += $5; memory[$3] += $7; psnr[$3] += $8; ssim[$3] += $9 }
     END {
       presets = split("draft fast standard high", preset, " ")
       for (i = 1; i <= presets; ++i) {
         p = preset[i]
-        if (n[p] == 6) printf "%s %.0f %.2f %.2f %.4f\n", p, seconds[p] / 6, memory[p] / 6, psnr[p] / 6, ssim[p] / 6
+        if (n[p] != 6) continue
+        printf "%s %.0f %.2f %.2f %.4f\n", p, seconds[p] / 6, memory[p] / 6, psnr[p] / 6, ssim[p] / 6
       }
     }' "$1"
 }
@@ -168,7 +167,8 @@ write() {
   insert "$root/README.md" results "$means"
   insert "$root/docs/benchmarks.md" "results by scene" "$rows"
   insert "$root/docs/benchmarks.md" peers "$peers"
-  means "$rows" | awk '{ printf "{\"%s\", %s, %s},\n", $1, $4, $3 }' | sort > "$root/src/cli/preset_figures.inc"
+  means "$rows" | awk '{ printf "{\"%s\", %s, %s},\n", $1, $4, $3 }' | sort \
+    > "$root/src/cli/preset_figures.inc"
   rm -f "$rows" "$means" "$peers"
 }
 

@@ -3,21 +3,21 @@
 
 Five rules. Each fault is a line `FILE[:LINE]: what is wrong`; with any the exit code is 1.
 
-1. Sentences. The mean over README.md and docs/*.md without docs/experiments.md is at most 15 words a sentence.
-   The mean of each file is printed. What counts is prose. Left out are tables, headings, comments, lines of
-   pictures and code blocks (fenced, or indented by four columns after an empty line). Lines that follow each
-   other are one paragraph; each item of a list is a paragraph of its own. A sentence ends at the end of its
-   paragraph, or at a word that ends in . ! or ? (quotes, brackets and emphasis may close behind it), unless
-   the word is an abbreviation. A colon or semicolon ends none. A word is what stands between spaces and holds
-   a letter or a digit. Code between back quotes is one word. Of a link only its text counts.
+1. Sentences. The mean over README.md and docs/*.md without docs/experiments.md is at most 15 words a
+   sentence. The mean of each file is printed. What counts is prose. Left out are tables, headings, comments,
+   lines of pictures and code blocks (fenced, or indented by four columns after an empty line). Lines that
+   follow each other are one paragraph; each item of a list is a paragraph of its own. A sentence ends at the
+   end of its paragraph, or at a word that ends in . ! or ? (quotes, brackets and emphasis may close behind
+   it), unless the word is an abbreviation. A colon or semicolon ends none. A word is what stands between
+   spaces and holds a letter or a digit. Code between back quotes is one word. Of a link only its text counts.
 2. Links. A relative link names a file that is there; what follows # is a heading of it, as GitHub spells it.
 3. Names. A name between back quotes that looks like a file of the repository is one. It looks so if it ends
-   as a source file does, or has a slash behind a folder at the top or a layer of src. It is found if a file or
-   folder ends with it, with or without the file's ending: `core/parallel` is src/core/parallel.cpp, and
+   as a source file does, or has a slash behind a folder at the top or a layer of src. It is found if a file
+   or folder ends with it, with or without the file's ending: `core/parallel` is src/core/parallel.cpp, and
    `train/discard` is tests/train/discard_test.cpp. Stars and {a,b} stand for what they do in a shell. What
    runs and CMake write is listed below.
-4. Commands. Options of `splinevox VERB --option` are in `PROGRAM VERB --help`. So are those of `VERB --option`
-   alone between back quotes. Code blocks count. Without PROGRAM this rule is not asked.
+4. Commands. Options of `splinevox VERB --option` are in `PROGRAM VERB --help`. So are those of
+   `VERB --option` alone between back quotes. Code blocks count. Without PROGRAM this rule is not asked.
 5. Columns. No line of a source file is longer than 110.
 
 `--long N` also lists every sentence of more than N words.
@@ -49,8 +49,8 @@ ABBREVIATIONS = ("e.g.", "i.e.", "cf.", "vs.", "al.", "Eq.", "Eqs.", "Fig.", "No
 # --- Markdown ---
 
 def code_and_prose(text):
-    """The lines of a page as (number, line, code), without the text of comments. Code is "" for prose, else the
-    language of the fence, "sh" where none is named."""
+    """The lines of a page as (number, line, code), without the text of comments. Code is "" for prose, else
+    the language of the fence, "sh" where none is named."""
     text = re.sub(r"<!--.*?-->", lambda m: "\n" * m.group().count("\n"), text, flags=re.S)
     fence, indented, blank_before = None, False, True
     for number, line in enumerate(text.split("\n"), 1):
@@ -127,7 +127,8 @@ def code_spans(text):
 # --- The rules ---
 
 def link_faults(text, folder, exists, read):
-    """Rule 2. @param folder  of the page. @param exists, read  say of a path from the root if it is and what."""
+    """Rule 2. @param folder  of the page. @param exists, read  say of a path from the root if it is and what.
+    """
     prose = "\n".join("" if code else re.sub(r"`[^`]*`", "", line) for _, line, code in code_and_prose(text))
     for m in re.finditer(r"\]\(\s*<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\s*\)", prose):
         line, target = prose.count("\n", 0, m.start()) + 1, m.group(1)

@@ -12,7 +12,8 @@ STEPS = 60
 
 def program(*words):
     """Runs `splinevox WORDS...`, gives what it prints."""
-    return subprocess.run([os.environ["SPLINEVOX_PROGRAM"], *map(str, words)], check=True, capture_output=True, text=True).stdout
+    command = [os.environ["SPLINEVOX_PROGRAM"], *map(str, words)]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
 @pytest.fixture(scope="session")
@@ -41,6 +42,9 @@ def model(data, config):
 def run(scene, tmp_path_factory):
     """The same by the command line."""
     folder = str(tmp_path_factory.mktemp("runs") / "run")
-    sets = [w for key, value in SMALL.items() for w in ("--set", key + "=" + (",".join(map(str, value)) if isinstance(value, list) else str(value)))]
-    program("train", scene, "--out", folder, "--preset", "draft", "--max-steps", STEPS, "--effects", "all", "--quiet", *sets)
+    sets = []
+    for key, value in SMALL.items():
+        sets += ["--set", key + "=" + (",".join(map(str, value)) if isinstance(value, list) else str(value))]
+    program("train", scene, "--out", folder, "--preset", "draft", "--max-steps", STEPS, "--effects", "all",
+            "--quiet", *sets)
     return folder
