@@ -8,8 +8,9 @@
 #       earlier one of the same preset, scene and seed
 #   bench/quality.sh table      a Markdown table of every scene and preset
 #   bench/quality.sh summary    a Markdown table of the means of every preset that has all six D-NeRF scenes
-#   bench/quality.sh write      puts the summary between the marks of README.md, the table between those of
-#                               docs/benchmarks.md, and the presets' means into `splinevox train --help`
+#   bench/quality.sh write      puts the summary between the marks of README.md and docs/benchmarks.md, the table
+#                               between the marks at the end of the latter, and the presets' means into
+#                               `splinevox train --help`
 #
 # SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is
 # another file of lines; COMMIT is that of the program where it is not the one checked out.
@@ -159,12 +160,12 @@ insert() {  # insert FILE MARK LINES : between <!-- MARK --> and <!-- end of MAR
 }
 
 write() {
-  local rows means peers
+  local rows means peers file
   rows=$(mktemp) means=$(mktemp) peers=$(mktemp)
   table > "$rows"
   summary > "$means"
   beside "$rows" > "$peers"
-  insert "$root/README.md" results "$means"
+  for file in "$root/README.md" "$root/docs/benchmarks.md"; do insert "$file" results "$means"; done
   insert "$root/docs/benchmarks.md" "results by scene" "$rows"
   insert "$root/docs/benchmarks.md" peers "$peers"
   means "$rows" | awk '{ printf "{\"%s\", %s, %s},\n", $1, $4, $3 }' | sort \

@@ -26,7 +26,7 @@ struct RunRecord {
   TimeMap time_map;
 };
 
-/// A folder that one run lives in (interface.md lists its files). While the object lives, no other process
+/// A folder that one run lives in (docs/formats.md lists its files). While the object lives, no other process
 /// can open the same folder for writing. A folder that was made here and into which nothing was written goes
 /// again.
 class RunFolder {
