@@ -8,8 +8,8 @@
 #       earlier one of the same preset, scene and seed
 #   bench/quality.sh table      a Markdown table of every scene and preset
 #   bench/quality.sh summary    a Markdown table of the means of every preset that has all six D-NeRF scenes
-#   bench/quality.sh write      puts the summary between the marks of README.md and docs/benchmarks.md, the table
-#                               between the marks at the end of the latter, and the presets' means into
+#   bench/quality.sh write      puts the summary between the marks of README.md and docs/benchmarks.md, the
+#                               table between the marks at the end of the latter, and the presets' means into
 #                               `splinevox train --help`
 #
 # SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is

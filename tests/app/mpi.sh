@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # mpi.sh PROGRAM FOLDER : two ranks against one, and against themselves. 77: skipped.
 set -euo pipefail
 program=$1 folder=$2

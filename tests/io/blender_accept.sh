@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
 # blender_accept.sh FIXTURE_PROGRAM BLENDER_SCRIPT : does Blender see in our files what we put there?
 # 77: skipped.
 set -eu

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # chroot.sh FOLDER PACKAGE... : a minimal Debian in FOLDER, the packages installed there with what they depend
 # on, and the program used.
 # Needs root, debootstrap and the network.

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # described.sh PROGRAM : the manual has no errors, and each shell that is here completes what its user would
 # expect.
 set -euo pipefail

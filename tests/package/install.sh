@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # install.sh BUILD FOLDER COMPILER : installs a build into a folder of its own, which then moves elsewhere
 # (nothing in it may know where it was), and uses it as people do who have nothing else.
 set -euo pipefail
