@@ -4,7 +4,8 @@
 #include <benchmark/benchmark.h>
 #include <tbb/global_control.h>
 
-#include <chrono>
+#include <algorithm>
+#include <bit>
 
 #include "math/photometric.hpp"
 #include "render/backward.hpp"
@@ -54,36 +55,48 @@ void ray_forward(State& state) {
   state.counters["samples_per_ray"] = each / double(s.rays.size());
 }
 
-/// The rays of a step forward and backward. Hands each task's slot and records to `take`. Returns the seconds
-/// of the backward sweeps alone.
-template <class Take>
-double sweep(const Scene& s, Take&& take) {
-  using Clock = std::chrono::steady_clock;
-  const FieldView<float> field = view_field(s.model, s.model.step);
-  Kernel kernel;
-  Records records;
-  Clock::duration spent{};
-  for (std::size_t f = 0; f < s.times.size(); ++f)
-    for (const auto rays = s.rays_of(f); const RayInput<float>& ray : rays) {
-      const RayResult<float> result = kernel.forward(ray, field, s.frame(f), s.config.sampling.stop);
-      const Vec3 error = photometric_error(result.rgb, kTarget);
-      const auto start = Clock::now();
-      backward(kernel, ray, result, field, 2.0f * error, s.config.sampling.min_weight, records);
-      spent += Clock::now() - start;
-      const std::size_t done = std::size_t(&ray - rays.data()) + 1;
-      if (done % kTaskRays != 0 && done != rays.size()) continue;
-      take(int(f), records);
-      records.clear();
+/// A task's rays, with what the backward sweep needs of each.
+struct Task {
+  std::vector<Kernel> kernels = std::vector<Kernel>(kTaskRays);
+  std::vector<RayResult<float>> results = std::vector<RayResult<float>>(kTaskRays);
+  const FieldView<float> field = view_field(scene().model, scene().model.step);
+
+  void forward(std::size_t slot, std::span<const RayInput<float>> rays) {
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      results[i] = kernels[i].forward(rays[i], field, scene().frame(slot), scene().config.sampling.stop);
+  }
+  void backward(std::span<const RayInput<float>> rays, Records& out) {
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const Vec3 error = photometric_error(results[i].rgb, kTarget);
+      splinevox::backward(kernels[i], rays[i], results[i], field, 2.0f * error,
+                          scene().config.sampling.min_weight, out);
     }
-  return std::chrono::duration<double>(spent).count();
+  }
+};
+
+/// Calls visit(slot, rays) for each task of a step.
+template <class Visit>
+void for_tasks(Visit&& visit) {
+  for (std::size_t f = 0; f < scene().times.size(); ++f) {
+    const std::span<const RayInput<float>> rays = scene().rays_of(f);
+    for (std::size_t first = 0; first < rays.size(); first += kTaskRays)
+      visit(f, rays.subspan(first, std::min(kTaskRays, rays.size() - first)));
+  }
 }
 
-/// The forward sweeps in between are not timed.
 void ray_backward(State& state) {
+  Task task;
+  Records records;
   std::size_t made = 0;
   for (auto _ : state)
-    state.SetIterationTime(
-        sweep(scene(), [&](int, const Records& records) { made += records.radiance.size(); }));
+    for_tasks([&](std::size_t slot, std::span<const RayInput<float>> rays) {
+      state.PauseTiming();
+      task.forward(slot, rays);
+      records.clear();
+      state.ResumeTiming();
+      task.backward(rays, records);
+      made += records.radiance.size();
+    });
   rates(state, "samples with a gradient", double(made) / double(state.iterations()), 0);
 }
 
@@ -95,9 +108,11 @@ struct Tasks {
 const Tasks& tasks() {
   static const Tasks all = [] {
     Tasks out;
-    sweep(scene(), [&](int slot, const Records& records) {
-      out.slots.push_back(slot);
-      out.records.push_back(records);
+    Task task;
+    for_tasks([&](std::size_t slot, std::span<const RayInput<float>> rays) {
+      task.forward(slot, rays);
+      task.backward(rays, out.records.emplace_back());
+      out.slots.push_back(int(slot));
     });
     return out;
   }();
@@ -251,7 +266,7 @@ void list_benchmarks() {
   const auto radiance = []() -> const Channels& { return scene().model.radiance.raw; };
   const auto motion = []() -> const Channels& { return scene().model.motion.levels[0]; };
   RegisterBenchmark("ray_forward", ray_forward);
-  RegisterBenchmark("ray_backward", ray_backward)->UseManualTime();
+  RegisterBenchmark("ray_backward", ray_backward);
   RegisterBenchmark("scatter/radiance", [](State& s) { scatter(s, radiance_sums()); });
   RegisterBenchmark("scatter/motion", [](State& s) { scatter(s, motion_sums()); });
   RegisterBenchmark("slice_contract", contract);

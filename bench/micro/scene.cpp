@@ -17,7 +17,7 @@ namespace {
 
 constexpr float kRadius = 0.8f;       // of the ball, in a box of edge 2
 constexpr float kEmpty = -10;         // raw density of nothing
-constexpr float kSurface = 3;         // raw density in the middle of the shell
+constexpr float kSurface = 8;         // raw density in the middle of the shell
 constexpr float kSway = 0.05f;        // scene units
 constexpr double kDistance = 4;       // of the cameras from the ball's centre
 constexpr double kPixel = 1 / 200.0;  // width of a pixel at the ball
