@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "report/chart.hpp"
+#include "run/html.hpp"
 #include "splinevox/math/basis.hpp"
 
 namespace splinevox::run {

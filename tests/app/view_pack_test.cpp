@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "math/activation.hpp"
+#include "run/html.hpp"
 #include "support/blob_model.hpp"
 #include "view/codec.hpp"
 #include "view/pack.hpp"
