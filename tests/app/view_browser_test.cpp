@@ -152,6 +152,15 @@ Page& whole_page() {
   return page;
 }
 
+/// Numbers of control points, of every basis, whose weights the page is asked for.
+Json points_asked() {
+  Json out;
+  for (const Basis& basis : all_bases())
+    for (const int points : {2, 3, 4, 5, 12, 13, 20})
+      if (basis.points.allows(points)) out[basis.name].push_back(points);
+  return out;
+}
+
 }  // namespace
 
 TEST_SUITE("app/view") {
@@ -212,9 +221,8 @@ TEST_SUITE("app/view") {
   };
   result.slid = [slid(0.05), slid(0.8), slid(0.05)];
   result.weights = [];
-  const points = {
-    bezier: [2, 3, 4, 5, 12, 20], bspline: [2, 3, 4, 5, 12, 20], poly_bezier: [4, 13], hermite: [4, 12]
-  };
+  const points = )js" +
+                 points_asked().dump() + R"js(;
   const curves = [[], [[0, 0.2], [0.5, 1], [0.5, 0.3], [1, 0]]];
   for (const basis in points) for (const k of points[basis]) for (const time_curve of curves)
     for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1]) {
@@ -263,8 +271,7 @@ TEST_SUITE("app/view") {
       double apart = 0;
       for (const Json& j : page.result["weights"]) {
         MotionField motion;
-        const std::vector<std::string> bases{"bezier", "bspline", "poly_bezier", "hermite"};
-        motion.basis = BasisKind(std::find(bases.begin(), bases.end(), j["basis"]) - bases.begin());
+        motion.basis = find_basis(j["basis"].get<std::string>())->kind;
         for (const Json& k : j["time_curve"]) motion.time_curve.knots.push_back({k[0], k[1]});
         motion.points = j["points"], motion.first_point = FirstPoint::free;
         const BasisWeights<float> ours = stored_weights(motion, j["t"].get<double>());
