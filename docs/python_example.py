@@ -19,8 +19,9 @@ print(f"{len(data.frames('train'))} training views of {size}; first test view at
 # %% Training. The callback sees every 200th step; returning False would end it, Ctrl-C interrupts it.
 config = sv.Config("draft", max_steps=steps, seed=1)
 config["loss.tv_control"] = 0.02
-config = sv.choose_effects(config, data)  # leaves out what the scene does not call for
-trainer = sv.Trainer(data, config)
+ready = sv.prepare(config, data)  # leaves out what the scene does not call for
+print("effects:", ready.effects["used"], *ready.notes)
+trainer = sv.Trainer(data, ready.config)
 trainer.train(lambda r: print(f"step {r.step}: PSNR of the batch {r.psnr:.1f} dB"), every=max(1, steps // 5))
 model = trainer.model()
 

@@ -11,7 +11,6 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
-#include "core/process.hpp"
 #include "io/manifest.hpp"
 #include "run/effects_report.hpp"
 #include "run/join_ranks.hpp"
@@ -20,6 +19,7 @@
 #include "run/train_options.hpp"
 #include "run/train_session.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/train/prepare.hpp"
 
 namespace fs = std::filesystem;
 
@@ -53,35 +53,22 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
                             tbb::this_task_arena::max_concurrency(), describe(device)));
 }
 
-/// Pictures without alpha have no silhouettes to find the scene by; where the data says how far it reaches,
-/// that is the box.
-void settle_bounds(Config& config, const Dataset& data, Progress& progress) {
-  if (data.has_alpha || !data.box || !config.grid.box.empty()) return;
-  const Box& b = *data.box;
-  config.grid.box = {b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z};
-  progress.note(fmt::format(
-      "opaque pictures: the box is the data's own, {:.4g} x {:.4g} x {:.4g} (--set grid.box=... for another)",
-      b.extent().x, b.extent().y, b.extent().z));
-}
-
-/// Tries out which effects the scene calls for and writes effects.json. What the user listed is measured, not
+/// The configuration made ready for the data; writes effects.json. What the user listed is measured, not
 /// changed.
-void settle_effects(Config& config, bool forced, const Dataset& data, const RunFolder& folder, bool writes,
-                    Progress& progress) {
-  if (config.effects.steps > 0) progress.note("trying out which effects the scene calls for");
-  const EffectChoice choice =
-      choose_effects(config, *data.find("train"), data.time_map, [&](const EffectTrial& t) {
-        progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s",
-                                  to_string(t.effects), t.mean(), t.steps, t.seconds));
-      });
-  release_freed_memory();  // of the fits
-  if (!forced) apply(choice.chosen, config), config.motion.points = choice.points;
-  EffectSet used = effects_of(config);
-  if (data.has_alpha) used = used.without("background");  // nothing is behind what such pictures show
-  const Json effects = effects_json(choice, config, used, forced);
+Config settle(const Config& asked, bool forced, const Dataset& data, const RunFolder& folder, bool writes,
+              Progress& progress) {
+  PrepareOptions options;
+  options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
+  options.told = [&](const std::string& text) { progress.note(text); };
+  options.tried = [&](const EffectTrial& t) {
+    progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s",
+                              to_string(t.effects), t.mean(), t.steps, t.seconds));
+  };
+  const Prepared prepared = prepare(asked, data, options);
+  const Json effects = effects_json(prepared);
   progress.note(effects_line(effects));
-  if (!writes) return;
-  write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
+  if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
+  return prepared.config;
 }
 
 void summarise(const Json& j, const RunFolder& folder) {
@@ -157,8 +144,7 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   if (finished) return leave(folder, progress);
   greet(data, config, device, progress);
   if (!checkpoint) {
-    settle_bounds(config, data, progress);
-    settle_effects(config, o.effects != "auto", data, folder, writes, progress);
+    config = settle(asked, o.effects != "auto", data, folder, writes, progress);
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
               data.fingerprint, data.time_map};
     if (writes) {

@@ -4,6 +4,7 @@
 #include "core/simd.hpp"
 #include "field/lattice/gather.hpp"
 #include "field/lattice/locate.hpp"
+#include "math/activation.hpp"
 #include "math/light.hpp"
 
 namespace splinevox {

@@ -115,10 +115,6 @@ py::tuple warp_points(const ModelPtr& model, const Floats& array, double time) {
   return py::make_tuple(places, folded);
 }
 
-std::array<std::array<float, 3>, 2> box_of(const VoxelModel& m) {
-  return {{{m.box.lo.x, m.box.lo.y, m.box.lo.z}, {m.box.hi.x, m.box.hi.y, m.box.hi.z}}};
-}
-
 void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
   model
       .def_property_readonly(
@@ -236,7 +232,9 @@ void bind_model(py::module_& m) {
            "Points (n, 3) of one time carried to others: float32 (times, n, 3), bool (times, n) where they "
            "are not to be trusted.",
            py::arg("points"), py::arg("from_time"), py::arg("to_times"))
-      .def_property_readonly("box", &box_of, "((x, y, z), (x, y, z)), scene units; outside it is empty")
+      .def_property_readonly(
+          "box", [](const VoxelModel& v) { return corners(v.box); },
+          "((x, y, z), (x, y, z)), scene units; outside it is empty")
       .def_property_readonly(
           "background",
           [](const VoxelModel& v) {

@@ -82,8 +82,12 @@ int points_at_end(const MotionConfig& motion) {
 
 }  // namespace
 
-Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced) {
-  Json j{{"used", set_json(used)}, {"chosen", set_json(choice.chosen)}, {"forced", forced}};
+Json effects_json(const Prepared& prepared) {
+  const EffectChoice& choice = prepared.effects;
+  const EffectSet& used = prepared.used;
+  Json j{{"used", set_json(used)},
+         {"chosen", set_json(choice.chosen)},
+         {"forced", prepared.policy != EffectPolicy::choose}};
   j["view_told_by_time"] = choice.view_told_by_time;
   j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
   j["effects"] = Json::array();
@@ -110,8 +114,9 @@ Json effects_json(const EffectChoice& choice, const Config& trained, const Effec
                          {"steps", t.steps},
                          {"seconds", t.seconds},
                          {"bytes", t.bytes}});
-  j["control_points"] = {
-      {"chosen", choice.points}, {"at_end", points_at_end(trained.motion)}, {"compared", Json::array()}};
+  j["control_points"] = {{"chosen", choice.points},
+                         {"at_end", points_at_end(prepared.config.motion)},
+                         {"compared", Json::array()}};
   for (const PointsVerdict& v : choice.points_verdicts)
     j["control_points"]["compared"].push_back({{"more", v.more},
                                                {"fewer", v.fewer},

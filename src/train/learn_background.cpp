@@ -6,6 +6,7 @@
 
 #include "core/parallel.hpp"
 #include "field/learn_kernels.hpp"
+#include "math/background_color.hpp"
 #include "math/logit.hpp"
 
 namespace splinevox {

@@ -1,4 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
+import json
 import os
 import subprocess
 
@@ -8,6 +9,13 @@ import splinevox as sv
 
 SMALL = {"grid.radiance": [12, 16], "grid.radiance_start": [0, 0.5], "sampling.rays": 512}
 STEPS = 60
+BOX = [[-1.25, -1.5, -0.5], [1.5, 1.25, 2.0]]
+
+
+def sets(settings):
+    """Settings as words of the command line."""
+    texts = {key: ",".join(map(str, value)) if isinstance(value, list) else str(value) for key, value in settings.items()}
+    return [word for key, text in texts.items() for word in ("--set", key + "=" + text)]
 
 
 def program(*words):
@@ -42,9 +50,20 @@ def model(data, config):
 def run(scene, tmp_path_factory):
     """The same by the command line."""
     folder = str(tmp_path_factory.mktemp("runs") / "run")
-    sets = []
-    for key, value in SMALL.items():
-        sets += ["--set", key + "=" + (",".join(map(str, value)) if isinstance(value, list) else str(value))]
     program("train", scene, "--out", folder, "--preset", "draft", "--max-steps", STEPS, "--effects", "all",
-            "--quiet", *sets)
+            "--quiet", *sets(SMALL))
     return folder
+
+
+@pytest.fixture(scope="session")
+def opaque_scene(tmp_path_factory):
+    """Opaque pictures, and a box that says where the scene lies."""
+    folder = tmp_path_factory.mktemp("opaque")
+    sv.write_synth("ball", str(folder), frames=10, size=32)
+    data = sv.load_dataset(str(folder))
+    for split in data.splits:
+        for frame in data.frames(split):
+            sv.write_png(str(folder / split / (frame.name + ".png")), frame.composited([0.4, 0.5, 0.6]))
+    train = folder / "transforms_train.json"
+    train.write_text(json.dumps({**json.loads(train.read_text()), "scene_box": BOX}))
+    return str(folder)

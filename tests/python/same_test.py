@@ -4,9 +4,10 @@ import csv
 import json
 
 import numpy as np
+import pytest
 
 import splinevox as sv
-from conftest import program
+from conftest import BOX, SMALL, STEPS, program, sets
 
 ROWS = ["density", "rgb", "sh", "control_points", "light", "rigidity"]
 
@@ -32,6 +33,36 @@ def same_values(a, b):
 
 def test_training_gives_the_same_bits(model, run):
     same_values(model, sv.load_model(run + "/model.vdb"))
+
+
+@pytest.mark.parametrize("effects", ["all", "auto"])
+def test_opaque_pictures_train_in_the_box_of_the_data_to_the_same_file(opaque_scene, tmp_path, effects):
+    settings = {**SMALL, "effects.steps": 6}  # few enough for 60 steps to try effects out
+    run = tmp_path / "run"
+    words = ["--out", run, "--preset", "draft", "--max-steps", STEPS, "--effects", effects, "--quiet", *sets(settings)]
+    program("train", opaque_scene, *words)
+    data = sv.load_dataset(opaque_scene)
+    assert not data.has_alpha and data.box == BOX
+    config = sv.Config("draft", settings=settings, max_steps=STEPS, effects=effects)
+    ready = sv.prepare(config, data, choose=effects == "auto")
+    flat_box = sum(BOX, [])
+    assert ready.config["grid.box"] == flat_box and "the box is the data's own" in ready.notes[0]
+    model = sv.train(data, ready.config)
+    opened = sv.open_run(str(run))
+    assert opened.config.to_toml() == ready.config.to_toml() and opened.notes["preset"] == "draft"
+    sv.save_model(str(tmp_path / "py.vdb"), model, opened.notes)
+    assert (tmp_path / "py.vdb").read_bytes() == (run / "model.vdb").read_bytes()
+    told = json.loads((run / "effects.json").read_text())
+    assert ready.effects["used"] == told["used"] and ready.effects["forced"] == told["forced"]
+    if effects == "auto":
+        assert [fit["psnr"] for fit in ready.effects["fits"]] == [fit["psnr"] for fit in told["fits"]] != []
+        assert sv.choose_effects(config, data).to_toml() == ready.config.to_toml()
+    else:  # train and Trainer settle the box by themselves
+        by_itself, trainer = sv.train(data, config), sv.Trainer(data, config)
+        trainer.train()
+        for other in (by_itself, trainer.model()):
+            sv.save_model(str(tmp_path / "other.vdb"), other, opened.notes)
+            assert (tmp_path / "other.vdb").read_bytes() == (run / "model.vdb").read_bytes()
 
 
 def test_a_saved_model_is_the_same_file(model, run, tmp_path):

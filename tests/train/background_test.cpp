@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "math/background_color.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/math/metrics.hpp"

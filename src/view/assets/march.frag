@@ -77,7 +77,7 @@ void harmonicsOf(vec3 d, out vec4 y[SH_TEXTURES]) {
 }
 #endif
 
-/// math/background.hpp
+/// math/background_color.hpp
 vec3 behind(vec3 d) {
 #if BACKGROUND_ORDER < 0
   return background;
