@@ -77,7 +77,7 @@ std::string text_of(const py::handle& value) {
 template <class T>
 py::object object_of(const T& value) {
   if constexpr (std::is_enum_v<T>)
-    return py::str(EnumNames<T>::names[int(value)]);
+    return py::str(choice_name(value));
   else
     return py::cast(value);
 }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "report/chart.hpp"
+#include "run/html.hpp"
 #include "splinevox/math/basis.hpp"
 
 namespace splinevox::run {
@@ -73,10 +73,10 @@ std::vector<std::string> notes_on(const Json& effects) {
 
 /// Control points of the finished model: more than it starts with.
 int points_at_end(const MotionConfig& motion) {
-  if (motion.basis != BasisKind::bspline)
-    return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
+  const Basis& basis = basis_of(motion.basis);
+  if (!basis.halves()) return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
   int points = motion.points;
-  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = halved_points(points);
+  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = basis.refinement.refined(points);
   return points;
 }
 

@@ -15,7 +15,7 @@ inline constexpr const char* kAskedConfig =
     "asked.toml";  ///< configuration before effects and the box were settled, where that changed it
 inline constexpr const char* kEditHistory = "edit.json";  ///< only a run that `edit` made has it
 
-/// A folder that one run lives in (interface.md lists its files). While the object lives, no other process
+/// A folder that one run lives in (docs/formats.md lists its files). While the object lives, no other process
 /// can open the same folder for writing. A folder that was made here and into which nothing was written goes
 /// again.
 class RunFolder {

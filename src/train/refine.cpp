@@ -54,9 +54,9 @@ Channels resample(const Channels& from, TopologyPtr topology, const std::functio
 }
 
 void elevate(MotionField& motion) {
-  const bool spline = motion.basis == BasisKind::bspline;
+  const Refinement& refinement = basis_of(motion.basis).refinement;
   MotionField next = motion;
-  next.points = spline ? halved_points(motion.points) : motion.points + 1;
+  next.points = refinement.refined(motion.points);
   const int width = next.width(), pinned = motion.points - motion.stored_points();
   std::vector<float> in(motion.points, 0.0f), out(next.points);
   for (Channels& level : next.levels) {
@@ -66,10 +66,7 @@ void elevate(MotionField& motion) {
     for (std::size_t r = 0; r < old.topology->rows(); ++r) {
       for (int a = 0; a < motion.stride(); ++a) {
         for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[motion.stride() * (k - pinned) + a];
-        if (spline)
-          halve_bspline(motion.points, in.data(), out.data());
-        else
-          elevate_bezier(motion.points, in.data(), out.data());
+        refinement(motion.points, in.data(), out.data());
         for (int k = pinned; k < next.points; ++k) level.row(r)[motion.stride() * (k - pinned) + a] = out[k];
       }
       level.row(r)[next.rigidity_column()] = old.row(r)[motion.rigidity_column()];

@@ -22,8 +22,9 @@ std::vector<RowMask> rows_near(const Topology& topology, const BitGrid& cells, f
 /// @param moved  where in the old field to look for a vertex; empty: where the vertex is
 Channels resample(const Channels& from, TopologyPtr topology, const std::function<Vec3(Vec3)>& moved = {});
 
-/// Gives every stored curve more control points without changing it: a Bezier curve one degree more (K + 1,
-/// numerics H3), a cubic B-spline twice as many spans (2K - 3).
+/// Gives every stored curve more control points without changing it, once, as its basis does: a Bezier curve
+/// one degree more (K + 1, numerics H3), a cubic B-spline twice as many spans (2K - 3). @pre the basis has a
+/// refinement
 void elevate(MotionField& motion);
 
 }  // namespace splinevox

@@ -80,7 +80,7 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   MotionField& m = model.motion;
   m.basis = c.motion.basis, m.points = c.motion.points, m.light = c.motion.light;
   m.displaces = c.motion.enabled, m.rigidity = c.motion.enabled && c.motion.rigidity;
-  m.first_point = c.motion.basis == BasisKind::bspline ? FirstPoint::free : c.motion.first_point;
+  m.first_point = basis_of(c.motion.basis).pinnable ? c.motion.first_point : FirstPoint::free;
   m.rigidity_offset = c.motion.initial_rigidity;
 }
 
@@ -90,9 +90,11 @@ bool Trainer::State::refine(double progress_now) {
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
   const bool changes = config.motion.enabled || config.motion.light;
   int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
-  const bool spline = config.motion.basis == BasisKind::bspline;
+  const Basis& basis = basis_of(config.motion.basis);
   const int wanted_elevations =
-      changes ? reached(spline ? config.motion.halve_start : config.motion.elevate_start, progress) + 1 : 0;
+      changes
+          ? reached(basis.halves() ? config.motion.halve_start : config.motion.elevate_start, progress) + 1
+          : 0;
   const bool elevates = elevations < wanted_elevations;
   const int wanted_emptied = reached(config.grid.empty_start, progress) + 1;
   const bool empties = emptied < wanted_emptied;
@@ -132,7 +134,8 @@ bool Trainer::State::refine(double progress_now) {
     while (elevations < wanted_elevations) {
       MotionField field = model.motion;
       field.levels = std::move(levels);
-      const int points = spline ? halved_points(field.points) : config.motion.elevate_points[elevations];
+      const int points =
+          basis.halves() ? basis.refinement.refined(field.points) : config.motion.elevate_points[elevations];
       while (field.points < points) elevate(field);
       levels = std::exchange(field.levels, {});
       model.motion.points = field.points;
@@ -327,7 +330,7 @@ void Trainer::State::learn_background(double progress_now) {
 
 CurvePrior Trainer::State::curve_prior() const {
   constexpr float kSoftening = 3e-5f;  // edges of the box: a hundredth of a voxel
-  const int halvings = config.motion.basis == BasisKind::bspline ? elevations : 0;
+  const int halvings = basis_of(config.motion.basis).halves() ? elevations : 0;
   const LossConfig& l = config.loss;
   const MotionField& m = model.motion;
   CurvePrior prior;
@@ -375,8 +378,8 @@ void Trainer::State::archive(Archive& a) {
     return c.width == width && l.m.size() == c.values.size() && l.v.size() == c.values.size();
   };
   bool good = model.background.order == background_order && stage >= 0 &&
-              stage < int(config.grid.radiance.size()) && model.motion.points >= kMinPoints &&
-              model.motion.points <= kMaxPoints;
+              stage < int(config.grid.radiance.size()) &&
+              basis_of(config.motion.basis).points.allows(model.motion.points);
   good = good && model.radiance.sh_order >= order_at(config.radiance, 0) &&
          model.radiance.sh_order <= config.radiance.sh_order;
   good = good && fits(model.radiance.raw, radiance, radiance_width(model.radiance.sh_order));

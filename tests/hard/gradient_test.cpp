@@ -8,6 +8,8 @@
 #include "core/rng.hpp"
 #include "hard/measured.hpp"
 #include "hard/scenes.hpp"
+#include "math/bernstein.hpp"
+#include "math/bspline.hpp"
 #include "math/photometric.hpp"
 #include "render/field_view.hpp"
 #include "render/scatter.hpp"

@@ -20,7 +20,8 @@ def sets(settings):
 
 def program(*words):
     """Runs `splinevox WORDS...`, gives what it prints."""
-    return subprocess.run([os.environ["SPLINEVOX_PROGRAM"], *map(str, words)], check=True, capture_output=True, text=True).stdout
+    command = [os.environ["SPLINEVOX_PROGRAM"], *map(str, words)]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
 
 
 @pytest.fixture(scope="session")
@@ -49,7 +50,8 @@ def model(data, config):
 def run(scene, tmp_path_factory):
     """The same by the command line."""
     folder = str(tmp_path_factory.mktemp("runs") / "run")
-    program("train", scene, "--out", folder, "--preset", "draft", "--max-steps", STEPS, "--effects", "all", "--quiet", *sets(SMALL))
+    program("train", scene, "--out", folder, "--preset", "draft", "--max-steps", STEPS, "--effects", "all",
+            "--quiet", *sets(SMALL))
     return folder
 
 

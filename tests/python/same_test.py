@@ -17,9 +17,15 @@ def rows(model):
 
 
 def same_values(a, b):
-    """Every stored value that either has: files keep only bricks with something in them, so rows are matched by place."""
-    for name, where in [("density", "radiance_positions"), ("rgb", "radiance_positions"), ("control_points", "motion_positions"), ("rigidity", "motion_positions")]:
-        tables = [dict(zip(map(bytes, getattr(m, where)()[512:]), map(bytes, np.ascontiguousarray(getattr(m, name)[512:])))) for m in (a, b)]
+    """Every stored value that either has: files keep only bricks with something in them, so rows are matched
+    by place."""
+    radiance, motion = "radiance_positions", "motion_positions"
+    columns = [("density", radiance), ("rgb", radiance), ("control_points", motion), ("rigidity", motion)]
+    for name, where in columns:
+        tables = []
+        for m in (a, b):
+            places, values = getattr(m, where)()[512:], np.ascontiguousarray(getattr(m, name)[512:])
+            tables.append(dict(zip(map(bytes, places), map(bytes, values))))
         shared = tables[0].keys() & tables[1].keys()
         assert len(shared) >= 0.9 * min(map(len, tables)) > 0
         assert all(tables[0][key] == tables[1][key] for key in shared)
@@ -68,7 +74,8 @@ def test_a_saved_model_is_the_same_file(model, run, tmp_path):
 
 
 def test_pictures_are_the_same_files(run, tmp_path):
-    program("render", run, "--out", tmp_path / "cli", "--camera", "orbit", "--times", "0:1:3", "--size", "40", "--quiet")
+    program("render", run, "--out", tmp_path / "cli", "--camera", "orbit", "--times", "0:1:3", "--size", "40",
+            "--quiet")
     opened = sv.open_run(run)
     renderer = sv.Renderer(opened.model)
     for i, (camera, time) in enumerate(opened.shots("orbit", times="0:1:3", size=40), start=1):
@@ -92,15 +99,19 @@ def test_tracks_are_the_same(run, tmp_path):
     points = (lo + (hi - lo) * np.random.default_rng(3).random((20, 3))).astype(np.float32)
     with open(tmp_path / "in.csv", "w") as f:
         print("x,y,z", *("%.9g,%.9g,%.9g" % tuple(p) for p in points), sep="\n", file=f)
-    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "0,0.75", "--out", tmp_path / "out.csv", "--quiet")
+    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "0,0.75",
+            "--out", tmp_path / "out.csv", "--quiet")
     place, folded = opened.model.track(points, 0.25, [0, 0.75])
     with open(tmp_path / "out.csv") as f:
         table = list(csv.DictReader(f))
-    told = np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in table]).reshape(20, 2, 3).swapaxes(0, 1)
+    told = np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in table])
+    told = told.reshape(20, 2, 3).swapaxes(0, 1)
     assert np.array_equal(told, place)
     assert np.array_equal(np.array([row["folded"] == "1" for row in table]).reshape(20, 2).T, folded)
     canonical, flagged = opened.model.warp(points, 0.25)
-    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "canonical", "--out", tmp_path / "out.csv", "--quiet")
+    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "canonical",
+            "--out", tmp_path / "out.csv", "--quiet")
     with open(tmp_path / "out.csv") as f:
-        assert np.array_equal(np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in csv.DictReader(f)]), canonical)
+        places = [[np.float32(row["to_" + axis]) for axis in "xyz"] for row in csv.DictReader(f)]
+    assert np.array_equal(np.array(places), canonical)
     assert flagged.dtype == bool and flagged.shape == (20,)

@@ -18,13 +18,13 @@ void retime(MotionField& motion, const TimeCurve& change);
 /// Every displacement times `factor`; canonical places and light stay.
 void scale_motion(MotionField& motion, float factor);
 
-/// Degree elevation by `by` in one step. @pre motion.basis == bezier
+/// Degree elevation by `by` in one step. @pre the basis elevates
 MotionField elevated(const MotionField& motion, int by);
 
 /// The curves in another basis, nearest in the mean square over the parameter; where the new basis holds the
 /// old curves exactly (a B-spline in poly-Bezier pieces of the same spans, a higher degree, ...) they come
-/// out exactly, to rounding. A curve that begins in zero keeps doing so unless the new basis is bspline. @pre
-/// points suit the basis
+/// out exactly, to rounding. A curve that begins in zero keeps doing so if the new basis is pinnable. @pre
+/// the basis allows so many points
 MotionField converted(const MotionField& motion, BasisKind basis, int points);
 
 /// Distance in voxels of the radiance lattice, over what is shown at evenly spread parameters, weighted by

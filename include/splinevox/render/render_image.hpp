@@ -3,7 +3,6 @@
 
 #include <memory>
 
-#include "render/picture_maker.hpp"
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
 #include "splinevox/field/model.hpp"

@@ -73,6 +73,7 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
           m.rigidity ? std::max(sigmoid(row[m.rigidity_column()] + m.rigidity_offset).value, kLeastRigidity)
                      : 1.0f;
       for (int k = 0; k < m.stored_points(); ++k) {
+        if (!basis_of(m.basis).is_place(k)) continue;
         float* p = row + m.stride() * k;
         const Vec3 moved = (1 / r) * (offset.undo(x + r * Vec3{p[0], p[1], p[2]}) - x);
         for (int a = 0; a < 3; ++a) p[a] = moved[a];

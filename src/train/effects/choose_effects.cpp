@@ -38,7 +38,6 @@ constexpr double kShortest = 8;  // steps of training for one of a fit, on coars
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
-constexpr int kDegree = 3;            // of a spline's pieces: as many control points more than pieces
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;  // moments
 
@@ -207,7 +206,7 @@ class Ladder {
   /// is elsewhere in the next. @pre a fit was made
   bool film() {
     const double told = view_told_by_time(halves_.seen, fits_.front().model.box.center(),
-                                          1.0 / std::max(1, config_.motion.points - kDegree));
+                                          1.0 / basis_of(config_.motion.basis).pieces(config_.motion.points));
     out_.view_told_by_time = std::max(out_.view_told_by_time, told);
     return told > kFilm;
   }
@@ -264,13 +263,15 @@ class Ladder {
 /// does not lose by it, and then twice as many, because fits this short do not come to what the last pieces
 /// are for. Halvings still to come are left out.
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
-  int pieces = config.motion.points - kDegree, twice = pieces;
+  const Basis& basis = basis_of(config.motion.basis);
+  int pieces = basis.pieces(config.motion.points), twice = pieces;
   while (pieces > 1 &&
-         !(ladder.judge(effects, pieces + kDegree, pieces / 2 + kDegree).gain.mean > config.effects.min_gain))
+         !(ladder.judge(effects, basis.points_of(pieces), basis.points_of(pieces / 2)).gain.mean >
+           config.effects.min_gain))
     twice = std::exchange(pieces, pieces / 2);
-  const int halvings = int(config.motion.halve_start.size());
-  return std::clamp(int(std::ceil(std::ldexp(twice / stretch, -halvings))) + kDegree, config.motion.points,
-                    most_points(halvings));
+  const int halvings = basis.halves() ? int(config.motion.halve_start.size()) : 0;
+  return std::clamp(basis.points_of(int(std::ceil(std::ldexp(twice / stretch, -halvings)))),
+                    config.motion.points, basis.most_points(halvings));
 }
 
 }  // namespace
@@ -319,7 +320,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     };
     bool found = moves(ladder, true);
     const std::optional<Stretch> stretch = middle_stretch(train);
-    if (stretch && config.motion.basis == BasisKind::bspline && config.motion.points > 4) {
+    if (const Basis& basis = basis_of(config.motion.basis);
+        stretch && basis.smooth > 0 && basis.pieces(config.motion.points) > 1) {
       const Halves parts = divide(train, *stretch);
       Ladder near(config, level, parts, time_map, out, told);
       if (moves(near, false)) found = true, out.points = points_for(near, all, config, stretch->length);
