@@ -2,8 +2,8 @@
 #include "splinevox/backend/device.hpp"
 
 #include "backend/cuda.hpp"
+#include "core/ranks.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/ranks.hpp"
 
 namespace splinevox {
 
@@ -38,6 +38,10 @@ std::string describe(Device device) { return device == Device::cuda ? "cuda: " +
 
 std::unique_ptr<PictureMaker> make_pictures(Device device, const VoxelModel& model) {
   return device == Device::cuda ? cuda::make_pictures(model) : nullptr;
+}
+
+Renderer make_renderer(const VoxelModel& model, Device device) {
+  return Renderer(model, make_pictures(device, model));
 }
 
 std::unique_ptr<StepBackend> make_step(Device, bool deterministic, Ranks* ranks) {

@@ -6,13 +6,13 @@
 #include <span>
 #include <vector>
 
+#include "core/ranks.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "math/adam.hpp"
 #include "math/curve_prior.hpp"
 #include "render/occupancy.hpp"
 #include "render/train_kernel.hpp"
 #include "splinevox/backend/device.hpp"
-#include "splinevox/core/ranks.hpp"
 #include "splinevox/field/model.hpp"
 
 namespace splinevox {

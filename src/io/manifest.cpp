@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/manifest.hpp"
+#include "splinevox/io/manifest.hpp"
 
 #include <algorithm>
 #include <charconv>

@@ -4,12 +4,12 @@
 
 #include "field/lattice/slice.hpp"
 #include "python/convert.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/track.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "splinevox/run/evaluate.hpp"
 
 namespace splinevox::python {
 namespace {
@@ -174,23 +174,18 @@ void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
 }  // namespace
 
 py::dict evaluate(const VoxelModel& model, const Split& split) {
-  run::Run run;
-  run.model.background = model.background;
-  Renderer renderer(model);
-  std::vector<double> psnrs;
-  double ssim = 0, ms_ssim = 0;
+  run::Scores scores;
+  released([&] {
+    Renderer renderer(model);
+    scores = run::evaluate(model, renderer, split);
+  });
   py::list frames;
-  for (const Frame& frame : split.frames) {
-    run::View v;
-    released([&] { v = run::evaluate_view(run, renderer, frame); });
-    psnrs.push_back(v.psnr), ssim += v.ssim, ms_ssim += v.ms_ssim;
-    frames.append(py::dict(py::arg("name") = frame.name, py::arg("time") = frame.time,
+  for (const run::ViewScore& v : scores.views)
+    frames.append(py::dict(py::arg("name") = v.name, py::arg("time") = v.time,
                            py::arg("psnr") = capped_psnr(v.psnr), py::arg("ssim") = v.ssim,
                            py::arg("ms_ssim") = v.ms_ssim));
-  }
-  const double n = double(split.frames.size());
-  return py::dict(py::arg("psnr") = mean_psnr(psnrs), py::arg("ssim") = ssim / n,
-                  py::arg("ms_ssim") = ms_ssim / n, py::arg("split") = split.name,
+  return py::dict(py::arg("psnr") = scores.psnr, py::arg("ssim") = scores.ssim,
+                  py::arg("ms_ssim") = scores.ms_ssim, py::arg("split") = scores.split,
                   py::arg("frames") = frames);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/core/ranks.hpp"
+#include "core/ranks.hpp"
 #include "train/engine.hpp"
 
 namespace splinevox {

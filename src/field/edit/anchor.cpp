@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/anchor.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -8,6 +6,7 @@
 #include <memory>
 
 #include "core/parallel.hpp"
+#include "field/edit/edit_motion.hpp"
 #include "field/lattice/locate.hpp"
 #include "math/inverse_warp.hpp"
 #include "math/rigidity.hpp"

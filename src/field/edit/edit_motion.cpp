@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/edit_motion.hpp"
+#include "field/edit/edit_motion.hpp"
 
 #include <algorithm>
 #include <cmath>

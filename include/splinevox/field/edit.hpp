@@ -1,9 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "splinevox/field/cluster.hpp"
+#include "splinevox/field/model.hpp"
 
 namespace splinevox {
+
+// Operations on a finished model, for `edit`. Those on motion keep the light beside the control points: what
+// changes the course of time or the basis changes both, what changes places changes the control points alone.
+// Everywhere: at most one motion level, as a saved model has.
+
+/// time_curve(new time) = time_curve(change(new time)). Exact: no control point is touched.
+void retime(MotionField& motion, const TimeCurve& change);
+
+/// Every displacement times `factor`; canonical places and light stay.
+void scale_motion(MotionField& motion, float factor);
+
+/// Degree elevation by `by` in one step. @pre the basis elevates
+MotionField elevated(const MotionField& motion, int by);
+
+/// The curves in another basis, nearest in the mean square over the parameter; where the new basis holds the
+/// old curves exactly (a B-spline in poly-Bezier pieces of the same spans, a higher degree, ...) they come
+/// out exactly, to rounding. A curve that begins in zero keeps doing so if the new basis is pinnable. @pre
+/// the basis allows so many points
+MotionField converted(const MotionField& motion, BasisKind basis, int points);
+
+/// Distance in voxels of the radiance lattice, over what is shown at evenly spread parameters, weighted by
+/// opacity.
+struct MotionDifference {
+  double max = 0, rms = 0;
+};
+/// Of the displacements of two models of one scene: `after` differs in its control points alone.
+MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after);
+
+/// Makes the first moment canonical: Delta(x, t = 0) = 0, and the scene looks as before at every time.
+///
+/// Subtracting the first displacement from every curve would do the first alone: the canonical volume has to
+/// come along. It becomes what is shown at time 0, C'(y) = C(W_0(y)), and the curves lead to where that is,
+/// W_0(x + Delta'(x, t)) = W_t(x), which is solved at many moments by inverting W_0 and fitted in the same
+/// basis; then Delta'(x, 0), next to nothing, is taken off every curve. Without motion at time 0 this is the
+/// subtraction. The light stays: its gain is that of a place in observed space.
+/// @pre at most one motion level, model.motion.moves()
+/// @return the distance between W_0(x + Delta') and W_t(x), which includes places whose canonical matter is
+/// not shown at time 0
+MotionDifference anchor_first(VoxelModel& model);
 
 /// Which clusters an operation means: [clusters]. Unlabelled places belong to none.
 using ChosenClusters = std::vector<bool>;

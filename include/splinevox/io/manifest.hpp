@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/atomic_file.hpp"
+#include "splinevox/core/file_digest.hpp"
 
 namespace splinevox {
 

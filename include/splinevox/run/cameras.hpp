@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "run/evaluate.hpp"
 #include "splinevox/core/camera.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace splinevox::run {
 
