@@ -39,8 +39,8 @@ def test_training_gives_the_same_bits(model, run):
 def test_opaque_pictures_train_in_the_box_of_the_data_to_the_same_file(opaque_scene, tmp_path, effects):
     settings = {**SMALL, "effects.steps": 6}  # few enough for 60 steps to try effects out
     run = tmp_path / "run"
-    words = ["--out", run, "--preset", "draft", "--max-steps", STEPS, "--effects", effects, "--quiet", *sets(settings)]
-    program("train", opaque_scene, *words)
+    program("train", opaque_scene, "--out", run, "--preset", "draft", "--max-steps", STEPS, "--effects", effects,
+            "--quiet", *sets(settings))
     data = sv.load_dataset(opaque_scene)
     assert not data.has_alpha and data.box == BOX
     config = sv.Config("draft", settings=settings, max_steps=STEPS, effects=effects)
