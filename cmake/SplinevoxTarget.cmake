@@ -14,8 +14,7 @@ function(splinevox_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wno-psabi)
   # Neither changes a value: they only let sqrt and selects become vector code.
   target_compile_options(${name} PRIVATE -fno-math-errno -fno-trapping-math)
-  # Headers have vector code, so whoever includes them after an install must speak of the same registers.
-  target_compile_options(${name} PRIVATE ${splinevox_march} INTERFACE $<INSTALL_INTERFACE:${splinevox_march}>)
+  target_compile_options(${name} PRIVATE ${splinevox_march})
   if(SPLINEVOX_SANITIZE)
     # Undefined behaviour ends the program: a report that only prints would pass every test.
     target_compile_options(${name} PRIVATE

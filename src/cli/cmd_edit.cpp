@@ -9,6 +9,7 @@
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/edit_session.hpp"
+#include "run/run_folder.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/manifest.hpp"
 #include "splinevox/io/model_vdb.hpp"

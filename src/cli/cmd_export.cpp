@@ -14,6 +14,7 @@
 #include "run/join_ranks.hpp"
 #include "run/shares.hpp"
 #include "run/signals.hpp"
+#include "run/support.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"

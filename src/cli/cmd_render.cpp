@@ -11,6 +11,7 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/nearest.hpp"
+#include "data/pictures/exr.hpp"
 #include "run/edit_session.hpp"
 #include "run/film_write.hpp"
 #include "run/shares.hpp"

@@ -9,6 +9,7 @@
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/points_csv.hpp"
+#include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/track.hpp"
 #include "splinevox/run/run.hpp"

@@ -11,6 +11,7 @@
 #include "program.hpp"
 #include "run/correspondence.hpp"
 #include "splinevox/data/truth.hpp"
+#include "splinevox/render/render_image.hpp"
 #include "splinevox/run/run.hpp"
 
 using namespace splinevox;

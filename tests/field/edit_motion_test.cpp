@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "splinevox/field/edit.hpp"
+#include "splinevox/field/sample.hpp"
 #include "splinevox/field/track.hpp"
 #include "support/blob_model.hpp"
 

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "core/atomic_file.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"

@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include "math/camera.hpp"
 #include "math/tv.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/sample.hpp"
