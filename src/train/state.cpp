@@ -9,6 +9,7 @@
 #include "field/lattice/slice.hpp"
 #include "math/activation.hpp"
 #include "math/schedule.hpp"
+#include "train/config/loss_terms.hpp"
 #include "train/ranks.hpp"
 
 namespace splinevox {
@@ -328,10 +329,10 @@ void Trainer::State::learn_background(double progress_now) {
 CurvePrior Trainer::State::curve_prior() const {
   constexpr float kSoftening = 3e-5f;  // edges of the box: a hundredth of a voxel
   const int halvings = config.motion.basis == BasisKind::bspline ? elevations : 0;
-  const LossConfig& l = config.loss;
+  const LossConfig l = in_scene_units(config.loss, edge);
   const MotionField& m = model.motion;
   CurvePrior prior;
-  if (m.displaces) prior.length = l.curve_length / (edge * edge), prior.knots = l.curve_knots / edge;
+  if (m.displaces) prior.length = l.curve_length, prior.knots = l.curve_knots;
   if (m.light) prior.light = l.curve_light, prior.light_lane = m.light_lane();
   prior.spacing = 1 << halvings, prior.softening = kSoftening * edge;
   return prior;
@@ -339,16 +340,7 @@ CurvePrior Trainer::State::curve_prior() const {
 
 RestPrior Trainer::State::rest_prior() const {
   constexpr float kSoftening = 3e-4f;  // edges of the box: what a step of the optimiser leaves at the end
-  return {model.motion.displaces ? config.loss.curve_rest / edge : 0, kSoftening * edge};
-}
-
-bool Trainer::State::wild_weights() const {
-  const LossConfig& l = config.loss;
-  constexpr float kWild = 1e12f;
-  const CurvePrior curves = curve_prior();
-  const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity,
-                               l.tv_light, curves.length, curves.light, curves.knots, rest_prior().weight});
-  return !(most / l.tv_share < kWild);
+  return {model.motion.displaces ? in_scene_units(config.loss, edge).curve_rest : 0, kSoftening * edge};
 }
 
 void Trainer::State::archive(Archive& a) {

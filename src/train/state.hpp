@@ -100,9 +100,6 @@ struct Trainer::State {
   /// The configuration's priors on curves, whose lengths are edges of the box, in scene units.
   CurvePrior curve_prior() const;
   RestPrior rest_prior() const;
-  /// Whether the weights of total variation or of the priors on curves could make a gradient unusable on
-  /// their own.
-  bool wild_weights() const;
   void archive(Archive& a);
 
  private:

@@ -12,6 +12,7 @@
 #include "core/rng.hpp"
 #include "math/schedule.hpp"
 #include "splinevox/core/error.hpp"
+#include "train/config/loss_terms.hpp"
 #include "train/ranks.hpp"
 #include "train/state.hpp"
 
@@ -99,8 +100,9 @@ bool Trainer::State::discard(const PassResult& pass, const std::vector<double>& 
     for (const Learner& learner : level_learners) rows += unusable_rows(learner.gradient);
     return rows;
   };
-  // What the losses of Eq. 9 add is no larger than their weights, so only wild ones need another look.
-  if (pass.usable && !(wild_weights() && count() > 0)) return false;
+  // What the losses of Eq. 9 add is no larger than their weights, so only very large ones need another look.
+  const bool spoilt = can_spoil_gradients(in_scene_units(config.loss, edge));
+  if (pass.usable && !(spoilt && count() > 0)) return false;
   const std::int64_t bad_rows = count();
   splinevox::discard(radiance.gradient);
   for (Learner& learner : level_learners) splinevox::discard(learner.gradient);
