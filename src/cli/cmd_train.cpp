@@ -120,8 +120,7 @@ int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
   const std::unique_ptr<Ranks> ranks = join_ranks("train");
   const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
   std::unique_ptr<StepBackend> steps =
-      device == Device::cpu ? nullptr
-                            : make_step(device, o.deterministic, ranks.get());  // what it lacks is told first
+      make_step(device, o.deterministic, ranks.get());  // what it lacks is told first
   const bool writes = !ranks || ranks->first();
   Progress progress(writes ? choose_talk(o.quiet, o.json) : Talk::quiet);
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
