@@ -2,6 +2,7 @@
 #include "splinevox/backend/device.hpp"
 
 #include "backend/cuda.hpp"
+#include "backend/host/host_step.hpp"
 #include "core/ranks.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -44,8 +45,9 @@ Renderer make_renderer(const VoxelModel& model, Device device) {
   return Renderer(model, make_pictures(device, model));
 }
 
-std::unique_ptr<StepBackend> make_step(Device, bool deterministic, Ranks* ranks) {
-  return cuda::make_step(deterministic, ranks);
+std::unique_ptr<StepBackend> make_step(Device device, bool deterministic, Ranks* ranks) {
+  if (device == Device::cuda) return cuda::make_step(deterministic, ranks);
+  return std::make_unique<HostStep>(ranks);
 }
 
 }  // namespace splinevox

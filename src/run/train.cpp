@@ -78,8 +78,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
                  std::chrono::steady_clock::time_point start) {
   const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
   std::unique_ptr<StepBackend> steps =
-      device == Device::cpu ? nullptr
-                            : make_step(device, o.deterministic, ranks);  // what it lacks is told first
+      make_step(device, o.deterministic, ranks);  // what it lacks is told first
   const bool writes = !ranks || ranks->first();
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
   if (folder.has(kEditHistory))

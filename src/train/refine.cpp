@@ -11,6 +11,16 @@
 
 namespace splinevox {
 
+bool drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside) {
+  constexpr float kRounding = 1e-3f;  // of what has been resampled
+  const std::vector<std::int32_t> kept = bricks_above(raw, kEmptyDensity + kRounding);
+  if (kept.empty() || int(kept.size()) == raw.topology->brick_count()) return false;
+  keep_rows(kept, raw.width, raw.values);
+  for (AlignedVector<float>* rows : beside) keep_rows(kept, raw.width, *rows);
+  raw.topology = keep_bricks(*raw.topology, kept);
+  return true;
+}
+
 TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells) {
   std::vector<Int3> bricks;
   Int3 b;

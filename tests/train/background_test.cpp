@@ -9,6 +9,7 @@
 #include <random>
 
 #include "math/background_color.hpp"
+#include "backend/step.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/math/metrics.hpp"

@@ -12,6 +12,7 @@
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "train/by_time.hpp"
+#include "train/config/loss_terms.hpp"
 #include "train/effects/film.hpp"
 #include "train/effects/moving_cells.hpp"
 #include "train/learn_background.hpp"
@@ -105,7 +106,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.motion.rest = 0;
   c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
   c.grid.empty_start.clear();
-  c.loss.curve_length = c.loss.curve_light = c.loss.curve_rest = 0;  // weigh on few points more than on many
+  c.loss = for_trials(c.loss);
   c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
   c.sampling.window = 1;  // every fit learns from the same pictures
   c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "train/ranks.hpp"
+#include "backend/host/sum_ranks.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -11,43 +11,19 @@ namespace splinevox {
 
 static_assert(sizeof(RowMask) == kBrick * sizeof(std::uint64_t), "masks are sent as they lie in memory");
 
-void keep_own_share(const Ranks& ranks, Batch& batch) {
-  std::vector<Batch::Task> own;
-  for (std::size_t t = std::size_t(ranks.rank()); t < batch.tasks.size(); t += std::size_t(ranks.count()))
-    own.push_back(batch.tasks[t]);
-  batch.tasks = std::move(own);
-}
-
-void keep_own_rays(const Ranks& ranks, Batch& batch) {
-  const std::size_t slots = batch.frames.size(), drawn = batch.rays.size() / slots;
-  const std::size_t first = ranks.share_begin(drawn, ranks.rank()),
-                    own = ranks.share_begin(drawn, ranks.rank() + 1) - first;
-  batch.tasks.clear();
-  for (std::size_t slot = 0; slot < slots;
-       ++slot) {  // to the front, so nothing is overwritten that is still to be moved
-    std::copy_n(batch.rays.begin() + std::ptrdiff_t(slot * drawn + first), own,
-                batch.rays.begin() + std::ptrdiff_t(slot * own));
-    std::copy_n(batch.targets.begin() + std::ptrdiff_t(slot * drawn + first), own,
-                batch.targets.begin() + std::ptrdiff_t(slot * own));
-    batch.tasks.push_back({int(slot), int(slot * own), int((slot + 1) * own)});
-  }
-  batch.rays.resize(slots * own), batch.targets.resize(slots * own);
-}
-
 PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
-  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), double(mine.visited),
-                      mine.usable ? 0.0 : 1.0};
+  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), mine.usable ? 0.0 : 1.0};
   sum_over_ranks(ranks, std::span<double>(numbers));
   PassResult sum = mine;
-  sum.squared_error = numbers[0], sum.motion_loss = numbers[1];
-  sum.samples = std::int64_t(numbers[2]), sum.visited = std::int64_t(numbers[3]);
-  sum.usable = numbers[4] == 0;
+  sum.squared_error = numbers[0];
+  sum.motion_loss = numbers[1];
+  sum.samples = std::int64_t(numbers[2]);
+  sum.usable = numbers[3] == 0;
   return sum;
 }
 
 bool sum_over_ranks(Ranks& ranks, Gradient& gradient) {
   ranks.merge({gradient.touched.data()->word, gradient.touched.size() * kBrick});
-  if (!gradient.seen.empty()) ranks.merge({gradient.seen.data()->word, gradient.seen.size() * kBrick});
   const int bricks = int(gradient.touched.size());
   const std::size_t width = std::size_t(gradient.values.width);
   std::vector<std::size_t> start(std::size_t(bricks) + 1, 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "train/gradient.hpp"
+#include "backend/host/gradient.hpp"
 
 #include <algorithm>
 #include <atomic>

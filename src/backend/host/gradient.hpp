@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "backend/step.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "splinevox/field/channels.hpp"
 
@@ -14,19 +15,12 @@ namespace splinevox {
 struct Gradient {
   Channels values;
   std::vector<RowMask> touched;  ///< [bricks + 1]
-  /// [bricks + 1] rows that rays have shown, over many steps; empty: not kept. A ray shows the rows around
-  /// those of its samples whose weight T alpha is at least min_weight and `seen_share` of its largest: of
-  /// smoke every sample, of a surface none behind it; of fog none, where the picture has nothing but
-  /// background (has_matter).
-  std::vector<RowMask> seen;
 
   explicit Gradient(const Channels& of);
   Gradient() = default;
 };
 
-/// Above it a number, summed over levels, would soon have no square in float, and one NaN let into the
-/// moments would stay (numerics H31). Needs a build in which NaN exists, hence no -ffast-math.
-inline constexpr float kLargestGradient = 1e16f;
+/// Needs a build in which NaN exists, hence no -ffast-math.
 inline bool usable(float g) { return std::abs(g) < kLargestGradient; }
 
 /// Whether every number of the touched rows of a brick is usable.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "train/optimiser.hpp"
+#include "backend/host/optimiser.hpp"
 
 #include <cmath>
 
@@ -100,67 +100,9 @@ void shrink_row(const Shrink& shrink, float scale, int width, float* row) {
     store(row + k, load<Eight>(row + k) * (1.0f - share * load<Eight>(shrink.member.data() + k)));
 }
 
-}  // namespace
-
-Learner::Learner(const Channels& values)
-    : gradient(values),
-      m(values.values.size(), 0.0f),
-      v(values.values.size(), 0.0f),
-      rate(values.width, 0.0f),
-      tv(values.width, 0.0f) {}
-
-void Learner::resize(const Channels& values) {
-  std::vector<RowMask> seen = std::move(gradient.seen);
-  gradient = Gradient(values);
-  gradient.seen = std::move(seen);
-  rate.assign(values.width, 0.0f), tv.assign(values.width, 0.0f);
-}
-
-void update(Channels& values, Learner& learner, const MomentFactors& factors, float rate_scale) {
-  const int width = values.width;
-  parallel_for(values.topology->brick_count(), [&](int index) {
-    const int brick = index + 1;
-    RowMask& touched = learner.gradient.touched[brick];
-    if (!touched.any()) return;
-    touched.for_each([&](int i) {
-      const std::size_t row = (std::size_t(brick) * kBrickRows + i) * width;
-      for (int k = 0; k < width; k += 8) {
-        float* g = learner.gradient.values.values.data() + row + k;
-        if (width > kLongRow && all_zero(load<Eight>(g))) continue;
-        float *m = learner.m.data() + row + k, *v = learner.v.data() + row + k,
-              *p = values.values.data() + row + k;
-        Eight mm = load<Eight>(m), vv = load<Eight>(v), pp = load<Eight>(p);
-        const Eight rate = rate_scale * load<Eight>(learner.rate.data() + k);
-        adam_step(factors, rate, load<Eight>(g), mm, vv, pp, root, flush);
-        store(m, mm), store(v, vv), store(p, pp), store(g, Eight{});
-      }
-      for (const Shrink& shrink : learner.shrink)
-        shrink_row(shrink, rate_scale, width, values.values.data() + row);
-    });
-    touched = {};
-  });
-}
-
-void add_total_variation(const Channels& values, Learner& learner, float scale, float share,
-                         std::uint64_t draw) {
-  std::vector<float> weight(values.width);
-  bool any = false;
-  for (int k = 0; k < values.width; ++k) weight[k] = scale * learner.tv[k] / share, any |= weight[k] > 0;
-  if (!any) return;
-  parallel_for(values.topology->brick_count(), [&](int index) {
-    const int brick = index + 1;
-    if (!chosen_brick(draw, brick, share)) return;
-    brick_total_variation(values, brick, weight.data(),
-                          learner.gradient.values.row(std::size_t(brick) * kBrickRows));
-    learner.gradient.touched[brick].set_all();
-  });
-}
-
-namespace {
-
 template <class Prior>
-void add_prior(const Channels& values, Learner& learner, const MotionField& motion, const Prior& prior,
-               float share, std::uint64_t draw, std::span<const RowMask> among) {
+void add_prior(const Channels& values, const MotionField& motion, const Prior& prior, float share,
+               std::uint64_t draw, std::span<const RowMask> among, Gradient& gradient) {
   if (!prior.any()) return;
   const int stride = motion.stride(), stored = motion.stored_points();
   const bool pinned = stored < motion.points;
@@ -170,24 +112,68 @@ void add_prior(const Channels& values, Learner& learner, const MotionField& moti
     const RowMask rows = among.empty() ? RowMask::all() : among[brick];
     rows.for_each([&](int i) {
       const std::size_t row = std::size_t(brick) * kBrickRows + i;
-      curve_prior_vjp(prior, values.row(row), stride, stored, pinned, share,
-                      learner.gradient.values.row(row));
+      curve_prior_vjp(prior, values.row(row), stride, stored, pinned, share, gradient.values.row(row));
     });
-    learner.gradient.touched[brick] |= rows;
+    gradient.touched[brick] |= rows;
   });
 }
 
 }  // namespace
 
-void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion,
-                     const CurvePrior& prior, float share, std::uint64_t draw) {
-  add_prior(values, learner, motion, prior, share, draw, {});
+void update(const LearnedRows& rows, Gradient& gradient, const MomentFactors& factors, float rate_scale) {
+  Channels& values = *rows.values;
+  const int width = values.width;
+  parallel_for(values.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    RowMask& touched = gradient.touched[brick];
+    if (!touched.any()) return;
+    touched.for_each([&](int i) {
+      const std::size_t row = (std::size_t(brick) * kBrickRows + i) * width;
+      for (int k = 0; k < width; k += 8) {
+        float* g = gradient.values.values.data() + row + k;
+        if (width > kLongRow && all_zero(load<Eight>(g))) continue;
+        float *m = rows.m->data() + row + k, *v = rows.v->data() + row + k,
+              *p = values.values.data() + row + k;
+        Eight mm = load<Eight>(m), vv = load<Eight>(v), pp = load<Eight>(p);
+        const Eight rate = rate_scale * load<Eight>(rows.rate.data() + k);
+        adam_step(factors, rate, load<Eight>(g), mm, vv, pp, root, flush);
+        store(m, mm);
+        store(v, vv);
+        store(p, pp);
+        store(g, Eight{});
+      }
+      for (const Shrink& shrink : rows.shrink)
+        shrink_row(shrink, rate_scale, width, values.values.data() + row);
+    });
+    touched = {};
+  });
 }
 
-void add_curve_prior(const Channels& values, Learner& learner, const MotionField& motion,
-                     const RestPrior& prior, float share, std::uint64_t draw,
-                     std::span<const RowMask> among) {
-  add_prior(values, learner, motion, prior, share, draw, among);
+void add_total_variation(const Channels& values, std::span<const float> tv, float scale, float share,
+                         std::uint64_t draw, Gradient& gradient) {
+  std::vector<float> weight(values.width);
+  bool any = false;
+  for (int k = 0; k < values.width; ++k) {
+    weight[k] = scale * tv[k] / share;
+    any |= weight[k] > 0;
+  }
+  if (!any) return;
+  parallel_for(values.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    if (!chosen_brick(draw, brick, share)) return;
+    brick_total_variation(values, brick, weight.data(), gradient.values.row(std::size_t(brick) * kBrickRows));
+    gradient.touched[brick].set_all();
+  });
+}
+
+void add_curve_prior(const Channels& values, const MotionField& motion, const CurvePrior& prior, float share,
+                     std::uint64_t draw, std::span<const RowMask> among, Gradient& gradient) {
+  add_prior(values, motion, prior, share, draw, among, gradient);
+}
+
+void add_curve_prior(const Channels& values, const MotionField& motion, const RestPrior& prior, float share,
+                     std::uint64_t draw, std::span<const RowMask> among, Gradient& gradient) {
+  add_prior(values, motion, prior, share, draw, among, gradient);
 }
 
 }  // namespace splinevox

@@ -1,30 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "train/engine.hpp"
+#include "backend/host/engine.hpp"
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 
 #include "core/atomic.hpp"
 #include "core/parallel.hpp"
 #include "core/simd.hpp"
+#include "core/stopwatch.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/photometric.hpp"
+#include "render/backward.hpp"
 #include "render/field_view.hpp"
 #include "render/scatter.hpp"
 #include "render/specialise.hpp"
 
 namespace splinevox {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point& last) {
-  const auto now = Clock::now();
-  const double s = std::chrono::duration<double>(now - last).count();
-  last = now;
-  return s;
-}
 
 template <int Sh, bool Moving, bool Jet>
 class RayEngine final : public Engine {
@@ -35,7 +28,7 @@ class RayEngine final : public Engine {
     Kernel kernel;
     RayRecords<float, kWidth, Jet> records;
     double squared_error, motion_loss;
-    std::int64_t samples, visited;
+    std::int64_t samples;
     /// Where a ray's records end, and what it lost.
     struct Ray {
       std::size_t radiance, motion;
@@ -58,38 +51,39 @@ class RayEngine final : public Engine {
   }
 
  public:
-  PassResult run(const VoxelModel& model, const ActiveRows& active, float step, const Batch& batch,
-                 const std::vector<double>& times, const std::vector<const BitGrid*>& occupancy,
-                 const RayLosses& losses, Gradient& radiance, Gradient& motion,
+  PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
+                 std::span<const RayTask> batch, Gradient& d_radiance, Gradient* d_motion,
                  std::span<Vec3> behind) override {
     PassResult result;
-    auto clock = Clock::now();
-    FieldView<float> field = view_field(model, step);
+    Stopwatch watch;
+    const Channels& radiance = *model.radiance.values;
+    const MotionField& columns = model.model->motion;
+    FieldView<float> field = view_field(*model.model, radiance.values.data(), model.model->step);
+    field.moving = Moving;
+    if constexpr (Moving) field.motion = BrickView<float>(*motion->topology);
     if constexpr (!Jet)
-      field.reach = active.reach.cells() > 0
-                        ? active.reach.bits.data()
+      field.reach = model.active->reach.cells() > 0
+                        ? model.active->reach.bits.data()
                         : nullptr;  // losses of motion are asked of every sample, moving or not
-    if constexpr (Moving) make_slices(model, active.rows, times);
-    result.slice_seconds = seconds_since(clock);
+    if constexpr (Moving) make_slices(columns, *motion, model.active->rows, in.times);
+    result.slice_seconds = watch.lap();
 
-    const int tasks = int(batch.tasks.size());
+    const int tasks = int(batch.size());
     workers_.resize(tasks);
-    radiance_scatter_.begin(tasks, model.radiance.raw.topology->brick_count() + 1);
-    const int motion_bricks = Moving ? model.motion.levels[0].topology->brick_count() + 1 : 0;
-    if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(times.size()));
-    std::uint64_t* const seen = radiance.seen.empty() ? nullptr : radiance.seen.data()->word;
+    radiance_scatter_.begin(tasks, radiance.topology->brick_count() + 1);
+    const int motion_bricks = Moving ? motion->topology->brick_count() + 1 : 0;
+    if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(in.times.size()));
     parallel_for(tasks, [&](int t) {
-      march(field, seen, batch, batch.tasks[t], *occupancy[batch.tasks[t].frame], losses, workers_[t],
-            behind);
+      march(field, model, in, batch[t], workers_[t], behind);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
-      if constexpr (Moving)
-        motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch.tasks[t].frame);
+      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch[t].slot);
     });
     for (const Worker& w : workers_) {
-      result.squared_error += w.squared_error, result.motion_loss += w.motion_loss;
-      result.samples += w.samples, result.visited += w.visited;
+      result.squared_error += w.squared_error;
+      result.motion_loss += w.motion_loss;
+      result.samples += w.samples;
     }
-    result.ray_seconds = seconds_since(clock);
+    watch.lap();
 
     radiance_scatter_.scan();
     if constexpr (Moving) motion_scatter_.scan();
@@ -98,14 +92,14 @@ class RayEngine final : public Engine {
       if constexpr (Moving) motion_scatter_.fill(t, field.motion);
     });
     usable_ = std::isfinite(result.squared_error) && std::isfinite(result.motion_loss);
-    parallel_for(model.radiance.raw.topology->brick_count() + 1, [&](int b) {
+    parallel_for(radiance.topology->brick_count() + 1, [&](int b) {
       if (radiance_scatter_.empty(b)) return;
-      radiance_scatter_.reduce(b, radiance.values.row(std::size_t(b) * kBrickRows), radiance.touched[b]);
-      if (!usable(radiance, b)) usable_ = false;  // here, where the rows are in the cache
+      radiance_scatter_.reduce(b, d_radiance.values.row(std::size_t(b) * kBrickRows), d_radiance.touched[b]);
+      if (!usable(d_radiance, b)) usable_ = false;  // here, where the rows are in the cache
     });
-    if constexpr (Moving) expand_motion(model, active.rows, times, motion_bricks, motion);
+    if constexpr (Moving) expand_motion(columns, model.active->rows, in.times, motion_bricks, *d_motion);
     result.usable = usable_;
-    result.scatter_seconds = seconds_since(clock);
+    result.scatter_seconds = watch.lap();
     return result;
   }
 
@@ -125,13 +119,14 @@ class RayEngine final : public Engine {
   }
 
  private:
-  void make_slices(const VoxelModel& model, const std::vector<RowMask>& active,
-                   const std::vector<double>& times) {
-    const Channels& level = model.motion.levels[0];
+  void make_slices(const MotionField& columns, const Channels& level, const std::vector<RowMask>& active,
+                   std::span<const double> times) {
     const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
-    slices_.resize(frames), slice_gradients_.resize(frames), weights_.resize(frames);
+    slices_.resize(frames);
+    slice_gradients_.resize(frames);
+    weights_.resize(frames);
     for (int f = 0; f < frames; ++f) {
-      weights_[f] = stored_weights(model.motion, times[f]);
+      weights_[f] = stored_weights(columns, times[f]);
       slices_[f].resize(level.topology->rows() * kSliceWidth);
       slice_gradients_[f].resize(
           slices_[f].size());  // all zero between steps: expand_brick clears what it reads
@@ -142,26 +137,31 @@ class RayEngine final : public Engine {
     }
     std::vector<float*> slices(frames);
     for (int f = 0; f < frames; ++f) slices[f] = slices_[f].data();
-    parallel_for(bricks, [&](int b) { contract_brick(model.motion, level, weights_, b, active[b], slices); });
+    parallel_for(bricks, [&](int b) { contract_brick(columns, level, weights_, b, active[b], slices); });
   }
 
-  void march(const FieldView<float>& field, std::uint64_t* seen, const Batch& batch, const Batch::Task& task,
-             const BitGrid& occupancy, const RayLosses& losses, Worker& w, std::span<Vec3> behind) {
+  void march(const FieldView<float>& field, const StepModel& model, const StepInput& in, const RayTask& task,
+             Worker& w, std::span<Vec3> behind) {
+    const RayLosses& losses = in.losses;
+    const std::span<RowMask> visible = model.radiance.visible;
     w.records.clear();
-    w.squared_error = w.motion_loss = 0, w.samples = w.visited = 0;
-    w.rays.clear(), w.first = task.first;
-    const FrameView<float> frame{Moving ? slices_[task.frame].data() : nullptr, occupancy.view()};
+    w.squared_error = w.motion_loss = 0;
+    w.samples = 0;
+    w.rays.clear();
+    w.first = task.first;
+    const FrameView<float> frame{Moving ? slices_[task.slot].data() : nullptr,
+                                 model.occupancy[in.occupancy[task.slot]].view()};
     for (int i = task.first; i < task.last; ++i) {
-      const RayInput<float>& ray = batch.rays[i];
+      const RayInput<float>& ray = in.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, losses.stop);
-      const Vec3 error = photometric_error(result.rgb, batch.targets[i]);
-      if (seen && has_matter(batch.targets[i], ray.background, losses.faintest))
-        show(field, w.kernel, losses, seen);
+      const Vec3 error = photometric_error(result.rgb, in.targets[i]);
+      if (!visible.empty() && has_matter(in.targets[i], ray.background, losses.faintest))
+        mark_visible(field, w.kernel, losses, visible.data()->word);
       const double squared = dot(error, error);
       if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
       double motion = 0;
       w.squared_error += squared;
-      w.samples += w.kernel.count, w.visited += w.kernel.visited;
+      w.samples += w.kernel.count;
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
       backward(w.kernel, ray, result, field, 2.0f * error, losses.min_weight, w.records);
       if constexpr (Jet)
@@ -172,21 +172,22 @@ class RayEngine final : public Engine {
     }
   }
 
-  /// Marks what a ray showed (Gradient::seen). Tasks may mark the same words: the order does not matter.
-  static void show(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses,
-                   std::uint64_t* seen) {
+  /// Marks what a ray shows (LearnedRows::visible). Tasks may mark the same words: the order does not matter.
+  static void mark_visible(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses,
+                           std::uint64_t* visible) {
     float most = 0;
     for (int k = 0; k < ray.count; ++k) most = std::max(most, ray.weight[k]);
     const float enough = std::max(losses.seen_share * most, losses.min_weight);
     for (int k = 0; k < ray.count; ++k) {
       if (ray.weight[k] < enough || ray.weight[k] <= 0) continue;
       const CellRows rows = field.radiance.rows(ray.samples[k].radiance_cell);
-      for (const std::int32_t row : rows.row) atomic_set(seen + (row >> 6), std::uint64_t(1) << (row & 63));
+      for (const std::int32_t row : rows.row)
+        atomic_set(visible + (row >> 6), std::uint64_t(1) << (row & 63));
     }
   }
 
-  void expand_motion(const VoxelModel& model, const std::vector<RowMask>& active,
-                     const std::vector<double>& times, int bricks, Gradient& motion) {
+  void expand_motion(const MotionField& columns, const std::vector<RowMask>& active,
+                     std::span<const double> times, int bricks, Gradient& motion) {
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;
       for (std::size_t f = 0; f < times.size(); ++f) {
@@ -195,12 +196,12 @@ class RayEngine final : public Engine {
         float* rows = slice_gradients_[f].data() + std::size_t(b) * kBrickRows * kSliceWidth;
         RowMask hit;
         motion_scatter_.reduce(bin, rows, hit);
-        RowMask at_rest = hit;
-        (at_rest &= ~active[b]).for_each([&](int i) {
+        RowMask frozen = hit;
+        (frozen &= ~active[b]).for_each([&](int i) {
           std::fill_n(rows + std::size_t(i) * kSliceWidth, kSliceWidth, 0.0f);
         });
         hit &= active[b];
-        expand_brick(model.motion, weights_[f], hit, rows, b, motion.values);
+        expand_brick(columns, weights_[f], hit, rows, b, motion.values);
         motion.touched[b] |= hit;
       }
       if (!usable(motion, b)) usable_ = false;
