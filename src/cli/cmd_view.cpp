@@ -12,6 +12,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/image_write.hpp"
+#include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"
 #include "train/by_time.hpp"
 #include "view/page.hpp"
