@@ -2,6 +2,7 @@
 #include "backend/background_gradient.hpp"
 
 #include "core/parallel.hpp"
+#include "math/background_color.hpp"
 
 namespace splinevox {
 
