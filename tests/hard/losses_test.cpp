@@ -7,6 +7,7 @@
 
 #include "backend/host/optimiser.hpp"
 #include "hard/measured.hpp"
+#include "math/activation.hpp"
 #include "math/divergence.hpp"
 #include "math/offset.hpp"
 #include "math/tv.hpp"
