@@ -181,7 +181,7 @@ class Archive {
 
   const std::vector<char>* in_ = nullptr;
   std::size_t at_ = 0, end_ = 0;  ///< of what is read, or of its section
-  std::vector<char> out_;  ///< written, but for what is large
+  std::vector<char> out_;         ///< written, but for what is large
   std::vector<std::pair<std::size_t, std::string_view>>
       large_;  ///< arrays of parameters, and how much of out_ is before each
 };

@@ -47,7 +47,8 @@ StepSums Home::step(const StepInput& in) {
   sent_ = true;
   here_ = false;
   volume_.lattices.forget_sum();  // the backend makes its own, and this one is old after the step
-  volume_.lattices.visible.rays += std::int64_t(in.rays.size());
+  Visible& visible = volume_.lattices.visible;
+  if (!visible.rows.empty()) visible.rays += std::int64_t(in.rays.size());
   return backend_->run(in);
 }
 

@@ -31,8 +31,6 @@ class Home {
   const Occupancy& occupancy() const { return volume_.occupancy; }
   float march_step() const { return volume_.lattices.model.step; }
   double moving_share() const { return volume_.moving.share; }
-  int levels() const { return int(volume_.lattices.levels.size()); }
-  int sh_order() const { return volume_.lattices.model.radiance.sh_order; }
   const Background& background() const { return volume_.lattices.model.background; }
   Background& background() { return volume_.lattices.model.background; }
 

@@ -6,10 +6,6 @@
 #include <utility>
 
 #include "math/schedule.hpp"
-#include "train/bounds/freeze.hpp"
-#include "train/bounds/hidden.hpp"
-#include "train/rates.hpp"
-#include "train/refine.hpp"
 
 namespace splinevox {
 namespace {
@@ -37,82 +33,11 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
 
 bool Trainer::State::refine(double progress_now) {
   progress = progress_now;
-  const Config& config = setting.config;
-  bool changed = false;
-  const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
-  const bool changes = config.motion.enabled || config.motion.light;
-  int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
-  const Basis& basis = basis_of(config.motion.basis);
-  const int wanted_elevations =
-      changes
-          ? reached(basis.halves() ? config.motion.halve_start : config.motion.elevate_start, progress) + 1
-          : 0;
-  const bool elevates = elevations < wanted_elevations;
-  const int wanted_emptied = reached(config.grid.empty_start, progress) + 1;
-  const bool empties = emptied < wanted_emptied;
-  const int wanted_order = order_at(config.radiance, progress);
-  const bool joins = home.sh_order() < wanted_order;
-  if (!(joins || stage < wanted || home.levels() < wanted_levels || elevates || empties)) return false;
+  if (plan.due(setting.config, progress).empty()) return false;
   Volume& volume = home.change();
-  Lattices& lattices = volume.lattices;
-  const TimeWindow now = window();
-  if (empties) {
-    if (stage >= 0)
-      changed = empty_hidden(setting, now, lattices);  // before the first stage there is nothing
-    emptied = wanted_emptied;
-  }
-  const bool refines = clock.step > 0 && (stage < wanted || home.levels() < wanted_levels);
-  if (refines && stage < wanted && now.whole) {
-    tighten_box(setting, volume, now);
-    sampler.set_box(lattices.model.box);
-  }
-  if (refines || changed) splinevox::refresh_occupancy(setting, volume, now);
-  std::optional<Offset> offset;
-  if (clock.step > 0 && stage < wanted)
-    offset = freeze(setting, volume, now, lattices.edge() / float(config.grid.radiance[wanted]));
-  const bool frozen = offset.has_value();
-  if (frozen)  // they cost little now, and what is static is told from what moves as finely as they are
-    wanted_levels = int(config.grid.motion.size());
-  while (stage < wanted) {
-    ++stage;
-    if (stage == 0) {
-      lattices.start_radiance(setting, volume.occupancy.hull);
-    } else {
-      const VoxelModel& model = lattices.model;
-      const BitGrid matter = now.whole ? canonical_occupancy(model, config.sampling.occupancy_cells,
-                                                             config.grid.prune_alpha, model.step)
-                                       : volume.occupancy.hull;
-      lattices.refine_radiance(setting, config.grid.radiance[stage], matter, std::exchange(offset, {}),
-                               now.whole && config.grid.prune_alpha > 0);
-    }
-    changed = true;
-  }
-  if (joins) {
-    lattices.add_harmonics(wanted_order);
-    changed = true;
-  }
-  if (changes) {
-    while (home.levels() < wanted_levels) {
-      lattices.add_level(config.grid.motion[lattices.levels.size()], motion_cells(volume, now));
-      changed = true;
-    }
-    while (elevations < wanted_elevations) {
-      lattices.refine_curves(basis.halves() ? basis.refinement.refined(lattices.model.motion.points)
-                                            : config.motion.elevate_points[elevations]);
-      ++elevations;
-      changed = true;
-    }
-  }
-  if (changed) fit_lattices(volume);
-  if (frozen) splinevox::refresh_occupancy(setting, volume, now);
+  const bool changed = plan.carry_out(setting, progress, clock.step > 0, window(), volume);
+  sampler.set_box(volume.lattices.model.box);
   return changed;
-}
-
-void Trainer::State::fit_lattices(Volume& volume) const {
-  set_rates(setting.config, volume.lattices);
-  set_priors(setting.config, basis_of(setting.config.motion.basis).halves() ? elevations : 0,
-             volume.lattices);
-  fit_motion(setting, volume);
 }
 
 bool Trainer::State::occupancy_is_due() const {
@@ -172,7 +97,10 @@ void Trainer::State::learn_background(const StepInput& in, const BackgroundGradi
 }
 
 void Trainer::State::archive(Archive& a) {
-  a.section("steps", [&] { a(clock.step, stage, elevations, emptied); });
+  a.section("steps", [&] {
+    a(clock.step);
+    plan.archive(a);
+  });
   a.section("clock", [&] { a(clock.seconds, clock.seconds_at_start, clock.phases); });
   home.archive(a, setting);
   a.section("background", [&] {
@@ -181,10 +109,10 @@ void Trainer::State::archive(Archive& a) {
     check_fits(home.background().order == order);
   });
   if (!a.reading()) return;
-  check_fits(stage >= 0 && stage < int(setting.config.grid.radiance.size()));
   Volume& volume = home.change();
+  check_fits(plan.fits(setting.config, volume.lattices));
   sampler.set_box(volume.lattices.model.box);
-  fit_lattices(volume);
+  plan.fit(setting, volume);
 }
 
 }  // namespace splinevox

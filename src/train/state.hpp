@@ -9,6 +9,7 @@
 #include "train/batch.hpp"
 #include "train/home.hpp"
 #include "train/learn_background.hpp"
+#include "train/plan.hpp"
 #include "train/run_clock.hpp"
 #include "train/setting.hpp"
 
@@ -25,10 +26,8 @@ struct Trainer::State {
   BatchSampler sampler;
   BackgroundLearner background;  ///< of the volume's background, if that is learned
   RunClock clock;
-  double progress = 0;                ///< of the last refine
-  int stage = -1;                     ///< radiance stage
-  int elevations = 0;                 ///< refinements of the curves done: halvings, or degree elevations
-  int emptied = 0;                    ///< times that hidden matter was to be emptied
+  double progress = 0;  ///< of the last refine
+  Plan plan;
   Batch batch;                        ///< of the last step
   std::vector<StepReport> discarded;  ///< the last steps, as far as they were discarded in a row
 
@@ -51,8 +50,6 @@ struct Trainer::State {
 
  private:
   RayLosses ray_losses() const;
-  /// Rates, priors and summed motion for the lattices as they are now.
-  void fit_lattices(Volume& volume) const;
 };
 
 }  // namespace splinevox
