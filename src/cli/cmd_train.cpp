@@ -77,7 +77,7 @@ void settle_effects(Config& config, bool forced, const Dataset& data, const RunF
   release_freed_memory();  // of the fits
   if (!forced) apply(choice.chosen, config), config.motion.points = choice.points;
   EffectSet used = effects_of(config);
-  if (data.has_alpha) used = used.without("background");  // nothing is behind what such pictures show
+  if (data.has_alpha) used = used.without(Effect::background);  // nothing is behind what such pictures show
   const Json effects = effects_json(choice, config, used, forced);
   progress.note(effects_line(effects));
   if (!writes) return;

@@ -9,7 +9,9 @@
 #include "field/lattice/slice.hpp"
 #include "math/activation.hpp"
 #include "math/schedule.hpp"
+#include "train/effects/effect_table.hpp"
 #include "train/ranks.hpp"
+#include "train/rates.hpp"
 
 namespace splinevox {
 namespace {
@@ -22,27 +24,6 @@ SamplingConfig sampling_of(const Config& config) {
   SamplingConfig out = config.sampling;
   if (!config.motion.enabled) out.window = 1;
   return out;
-}
-
-/// What the step of control points is multiplied by. As a run goes on rigidity takes displacements, and so
-/// their steps, to a tenth of what they began with and less (docs/experiments.md, "Without rigidity");
-/// without it a step is a fiftieth of a cell of the finest lattice, where lr_control is 0.01. @param cells
-/// along the longest edge, of that lattice
-float control_share(const MotionField& m, int cells) { return m.rigidity ? 1 : 2.0f / float(cells); }
-
-/// Motion and light of a vertex shrink each as one. A step moves every column by its rate at most, so lengths
-/// are measured in rates times the root of the number of columns.
-std::vector<Shrink> shrink_groups(const MotionField& m, const OptimiserConfig& o, float edge, float share) {
-  if (o.shrink == 0) return {};
-  Shrink motion{std::vector<float>(m.width(), 0.0f), 0}, light = motion;
-  for (int c = 0; c < m.rigidity_column(); ++c)
-    (m.displaces && c % m.stride() < 3 ? motion : light).member[c] = 1;
-  motion.threshold = o.shrink * o.lr_control * edge * share * std::sqrt(3.0f * float(m.stored_points()));
-  light.threshold = o.shrink * o.lr_light * std::sqrt(float(m.stored_points()));
-  std::vector<Shrink> groups;
-  if (m.displaces) groups.push_back(motion);
-  if (m.light) groups.push_back(light);
-  return groups;
 }
 
 /// The cells whose centres the offset leads to one of a grid. Matter that is a cell wide with its margin
@@ -78,8 +59,8 @@ Trainer::State::State(const Config& c, const Split& t, const TimeMap& time_map)
   model.time_map = time_map;
   model.radiance.sh_order = order_at(c.radiance, 0);
   MotionField& m = model.motion;
-  m.basis = c.motion.basis, m.points = c.motion.points, m.light = c.motion.light;
-  m.displaces = c.motion.enabled, m.rigidity = c.motion.enabled && c.motion.rigidity;
+  m.basis = c.motion.basis, m.points = c.motion.points;
+  store(effects_of(c), m);
   m.first_point = c.motion.basis == BasisKind::bspline ? FirstPoint::free : c.motion.first_point;
   m.rigidity_offset = c.motion.initial_rigidity;
 }
@@ -88,7 +69,7 @@ bool Trainer::State::refine(double progress_now) {
   progress = progress_now;
   bool changed = false;
   const int wanted = std::max(0, reached(config.grid.radiance_start, progress));
-  const bool changes = config.motion.enabled || config.motion.light;
+  const bool changes = splinevox::changes(effects_of(config));
   int wanted_levels = changes ? reached(config.grid.motion_start, progress) + 1 : 0;
   const bool spline = config.motion.basis == BasisKind::bspline;
   const int wanted_elevations =
@@ -167,12 +148,8 @@ void Trainer::State::start_radiance() {
   // alpha).
   model.radiance.activation.scale = 1 / model.step;
   model.radiance.activation.shift = float(inverse_softplus(optical_depth(config.radiance.initial_alpha)));
-  const int width = radiance_width(model.radiance.sh_order);
-  std::vector<float> row(width, 0.0f);
-  const Vec3 color = starting_color(config.radiance, shown);
-  for (int c = 0; c < 3; ++c) row[1 + c] = color[c];
-  if (config.radiance.sh_order >= 0) row[4] = config.radiance.initial_sh;
-  model.radiance.raw = make_channels(bricks_near(lattice, bounds.hull), width, row.data());
+  const std::vector<float> row = first_row(model.radiance, config.radiance, shown);
+  model.radiance.raw = make_channels(bricks_near(lattice, bounds.hull), int(row.size()), row.data());
   for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(i)[0] = kEmptyDensity;
   radiance = Learner(model.radiance.raw);
   forget_seen();
@@ -292,24 +269,9 @@ void Trainer::State::collapse_levels(const std::vector<RowMask>& rows) {
 }
 
 void Trainer::State::set_rates() {
-  const OptimiserConfig& o = config.optimiser;
-  const LossConfig& l = config.loss;
-  for (int c = 0; c < 4 + model.radiance.sh_count(); ++c) {
-    radiance.rate[c] = c == 0 ? o.lr_density : c < 4 ? o.lr_color : o.lr_sh;
-    radiance.tv[c] = c == 0 ? l.tv_density : c < 4 ? l.tv_color : l.tv_sh;
-  }
-  const MotionField& m = model.motion;
-  const int rigidity = m.rigidity_column();
-  const float share = levels.empty() ? 1 : control_share(m, config.grid.motion[levels.size() - 1]);
-  for (Learner& learner : level_learners) {
-    std::fill_n(learner.rate.begin(), rigidity, o.lr_control * edge * share);
-    std::fill_n(learner.tv.begin(), rigidity, l.tv_control / edge);
-    if (m.light)
-      for (int c = m.light_lane(); c < rigidity; c += m.stride())
-        learner.rate[c] = o.lr_light, learner.tv[c] = l.tv_light;
-    learner.shrink = shrink_groups(m, o, edge, share);
-    if (m.rigidity) learner.rate[rigidity] = o.lr_rigidity, learner.tv[rigidity] = l.tv_rigidity;
-  }
+  splinevox::set_rates(model.radiance, config, radiance);
+  for (Learner& learner : level_learners)
+    splinevox::set_rates(model.motion, config, edge, config.grid.motion[levels.size() - 1], learner);
 }
 
 MomentFactors Trainer::State::factors() const {
@@ -326,15 +288,8 @@ void Trainer::State::learn_background(double progress_now) {
 }
 
 CurvePrior Trainer::State::curve_prior() const {
-  constexpr float kSoftening = 3e-5f;  // edges of the box: a hundredth of a voxel
   const int halvings = config.motion.basis == BasisKind::bspline ? elevations : 0;
-  const LossConfig& l = config.loss;
-  const MotionField& m = model.motion;
-  CurvePrior prior;
-  if (m.displaces) prior.length = l.curve_length / (edge * edge), prior.knots = l.curve_knots / edge;
-  if (m.light) prior.light = l.curve_light, prior.light_lane = m.light_lane();
-  prior.spacing = 1 << halvings, prior.softening = kSoftening * edge;
-  return prior;
+  return splinevox::curve_prior(model.motion, config, edge, halvings);
 }
 
 RestPrior Trainer::State::rest_prior() const {
@@ -347,7 +302,7 @@ bool Trainer::State::wild_weights() const {
   constexpr float kWild = 1e12f;
   const CurvePrior curves = curve_prior();
   const float most = std::max({l.tv_density, l.tv_color, l.tv_sh, l.tv_control / edge, l.tv_rigidity,
-                               l.tv_light, curves.length, curves.light, curves.knots, rest_prior().weight});
+                               l.tv_light, curves.heaviest(), rest_prior().weight});
   return !(most / l.tv_share < kWild);
 }
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/parallel.hpp"
+#include "field/columns.hpp"
 #include "math/activation.hpp"
 #include "math/rigidity.hpp"
 #include "train/bounds/seen_motion.hpp"
@@ -64,16 +65,18 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
   awake = awake.cells() > 0 ? cells : dilate(cells);  // at first, so that the place of what moves may grow
 
   // What moves finds its matter where the offset has taken it.
+  const MotionLayout layout(m);
   Channels sum = model.motion.levels[0];
   parallel_for(sum.topology->brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
       float* row = sum.row(std::size_t(index + 1) * kBrickRows + i);
       const Vec3 x = sum.topology->position(index + 1, i);
       const float r =
-          m.rigidity ? std::max(sigmoid(row[m.rigidity_column()] + m.rigidity_offset).value, kLeastRigidity)
-                     : 1.0f;
+          layout.rigidity
+              ? std::max(sigmoid(row[layout.rigidity_column] + m.rigidity_offset).value, kLeastRigidity)
+              : 1.0f;
       for (int k = 0; k < m.stored_points(); ++k) {
-        float* p = row + m.stride() * k;
+        float* p = row + layout.stride * k;
         const Vec3 moved = (1 / r) * (offset.undo(x + r * Vec3{p[0], p[1], p[2]}) - x);
         for (int a = 0; a < 3; ++a) p[a] = moved[a];
       }
