@@ -7,8 +7,6 @@
 //   TURNS]
 //
 // One JSON line per scene.
-#include "splinevox/train/effects.hpp"
-
 #include <fmt/core.h>
 
 #include <CLI/CLI.hpp>
@@ -22,6 +20,7 @@
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
+#include "splinevox/train/prepare.hpp"
 
 using namespace splinevox;
 
@@ -95,7 +94,7 @@ int main(int argc, char** argv) {
   try {
     for (const std::string& scene : scenes) {
       const Dataset data = load_dataset(scene, {.splits = {"train"}});
-      nlohmann::json j = describe(choose_effects(config, *data.find("train"), data.time_map));
+      nlohmann::json j = describe(prepare(config, data).effects);
       j["scene"] = std::filesystem::path(scene).filename().string();
       say(j);
     }
@@ -113,7 +112,7 @@ int main(int argc, char** argv) {
                                                 .orbit = turns,
                                                 .look = kind.look});
         config.run.seed = std::uint64_t(seed);
-        const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
+        const EffectChoice choice = prepare(config, data).effects;
         bool same = true;
         for (const EffectVerdict& v : choice.verdicts) {
           const std::string effect = to_string(v.effect);

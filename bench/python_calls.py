@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What one call from Python costs, in processor time: PYTHONPATH=build/release/src/python python3 bench/python_calls.py
+# What one call from Python costs, in processor time:
+# PYTHONPATH=build/release/src/python python3 bench/python_calls.py
 import statistics
 import time
 
@@ -9,7 +10,8 @@ import splinevox as sv
 
 sv.set_threads(1)
 data = sv.make_synth("dancer", frames=10, size=32)
-config = sv.Config("draft", settings={"grid.radiance": [12, 16], "grid.radiance_start": [0, 0.5], "sampling.rays": 256}, max_steps=20, effects="all")
+small = {"grid.radiance": [12, 16], "grid.radiance_start": [0, 0.5], "sampling.rays": 256}
+config = sv.Config("draft", settings=small, max_steps=20, effects="all")
 model = sv.train(data, config)
 frame = data.frames("test")[0]
 renderer = sv.Renderer(model)

@@ -1,16 +1,19 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Trains and evaluates scenes, keeps one line per run in bench/results/quality.jsonl with its commit and processor, and writes the tables of README.md and
-# docs/benchmarks.md from those lines alone.
+# Trains and evaluates scenes and keeps one line per run in bench/results/quality.jsonl, with its commit and
+# processor. The tables of README.md and docs/benchmarks.md are written from those lines alone.
 #
-#   bench/quality.sh train DATA OUT PRESET SCENE...   one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside it; its line
-#                                                     takes the place of an earlier one of the same preset, scene and seed
-#   bench/quality.sh table                            a Markdown table of every line
-#   bench/quality.sh write                            puts that table between the markers of README.md and docs/benchmarks.md, and the
-#                                                     presets' means into `splinevox train --help`
+#   bench/quality.sh train DATA OUT PRESET SCENE...
+#       one run per scene and seed: OUT/PRESET/SCENE/SEED, log beside it; its line takes the place of an
+#       earlier one of the same preset, scene and seed
+#   bench/quality.sh table      a Markdown table of every scene and preset
+#   bench/quality.sh summary    a Markdown table of the means of every preset that has all six D-NeRF scenes
+#   bench/quality.sh write      puts the summary between the marks of README.md and docs/benchmarks.md, the
+#                               table between the marks at the end of the latter, and the presets' means into
+#                               `splinevox train --help`
 #
-# SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is another file of lines; COMMIT is
-# that of the program where it is not the one checked out.
+# SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is
+# another file of lines; COMMIT is that of the program where it is not the one checked out.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 splinevox=${SPLINEVOX:-$root/build/release/src/cli/splinevox}
@@ -24,7 +27,8 @@ train() {
       local run=$out/$preset/$scene/$seed
       rm -rf "$run"
       mkdir -p "${run%/*}"
-      "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} > "$run.log" 2>&1
+      "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} \
+        > "$run.log" 2>&1
       "$splinevox" eval "$run" --data "$data/$scene" --split val >> "$run.log" 2>&1
       "$splinevox" eval "$run" --data "$data/$scene" --split test >> "$run.log" 2>&1
       keep "$preset" "$scene" "$seed" "$run"
@@ -47,8 +51,11 @@ keep() {  # keep PRESET SCENE SEED RUN : its line among the results; no seconds 
   touch "$results"
   {
     grep -vF "$key" "$results" || true
-    printf '%s "commit": "%s", "cpu": "%s", "cores": %d, "train_seconds": %s' "$key" "${COMMIT:-$(git -C "$root" rev-parse --short HEAD)}" "$cpu" "$(nproc)" "$seconds"
-    for name in steps peak_memory_bytes psnr ssim ms_ssim; do printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"; done
+    printf '%s "commit": "%s", "cpu": "%s", "cores": %d, "train_seconds": %s' \
+      "$key" "${COMMIT:-$(git -C "$root" rev-parse --short HEAD)}" "$cpu" "$(nproc)" "$seconds"
+    for name in steps peak_memory_bytes psnr ssim ms_ssim; do
+      printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"
+    done
     printf ', "val_psnr": %s}\n' "$(number "$4/metrics_val.json" psnr)"
   } | sort > "$results.new"
   mv "$results.new" "$results"
@@ -76,7 +83,8 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
     function mean(key) { return sum[g, key] / n[g] }
     BEGIN {
       keys = split("train_seconds steps peak_memory_bytes psnr ssim ms_ssim val_psnr", key, " ")
-      print "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM | PSNR of the val split | processor |"
+      print "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM |" \
+            " PSNR of the val split | processor |"
       print "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     }
     END {
@@ -88,10 +96,32 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
           if (name[1] != preset[p]) continue
           seconds = mean("train_seconds") ? sprintf("%.0f", mean("train_seconds")) : ""
           spread = n[g] > 1 ? sprintf(" ± %.2f", (hi[g] - lo[g]) / 2) : ""
-          printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f | %.2f | %s |\n", name[2], name[1], n[g], seconds, mean("steps"), mean("peak_memory_bytes") / 1e9,
+          printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f | %.2f | %s |\n",
+                 name[2], name[1], n[g], seconds, mean("steps"), mean("peak_memory_bytes") / 1e9,
                  mean("psnr"), spread, mean("ssim"), mean("ms_ssim"), mean("val_psnr"), name[3]
         }
     }' "$results"
+}
+
+means() {  # means FILE : PRESET SECONDS MEMORY PSNR SSIM of each preset with all six D-NeRF scenes in a table
+  awk -F ' *\\| *' '
+    $2 ~ /^dnerf_/ { n[$3]++; seconds[$3] += $5; memory[$3] += $7; psnr[$3] += $8; ssim[$3] += $9 }
+    END {
+      presets = split("draft fast standard high", preset, " ")
+      for (i = 1; i <= presets; ++i) {
+        p = preset[i]
+        if (n[p] != 6) continue
+        printf "%s %.0f %.2f %.2f %.4f\n", p, seconds[p] / 6, memory[p] / 6, psnr[p] / 6, ssim[p] / 6
+      }
+    }' "$1"
+}
+
+summary() {
+  echo "| preset | training s | PSNR, dB | SSIM | peak memory GB |"
+  echo "| --- | --- | --- | --- | --- |"
+  means <(table) | while read -r preset seconds memory psnr ssim; do
+    echo "| \`$preset\` | $seconds | $psnr | $ssim | $memory |"
+  done
 }
 
 beside() {  # PSNR of our presets on the six scenes beside a published method's
@@ -101,7 +131,8 @@ beside() {  # PSNR of our presets on the six scenes beside a published method's
       for (i = 1; i <= scenes; ++i) { head = head " " scene[i] " |"; line = line " --- |" }
       print "| |" head " mean | time |"
       print "| --- |" line " --- | --- |"
-      split("40.73 28.17 34.23 25.02 33.61 32.70", theirs, " ")  # TiNeuVox-B: Fang et al. 2022, table of the D-NeRF scenes
+      # TiNeuVox-B: Fang et al. 2022, table of the D-NeRF scenes
+      split("40.73 28.17 34.23 25.02 33.61 32.70", theirs, " ")
     }
     function row(name, values, time, sum, i, out) {
       for (i = 1; i <= scenes; ++i) { sum += values[i]; out = out sprintf(" %.2f |", values[i]) }
@@ -129,16 +160,17 @@ insert() {  # insert FILE MARK LINES : between <!-- MARK --> and <!-- end of MAR
 }
 
 write() {
-  local rows peers file
-  rows=$(mktemp) peers=$(mktemp)
+  local rows means peers file
+  rows=$(mktemp) means=$(mktemp) peers=$(mktemp)
   table > "$rows"
+  summary > "$means"
   beside "$rows" > "$peers"
-  for file in "$root/README.md" "$root/docs/benchmarks.md"; do insert "$file" results "$rows"; done
+  for file in "$root/README.md" "$root/docs/benchmarks.md"; do insert "$file" results "$means"; done
+  insert "$root/docs/benchmarks.md" "results by scene" "$rows"
   insert "$root/docs/benchmarks.md" peers "$peers"
-  # Means of the presets that have all six scenes.
-  awk -F ' *\\| *' '$2 ~ /^dnerf_/ { n[$3]++; psnr[$3] += $8; memory[$3] += $7 }
-    END { for (p in n) if (n[p] == 6 && p != "paper" && p != "nerf_atlas") printf "{\"%s\", %.2f, %.2f},\n", p, psnr[p] / 6, memory[p] / 6 }' "$rows" | sort > "$root/src/cli/preset_figures.inc"
-  rm -f "$rows" "$peers"
+  means "$rows" | awk '{ printf "{\"%s\", %s, %s},\n", $1, $4, $3 }' | sort \
+    > "$root/src/cli/preset_figures.inc"
+  rm -f "$rows" "$means" "$peers"
 }
 
 "$@"

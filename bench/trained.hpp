@@ -6,6 +6,7 @@
 #include "splinevox/data/scene.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
 
 namespace splinevox {
@@ -19,9 +20,11 @@ struct Trained {
   double moving_share = 1;  ///< Trainer::moving_share
 };
 
+/// With the effects of the configuration, untried.
 inline Trained train_to_end(const Config& config, const Dataset& data) {
   const double start = processor_seconds();
-  Trainer trainer(config, *data.find("train"), data.time_map);
+  const Prepared ready = prepare(config, data, {.effects = EffectPolicy::keep});
+  Trainer trainer(ready.config, *data.find("train"), data.time_map);
   std::int64_t samples = 0, rays = 0;
   while (!trainer.done()) {
     const StepReport report = trainer.step();

@@ -14,6 +14,7 @@
 #include <string>
 
 #include "splinevox/data/synth.hpp"
+#include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
 
 using namespace splinevox;
@@ -32,7 +33,8 @@ int main(int argc, char** argv) {
 
   Config config = preset("fast");
   config.run.max_time = 0, config.run.max_steps = kSteps;
-  Trainer trainer(config, *data.find("train"), data.time_map);
+  const Prepared ready = prepare(config, data, {.effects = EffectPolicy::keep});
+  Trainer trainer(ready.config, *data.find("train"), data.time_map);
   PhaseSeconds before{};
   std::int64_t samples = 0, rays = 0;
   while (!trainer.done()) {

@@ -1,4 +1,5 @@
-# What `cmake --install` puts where, for programs (COMPONENT program), the shared library (library) and those who build against it (development).
+# What `cmake --install` puts where, for programs (COMPONENT program), the shared library (library) and those
+# who build against it (development).
 include(CMakePackageConfigHelpers)
 set(layers core math data field render backend train io run)
 
@@ -7,7 +8,8 @@ if(SPLINEVOX_SHARED)
   list(TRANSFORM layers PREPEND splinevox_ OUTPUT_VARIABLE archives)
   list(TRANSFORM archives REPLACE "(.+)" "$<TARGET_OBJECTS:\\1>" OUTPUT_VARIABLE objects)
   add_library(splinevox_library SHARED ${objects})
-  target_link_libraries(splinevox_library PRIVATE ${archives})  # for what they link: of theirs nothing is missing
+  # For what they link: of theirs nothing is missing.
+  target_link_libraries(splinevox_library PRIVATE ${archives})
   set_target_properties(splinevox_library PROPERTIES LINKER_LANGUAGE CXX OUTPUT_NAME splinevox
     VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
   splinevox_target(splinevox_library)
@@ -29,10 +31,16 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/include/splinevox ${PROJECT_BINARY_DIR}/
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.hpp")
 
 set(config_folder ${CMAKE_INSTALL_LIBDIR}/cmake/splinevox)
-configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/splinevoxConfig.cmake.in ${PROJECT_BINARY_DIR}/splinevoxConfig.cmake INSTALL_DESTINATION ${config_folder})
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/splinevoxConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/splinevoxConfig.cmake ${PROJECT_BINARY_DIR}/splinevoxConfigVersion.cmake DESTINATION ${config_folder} COMPONENT development)
-install(EXPORT splinevox FILE splinevoxTargets.cmake NAMESPACE splinevox:: DESTINATION ${config_folder} COMPONENT development)
+configure_package_config_file(
+  ${PROJECT_SOURCE_DIR}/cmake/splinevoxConfig.cmake.in ${PROJECT_BINARY_DIR}/splinevoxConfig.cmake
+  INSTALL_DESTINATION ${config_folder})
+write_basic_package_version_file(
+  ${PROJECT_BINARY_DIR}/splinevoxConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES
+  ${PROJECT_BINARY_DIR}/splinevoxConfig.cmake ${PROJECT_BINARY_DIR}/splinevoxConfigVersion.cmake
+  DESTINATION ${config_folder} COMPONENT development)
+install(EXPORT splinevox FILE splinevoxTargets.cmake NAMESPACE splinevox::
+  DESTINATION ${config_folder} COMPONENT development)
 
 # For those who build without CMake. Libraries without a .pc of their own stand under Libs.
 if(SPLINEVOX_SHARED)
@@ -50,17 +58,22 @@ else()
 endif()
 file(RELATIVE_PATH pc_up /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(${PROJECT_SOURCE_DIR}/cmake/splinevox.pc.in ${PROJECT_BINARY_DIR}/splinevox.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/splinevox.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+install(FILES ${PROJECT_BINARY_DIR}/splinevox.pc
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
 
 # The manual and the completions are the command line's own description of itself.
 install(TARGETS splinevox COMPONENT program)
 set(described "")
-foreach(entry "man:man/man1/splinevox.1" "completion bash:bash-completion/completions/splinevox" "completion zsh:zsh/vendor-completions/_splinevox"
+foreach(entry
+        "man:man/man1/splinevox.1"
+        "completion bash:bash-completion/completions/splinevox"
+        "completion zsh:zsh/vendor-completions/_splinevox"
         "completion fish:fish/vendor_completions.d/splinevox.fish")
   string(REGEX MATCH "^([^:]+):((.+)/([^/]+))$" _ "${entry}")
   string(REPLACE " " ";" words "${CMAKE_MATCH_1}")
   set(file ${PROJECT_BINARY_DIR}/share/${CMAKE_MATCH_2})
-  add_custom_command(OUTPUT ${file} COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/share/${CMAKE_MATCH_3}
+  add_custom_command(OUTPUT ${file}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${PROJECT_BINARY_DIR}/share/${CMAKE_MATCH_3}
     COMMAND splinevox ${words} > ${file} DEPENDS splinevox VERBATIM)
   install(FILES ${file} DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/${CMAKE_MATCH_3} COMPONENT program)
   list(APPEND described ${file})

@@ -14,19 +14,21 @@ function(splinevox_target name)
   target_compile_options(${name} PRIVATE -Wall -Wextra -Wshadow -Wno-psabi)
   # Neither changes a value: they only let sqrt and selects become vector code.
   target_compile_options(${name} PRIVATE -fno-math-errno -fno-trapping-math)
-  # Headers have vector code, so whoever includes them after an install must speak of the same registers.
-  target_compile_options(${name} PRIVATE ${splinevox_march} INTERFACE $<INSTALL_INTERFACE:${splinevox_march}>)
+  target_compile_options(${name} PRIVATE ${splinevox_march})
   if(SPLINEVOX_SANITIZE)
     # Undefined behaviour ends the program: a report that only prints would pass every test.
-    target_compile_options(${name} PRIVATE -fsanitize=${SPLINEVOX_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+    target_compile_options(${name} PRIVATE
+      -fsanitize=${SPLINEVOX_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
     target_link_options(${name} PUBLIC -fsanitize=${SPLINEVOX_SANITIZE})
   endif()
 endfunction()
 
-# Sums in another order and a compiler that may assume there is no NaN: bits would no longer be the same, and a step that went
-# wrong no longer seen. By name, for what has no macro; and by the compiler's own word, whichever way it was told.
+# Sums in another order and a compiler that may assume there is no NaN: bits would no longer be the same, and
+# a step that went wrong no longer seen. By name, for what has no macro; and by the compiler's own word,
+# whichever way it was told.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" splinevox_config)
-set(splinevox_flags "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${splinevox_config}} ${CMAKE_CUDA_FLAGS} ${CMAKE_CUDA_FLAGS_${splinevox_config}}")
+set(splinevox_flags "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${splinevox_config}}")
+string(APPEND splinevox_flags " ${CMAKE_CUDA_FLAGS} ${CMAKE_CUDA_FLAGS_${splinevox_config}}")
 set(CMAKE_TRY_COMPILE_CONFIGURATION "${CMAKE_BUILD_TYPE}")
 include(CheckCXXSourceCompiles)
 unset(splinevox_exact_math CACHE)
@@ -36,8 +38,10 @@ check_cxx_source_compiles("
 #endif
 int main() {}" splinevox_exact_math)
 unset(CMAKE_TRY_COMPILE_CONFIGURATION)
-if(NOT splinevox_exact_math OR splinevox_flags MATCHES
-   "-ffast-math|use_fast_math|-ffinite-math-only|-Ofast|-funsafe-math-optimizations|-fassociative-math|-freciprocal-math")
-  message(FATAL_ERROR "splinevox refuses -ffast-math and its parts: non-finite values could no longer be found, and sums would "
-                      "change with the compiler (the flags are '${splinevox_flags}')")
+set(splinevox_inexact -ffast-math use_fast_math -ffinite-math-only -Ofast -funsafe-math-optimizations
+  -fassociative-math -freciprocal-math)
+list(JOIN splinevox_inexact "|" splinevox_inexact)
+if(NOT splinevox_exact_math OR splinevox_flags MATCHES "${splinevox_inexact}")
+  message(FATAL_ERROR "splinevox refuses -ffast-math and its parts: non-finite values could no longer be "
+                      "found, and sums would change with the compiler (the flags are '${splinevox_flags}')")
 endif()

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# bundle.sh BUILD OUT : what is needed to run splinevox elsewhere, in one folder: the program, the parity tests, and the shared libraries
-# they use, except glibc and the driver's, and the same as OUT.tar.gz. For machines with a glibc at least as new as the one here and no packages.
+# bundle.sh BUILD OUT : what is needed to run splinevox elsewhere, in one folder: the program, the parity
+# tests, and the shared libraries they use, except glibc and the driver's, and the same as OUT.tar.gz. For
+# machines with a glibc at least as new as the one here and no packages.
 set -euo pipefail
 build=$1 out=$2
 limit_mb=60
@@ -19,7 +20,8 @@ for program in "${programs[@]}"; do
   patchelf --force-rpath --set-rpath '$ORIGIN/../lib' "$out/bin/$(basename "$program")"
 done
 ldd "${programs[@]}" | awk '$2 == "=>" && $3 ~ /^\// {print $3}' | sort -u |
-  grep -Ev '/(ld-linux.*|libc|libm|libdl|librt|libpthread|libresolv|libutil|libanl|libnss_[a-z]*|libcuda|libnvidia-[a-z]*)\.so' |
+  grep -Ev '/(ld-linux.*|libc|libm|libdl|librt|libpthread|libresolv|libutil|libanl|libnss_[a-z]*)\.so' |
+  grep -Ev '/(libcuda|libnvidia-[a-z]*)\.so' |
   while read -r library; do install -m 644 "$(readlink -f "$library")" "$out/lib/$(basename "$library")"; done
 strip --strip-unneeded "$out"/lib/*
 cat > "$out/test-gpu" <<'END'
@@ -28,17 +30,21 @@ cat > "$out/test-gpu" <<'END'
 exec "$(dirname "$0")/bin/test_backend" "$@"
 END
 chmod +x "$out/test-gpu"
-glibc=$(ldd --version | awk 'NR == 1 {print $NF}')  # reads to the end: head would stop ldd with a signal now and then
+# awk reads to the end: head would stop ldd with a signal now and then
+glibc=$(ldd --version | awk 'NR == 1 {print $NF}')
 cat > "$out/README" <<END
-splinevox and the libraries it needs. Runs on x86-64 Linux with glibc $glibc or newer; a CUDA driver is used where there is one.
+splinevox and the libraries it needs. Runs on x86-64 Linux with glibc $glibc or newer; a CUDA driver is used
+where there is one.
   bin/splinevox train DATASET --out RUN --device cuda
   ./test-gpu
 END
 missing=$(env -i PATH=/usr/bin:/bin ldd "$out"/bin/* | awk '/not found/ {print; next}
-  $2 == "=>" && $3 !~ /\/bin\/\.\.\/lib\// && $3 !~ /\/(libc|libm|libdl|librt|libpthread|libresolv)\.so/ {print}')
+  $2 == "=>" && $3 !~ /\/bin\/\.\.\/lib\// &&
+    $3 !~ /\/(libc|libm|libdl|librt|libpthread|libresolv)\.so/ {print}')
 [[ -z $missing ]] || { printf 'the bundle would still look outside itself:\n%s\n' "$missing" >&2; exit 1; }
 # libopenvdb alone is 55 MB unpacked, so the limit is for the archive, which is what travels.
 tar -C "$(dirname "$out")" -czf "$out.tar.gz" "$(basename "$out")"
 size=$(du -m "$out.tar.gz" | cut -f1)
 ((size < limit_mb)) || { echo "$out.tar.gz is $size MB, more than $limit_mb" >&2; exit 1; }
-echo "$out.tar.gz: $size MB; $out: $(du -sm "$out" | cut -f1) MB, $(find "$out/lib" -type f | wc -l) libraries"
+unpacked=$(du -sm "$out" | cut -f1) libraries=$(find "$out/lib" -type f | wc -l)
+echo "$out.tar.gz: $size MB; $out: $unpacked MB, $libraries libraries"

@@ -29,5 +29,6 @@ The scene     $folder/scene
 The model     $folder/run/model.vdb        (OpenVDB: any VDB program opens it)
 The sequence  $folder/vdb                  ($folder/vdb/load_in_blender.py brings it into Blender)
 The film      $folder/film
-The pages     $folder/report.html, $folder/view.html   (curves, pictures, tables; the scene itself, to turn and play)
+The report    $folder/report.html          (curves, pictures, tables)
+The viewer    $folder/view.html            (the scene itself, to turn and play)
 END

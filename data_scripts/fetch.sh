@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Fetches a public data set and unpacks it: data_scripts/fetch.sh NAME FOLDER, or fetch.sh ADDRESS FOLDER [SHA256]. Without arguments: the names.
-# A download that was cut off is continued. The SHA-256 is that of sets.txt or the third argument; where nobody has written one down, it is
-# noted in FOLDER/ARCHIVE.sha256 and every later fetch must agree with it.
+# Fetches a public data set and unpacks it: data_scripts/fetch.sh NAME FOLDER, or
+# fetch.sh ADDRESS FOLDER [SHA256]. Without arguments: the names. A download that was cut off is continued.
+# The SHA-256 is that of sets.txt or the third argument. Where nobody has written one down, it is noted in
+# FOLDER/ARCHIVE.sha256 and every later fetch must agree with it.
 set -euo pipefail
 sets=$(dirname "${BASH_SOURCE[0]}")/sets.txt
 if (($# < 2)); then
@@ -12,9 +13,14 @@ if (($# < 2)); then
 fi
 folder=$2 address=$1 expected=${3:--}
 if [[ $1 != *://* ]]; then
-  read -r _ address expected < <(awk -v name="$1" '$1 == name' "$sets") || { echo "fetch.sh: there is no set '$1'; fetch.sh without arguments lists them" >&2; exit 2; }
+  read -r _ address expected < <(awk -v name="$1" '$1 == name' "$sets") || {
+    echo "fetch.sh: there is no set '$1'; fetch.sh without arguments lists them" >&2
+    exit 2
+  }
 fi
-for tool in curl unzip sha256sum; do command -v "$tool" >/dev/null || { echo "fetch.sh: please install $tool" >&2; exit 1; }; done
+for tool in curl unzip sha256sum; do
+  command -v "$tool" >/dev/null || { echo "fetch.sh: please install $tool" >&2; exit 1; }
+done
 mkdir -p "$folder"
 archive=$folder/$(basename "${address%%\?*}")
 [[ $expected == - && -f $archive.sha256 ]] && expected=$(<"$archive.sha256")
@@ -26,7 +32,8 @@ if [[ ! -f $archive || $expected == - || $(sum) != "$expected" ]]; then
   code=0
   curl --location --fail --show-error --continue-at - --output "$archive" "$address" || code=$?
   case $code in
-    0 | 22 | 33 | 36) [[ -f $archive ]] || exit 1 ;;  # a server that has nothing to add to a whole file says so with an error
+    # A server that has nothing to add to a whole file says so with an error.
+    0 | 22 | 33 | 36) [[ -f $archive ]] || exit 1 ;;
     *) echo "fetch.sh: curl ended with $code; the same command goes on where it stopped" >&2; exit 1 ;;
   esac
 fi
@@ -35,10 +42,15 @@ if [[ $expected != - && $got != "$expected" ]]; then
   echo "fetch.sh: $archive has SHA-256 $got, expected $expected: delete it and try again" >&2
   exit 1
 fi
-unzip -t -q "$archive" >/dev/null || { echo "fetch.sh: $archive is damaged: delete it and try again" >&2; exit 1; }
+unzip -t -q "$archive" >/dev/null || {
+  echo "fetch.sh: $archive is damaged: delete it and try again" >&2
+  exit 1
+}
 if [[ $expected == - ]]; then
   echo "$got" >"$archive.sha256"
   echo "fetch.sh: nobody has written down a checksum of this set; noted $got" >&2
 fi
 unzip -n -q "$archive" -d "$folder"
-find "$folder" \( -name transforms_train.json -o -name transforms.json -o -name dataset.json -o -name poses_bounds.npy -o -name precomputed.json -o -name cameras.bin -o -name cameras.txt \) -printf '%h\n' | sort -u
+find "$folder" \( -name transforms_train.json -o -name transforms.json -o -name dataset.json \
+  -o -name poses_bounds.npy -o -name precomputed.json -o -name cameras.bin -o -name cameras.txt \) \
+  -printf '%h\n' | sort -u

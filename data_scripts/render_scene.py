@@ -1,15 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders a moving Blender scene as a D-NeRF data set with motion ground truth.
 
-    blender -b [FILE.blend] -P data_scripts/render_scene.py -- --out DIR [--scene bounce|arm] [--frames N] [--size W]
+    blender -b [FILE.blend] -P data_scripts/render_scene.py -- --out DIR [--scene bounce|arm] [--frames N]
+            [--size W]
 
-Writes transforms_{train,val,test}.json, PNG pictures with straight alpha, and for every test picture truth/r_XXX_0000.exr: layers `position`
-(X, Y, Z: where the surface point of the pixel is) and `rest` (R, G, B: where the same point was at the first frame), one point sample per
-pixel, 0 where nothing is hit. `splinevox eval --truth` reads them.
+Writes transforms_{train,val,test}.json, PNG pictures with straight alpha, and for every test picture
+truth/r_XXX_0000.exr: layers `position` (X, Y, Z: where the surface point of the pixel is) and `rest`
+(R, G, B: where the same point was at the first frame), one point sample per pixel, 0 where nothing is hit.
+`splinevox eval --truth` reads them.
 
-FILE.blend: time 0 is its first frame, time 1 its last. Its meshes get the ground truth, with armatures, shape keys and modifiers that keep the
-order of vertices (subdivision interpolates it); particles, instances, smoke and meshes made of something else are rendered but have none.
-Cameras look at the middle of all meshes from a sphere that sees them at all times.
+FILE.blend: time 0 is its first frame, time 1 its last. Its meshes get the ground truth, with armatures,
+shape keys and modifiers that keep the order of vertices (subdivision interpolates it); particles, instances,
+smoke and meshes made of something else are rendered but have none. Cameras look at the middle of all meshes
+from a sphere that sees them at all times.
 """
 import argparse
 import json
@@ -29,7 +32,8 @@ def arguments():
     parser = argparse.ArgumentParser(prog="render_scene.py", description=__doc__.splitlines()[0])
     parser.add_argument("--out", required=True, help="folder of the data set; must not exist or be empty")
     parser.add_argument("--scene", choices=sorted(SCENES), help="a built-in scene instead of the .blend file")
-    parser.add_argument("--frames", type=int, default=100, help="training pictures; a tenth as many val and a fifth as many test pictures")
+    parser.add_argument("--frames", type=int, default=100,
+                        help="training pictures; a tenth as many val and a fifth as many test pictures")
     parser.add_argument("--size", type=int, default=400, help="width and height of every picture")
     parser.add_argument("--samples", type=int, default=64, help="of Cycles, per pixel")
     parser.add_argument("--seed", type=int, default=1, help="of the training cameras")
@@ -135,7 +139,8 @@ def remember_rest(scene):
         if obj.data.users > 1:
             obj.data = obj.data.copy()
         evaluated = obj.evaluated_get(graph)
-        shape = evaluated.data.vertices if len(evaluated.data.vertices) == len(obj.data.vertices) else obj.data.vertices
+        same_order = len(evaluated.data.vertices) == len(obj.data.vertices)
+        shape = evaluated.data.vertices if same_order else obj.data.vertices
         values = [c for v in shape for c in obj.matrix_world @ v.co]
         attribute = obj.data.attributes.new(REST, "FLOAT_VECTOR", "POINT")
         attribute.data.foreach_set("vector", values)
@@ -181,16 +186,21 @@ def look_at(position, target):
     right = Vector((0, 0, 1)).cross(back)
     right = right.normalized() if right.length > 1e-6 else Vector((1, 0, 0))
     up = back.cross(right)
-    return Matrix(((right.x, up.x, back.x, position.x), (right.y, up.y, back.y, position.y), (right.z, up.z, back.z, position.z), (0, 0, 0, 1)))
+    return Matrix(((right.x, up.x, back.x, position.x), (right.y, up.y, back.y, position.y),
+                   (right.z, up.z, back.z, position.z), (0, 0, 0, 1)))
 
 
 def cameras(split, count, centre, distance, seed):
     """Drawn from the upper half of a sphere for training; once round on a smooth path for the others."""
     draw = random.Random(seed)
     for i in range(count):
-        turn, height = (draw.uniform(0, 2 * math.pi), draw.uniform(0.05, 0.95)) if split == "train" else (2 * math.pi * (i + 0.5 * (split == "val")) / count, 0.4)
+        if split == "train":
+            turn, height = draw.uniform(0, 2 * math.pi), draw.uniform(0.05, 0.95)
+        else:
+            turn, height = 2 * math.pi * (i + 0.5 * (split == "val")) / count, 0.4
         flat = math.sqrt(1 - height * height)
-        yield look_at(centre + distance * Vector((flat * math.cos(turn), flat * math.sin(turn), height)), centre)
+        direction = Vector((flat * math.cos(turn), flat * math.sin(turn), height))
+        yield look_at(centre + distance * direction, centre)
 
 
 def settings(scene, args):
@@ -230,13 +240,15 @@ def main():
     out = truth_output(scene, args.out)
     out.mute = True
     lens = bpy.data.cameras.new("splinevox")
-    lens.angle, lens.sensor_fit, lens.clip_start, lens.clip_end = ANGLE, "HORIZONTAL", radius / 100, radius * 100
+    lens.angle, lens.sensor_fit = ANGLE, "HORIZONTAL"
+    lens.clip_start, lens.clip_end = radius / 100, radius * 100
     camera = bpy.data.objects.new("splinevox", lens)
     scene.collection.objects.link(camera)
     scene.camera, scene.cycles.samples = camera, args.samples
     distance = 1.1 * radius / math.sin(ANGLE / 2)
     files = {}
-    for split, count in (("train", args.frames), ("val", max(2, args.frames // 10)), ("test", max(2, args.frames // 5))):
+    counts = {"train": args.frames, "val": max(2, args.frames // 10), "test": max(2, args.frames // 5)}
+    for split, count in counts.items():
         os.makedirs(os.path.join(args.out, split), exist_ok=True)
         frames = []
         for i, matrix in enumerate(cameras(split, count, centre, distance, args.seed)):
@@ -247,7 +259,8 @@ def main():
             bpy.ops.render.render(write_still=True)
             if split == "test":
                 render_truth(scene, out, name, args)
-            frames.append({"file_path": f"./{split}/{name}", "time": time, "transform_matrix": [list(row) for row in matrix]})
+            frames.append({"file_path": f"./{split}/{name}", "time": time,
+                           "transform_matrix": [list(row) for row in matrix]})
         files[split] = {"camera_angle_x": lens.angle, "frames": frames}
     for split, content in files.items():  # last: a folder that was interrupted is no data set
         with open(os.path.join(args.out, f"transforms_{split}.json"), "w", encoding="utf-8") as text:

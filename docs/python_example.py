@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# A first look from Python, cell by cell: opens as a notebook in VS Code, Spyder or Jupyter (jupytext), or runs as it is:
+# A first look from Python, cell by cell: opens as a notebook in VS Code, Spyder or Jupyter (jupytext), or
+# runs as it is:
 #   PYTHONPATH=build/release/src/python python3 docs/python_example.py
 # %% A scene: pictures, cameras and times. load_dataset("FOLDER") reads your own.
 import sys
@@ -12,13 +13,15 @@ import splinevox as sv
 steps = int(sys.argv[1]) if len(sys.argv) > 1 else 1000
 data = sv.make_synth("dancer", frames=40, size=100)
 frame = data.frames("test")[0]
-print(f"{len(data.frames('train'))} training views of {frame.camera.width}x{frame.camera.height}; first test view at time {frame.time:.2f}")
+size = f"{frame.camera.width}x{frame.camera.height}"
+print(f"{len(data.frames('train'))} training views of {size}; first test view at time {frame.time:.2f}")
 
 # %% Training. The callback sees every 200th step; returning False would end it, Ctrl-C interrupts it.
 config = sv.Config("draft", max_steps=steps, seed=1)
 config["loss.tv_control"] = 0.02
-config = sv.choose_effects(config, data)  # leaves out what the scene does not call for
-trainer = sv.Trainer(data, config)
+ready = sv.prepare(config, data)  # leaves out what the scene does not call for
+print("effects:", ready.effects["used"], *ready.notes)
+trainer = sv.Trainer(data, ready.config)
 trainer.train(lambda r: print(f"step {r.step}: PSNR of the batch {r.psnr:.1f} dB"), every=max(1, steps // 5))
 model = trainer.model()
 
@@ -39,7 +42,8 @@ y = -(rows + 0.5 - camera.cy) / camera.fy
 local = np.stack([x, y, -np.ones_like(x)], -1) * layers.depth[seen][:, None]
 points = local @ camera.camera_to_world[:3, :3].T + camera.camera_to_world[:3, 3]
 places, folded = model.track(points[::50], 0.5, [0.0, 1.0])
-print(f"{len(points[::50])} points move by {np.linalg.norm(places[1] - places[0], axis=-1).mean():.3f} scene units on average, {folded.mean():.0%} flagged")
+moved = np.linalg.norm(places[1] - places[0], axis=-1)
+print(f"{len(moved)} points move by {moved.mean():.3f} scene units on average, {folded.mean():.0%} flagged")
 
 # %% Parameters are arrays of the model's own memory: this makes everything red without a copy.
 red = model.copy()
@@ -48,4 +52,5 @@ with tempfile.TemporaryDirectory() as folder:
     sv.write_png(folder + "/red.png", red.render(camera, 0.5).rgb)
     sv.save_model(folder + "/red.vdb", red, {"made": "by docs/python_example.py"})
     again = sv.load_model(folder + "/red.vdb")
-print("motion of", len(model.control_points) if model.moves else 0, "rows,", model.points, "control points each")
+rows = len(model.control_points) if model.moves else 0
+print("motion of", rows, "rows,", model.points, "control points each")

@@ -132,7 +132,7 @@ std::vector<std::string> check(const std::vector<Record>& records, const SuiteOp
   return bad;
 }
 
-int run(Options o) {
+int run_suites(Options o) {
   const int threads = o.threads > 0 ? o.threads : int(std::thread::hardware_concurrency());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
   o.suite.where = machine(threads, o.commit);
@@ -209,7 +209,7 @@ int main(int argc, char** argv) {
     return words.exit(error) == 0 ? 0 : 2;  // --help is no mistake
   }
   return run::exit_code_of("splinevox-bench", [&] {
-    if (!*curve) return run(o);
+    if (!*curve) return run_suites(o);
     if (!(std::ofstream(o.out) << curves(runs)))
       fail_output({o.out, "this file could not be written", "", "a full disk?", ""});
     return 0;

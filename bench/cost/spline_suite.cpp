@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "splinevox/math/basis.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
 
@@ -45,7 +45,7 @@ void casteljau(const float* p, int points, T t, T* out) {
   for (int a = 0; a < 3; ++a) out[a] = b[0][a];
 }
 
-/// As math/basis.hpp, for more points than a model may have.
+/// As math/bernstein.hpp, for more points than a model may have.
 template <class T>
 void weights(int points, T t, T* w) {
   std::fill_n(w, points, T(0));

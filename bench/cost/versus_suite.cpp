@@ -8,7 +8,7 @@
 #include "core/process.hpp"
 #include "present.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/train/effects.hpp"
+#include "splinevox/train/prepare.hpp"
 #include "suites.hpp"
 #include "timing.hpp"
 #include "trained.hpp"
@@ -42,9 +42,7 @@ Record voxels(const std::string& path, const Dataset& tests, const std::string& 
     const Dataset data = load_dataset(path, {.splits = {"train"}});
     Config config = preset(preset_for(steps));
     config.run.max_time = 0, config.run.max_steps = steps, config.run.seed = std::uint64_t(seed);
-    const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
-    apply(choice.chosen, config), config.motion.points = choice.points;
-    const Trained run = train_to_end(config, data);
+    const Trained run = train_to_end(prepare(config, data).config, data);
     seconds.push_back(processor_seconds() - start);
     db.push_back(mean_psnr(run.model, *tests.find("test"), stride));
     samples += run.samples_per_ray / seeds;

@@ -7,7 +7,7 @@
 #include "backend/step.hpp"
 #include "splinevox/backend/device.hpp"
 
-/// What the .cu files offer; none.cpp stands in for them in a build without CUDA.
+/// What the .cu files offer; cuda_none.cpp stands in for them in a build without CUDA.
 namespace splinevox::cuda {
 
 /// Makes one of the devices this process sees that of the calling thread: the only one, or the one of that

@@ -66,7 +66,7 @@ void add_otherwise(CLI::App& verb, Otherwise& o) {
                   "white, black or R,G,B in 0..1, if not what it was in training");
 }
 
-void add_train_options(CLI::App& verb, TrainOptions& o) {
+void add_train_options(CLI::App& verb, TrainVerb& o) {
   verb.add_option("DATASET", o.dataset,
                   "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
   verb.add_option("--out", o.out, "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview)");

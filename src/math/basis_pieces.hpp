@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/math/basis.hpp"
+#include "math/bernstein.hpp"
 
 namespace splinevox {
 
@@ -24,7 +24,7 @@ constexpr Piece<T> piece_of(int pieces, T t) {
 /// to one piece or two; the curve goes through every third.
 /// @param points  K = 3 pieces + 1.
 template <class T>
-constexpr BasisWeights<T> polybezier_weights(int points, T t) {
+constexpr BasisWeights<T> poly_bezier_weights(int points, T t) {
   const Piece<T> at = piece_of((points - 1) / 3, t);
   const BasisWeights<T> b = bernstein_weights(4, at.u);
   BasisWeights<T> w{};
@@ -32,9 +32,9 @@ constexpr BasisWeights<T> polybezier_weights(int points, T t) {
   return w;
 }
 
-/// d w_k / d t of polybezier_weights; of the later piece where two meet. Sums to 0.
+/// d w_k / d t of poly_bezier_weights; of the later piece where two meet. Sums to 0.
 template <class T>
-constexpr BasisWeights<T> polybezier_weights_dt(int points, T t) {
+constexpr BasisWeights<T> poly_bezier_weights_dt(int points, T t) {
   const int pieces = (points - 1) / 3;
   const Piece<T> at = piece_of(pieces, t);
   const BasisWeights<T> b = bernstein_weights_dt(4, at.u);
@@ -54,8 +54,10 @@ constexpr BasisWeights<T> hermite_weights(int points, T t) {
   const BasisWeights<T> b = bernstein_weights(4, at.u);
   const T third = T(1) / T(3 * pieces);
   BasisWeights<T> w{};
-  w[2 * at.index] = b[0] + b[1], w[2 * at.index + 1] = third * b[1];
-  w[2 * at.index + 2] = b[2] + b[3], w[2 * at.index + 3] = T(0) - third * b[2];
+  w[2 * at.index] = b[0] + b[1];
+  w[2 * at.index + 1] = third * b[1];
+  w[2 * at.index + 2] = b[2] + b[3];
+  w[2 * at.index + 3] = T(0) - third * b[2];
   return w;
 }
 
@@ -67,8 +69,10 @@ constexpr BasisWeights<T> hermite_weights_dt(int points, T t) {
   const BasisWeights<T> b = bernstein_weights_dt(4, at.u);
   const T third = T(1) / T(3);
   BasisWeights<T> w{};
-  w[2 * at.index] = T(pieces) * (b[0] + b[1]), w[2 * at.index + 1] = third * b[1];
-  w[2 * at.index + 2] = T(pieces) * (b[2] + b[3]), w[2 * at.index + 3] = T(0) - third * b[2];
+  w[2 * at.index] = T(pieces) * (b[0] + b[1]);
+  w[2 * at.index + 1] = third * b[1];
+  w[2 * at.index + 2] = T(pieces) * (b[2] + b[3]);
+  w[2 * at.index + 3] = T(0) - third * b[2];
   return w;
 }
 

@@ -22,12 +22,6 @@ struct CurvePrior {
     for (const float weight : scalar) found |= weight > 0;
     return found;
   }
-  /// The largest weight of them all.
-  constexpr float heaviest() const {
-    float most = length < knots ? knots : length;
-    for (const float weight : scalar) most = most < weight ? weight : most;
-    return most;
-  }
 };
 
 /// What lets a place rest whose motion the pictures do not ask for: along stripes, say. It belongs to the

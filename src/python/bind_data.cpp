@@ -111,6 +111,14 @@ void bind_data(py::module_& m) {
       .def_property_readonly(
           "time_map", [](const Dataset& d) { return std::pair(d.time_map.origin, d.time_map.scale); },
           "(origin, scale): model time = (time - origin) * scale")
+      .def_property_readonly(
+          "box",
+          [](const Dataset& d) {
+            std::optional<Corners> box;
+            if (d.box) box = corners(*d.box);
+            return box;
+          },
+          "((x, y, z), (x, y, z)): where the scene lies, if the data says; scene units")
       .def(
           "frames",
           [](py::object self, const std::string& split) {

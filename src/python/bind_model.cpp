@@ -4,12 +4,12 @@
 
 #include "field/columns.hpp"
 #include "python/convert.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/track.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "splinevox/run/evaluate.hpp"
 
 namespace splinevox::python {
 namespace {
@@ -120,10 +120,6 @@ py::tuple warp_points(const ModelPtr& model, const Floats& array, double time) {
   return py::make_tuple(places, folded);
 }
 
-std::array<std::array<float, 3>, 2> box_of(const VoxelModel& m) {
-  return {{{m.box.lo.x, m.box.lo.y, m.box.lo.z}, {m.box.hi.x, m.box.hi.y, m.box.hi.z}}};
-}
-
 void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
   for (const ColumnFacts& facts : kColumns)
     model.def_property_readonly(
@@ -146,23 +142,18 @@ void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
 }  // namespace
 
 py::dict evaluate(const VoxelModel& model, const Split& split) {
-  run::Run run;
-  run.model.background = model.background;
-  Renderer renderer(model);
-  std::vector<double> psnrs;
-  double ssim = 0, ms_ssim = 0;
+  run::Scores scores;
+  released([&] {
+    Renderer renderer(model);
+    scores = run::evaluate(model, renderer, split);
+  });
   py::list frames;
-  for (const Frame& frame : split.frames) {
-    run::View v;
-    released([&] { v = run::evaluate_view(run, renderer, frame); });
-    psnrs.push_back(v.psnr), ssim += v.ssim, ms_ssim += v.ms_ssim;
-    frames.append(py::dict(py::arg("name") = frame.name, py::arg("time") = frame.time,
+  for (const run::ViewScore& v : scores.views)
+    frames.append(py::dict(py::arg("name") = v.name, py::arg("time") = v.time,
                            py::arg("psnr") = capped_psnr(v.psnr), py::arg("ssim") = v.ssim,
                            py::arg("ms_ssim") = v.ms_ssim));
-  }
-  const double n = double(split.frames.size());
-  return py::dict(py::arg("psnr") = mean_psnr(psnrs), py::arg("ssim") = ssim / n,
-                  py::arg("ms_ssim") = ms_ssim / n, py::arg("split") = split.name,
+  return py::dict(py::arg("psnr") = scores.psnr, py::arg("ssim") = scores.ssim,
+                  py::arg("ms_ssim") = scores.ms_ssim, py::arg("split") = scores.split,
                   py::arg("frames") = frames);
 }
 
@@ -204,7 +195,9 @@ void bind_model(py::module_& m) {
            "Points (n, 3) of one time carried to others: float32 (times, n, 3), bool (times, n) where they "
            "are not to be trusted.",
            py::arg("points"), py::arg("from_time"), py::arg("to_times"))
-      .def_property_readonly("box", &box_of, "((x, y, z), (x, y, z)), scene units; outside it is empty")
+      .def_property_readonly(
+          "box", [](const VoxelModel& v) { return corners(v.box); },
+          "((x, y, z), (x, y, z)), scene units; outside it is empty")
       .def_property_readonly(
           "background",
           [](const VoxelModel& v) {

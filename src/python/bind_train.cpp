@@ -3,9 +3,10 @@
 #include <mutex>
 
 #include "python/convert.hpp"
-#include "run/train_options.hpp"
+#include "run/effects_report.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/train/effects.hpp"
+#include "splinevox/run/train.hpp"
+#include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
 
 namespace splinevox::python {
@@ -17,11 +18,11 @@ constexpr auto kListenEvery = std::chrono::milliseconds(20);  // for Ctrl-C
 /// A trainer that keeps what it is trained on.
 struct Learning {
   Learning(std::shared_ptr<Dataset> d, const Config& c) : data(std::move(d)) {
-    const Split* train = data->find("train");
-    if (!train)
-      fail({data->path, "there is nothing to train on", "a split named train, if it was read", "", ""});
     validate(c);
-    released([&] { trainer = std::make_unique<Trainer>(c, *train, data->time_map); });
+    released([&] {
+      const Config ready = prepare(c, *data, {.effects = EffectPolicy::keep}).config;
+      trainer = std::make_unique<Trainer>(ready, *data->find("train"), data->time_map);
+    });
   }
   std::shared_ptr<Dataset> data;
   std::unique_ptr<Trainer> trainer;
@@ -76,7 +77,7 @@ std::string text_of(const py::handle& value) {
 template <class T>
 py::object object_of(const T& value) {
   if constexpr (std::is_enum_v<T>)
-    return py::str(EnumNames<T>::names[int(value)]);
+    return py::str(choice_name(value));
   else
     return py::cast(value);
 }
@@ -98,7 +99,19 @@ Config make_config(std::optional<std::string> preset, const std::string& file, c
   o.max_steps = max_steps;
   o.seed = seed, o.downscale = downscale, o.background = std::move(background);
   for (const auto& [key, value] : settings) o.sets.push_back(text_of(key) + "=" + text_of(value));
-  return run::effective_config(o, nullptr);
+  return run::effective_config(o);
+}
+
+Prepared prepared(const Config& config, const Dataset& data, bool choose) {
+  Prepared out;
+  released(
+      [&] { out = prepare(config, data, {.effects = choose ? EffectPolicy::choose : EffectPolicy::keep}); });
+  return out;
+}
+
+/// What effects.json holds, as a dict.
+py::object effects_of(const Prepared& p) {
+  return py::module_::import("json").attr("loads")(run::json_text(run::effects_json(p)));
 }
 
 py::dict phases_of(const PhaseSeconds& p) {
@@ -115,7 +128,9 @@ std::shared_ptr<VoxelModel> model_of(Learning& l) {
 
 void bind_trainer(py::module_& m) {
   py::class_<Learning>(m, "Trainer", "Trains a model on the train split of a data set.")
-      .def(py::init<std::shared_ptr<Dataset>, const Config&>(), py::arg("dataset"), py::arg("config"))
+      .def(py::init<std::shared_ptr<Dataset>, const Config&>(),
+           "The configuration's effects are used as they are; its box is settled as by prepare.",
+           py::arg("dataset"), py::arg("config"))
       .def(
           "step",
           [](Learning& l) {
@@ -207,6 +222,14 @@ void bind_train(py::module_& m) {
       .def(
           "copy", [](const Config& c) { return c; }, "One of its own.");
 
+  py::class_<Prepared>(m, "Prepared", "A configuration made ready for a data set, and what was found.")
+      .def_readonly("config", &Prepared::config, "what to train with")
+      .def_readonly("brightness", &Prepared::brightness,
+                    "unit that colours are trained in; 1 unless the pictures are dark")
+      .def_readonly("notes", &Prepared::notes, "what was settled and why, one line each")
+      .def_property_readonly("effects", &effects_of,
+                             "which effects were tried out and what is used, as in RUN/effects.json");
+
   py::class_<StepReport>(m, "StepReport", "What one step reports.")
       .def_readonly("step", &StepReport::step, "steps done, this one included")
       .def_readonly("progress", &StepReport::progress, "0 to 1 of the budget")
@@ -219,22 +242,16 @@ void bind_train(py::module_& m) {
                     "something was not finite, so no parameter was touched");
   bind_trainer(m);
 
+  m.def("prepare", &prepared,
+        "The configuration made ready for a data set as the command line does: opaque pictures train in the "
+        "box that the data gives, if the configuration names none; choose: only the effects that the scene "
+        "calls for are used, as with --effects auto, otherwise all that the configuration has, untried.",
+        py::arg("config"), py::arg("dataset"), py::arg("choose") = true);
   m.def(
       "choose_effects",
-      [](const Config& config, const Dataset& data) {
-        const Split* train = data.find("train");
-        if (!train)
-          fail({data.path, "there is nothing to try effects on", "a split named train, if it was read", "",
-                ""});
-        EffectChoice choice;
-        released([&] { choice = choose_effects(config, *train, data.time_map); });
-        Config out = config;
-        apply(choice.chosen, out), out.motion.points = choice.points;
-        return out;
-      },
-      "The configuration with only those effects that the scene calls for, tried out as the command line "
-      "does with --effects auto.",
-      py::arg("config"), py::arg("dataset"));
+      [](const Config& config, const Dataset& data) { return prepared(config, data, true).config; },
+      "prepare(config, dataset).config: with only those effects that the scene calls for.", py::arg("config"),
+      py::arg("dataset"));
   m.def(
       "train",
       [](std::shared_ptr<Dataset> data, const Config& config, const py::object& callback, int every) {
@@ -242,8 +259,9 @@ void bind_train(py::module_& m) {
         run(l, callback, every);
         return model_of(l);
       },
-      "A trained model; see Trainer.train.", py::arg("dataset"), py::arg("config"),
-      py::arg("callback") = py::none(), py::arg("every") = 10);
+      "A trained model: in the box that prepare settles, with the effects of the configuration, untried. See "
+      "Trainer.train.",
+      py::arg("dataset"), py::arg("config"), py::arg("callback") = py::none(), py::arg("every") = 10);
 }
 
 }  // namespace splinevox::python

@@ -50,6 +50,8 @@ py::array_t<double> matrix_of(const Camera& c) {
   return matrix;
 }
 
+Corners corners(const Box& box) { return {{{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z}}}; }
+
 void released(const std::function<void()>& work) {
   const py::gil_scoped_release release;
   run::with_threads(g_threads, [&] { return work(), 0; });

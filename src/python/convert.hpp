@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -32,6 +33,10 @@ Image image_of(const Floats& array, const char* argument);
 std::vector<Vec3> points_of(const Floats& array);
 /// (4, 4) camera to world, row-major.
 py::array_t<double> matrix_of(const Camera& camera);
+
+/// The lower and the upper corner of a box.
+using Corners = std::array<std::array<float, 3>, 2>;
+Corners corners(const Box& box);
 
 /// Memory of `owner` as an array: no copy, and `owner` lives as long as the array does.
 template <class T>

@@ -6,12 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/page.hpp"
+#include "run/html.hpp"
 #include "run/support.hpp"
 
 namespace splinevox::run {
-
-extern const char* const kChartJs;  // generated from the packaged file, see CMakeLists.txt
-
 namespace {
 
 /// At most about 400 points, so that a long run does not make a heavy page: means of equal stretches.
@@ -30,44 +29,15 @@ Json thin(const Series& s, bool log_y) {
   return out;
 }
 
-/// Turns every canvas with data-chart into a chart in the page's colours. Nothing moves: a page is also
-/// looked at as a picture.
-constexpr const char* kGlue = R"js(
-for (const canvas of document.querySelectorAll("canvas[data-chart]")) {
-  const style = getComputedStyle(document.documentElement), color = name => style.getPropertyValue(name).trim();
-  const chart = JSON.parse(canvas.dataset.chart);
-  const axis = (text, type) => ({ type, title: { display: true, text, color: color("--soft") },
-    grid: { color: color("--line") }, ticks: { color: color("--soft") } });
-  new Chart(canvas, {
-    type: "scatter",
-    data: { datasets: chart.series.map(s => ({ label: s.name, data: s.points, showLine: s.mark !== "dots",
-      borderColor: color("--c" + s.color) + (s.mark === "faint" ? "66" : ""), backgroundColor: color("--c" + s.color),
-      borderWidth: s.mark === "faint" ? 1.2 : 2, pointRadius: s.mark === "dots" ? (s.points.length > 60 ? 1.5 : 3.5) : 0, pointHitRadius: 6 })) },
-    options: { animation: false, maintainAspectRatio: false,
-      scales: { x: axis(chart.x, "linear"), y: axis(chart.y, chart.log ? "logarithmic" : "linear") },
-      plugins: { legend: { position: "bottom", labels: { color: color("--soft"), boxWidth: 14 } } } }
-  });
+/// A script of the page, none of which can end its element.
+std::string script_element(std::string_view asset) {
+  std::string script(report_asset(asset));
+  for (std::size_t at = 0; (at = script.find("</script", at)) != std::string::npos;)
+    script.replace(at, 2, "<\\/");
+  return "<script>" + script + "</script>";
 }
-)js";
 
 }  // namespace
-
-std::string escape(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
 
 std::string line_chart(const ChartText& text, const std::vector<Series>& series) {
   Json chart{{"x", text.x}, {"y", text.y}, {"log", text.log_y}, {"series", Json::array()}};
@@ -84,7 +54,7 @@ std::string line_chart(const ChartText& text, const std::vector<Series>& series)
       escape(text.title), escape(json_text(chart)));
 }
 
-std::string chart_scripts() { return fmt::format("<script>{}</script><script>{}</script>", kChartJs, kGlue); }
+std::string chart_scripts() { return script_element("chart.min.js") + script_element("charts.js"); }
 
 std::string stacked_bar(const std::vector<std::pair<std::string, double>>& parts, const std::string& unit) {
   double sum = 0;

@@ -31,7 +31,4 @@ std::string chart_scripts();
 /// A row of parts of a whole, widths in proportion, with a legend.
 std::string stacked_bar(const std::vector<std::pair<std::string, double>>& parts, const std::string& unit);
 
-/// Text made safe for HTML.
-std::string escape(const std::string& text);
-
 }  // namespace splinevox::run

@@ -8,7 +8,7 @@
 
 #include "report/chart.hpp"
 #include "run/effects_report.hpp"
-#include "view/codec.hpp"
+#include "run/html.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -185,9 +185,9 @@ std::string report_page(const std::vector<ReportRun>& runs) {
   std::string html = fmt::format(
       "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width,initial-scale=1\">"
-      "<title>splinevox: "
-      "{0}</title><style>{1}</style></head><body><main><header><h1>{0}</h1><p>{2}</p></header>",
-      escape(title), report_style(),
+      "<title>splinevox: {0}</title><style>\n{1}</style></head>"
+      "<body><main><header><h1>{0}</h1><p>{2}</p></header>",
+      escape(title), report_asset("report.css"),
       runs.size() == 1 ? fmt::format("reconstructed by splinevox {}, preset {}", kVersion,
                                      escape(runs[0].metrics.value("preset", "?")))
                        : "compared by splinevox " + std::string(kVersion));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "run/support.hpp"
@@ -32,7 +33,7 @@ struct ReportRun {
 /// The whole page: no network, opens from disk.
 std::string report_page(const std::vector<ReportRun>& runs);
 
-/// Contents of the page's <style>.
-const char* report_style();
+/// A file that the page is made of, as it was when the program was built. @pre it is there.
+std::string_view report_asset(std::string_view name);
 
 }  // namespace splinevox::run

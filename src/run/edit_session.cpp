@@ -8,7 +8,6 @@
 
 #include "core/nearest.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/anchor.hpp"
 
 namespace splinevox::run {
 
@@ -35,8 +34,6 @@ namespace {
 
 constexpr int kMaxLoops = 1000;
 constexpr double kMostAnchorError = 1;  ///< voxels in the mean square beyond which --anchor-first is refused
-
-const std::vector<std::string> kBasisNames = {"bezier", "bspline", "poly-bezier", "hermite"};
 
 /// The motion field of a model in which something changes over time.
 MotionField& changing(VoxelModel& model, const char* name) {
@@ -65,40 +62,6 @@ TimeCurve curve_of(const std::string& text) {
     wrong_edit("time-curve", "a curve begins at time 0 and ends at time 1", expected, text,
                "--time-curve 0:0,0.5:0.2,1:1");
   return simplified(std::move(knots));
-}
-
-/// Points that hold the old curves exactly where a basis can, else as many as there were.
-int default_points(const MotionField& m, BasisKind to) {
-  const int pieces = m.basis == BasisKind::bspline      ? std::max(1, m.points - 3)
-                     : m.basis == BasisKind::polybezier ? (m.points - 1) / 3
-                     : m.basis == BasisKind::hermite    ? m.points / 2 - 1
-                                                        : std::max(1, (m.points + 1) / 3);
-  switch (to) {
-    case BasisKind::bezier:
-      return std::min(m.points, kMaxBezierPoints);
-    case BasisKind::bspline:
-      return std::max(4, m.basis == BasisKind::bezier ? m.points : pieces + 3);
-    case BasisKind::polybezier:
-      return 3 * pieces + 1;
-    default:
-      return 2 * (pieces + 1);
-  }
-}
-
-void check_points(BasisKind basis, int points) {
-  const auto ok = [&](bool suits, const char* expected) {
-    if (!suits)
-      wrong_edit("basis", fmt::format("{} points do not suit {}", points, kBasisNames[std::size_t(basis)]),
-                 expected, std::to_string(points));
-  };
-  if (basis == BasisKind::bezier) ok(points >= kMinPoints && points <= kMaxBezierPoints, "2 to 20 points");
-  if (basis == BasisKind::bspline) ok(points >= kMinPoints && points <= kMaxPoints, "2 to 256 points");
-  if (basis == BasisKind::polybezier)
-    ok(points >= 4 && points <= kMaxPoints && points % 3 == 1,
-       "4, 7, 10, ... points: one more than a multiple of 3");
-  if (basis == BasisKind::hermite)
-    ok(points >= 4 && points <= kMaxPoints && points % 2 == 0,
-       "4, 6, 8, ... points: a place and a velocity a node");
 }
 
 Json difference_json(const MotionDifference& d) {
@@ -160,13 +123,17 @@ struct EditOperations {
 
   static Json elevate(EditSession& s, const std::string& v) {
     MotionField& m = changing(model(s), "elevate");
-    if (m.basis != BasisKind::bezier)
-      wrong_edit("elevate", "only Bezier curves have a degree to elevate", "basis bezier",
-                 kBasisNames[std::size_t(m.basis)], "--basis bezier first");
-    const int room = kMaxBezierPoints - m.points;
+    const Basis& basis = basis_of(m.basis);
+    if (!basis.elevates()) {
+      const std::vector<std::string> names = basis_names([](const Basis& b) { return b.elevates(); });
+      wrong_edit("elevate", "these curves have no degree to elevate",
+                 fmt::format("a run of basis {}", fmt::join(names, " or ")), basis.name,
+                 "--basis " + names[0] + " first");
+    }
+    const int room = basis.points.most - m.points;
     if (room < 1)
-      wrong_edit("elevate", "the curves have the most points already", "fewer than 20",
-                 std::to_string(m.points));
+      wrong_edit("elevate", "the curves have the most points already",
+                 fmt::format("fewer than {}", basis.points.most), std::to_string(m.points));
     m = elevated(m, edit_whole("elevate", v, 1, room));
     return {{"points", m.points}};
   }
@@ -174,18 +141,19 @@ struct EditOperations {
   static Json basis(EditSession& s, const std::string& v) {
     const MotionField& m = changing(model(s), "basis");
     const std::vector<std::string> parts = split_list(v, ':');
-    const auto at =
-        parts.empty() ? kBasisNames.end() : std::find(kBasisNames.begin(), kBasisNames.end(), parts[0]);
-    if (at == kBasisNames.end() || parts.size() > 2)
+    const std::vector<std::string> names = basis_names();
+    const Basis* const to = parts.empty() ? nullptr : find_basis(parts[0]);
+    if (!to || parts.size() > 2)
       wrong_edit("basis", "there is no such basis",
-                 fmt::format("NAME or NAME:POINTS, NAME one of {}", fmt::join(kBasisNames, ", ")), v,
-                 parts.empty() ? "" : "--basis " + nearest(parts[0], kBasisNames));
-    const BasisKind to = BasisKind(at - kBasisNames.begin());
-    const int points =
-        parts.size() > 1 ? edit_whole("basis", parts[1], kMinPoints, kMaxPoints) : default_points(m, to);
-    check_points(to, points);
+                 fmt::format("NAME or NAME:POINTS, NAME one of {}", fmt::join(names, ", ")), v,
+                 parts.empty() ? "" : "--basis " + nearest(parts[0], names));
+    const int points = parts.size() > 1 ? edit_whole("basis", parts[1], kMinPoints, kMaxPoints)
+                                        : points_to_hold(basis_of(m.basis), m.points, *to);
+    if (!to->points.allows(points))
+      wrong_edit("basis", fmt::format("{} points do not suit {}", points, to->name), to->points.text(),
+                 std::to_string(points));
     VoxelModel next = model(s);
-    next.motion = converted(m, to, points);
+    next.motion = converted(m, to->kind, points);
     Json result{{"points", points}};
     result.update(difference_json(motion_difference(model(s), next)));
     model(s) = std::move(next);
@@ -214,6 +182,8 @@ void EditSession::apply(const std::string& operation, const std::string& value) 
 
 const std::vector<EditOperation>& edit_operations() {
   using Do = EditOperations;
+  static const std::string bases =
+      fmt::format("curves of another kind with K points: {}; says the error", fmt::join(basis_names(), ", "));
   static const std::vector<EditOperation> all = [] {
     std::vector<EditOperation> list = {
         {"reverse", nullptr, "backwards; twice is the original, bit for bit", "Time", Do::reverse},
@@ -230,9 +200,7 @@ const std::vector<EditOperation>& edit_operations() {
          "make the moment at time 0 the canonical one: no displacement there; says the error", "Motion",
          Do::anchor},
         {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
-        {"basis", "NAME[:K]",
-         "curves of another kind with K points: bezier, bspline, poly-bezier, hermite; says the error",
-         "Motion", Do::basis},
+        {"basis", "NAME[:K]", bases.c_str(), "Motion", Do::basis},
     };
     for (const EditOperation& o : cluster_operations()) list.push_back(o);
     return list;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "report/chart.hpp"
+#include "run/html.hpp"
 #include "splinevox/math/basis.hpp"
 #include "train/effects/effect_table.hpp"
 
@@ -78,17 +78,21 @@ std::vector<std::string> notes_on(const Json& effects) {
 
 /// Control points of the finished model: more than it starts with.
 int points_at_end(const MotionConfig& motion) {
-  if (motion.basis != BasisKind::bspline)
-    return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
+  const Basis& basis = basis_of(motion.basis);
+  if (!basis.halves()) return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
   int points = motion.points;
-  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = halved_points(points);
+  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = basis.refinement.refined(points);
   return points;
 }
 
 }  // namespace
 
-Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced) {
-  Json j{{"used", set_json(used)}, {"chosen", set_json(choice.chosen)}, {"forced", forced}};
+Json effects_json(const Prepared& prepared) {
+  const EffectChoice& choice = prepared.effects;
+  const EffectSet& used = prepared.used;
+  Json j{{"used", set_json(used)},
+         {"chosen", set_json(choice.chosen)},
+         {"forced", prepared.policy != EffectPolicy::choose}};
   j["view_told_by_time"] = choice.view_told_by_time;
   j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
   j["effects"] = Json::array();
@@ -114,8 +118,9 @@ Json effects_json(const EffectChoice& choice, const Config& trained, const Effec
                          {"steps", t.steps},
                          {"seconds", t.seconds},
                          {"bytes", t.bytes}});
-  j["control_points"] = {
-      {"chosen", choice.points}, {"at_end", points_at_end(trained.motion)}, {"compared", Json::array()}};
+  j["control_points"] = {{"chosen", choice.points},
+                         {"at_end", points_at_end(prepared.config.motion)},
+                         {"compared", Json::array()}};
   for (const PointsVerdict& v : choice.points_verdicts)
     j["control_points"]["compared"].push_back({{"more", v.more},
                                                {"fewer", v.fewer},

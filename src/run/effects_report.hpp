@@ -4,16 +4,13 @@
 #include <string>
 
 #include "run/support.hpp"
-#include "splinevox/train/effects.hpp"
+#include "splinevox/train/prepare.hpp"
 
 namespace splinevox::run {
 
 /// What RUN/effects.json holds: every effect with its gain, cost and decision, and every fit behind it
 /// (docs/formats.md).
-/// @param trained  the configuration of the training to come, and what of its effects a model will have:
-/// used.
-/// @param forced   whether that was asked for instead of chosen.
-Json effects_json(const EffectChoice& choice, const Config& trained, const EffectSet& used, bool forced);
+Json effects_json(const Prepared& prepared);
 
 /// The same in a line: "effects: motion (+6.10 dB), rigidity, view; without light (-0.08 dB)".
 std::string effects_line(const Json& effects);

@@ -7,6 +7,7 @@
 
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/run/train.hpp"
 #include "train/effects/effect_table.hpp"
 
 namespace splinevox::run {
@@ -71,7 +72,10 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   if (o.max_steps && !o.max_time) c.run.max_time = 0;
   set("--seed", "run.seed", o.seed);
   set("--downscale", "run.downscale", o.downscale);
-  if (o.background) c.run.background = parse_background(*o.background), c.run.background_order = -1;
+  if (o.background) {
+    c.run.background = parse_background(*o.background);
+    c.run.background_order = -1;
+  }
   validate(c);
   return c;
 }

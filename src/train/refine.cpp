@@ -11,6 +11,16 @@
 
 namespace splinevox {
 
+bool drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside) {
+  constexpr float kRounding = 1e-3f;  // of what has been resampled
+  const std::vector<std::int32_t> kept = bricks_above(raw, kEmptyDensity + kRounding);
+  if (kept.empty() || int(kept.size()) == raw.topology->brick_count()) return false;
+  keep_rows(kept, raw.width, raw.values);
+  for (AlignedVector<float>* rows : beside) keep_rows(kept, raw.width, *rows);
+  raw.topology = keep_bricks(*raw.topology, kept);
+  return true;
+}
+
 TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells) {
   std::vector<Int3> bricks;
   Int3 b;
@@ -54,9 +64,9 @@ Channels resample(const Channels& from, TopologyPtr topology, const std::functio
 }
 
 void elevate(MotionField& motion) {
-  const bool spline = motion.basis == BasisKind::bspline;
+  const Refinement& refinement = basis_of(motion.basis).refinement;
   MotionField next = motion;
-  next.points = spline ? halved_points(motion.points) : motion.points + 1;
+  next.points = refinement.refined(motion.points);
   const int width = next.width(), pinned = motion.points - motion.stored_points();
   const int stride = motion.stride(), rigidity = motion.rigidity_column();
   const int next_rigidity = next.rigidity_column();
@@ -68,10 +78,7 @@ void elevate(MotionField& motion) {
     for (std::size_t r = 0; r < old.topology->rows(); ++r) {
       for (int a = 0; a < stride; ++a) {
         for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[stride * (k - pinned) + a];
-        if (spline)
-          halve_bspline(motion.points, in.data(), out.data());
-        else
-          elevate_bezier(motion.points, in.data(), out.data());
+        refinement(motion.points, in.data(), out.data());
         for (int k = pinned; k < next.points; ++k) level.row(r)[stride * (k - pinned) + a] = out[k];
       }
       level.row(r)[next_rigidity] = old.row(r)[rigidity];

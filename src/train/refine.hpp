@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <initializer_list>
 #include <vector>
 
 #include "field/lattice/row_mask.hpp"
@@ -9,6 +10,14 @@
 #include "splinevox/field/model.hpp"
 
 namespace splinevox {
+
+/// Raw density of what is absent: an alpha of about 1e-6 a step, low enough to be nothing and near enough to
+/// learn back from.
+inline constexpr float kEmptyDensity = -10;
+
+/// Lets go of the bricks in whose cells nothing is left, here and in arrays of rows beside them: pictures
+/// stay as they are but for the millionth of light that an empty step takes. Returns whether any went.
+bool drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside = {});
 
 /// Bricks of a lattice that come within one vertex of a set cell.
 TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells);
@@ -22,8 +31,9 @@ std::vector<RowMask> rows_near(const Topology& topology, const BitGrid& cells, f
 /// @param moved  where in the old field to look for a vertex; empty: where the vertex is
 Channels resample(const Channels& from, TopologyPtr topology, const std::function<Vec3(Vec3)>& moved = {});
 
-/// Gives every stored curve more control points without changing it: a Bezier curve one degree more (K + 1,
-/// numerics H3), a cubic B-spline twice as many spans (2K - 3).
+/// Gives every stored curve more control points without changing it, once, as its basis does: a Bezier curve
+/// one degree more (K + 1, numerics H3), a cubic B-spline twice as many spans (2K - 3). @pre the basis has a
+/// refinement
 void elevate(MotionField& motion);
 
 }  // namespace splinevox

@@ -10,18 +10,6 @@
 
 namespace splinevox::run {
 
-std::string base64(std::span<const std::uint8_t> bytes) {
-  static const char* const digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t v = 0;
-    for (std::size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < bytes.size() ? bytes[i + k] : 0);
-    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : digits[v >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
-
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
   uLongf size = compressBound(uLong(bytes.size()));
   std::vector<std::uint8_t> out(size);

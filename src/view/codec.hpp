@@ -3,17 +3,10 @@
 
 #include <cstdint>
 #include <span>
-#include <string>
 #include <vector>
 
-/// How numbers and bytes travel inside a page. docs/formats.md describes it; src/app/view/data.js reads it.
+/// How numbers and bytes travel inside a page. docs/formats.md describes it; assets/data.js reads it.
 namespace splinevox::run {
-
-/// RFC 4648 with padding, no line breaks.
-std::string base64(std::span<const std::uint8_t> bytes);
-inline std::string base64(const std::vector<char>& bytes) {
-  return base64({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
-}
 
 /// A zlib stream (RFC 1950), what a browser's DecompressionStream("deflate") takes. Throws Error (output) if
 /// memory runs out.

@@ -7,7 +7,6 @@
 #include "field/columns.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "field/lattice/slice.hpp"
-#include "io/model/model_meta.hpp"
 #include "math/activation.hpp"
 #include "render/occupancy.hpp"
 #include "run/edit_session.hpp"
@@ -175,7 +174,7 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
   for (int b = 1; b <= t.brick_count(); ++b) bricks.push_back(t.bricks[b] + Int3{1, 1, 1});
   Json out = table_of(w, t, bricks);
   out["size"] = triple(t.lattice.size);
-  out["basis"] = kBasisNames[std::size_t(motion.basis)];
+  out["basis"] = basis_of(motion.basis).name;
   out["time_curve"] = Json::array();
   for (const TimeCurve::Knot& k : motion.time_curve.knots) out["time_curve"].push_back({k.time, k.value});
   out["points"] = motion.points, out["stored"] = motion.stored_points();

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "report/chart.hpp"
+#include "run/html.hpp"
 #include "view/codec.hpp"
 
 namespace splinevox::run {

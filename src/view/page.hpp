@@ -29,7 +29,7 @@ struct ViewPage {
 /// The whole page: no network, opens from disk.
 std::string view_page(const ViewPage& page, const PackedScene& scene);
 
-/// A file of src/app/view, as it was when the program was built. @pre it is there.
+/// A file of src/view/assets, as it was when the program was built. @pre it is there.
 std::string_view view_asset(std::string_view name);
 
 }  // namespace splinevox::run

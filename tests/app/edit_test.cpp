@@ -124,8 +124,9 @@ TEST_SUITE("app/edit") {
           Row{{"--loop", "1.5"}, "not a whole number"}, Row{{"--time-curve", "0:0,0.7:1"}, "ends at time 1"},
           Row{{"--time-curve", "0:0,0.7:1,0.6:0,1:1"}, "must not go back"},
           Row{{"--basis", "spline"}, "try:      --basis bspline"},
+          Row{{"--basis", "poly-bezier"}, "try:      --basis poly_bezier"},
           Row{{"--basis", "hermite:5"}, "5 points do not suit hermite"},
-          Row{{"--elevate", "1"}, "only Bezier curves"}, Row{{"--hide"}, "there are no clusters yet"},
+          Row{{"--elevate", "1"}, "no degree to elevate"}, Row{{"--hide"}, "there are no clusters yet"},
           Row{{"--clusters", "2", "--hide"}, "no cluster is chosen"},
           Row{{"--clusters", "2", "--cluster", "9"}, "from 0 to 1"},
           Row{{"--clusters", "2", "--cluster", "1", "--rotate", "w,3"}, "this is not a rotation"}}) {

@@ -1,4 +1,5 @@
 #!/bin/bash
+# SPDX-License-Identifier: Apache-2.0
 # mpi.sh PROGRAM FOLDER : two ranks against one, and against themselves. 77: skipped.
 set -euo pipefail
 program=$1 folder=$2
@@ -6,14 +7,16 @@ if ! command -v mpirun >/dev/null; then
   echo "skipped: there is no 'mpirun' on this machine (apt-get install openmpi-bin)"
   exit 77
 fi
-export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1 OMPI_MCA_hwloc_base_binding_policy=none OMPI_MCA_btl_vader_single_copy_mechanism=none
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_rmaps_base_oversubscribe=1
+export OMPI_MCA_hwloc_base_binding_policy=none OMPI_MCA_btl_vader_single_copy_mechanism=none
 ranks() { local n=$1; shift; mpirun -n "$n" "$program" "$@"; }
 figure() { sed -n "s/^ *\"$2\": \([-0-9.e]*\),*$/\1/p" "$1/metrics.json" | head -n 1; }
 check() { echo "$1"; shift; "$@" || { echo "  that is not so: $*"; exit 1; }; }
 rm -rf "$folder" && mkdir -p "$folder"
 cd "$folder"
 "$program" synth dancer --out scene --frames 12 --size 48 --quiet
-common=(train scene --device cpu --preset draft --max-steps 80 --effects all --set sampling.rays=1024 --set grid.radiance=12,20 --set grid.radiance_start=0,0.5 --threads 1 --quiet)
+common=(train scene --device cpu --preset draft --max-steps 80 --effects all --set sampling.rays=1024
+  --set grid.radiance=12,20 --set grid.radiance_start=0,0.5 --threads 1 --quiet)
 
 "$program" "${common[@]}" --out one
 ranks 2 "${common[@]}" --out two
@@ -21,8 +24,10 @@ ranks 2 "${common[@]}" --out again
 check "two ranks give the same bits again" cmp two/model.vdb again/model.vdb
 "$program" verify two >/dev/null
 for run in one two; do "$program" eval $run --threads 1 >/dev/null; done
-echo "PSNR with one rank $(figure one psnr), with two $(figure two psnr); bytes a step and rank $(figure two bytes_per_step)"
-check "PSNR within 0.5 dB" awk -v a="$(figure one psnr)" -v b="$(figure two psnr)" 'BEGIN {exit !(a - b < 0.5 && b - a < 0.5)}'
+echo "PSNR with one rank $(figure one psnr), with two $(figure two psnr);" \
+  "bytes a step and rank $(figure two bytes_per_step)"
+check "PSNR within 0.5 dB" awk -v a="$(figure one psnr)" -v b="$(figure two psnr)" \
+  'BEGIN {exit !(a - b < 0.5 && b - a < 0.5)}'
 check "something was sent" awk -v b="$(figure two bytes_per_step)" 'BEGIN {exit !(b > 1000)}'
 
 echo "stopped by a signal to one rank, and gone on with"

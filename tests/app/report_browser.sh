@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# A report in a headless browser: nothing on the console, every chart drawn, nothing fetched. Skipped (77) where there is no Chromium.
+# A report in a headless browser: nothing on the console, every chart drawn, nothing fetched. Skipped (77)
+# where there is no Chromium.
 #   report_browser.sh SPLINEVOX FOLDER
 set -euo pipefail
 splinevox=$1 folder=$2
@@ -13,7 +14,8 @@ rm -rf "$folder" && mkdir -p "$folder"
 "$splinevox" eval "$folder/run" > /dev/null
 "$splinevox" report "$folder/run" --out "$folder/report.html" > /dev/null
 
-# The page as it is, and behind it a script that writes down how many dots each chart has drawn and what was fetched.
+# The page as it is, and behind it a script that writes down how many dots each chart has drawn and what was
+# fetched.
 { cat "$folder/report.html"
   cat <<'END'
 <script>
@@ -24,12 +26,14 @@ const drawn = [...document.querySelectorAll("canvas")].map(c => {
   return count;
 });
 document.body.dataset.drawn = drawn.join(" ");
-document.body.dataset.fetched = performance.getEntriesByType("resource").filter(r => !r.name.startsWith("data:")).length;
+const fetched = performance.getEntriesByType("resource").filter(r => !r.name.startsWith("data:"));
+document.body.dataset.fetched = fetched.length;
 </script>
 END
 } > "$folder/checked.html"
-timeout 120 "$browser" --headless=new --no-sandbox --disable-gpu --enable-logging=stderr --window-size=1200,1800 --user-data-dir="$folder/profile" \
-  --virtual-time-budget=5000 --dump-dom "file://$(realpath "$folder/checked.html")" > "$folder/dom.html" 2> "$folder/log"
+timeout 120 "$browser" --headless=new --no-sandbox --disable-gpu --enable-logging=stderr \
+  --window-size=1200,1800 --user-data-dir="$folder/profile" --virtual-time-budget=5000 \
+  --dump-dom "file://$(realpath "$folder/checked.html")" > "$folder/dom.html" 2> "$folder/log"
 if grep "CONSOLE" "$folder/log"; then echo "failed: the browser's console is not empty"; exit 1; fi
 drawn=$(grep -o 'data-drawn="[^"]*"' "$folder/dom.html" | cut -d'"' -f2)
 fetched=$(grep -o 'data-fetched="[^"]*"' "$folder/dom.html" | cut -d'"' -f2)

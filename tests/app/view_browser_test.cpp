@@ -10,9 +10,10 @@
 #include "field/lattice/slice.hpp"
 #include "program.hpp"
 #include "run/edit_session.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/metrics.hpp"
+#include "splinevox/run/evaluate.hpp"
+#include "splinevox/run/run.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -152,6 +153,15 @@ Page& whole_page() {
   return page;
 }
 
+/// Numbers of control points, of every basis, whose weights the page is asked for.
+Json points_asked() {
+  Json out;
+  for (const Basis& basis : all_bases())
+    for (const int points : {2, 3, 4, 5, 12, 13, 20})
+      if (basis.points.allows(points)) out[basis.name].push_back(points);
+  return out;
+}
+
 }  // namespace
 
 TEST_SUITE("app/view") {
@@ -212,9 +222,14 @@ TEST_SUITE("app/view") {
   };
   result.slid = [slid(0.05), slid(0.8), slid(0.05)];
   result.weights = [];
-  const points = {bezier: [2, 3, 4, 5, 12, 20], bspline: [2, 3, 4, 5, 12, 20], poly_bezier: [4, 13], hermite: [4, 12]};
-  for (const basis in points) for (const k of points[basis]) for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1]) for (const time_curve of [[], [[0, 0.2], [0.5, 1], [0.5, 0.3], [1, 0]]])
-    result.weights.push({basis, points: k, t, time_curve, w: [...storedWeights({basis, points: k, stored: k, time_curve}, t)]});
+  const points = )js" +
+                 points_asked().dump() + R"js(;
+  const curves = [[], [[0, 0.2], [0.5, 1], [0.5, 0.3], [1, 0]]];
+  for (const basis in points) for (const k of points[basis]) for (const time_curve of curves)
+    for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1]) {
+      const w = [...storedWeights({basis, points: k, stored: k, time_curve}, t)];
+      result.weights.push({basis, points: k, t, time_curve, w});
+    }
   result.fetched = performance.getEntriesByType("resource").filter(r => !r.name.startsWith("data:")).length;
   result.address = app.state.write();
 )js");
@@ -238,7 +253,7 @@ TEST_SUITE("app/view") {
         const bool cluster = p["layer"] == "cluster";
         const Image ours = cluster
                                ? clamped(part_renderer.render(camera, page.header["views"][view]["time"]).rgb)
-                               : run::layer_picture(run, r, p["layer"], camera);
+                               : run::layer_picture(run.model, r, p["layer"], camera);
         const Image theirs = page.picture(p["png"]);
         REQUIRE(theirs.width == ours.width);
         const double db = psnr(ours, theirs);
@@ -257,8 +272,7 @@ TEST_SUITE("app/view") {
       double apart = 0;
       for (const Json& j : page.result["weights"]) {
         MotionField motion;
-        const std::vector<std::string> bases{"bezier", "bspline", "poly_bezier", "hermite"};
-        motion.basis = BasisKind(std::find(bases.begin(), bases.end(), j["basis"]) - bases.begin());
+        motion.basis = find_basis(j["basis"].get<std::string>())->kind;
         for (const Json& k : j["time_curve"]) motion.time_curve.knots.push_back({k[0], k[1]});
         motion.points = j["points"], motion.first_point = FirstPoint::free;
         const BasisWeights<float> ours = stored_weights(motion, j["t"].get<double>());
@@ -277,7 +291,8 @@ TEST_SUITE("app/view") {
     Page& page = whole_page();
     page.console.clear();
     page.open(R"js(
-  const $$ = id => document.getElementById(id), seen = () => app.painter.picture(app.state.look, 32, 32).toDataURL();
+  const $$ = id => document.getElementById(id);
+  const seen = () => app.painter.picture(app.state.look, 32, 32).toDataURL();
   result.screen = [innerWidth, innerHeight, document.documentElement.scrollWidth];
   result.boxes = ["play", "time", "layers", "speed", "compare", "reset", "canvas"].map(id => {
     const b = $$(id).getBoundingClientRect();
@@ -289,12 +304,17 @@ TEST_SUITE("app/view") {
   $$("play").click();
   result.playing = app.state.playing;
   // a busy machine draws few frames: wait until they have come far enough, not for a time
-  for (let frames = 0; frames < 200 && app.state.time <= 0.3; ++frames) await new Promise(requestAnimationFrame);
+  for (let frames = 0; frames < 200 && app.state.time <= 0.3; ++frames)
+    await new Promise(requestAnimationFrame);
   $$("play").click();
   result.went = [app.state.speed, app.state.time, app.state.playing];
   app.set({time: 0.25});
-  const canvas = $$("canvas"), middle = canvas.getBoundingClientRect(), at = (type, dx) =>
-    canvas.dispatchEvent(new PointerEvent(type, {pointerId: 7, clientX: middle.left + middle.width / 2 + dx, clientY: middle.top + middle.height / 2, buttons: 1, bubbles: true}));
+  const canvas = $$("canvas"), middle = canvas.getBoundingClientRect();
+  const clientY = middle.top + middle.height / 2;
+  const at = (type, dx) => {
+    const clientX = middle.left + middle.width / 2 + dx;
+    canvas.dispatchEvent(new PointerEvent(type, {pointerId: 7, clientX, clientY, buttons: 1, bubbles: true}));
+  };
   canvas.setPointerCapture = () => {};  // a made-up finger cannot be captured
   at("pointerdown", 0), at("pointermove", 60), at("pointerup", 60);
   const turned = seen();

@@ -3,13 +3,16 @@
 
 #include <map>
 #include <random>
+#include <regex>
 #include <tuple>
 
 #include "field/columns.hpp"
 #include "math/activation.hpp"
+#include "run/html.hpp"
 #include "support/blob_model.hpp"
 #include "view/codec.hpp"
 #include "view/pack.hpp"
+#include "view/page.hpp"
 #include "view/reduce.hpp"
 
 using namespace splinevox;
@@ -31,9 +34,25 @@ std::map<std::tuple<int, int, int>, std::size_t> bricks_of(const PackedScene& sc
   return bricks;
 }
 
+/// The keys of a table `const NAME = {key: value, ...}` of a script.
+std::vector<std::string> keys_of(std::string_view script, const std::string& name) {
+  const std::size_t from = script.find("const " + name + " = {");
+  REQUIRE(from != script.npos);
+  const std::string table(script.substr(from, script.find('}', from) - from));
+  const std::regex key("(\\w+):");
+  std::vector<std::string> keys;
+  for (std::sregex_iterator at(table.begin(), table.end(), key), end; at != end; ++at)
+    keys.push_back((*at)[1]);
+  return keys;
+}
+
 }  // namespace
 
 TEST_SUITE("app/view_pack") {
+  TEST_CASE("the page knows every basis, by the name that it has everywhere") {
+    CHECK(keys_of(view_asset("basis.js"), "kBases") == basis_names());
+  }
+
   TEST_CASE("base64 is that of RFC 4648") {
     const auto coded = [](const std::string& text) {
       return base64(std::vector<char>(text.begin(), text.end()));

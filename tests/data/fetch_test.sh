@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # data_scripts/fetch.sh on files of this machine: fetch, continue, checksums. fetch_test.sh REPOSITORY
 set -euo pipefail
-for tool in curl unzip; do command -v "$tool" >/dev/null || { echo "skipped: there is no $tool"; exit 77; }; done
+for tool in curl unzip; do
+  command -v "$tool" >/dev/null || { echo "skipped: there is no $tool"; exit 77; }
+done
 fetch=$1/data_scripts/fetch.sh
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT

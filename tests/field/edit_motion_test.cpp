@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/edit_motion.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cstring>
 
-#include "splinevox/field/anchor.hpp"
+#include "splinevox/field/edit.hpp"
+#include "splinevox/field/sample.hpp"
 #include "splinevox/field/track.hpp"
 #include "support/blob_model.hpp"
 
@@ -104,10 +103,10 @@ TEST_SUITE("field/edit_motion") {
       BasisKind to;
       int points;
     };
-    for (const Row& row : {Row{spline, BasisKind::polybezier, 13}, Row{spline, BasisKind::hermite, 10},
+    for (const Row& row : {Row{spline, BasisKind::poly_bezier, 13}, Row{spline, BasisKind::hermite, 10},
                            Row{spline, BasisKind::hermite, 18}, Row{spline, BasisKind::bspline, 11},
                            Row{bezier, BasisKind::bspline, 4}, Row{bezier, BasisKind::bspline, 9},
-                           Row{bezier, BasisKind::polybezier, 7}, Row{bezier, BasisKind::hermite, 4},
+                           Row{bezier, BasisKind::poly_bezier, 7}, Row{bezier, BasisKind::hermite, 4},
                            Row{bezier, BasisKind::bezier, 15}}) {
       CAPTURE(int(row.to));
       CAPTURE(row.points);

@@ -9,6 +9,8 @@
 #include "data/time_map.hpp"
 #include "field/lattice/slice.hpp"
 #include "hard/measured.hpp"
+#include "math/bernstein.hpp"
+#include "math/bspline.hpp"
 #include "support/dual.hpp"
 #include "train/refine.hpp"
 

@@ -30,7 +30,8 @@ foreach(file IN LISTS files)
       message(SEND_ERROR "${file}: layer '${layer}' may not include '${target}'")
     endif()
   endforeach()
-  # Grid libraries stay in io: nvcc does not take OpenVDB's headers. CUDA stays in the .cu files and what they alone include.
+  # Grid libraries stay in io: nvcc does not take OpenVDB's headers. CUDA stays in the .cu files and what they
+  # alone include.
   file(STRINGS ${ROOT}/${file} foreign REGEX "^#include <(openvdb|nanovdb|cuda|cub|thrust)[/_.a-z]")
   foreach(line IN LISTS foreign)
     if(line MATCHES "<(openvdb|nanovdb)" AND NOT layer STREQUAL "io")

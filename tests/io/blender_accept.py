@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Run by blender_accept.sh inside Blender: blender -b ... -P blender_accept.py -- FOLDER
-# FOLDER is what the blender_accept program wrote. Ends Blender with an error if anything is not as it should be.
+# FOLDER is what the blender_accept program wrote. Ends Blender with an error if anything is not as it should
+# be.
 import array
 import json
 import math
@@ -27,7 +28,8 @@ def path(name):
 
 def load(sequence, picture, frame, samples=8):
     """Runs load_in_blender.py as a user does. @return the picture that it rendered"""
-    sys.argv = ["blender", "--", "--camera", path("camera.json"), "--write-cameras", path("cameras.json"), "--render", path(picture), "--frame", str(frame),
+    sys.argv = ["blender", "--", "--camera", path("camera.json"), "--write-cameras", path("cameras.json"),
+                "--render", path(picture), "--frame", str(frame),
                 "--samples", str(samples)]
     runpy.run_path(path(os.path.join(sequence, "load_in_blender.py")), run_name="__main__")
     return pixels(picture)
@@ -54,15 +56,17 @@ def clamp(v):
 
 def decibels(theirs, mine):
     """Over white, where our pictures are already."""
-    squares = sum((clamp(a[c] + 1 - a[3]) - clamp(b[c])) ** 2 for a, b in zip(theirs[2], mine) for c in range(3))
+    squares = sum((clamp(a[c] + 1 - a[3]) - clamp(b[c])) ** 2
+                  for a, b in zip(theirs[2], mine) for c in range(3))
     return -10 * math.log10(squares / (3 * len(mine)))
 
 
 def spread(width, rgba, direction=(1.0, 0.0)):
     """Mean of alpha's place, x and y, and its variance along a direction, pixels."""
     mass = sum(p[3] for p in rgba)
-    mean = [sum(p[3] * c for p, c in zip(rgba, [i % width if a == 0 else i // width for i in range(len(rgba))])) / mass for a in (0, 1)]
-    along = [(i % width - mean[0]) * direction[0] + (i // width - mean[1]) * direction[1] for i in range(len(rgba))]
+    places = [(i % width, i // width) for i in range(len(rgba))]
+    mean = [sum(p[3] * place[a] for p, place in zip(rgba, places)) / mass for a in (0, 1)]
+    along = [(x - mean[0]) * direction[0] + (y - mean[1]) * direction[1] for x, y in places]
     return mean, sum(p[3] * s * s for p, s in zip(rgba, along)) / mass
 
 
@@ -80,15 +84,19 @@ def check_sequence():
     volume = bpy.data.objects["splinevox"]
     data = volume.data
     check(data.is_sequence, "the frames are one sequence")
-    check((data.frame_start, data.frame_duration) == (1, FRAMES), "it begins at scene frame 1 and has %d frames" % FRAMES)
-    check((data.velocity_grid, data.velocity_unit) == ("velocity", "SECOND"), "velocity is in units per second")
+    check((data.frame_start, data.frame_duration) == (1, FRAMES),
+          "it begins at scene frame 1 and has %d frames" % FRAMES)
+    check((data.velocity_grid, data.velocity_unit) == ("velocity", "SECOND"),
+          "velocity is in units per second")
     check((scene.frame_start, scene.frame_end) == (1, FRAMES), "the scene's frame range is the sequence's")
     check(abs(scene.render.fps / scene.render.fps_base - 24) < 1e-6, "24 frames per second")
     check(scene.view_settings.view_transform == "Raw", "display colours are shown as they are")
     for frame in range(1, FRAMES + 1):
         scene.frame_set(frame)
-        shown = check_grids(volume, {"density": ("FLOAT", 1), "color": ("VECTOR_FLOAT", 3), "velocity": ("VECTOR_FLOAT", 3)})
-        check(os.path.basename(shown) == "frame_%04d.vdb" % frame, "scene frame %d shows %s" % (frame, os.path.basename(shown)))
+        shown = check_grids(volume, {"density": ("FLOAT", 1), "color": ("VECTOR_FLOAT", 3),
+                                     "velocity": ("VECTOR_FLOAT", 3)})
+        check(os.path.basename(shown) == "frame_%04d.vdb" % frame,
+              "scene frame %d shows %s" % (frame, os.path.basename(shown)))
 
     with open(path("camera.json")) as f:
         camera = json.load(f)
@@ -96,15 +104,18 @@ def check_sequence():
         written = json.load(f)["frames"]
     check(len(written) == FRAMES, "the camera is written for every frame")
     lens = max(abs(written[1][k] / camera[k] - 1) for k in ("w", "h", "fl_x", "fl_y", "cx", "cy"))
-    pose = max(abs(a - b) for r, s in zip(written[1]["transform_matrix"], camera["transform_matrix"]) for a, b in zip(r, s))
-    check(max(lens, pose) < 1e-5, "and is the one that was read: lens within %.1g, pose within %.1g" % (lens, pose))
+    rows = zip(written[1]["transform_matrix"], camera["transform_matrix"])
+    pose = max(abs(a - b) for r, s in rows for a, b in zip(r, s))
+    check(max(lens, pose) < 1e-5,
+          "and is the one that was read: lens within %.1g, pose within %.1g" % (lens, pose))
     w, h = camera["w"], camera["h"]
     check(theirs[:2] == (w, h), "the picture has the camera's size")
     mine = ours("ours.f32")
     (there, _), (here, _) = spread(w, theirs[2]), spread(w, mine)
     shift = [there[i] - here[i] for i in (0, 1)]
     check(max(p[3] for p in mine) > 0.99, "our picture shows the blob")
-    check(max(map(abs, shift)) < 0.1, "alpha is centred where ours is: off by (%.3f, %.3f) pixels" % tuple(shift))
+    check(max(map(abs, shift)) < 0.1,
+          "alpha is centred where ours is: off by (%.3f, %.3f) pixels" % tuple(shift))
     alpha_error = sum(abs(a[3] - b[3]) for a, b in zip(theirs[2], mine)) / len(mine)
     check(alpha_error < 0.01, "mean alpha error %.5f" % alpha_error)
     psnr = decibels(theirs, mine)
@@ -124,7 +135,8 @@ def check_view():
     mean = decibels(load("mean", "mean.exr", 1), mine)
     with_sh = decibels(load("sh", "sh.exr", 1), mine)
     vectors = ("color", "sh0", "sh1", "sh2", "sh3", "sh4", "sh5")
-    check_grids(bpy.data.objects["splinevox"], dict({"density": ("FLOAT", 1)}, **{n: ("VECTOR_FLOAT", 3) for n in vectors}))
+    check_grids(bpy.data.objects["splinevox"],
+                dict({"density": ("FLOAT", 1)}, **{n: ("VECTOR_FLOAT", 3) for n in vectors}))
     check(with_sh >= 30, "the colours of the view, harmonics to order 3: PSNR %.2f dB, at least 30" % with_sh)
     check(with_sh > mean + 3, "their mean over all directions alone: %.2f dB" % mean)
     # The harmonics belong to the object's axes: turned together with the camera it looks the same.
@@ -151,14 +163,17 @@ def check_blur():
     blurred = pixels("blurred.exr")
 
     def width(still, moving):  # of the box that alpha was smeared with
-        return math.sqrt(12 * max(0.0, spread(sharp[0], moving, direction)[1] - spread(sharp[0], still, direction)[1]))
+        more = spread(sharp[0], moving, direction)[1] - spread(sharp[0], still, direction)[1]
+        return math.sqrt(12 * max(0.0, more))
 
     theirs, mine = width(sharp[2], blurred[2]), width(ours("sharp.f32"), ours("blurred.f32"))
     check(expected > 8, "the known velocity draws a streak of %.2f pixels" % expected)
-    check(abs(mine - expected) < 0.1 * expected, "the mean of our pictures while the shutter is open is smeared by %.2f" % mine)
+    check(abs(mine - expected) < 0.1 * expected,
+          "the mean of our pictures while the shutter is open is smeared by %.2f" % mine)
     check(abs(theirs - expected) < 0.15 * expected, "Cycles smears by %.2f pixels" % theirs)
     psnr, still = decibels(blurred, ours("blurred.f32")), decibels(sharp, ours("blurred.f32"))
-    check(psnr >= 30 and psnr > still, "motion blur: PSNR %.2f dB, at least 30; without it %.2f" % (psnr, still))
+    check(psnr >= 30 and psnr > still,
+          "motion blur: PSNR %.2f dB, at least 30; without it %.2f" % (psnr, still))
 
 
 check_sequence()

@@ -6,7 +6,9 @@
 #include <cstring>
 #include <set>
 
+#include "core/atomic_file.hpp"
 #include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/inspect.hpp"
@@ -130,7 +132,7 @@ TEST_SUITE("io/model_vdb") {
       "a time curve and the bases of edited models come back; files without have the older format number") {
     const Scratch scratch;
     const std::string path = scratch.path("model.vdb");
-    for (const auto& [basis, points] : {std::pair{BasisKind::polybezier, 10},
+    for (const auto& [basis, points] : {std::pair{BasisKind::poly_bezier, 10},
                                         std::pair{BasisKind::hermite, 8}, std::pair{BasisKind::bspline, 8}}) {
       VoxelModel model = noisy_model(3, points, FirstPoint::free, basis, 1, true, true);
       model.motion.time_curve = loop_time(3, false);
@@ -255,9 +257,13 @@ TEST_SUITE("io/model_vdb") {
     file = good, grid("control_1").meta["basis"] = std::string("nurbs");
     expect(file, "one of: bezier, bspline, poly_bezier, hermite");
     file = good, grid("control_1").meta["basis"] = std::string("hermite");
-    expect(file, "an even number from 4");
+    expect(file, "4, 6, 8, ... points");
     file = good, grid("control_1").meta["points"] = std::int64_t(99);
-    expect(file, "an integer from 2 to 20");
+    expect(file, "2 to 20 points");
+    file = good, grid("control_1").meta["points"] = std::int64_t(257);
+    expect(file, "an integer from 2 to 256");
+    file = good, grid("control_1").meta["basis"] = std::string("bspline");
+    expect(file, "free for bspline");
     file = good, grid("control_1").meta["row_width"] = std::int64_t(12);
     expect(file, "a multiple of 8");
     file = good, grid("density").meta["lattice"] = std::string("0 0 0 -1 9 9 9");

@@ -91,8 +91,8 @@ TEST_SUITE("math/basis_pieces") {
     for (const double t : {0.03, 0.2, 0.41, 0.77, 0.99})
       for (const int pieces : {1, 2, 5}) {
         const int p = 3 * pieces + 1, h = 2 * (pieces + 1);
-        const auto poly = polybezier_weights(p, Dual{t, 1}), hermite = hermite_weights(h, Dual{t, 1});
-        const auto d_poly = polybezier_weights_dt(p, t), d_hermite = hermite_weights_dt(h, t);
+        const auto poly = poly_bezier_weights(p, Dual{t, 1}), hermite = hermite_weights(h, Dual{t, 1});
+        const auto d_poly = poly_bezier_weights_dt(p, t), d_hermite = hermite_weights_dt(h, t);
         double sum = 0, places = 0;
         for (int k = 0; k < p; ++k) {
           sum += poly[k].a;
@@ -107,7 +107,7 @@ TEST_SUITE("math/basis_pieces") {
   TEST_CASE(
       "the ends are exactly the first and the last place; a Hermite node has the velocity it is given") {
     for (const double t : {0.0, 1.0}) {
-      const auto poly = polybezier_weights(10, t), hermite = hermite_weights(8, t);
+      const auto poly = poly_bezier_weights(10, t), hermite = hermite_weights(8, t);
       for (int k = 0; k < 10; ++k) CHECK(poly[k] == (k == (t == 0 ? 0 : 9) ? 1.0 : 0.0));
       for (int k = 0; k < 8; ++k) CHECK(hermite[k] == (k == (t == 0 ? 0 : 6) ? 1.0 : 0.0));
     }
@@ -119,7 +119,7 @@ TEST_SUITE("math/basis_pieces") {
   }
   TEST_CASE("one poly-Bezier piece is a cubic Bezier curve") {
     for (const double t : kTimes)
-      for (int k = 0; k < 4; ++k) CHECK(polybezier_weights(4, t)[k] == bernstein_weights(4, t)[k]);
+      for (int k = 0; k < 4; ++k) CHECK(poly_bezier_weights(4, t)[k] == bernstein_weights(4, t)[k]);
   }
 }
 

@@ -10,6 +10,7 @@
 #include "math/aabb.hpp"
 #include "math/activation.hpp"
 #include "math/adam.hpp"
+#include "math/bspline.hpp"
 #include "math/curve_prior.hpp"
 #include "math/divergence.hpp"
 #include "math/offset.hpp"
@@ -17,7 +18,6 @@
 #include "math/trilinear.hpp"
 #include "math/tv.hpp"
 #include "math/view_factor.hpp"
-#include "splinevox/math/basis.hpp"
 #include "splinevox/math/sh.hpp"
 #include "support/dual.hpp"
 

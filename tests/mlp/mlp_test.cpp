@@ -5,11 +5,11 @@
 #include <filesystem>
 
 #include "app/program.hpp"
+#include "math/bernstein.hpp"
 #include "networks.hpp"
 #include "rays.hpp"
 #include "run/support.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/math/basis.hpp"
 
 #undef CHECK  // LibTorch has one of its own, which ends the program
 #define CHECK DOCTEST_CHECK

@@ -1,10 +1,13 @@
 #!/bin/bash
-# chroot.sh FOLDER PACKAGE... : a minimal Debian in FOLDER, the packages installed there with what they depend on, and the program used.
+# SPDX-License-Identifier: Apache-2.0
+# chroot.sh FOLDER PACKAGE... : a minimal Debian in FOLDER, the packages installed there with what they depend
+# on, and the program used.
 # Needs root, debootstrap and the network.
 set -euo pipefail
 root=$1
 shift
-[[ -x $root/bin/sh ]] || debootstrap --variant=minbase --include=ca-certificates "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$root"
+release=$(. /etc/os-release && echo "$VERSION_CODENAME")
+[[ -x $root/bin/sh ]] || debootstrap --variant=minbase --include=ca-certificates "$release" "$root"
 [[ -d /etc/apt/sources.list.d ]] && rm -f "$root/etc/apt/sources.list"
 cp /etc/apt/sources.list "$root/etc/apt/" 2>/dev/null || true
 cp -r /etc/apt/sources.list.d /etc/apt/apt.conf.d "$root/etc/apt/" 2>/dev/null || true
@@ -27,5 +30,7 @@ inside sh -ec '
   ls /usr/share/man/man1/splinevox.1*
 '
 if inside sh -c 'command -v python3 >/dev/null && python3 -c "import splinevox" 2>/dev/null'; then
-  inside python3 -c 'import splinevox as sv; r = sv.open_run("/tmp/run"); print("python", sv.__version__, "PSNR %.3f dB" % r.evaluate()["psnr"])'
+  inside python3 -c 'import splinevox as sv
+r = sv.open_run("/tmp/run")
+print("python", sv.__version__, "PSNR %.3f dB" % r.evaluate()["psnr"])'
 fi

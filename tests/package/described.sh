@@ -1,5 +1,7 @@
 #!/bin/bash
-# described.sh PROGRAM : the manual has no errors, and each shell that is here completes what its user would expect.
+# SPDX-License-Identifier: Apache-2.0
+# described.sh PROGRAM : the manual has no errors, and each shell that is here completes what its user would
+# expect.
 set -euo pipefail
 program=$1
 folder=$(mktemp -d)
@@ -9,7 +11,8 @@ same() { [[ $2 == "$3" ]] || { echo "$1: expected '$2', got '$3'"; exit 1; }; }
 
 "$program" man >"$folder/splinevox.1"
 if command -v man >/dev/null; then
-  LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings -E UTF-8 -l -Tutf8 -Z "$folder/splinevox.1" >"$folder/out" 2>"$folder/warnings"
+  LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings -E UTF-8 -l -Tutf8 -Z "$folder/splinevox.1" \
+    >"$folder/out" 2>"$folder/warnings"
   same "warnings of man" "" "$(cat "$folder/warnings")"
   LC_ALL=C.UTF-8 MANWIDTH=100 man -P cat -l "$folder/splinevox.1" | sed 's/.\x08//g' >"$folder/text"
   for words in 'splinevox export RUN --out' 'nerf_atlas' 'INT in \[0 - 4096\]' 'one of test, val, train'; do
@@ -24,7 +27,8 @@ done
 
 "$program" completion bash >"$folder/bash"
 complete_bash() {  # WORD... : what comes after them, the last word being typed
-  bash -c 'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _splinevox; echo "${COMPREPLY[*]}"' - "$folder/bash" splinevox "$@"
+  bash -c 'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1))
+    _splinevox; echo "${COMPREPLY[*]}"' - "$folder/bash" splinevox "$@"
 }
 same "bash, verbs" "track train" "$(complete_bash tra | tr ' ' '\n' | sort | xargs)"
 same "bash, options" "--max-time --max-steps" "$(complete_bash train data --max-)"
@@ -35,7 +39,9 @@ same "bash, another verb's option" "" "$(complete_bash verify --max-)"
 
 if command -v fish >/dev/null; then
   "$program" completion fish >"$folder/fish"
-  complete_fish() { HOME=$folder fish --no-config -c "source $folder/fish; complete -C '$1'" | cut -f1 | sort | xargs; }
+  complete_fish() {
+    HOME=$folder fish --no-config -c "source $folder/fish; complete -C '$1'" | cut -f1 | sort | xargs;
+  }
   same "fish, verbs" "track train" "$(complete_fish 'splinevox tra')"
   same "fish, options" "--max-steps --max-time" "$(complete_fish 'splinevox train data --max-')"
   same "fish, choices" "draft" "$(complete_fish 'splinevox train data --preset dr')"
@@ -49,7 +55,8 @@ if command -v zsh >/dev/null; then
   cat >"$folder/ask.zsh" <<'END'
 zmodload zsh/zpty
 zpty shell zsh -f -i
-zpty -w shell "PS1=; unset zle_bracketed_paste; fpath=($1 \$fpath); autoload -Uz compinit; compinit -D -u; LISTMAX=0; zstyle ':completion:*' list-prompt ''"
+zpty -w shell "PS1=; unset zle_bracketed_paste; fpath=($1 \$fpath); autoload -Uz compinit; compinit -D -u"
+zpty -w shell "LISTMAX=0; zstyle ':completion:*' list-prompt ''"
 zpty -w shell "zstyle ':completion:*' menu no; bindkey '^I' complete-word"
 zpty -n -w shell "$2"$'\t'
 text= part=

@@ -1,6 +1,7 @@
 #!/bin/bash
-# install.sh BUILD FOLDER COMPILER : installs a build into a folder of its own, which then moves elsewhere (nothing in it may know where
-# it was), and uses it as people do who have nothing else.
+# SPDX-License-Identifier: Apache-2.0
+# install.sh BUILD FOLDER COMPILER : installs a build into a folder of its own, which then moves elsewhere
+# (nothing in it may know where it was), and uses it as people do who have nothing else.
 set -euo pipefail
 build=$1 folder=$2 compiler=$3 source=$(cd "$(dirname "$0")" && pwd)
 rm -rf "$folder" && mkdir -p "$folder"
@@ -9,12 +10,17 @@ mv "$folder/first" "$folder/prefix"
 prefix=$folder/prefix
 
 echo "== find_package"
-cmake -S "$source/consumer" -B "$folder/consumer" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$compiler" -Wno-dev >"$folder/configure.log" 2>&1 || { cat "$folder/configure.log"; exit 1; }
+cmake -S "$source/consumer" -B "$folder/consumer" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_BUILD_TYPE=Release \
+  -DCMAKE_CXX_COMPILER="$compiler" -Wno-dev >"$folder/configure.log" 2>&1 || {
+    cat "$folder/configure.log"
+    exit 1
+  }
 cmake --build "$folder/consumer"
 "$folder/consumer/consumer" "$folder"
 sed 's/splinevox 0.1/splinevox 0.2/' "$source/consumer/CMakeLists.txt" >"$folder/CMakeLists.txt"
 cp "$source/consumer/main.cpp" "$folder"
-if cmake -S "$folder" -B "$folder/newer" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" >"$folder/newer.log" 2>&1; then
+if cmake -S "$folder" -B "$folder/newer" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CXX_COMPILER="$compiler" \
+    >"$folder/newer.log" 2>&1; then
   echo "version 0.1 passes for 0.2"
   exit 1
 fi
@@ -31,10 +37,16 @@ fi
 
 echo "== the program, its manual and completions"
 "$prefix/bin/splinevox" synth ball --out "$folder/scene" --frames 6 --size 24 --quiet
-"$prefix/bin/splinevox" train "$folder/scene" --out "$folder/run" --preset draft --max-steps 5 --effects all --quiet
+"$prefix/bin/splinevox" train "$folder/scene" --out "$folder/run" --preset draft --max-steps 5 \
+  --effects all --quiet
 "$prefix/bin/splinevox" verify "$folder/run"
-for file in man/man1/splinevox.1 bash-completion/completions/splinevox zsh/vendor-completions/_splinevox fish/vendor_completions.d/splinevox.fish; do
-  grep -q max-steps "$prefix/share/$file" || grep -q 'max\\-steps' "$prefix/share/$file" || { echo "share/$file knows no --max-steps"; exit 1; }
+for file in man/man1/splinevox.1 bash-completion/completions/splinevox \
+    zsh/vendor-completions/_splinevox fish/vendor_completions.d/splinevox.fish; do
+  grep -q max-steps "$prefix/share/$file" || grep -q 'max\\-steps' "$prefix/share/$file" || {
+    echo "share/$file knows no --max-steps"
+    exit 1
+  }
 done
-[[ $("$prefix/bin/splinevox" --version) == "splinevox $(sed -n 's/.*kVersion = "\(.*\)".*/\1/p' "$prefix/include/splinevox/core/version.hpp")" ]]
+version=$(sed -n 's/.*kVersion = "\(.*\)".*/\1/p' "$prefix/include/splinevox/core/version.hpp")
+[[ $("$prefix/bin/splinevox" --version) == "splinevox $version" ]]
 rm -rf "$folder"

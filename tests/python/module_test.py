@@ -31,7 +31,8 @@ def test_rows_are_views_that_keep_the_model(model):
     density, control = mine.density, mine.control_points
     assert np.shares_memory(density, mine.density) and density.strides == mine.rgb.strides[:1]
     assert control.shape[1:] == (mine.points, 3) and mine.motion_positions().shape == (control.shape[0], 3)
-    assert mine.radiance_positions().shape == (density.size, 3) and np.isnan(mine.radiance_positions()[:512]).all()
+    places = mine.radiance_positions()
+    assert places.shape == (density.size, 3) and np.isnan(places[:512]).all()
     before = density.copy()
     del mine
     gc.collect()
@@ -53,14 +54,17 @@ def test_what_is_written_into_a_view_is_rendered(model, data):
 def test_layers_have_their_shapes(model, data):
     camera = sv.Camera(24, 16, data.frames("test")[0].camera.camera_to_world, angle_x=0.7)
     layers = model.render(camera, 0.3)
-    assert [getattr(layers, n).shape for n in ("rgb", "alpha", "depth", "flow", "rigidity")] == [(16, 24, 3), (16, 24), (16, 24), (16, 24, 3), (16, 24)]
+    shapes = [getattr(layers, n).shape for n in ("rgb", "alpha", "depth", "flow", "rigidity")]
+    assert shapes == [(16, 24, 3), (16, 24), (16, 24), (16, 24, 3), (16, 24)]
     assert layers.rgb.dtype == np.float32 and layers.rgb.flags.c_contiguous
 
 
 def test_a_camera_is_what_it_was_made_of(data):
     camera = data.frames("train")[0].camera
-    again = sv.Camera(camera.width, camera.height, camera.camera_to_world, camera.fx, camera.fy, camera.cx, camera.cy)
-    assert np.allclose(again.camera_to_world, camera.camera_to_world, atol=1e-12) and (again.fx, again.cy) == (camera.fx, camera.cy)
+    again = sv.Camera(camera.width, camera.height, camera.camera_to_world, camera.fx, camera.fy, camera.cx,
+                      camera.cy)
+    assert np.allclose(again.camera_to_world, camera.camera_to_world, atol=1e-12)
+    assert (again.fx, again.cy) == (camera.fx, camera.cy)
 
 
 def test_the_callback_hears_and_stops(data, config):
@@ -78,7 +82,8 @@ def test_training_stops_where_it_was_and_goes_on_in_the_same_bits(data, config, 
     other = sv.Trainer(data, config)
     other.restore(trainer.save())
     assert other.train()
-    assert np.array_equal(other.model().density, model.density) and np.array_equal(other.model().control_points, model.control_points)
+    assert np.array_equal(other.model().density, model.density)
+    assert np.array_equal(other.model().control_points, model.control_points)
 
 
 def test_an_exception_of_the_callback_comes_out(data, config):
@@ -122,7 +127,8 @@ def test_errors_are_those_of_the_command_line(data, config, model, tmp_path):
     with pytest.raises(sv.InputError) as caught:
         sv.load_dataset(str(tmp_path / "none"))
     error = caught.value
-    assert isinstance(error, (sv.Error, ValueError)) and error.where in str(error) and error.what in str(error) and "none" in error.where
+    assert isinstance(error, (sv.Error, ValueError)) and "none" in error.where
+    assert error.where in str(error) and error.what in str(error)
     with pytest.raises(sv.InputError, match="tv_control"):
         sv.Config(settings={"loss.tv_contrl": 1})
     with pytest.raises(sv.InputError, match="out of range"):
@@ -145,7 +151,8 @@ def test_settings_go_in_and_come_out(config):
     mine["grid.motion"] = [4, 8]
     mine["motion.rigidity"] = False
     mine["motion.basis"] = "bezier"
-    assert mine["grid.motion"] == [4, 8] and mine["motion.rigidity"] is False and mine["motion.basis"] == "bezier"
+    assert mine["grid.motion"] == [4, 8]
+    assert mine["motion.rigidity"] is False and mine["motion.basis"] == "bezier"
     assert config["motion.rigidity"] is True and config["run.max_steps"] == STEPS
     assert "basis = \"bezier\"" in mine.to_toml()
 

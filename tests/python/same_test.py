@@ -5,9 +5,10 @@ import json
 import re
 
 import numpy as np
+import pytest
 
 import splinevox as sv
-from conftest import program
+from conftest import BOX, SMALL, STEPS, program, sets
 
 ROWS = ["density", "rgb", "sh", "control_points", "light", "rigidity"]
 
@@ -17,9 +18,15 @@ def rows(model):
 
 
 def same_values(a, b):
-    """Every stored value that either has: files keep only bricks with something in them, so rows are matched by place."""
-    for name, where in [("density", "radiance_positions"), ("rgb", "radiance_positions"), ("control_points", "motion_positions"), ("rigidity", "motion_positions")]:
-        tables = [dict(zip(map(bytes, getattr(m, where)()[512:]), map(bytes, np.ascontiguousarray(getattr(m, name)[512:])))) for m in (a, b)]
+    """Every stored value that either has: files keep only bricks with something in them, so rows are matched
+    by place."""
+    radiance, motion = "radiance_positions", "motion_positions"
+    columns = [("density", radiance), ("rgb", radiance), ("control_points", motion), ("rigidity", motion)]
+    for name, where in columns:
+        tables = []
+        for m in (a, b):
+            places, values = getattr(m, where)()[512:], np.ascontiguousarray(getattr(m, name)[512:])
+            tables.append(dict(zip(map(bytes, places), map(bytes, values))))
         shared = tables[0].keys() & tables[1].keys()
         assert len(shared) >= 0.9 * min(map(len, tables)) > 0
         assert all(tables[0][key] == tables[1][key] for key in shared)
@@ -40,6 +47,37 @@ def test_training_gives_the_same_bits(model, run):
     same_values(model, sv.load_model(run + "/model.vdb"))
 
 
+@pytest.mark.parametrize("effects", ["all", "auto"])
+def test_opaque_pictures_train_in_the_box_of_the_data_to_the_same_file(opaque_scene, tmp_path, effects):
+    settings = {**SMALL, "effects.steps": 6}  # few enough for 60 steps to try effects out
+    run = tmp_path / "run"
+    words = ["--out", run, "--preset", "draft", "--max-steps", STEPS, "--effects", effects, "--quiet",
+             *sets(settings)]
+    program("train", opaque_scene, *words)
+    data = sv.load_dataset(opaque_scene)
+    assert not data.has_alpha and data.box == BOX
+    config = sv.Config("draft", settings=settings, max_steps=STEPS, effects=effects)
+    ready = sv.prepare(config, data, choose=effects == "auto")
+    flat_box = sum(BOX, [])
+    assert ready.config["grid.box"] == flat_box and "the box is the data's own" in ready.notes[0]
+    model = sv.train(data, ready.config)
+    opened = sv.open_run(str(run))
+    assert opened.config.to_toml() == ready.config.to_toml() and opened.notes["preset"] == "draft"
+    sv.save_model(str(tmp_path / "py.vdb"), model, opened.notes)
+    assert (tmp_path / "py.vdb").read_bytes() == (run / "model.vdb").read_bytes()
+    told = json.loads((run / "effects.json").read_text())
+    assert ready.effects["used"] == told["used"] and ready.effects["forced"] == told["forced"]
+    if effects == "auto":
+        assert [fit["psnr"] for fit in ready.effects["fits"]] == [fit["psnr"] for fit in told["fits"]] != []
+        assert sv.choose_effects(config, data).to_toml() == ready.config.to_toml()
+    else:  # train and Trainer settle the box by themselves
+        by_itself, trainer = sv.train(data, config), sv.Trainer(data, config)
+        trainer.train()
+        for other in (by_itself, trainer.model()):
+            sv.save_model(str(tmp_path / "other.vdb"), other, opened.notes)
+            assert (tmp_path / "other.vdb").read_bytes() == (run / "model.vdb").read_bytes()
+
+
 def test_a_saved_model_is_the_same_file(model, run, tmp_path):
     sv.save_model(str(tmp_path / "a.vdb"), model)
     again = sv.load_model(str(tmp_path / "a.vdb"))
@@ -49,7 +87,8 @@ def test_a_saved_model_is_the_same_file(model, run, tmp_path):
 
 
 def test_pictures_are_the_same_files(run, tmp_path):
-    program("render", run, "--out", tmp_path / "cli", "--camera", "orbit", "--times", "0:1:3", "--size", "40", "--quiet")
+    program("render", run, "--out", tmp_path / "cli", "--camera", "orbit", "--times", "0:1:3", "--size", "40",
+            "--quiet")
     opened = sv.open_run(run)
     renderer = sv.Renderer(opened.model)
     for i, (camera, time) in enumerate(opened.shots("orbit", times="0:1:3", size=40), start=1):
@@ -73,15 +112,19 @@ def test_tracks_are_the_same(run, tmp_path):
     points = (lo + (hi - lo) * np.random.default_rng(3).random((20, 3))).astype(np.float32)
     with open(tmp_path / "in.csv", "w") as f:
         print("x,y,z", *("%.9g,%.9g,%.9g" % tuple(p) for p in points), sep="\n", file=f)
-    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "0,0.75", "--out", tmp_path / "out.csv", "--quiet")
+    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "0,0.75",
+            "--out", tmp_path / "out.csv", "--quiet")
     place, folded = opened.model.track(points, 0.25, [0, 0.75])
     with open(tmp_path / "out.csv") as f:
         table = list(csv.DictReader(f))
-    told = np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in table]).reshape(20, 2, 3).swapaxes(0, 1)
+    told = np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in table])
+    told = told.reshape(20, 2, 3).swapaxes(0, 1)
     assert np.array_equal(told, place)
     assert np.array_equal(np.array([row["folded"] == "1" for row in table]).reshape(20, 2).T, folded)
     canonical, flagged = opened.model.warp(points, 0.25)
-    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "canonical", "--out", tmp_path / "out.csv", "--quiet")
+    program("track", run, "--points", tmp_path / "in.csv", "--from", 0.25, "--to", "canonical",
+            "--out", tmp_path / "out.csv", "--quiet")
     with open(tmp_path / "out.csv") as f:
-        assert np.array_equal(np.array([[np.float32(row["to_" + axis]) for axis in "xyz"] for row in csv.DictReader(f)]), canonical)
+        places = [[np.float32(row["to_" + axis]) for axis in "xyz"] for row in csv.DictReader(f)]
+    assert np.array_equal(np.array(places), canonical)
     assert flagged.dtype == bool and flagged.shape == (20,)

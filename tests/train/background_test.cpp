@@ -8,6 +8,8 @@
 #include <cmath>
 #include <random>
 
+#include "backend/step.hpp"
+#include "math/background_color.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/math/metrics.hpp"

@@ -120,6 +120,7 @@ TEST_SUITE("train/config") {
       CAPTURE(bad);
       CHECK(message([&] { set_config(c, bad, "--set"); }) != "(no error)");
     }
+    CHECK(contains(message([&] { set_config(c, "motion.basis=hermite", "--set"); }), "bezier or bspline"));
     const TemporaryFile file("[motion]\n\npoints = 400\n");
     CHECK(contains(message([&] { read_config(c, file.path); }), ", line 3: 'motion.points' is out of range"));
     const TemporaryFile kind("[optimiser]\nlr_color = \"0.1\"\n");

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "train/config/loss_terms.hpp"
 #include "train/effects/effect_table.hpp"
 
 using namespace splinevox;
@@ -36,10 +37,23 @@ MotionField motion(bool displaces, bool rigidity, bool light) {
   return m;
 }
 
-Learner learner_of(int width) {
+Channels rows_of(int width) {
   const Box box{{0, 0, 0}, {1, 1, 1}};
   const std::vector<float> zero(std::size_t(width), 0.0f);
-  return Learner(make_channels(make_dense_topology(make_lattice(box, 7)), width, zero.data()));
+  return make_channels(make_dense_topology(make_lattice(box, 7)), width, zero.data());
+}
+
+/// Radiance of order 2 and one level of motion, in a box whose longest edge is 2.
+Lattices lattices_of(const MotionField& m) {
+  Lattices out;
+  out.model.box = {{0, 0, 0}, {2, 1, 1}};
+  out.model.radiance.sh_order = 2;
+  out.model.radiance.raw = rows_of(radiance_width(2));
+  out.model.motion = m;
+  out.radiance = Learner(out.model.radiance.raw);
+  out.levels = {rows_of(m.width())};
+  out.level_learners.emplace_back(out.levels[0]);
+  return out;
 }
 
 }  // namespace
@@ -53,6 +67,10 @@ TEST_SUITE("train/rates") {
       const ColumnLearning& by = learning_of(facts.kind);
       CHECK(by.kind == facts.kind);
       CHECK((by.differences != nullptr) == (facts.repeat == Repeat::point));
+      for (const LossTerm& term : kLossTerms) {
+        if (term.weight == by.tv) CHECK(term.edges == facts.length);
+        if (by.differences && term.weight == by.differences) CHECK(term.edges == 2 * facts.length);
+      }
       visit_config(config, [&](const char* key, const auto& member, const char*, double, double) {
         const void* at = &member;
         if (at == &(config.optimiser.*by.rate)) CHECK(rates.insert(key).second);
@@ -65,37 +83,36 @@ TEST_SUITE("train/rates") {
   }
 
   TEST_CASE("rates and weights reach their columns, lengths in edges of the box, and padding has none") {
-    const Config config = distinct();
-    RadianceField radiance;
-    radiance.sh_order = 2;
-    Learner learner = learner_of(radiance_width(2));
-    set_rates(radiance, config, learner);
-    const auto check = [&](const std::vector<Column>& columns, float unit, float share) {
-      std::vector<float> rate(learner.rate.size(), 0.0f), tv = rate;
-      for (const Column& c : columns)
-        for (int a = 0; a < c.width; ++a) {
-          const float edge = facts_of(c.kind).length ? unit : 1, of = facts_of(c.kind).length ? share : 1;
-          rate[std::size_t(c.first + a)] = config.optimiser.*learning_of(c.kind).rate * edge * of;
-          tv[std::size_t(c.first + a)] = config.loss.*learning_of(c.kind).tv / edge;
-        }
-      CHECK(learner.rate == rate);
-      CHECK(learner.tv == tv);
-    };
-    check(radiance_columns(radiance), 1, 1);
+    Config config = distinct();
+    config.grid.motion = {16};
     for (const MotionField& m : {motion(true, true, true), motion(true, false, false),
                                  motion(true, false, true), motion(false, false, true)}) {
-      learner = learner_of(m.width());
-      set_rates(m, config, 2, 16, learner);
-      check(motion_columns(m), 2, m.rigidity ? 1 : 2 / 16.0f);
+      Lattices lattices = lattices_of(m);
+      set_rates(config, lattices);
+      const auto check = [&](const Learner& learner, const std::vector<Column>& columns) {
+        std::vector<float> rate(learner.rate.size(), 0.0f), tv = rate;
+        for (const Column& c : columns)
+          for (int a = 0; a < c.width; ++a) {
+            const bool length = facts_of(c.kind).length;
+            const float edge = length ? 2 : 1, share = length && !m.rigidity ? 2 / 16.0f : 1;
+            rate[std::size_t(c.first + a)] = config.optimiser.*learning_of(c.kind).rate * edge * share;
+            tv[std::size_t(c.first + a)] = config.loss.*learning_of(c.kind).tv / edge;
+          }
+        CHECK(learner.rate == rate);
+        CHECK(learner.tv == tv);
+      };
+      check(lattices.radiance, radiance_columns(lattices.model.radiance));
+      check(lattices.level_learners[0], motion_columns(m));
     }
   }
 
   TEST_CASE("each kind of curve shrinks as a group: every column of its points, and nothing else") {
     for (const MotionField& m :
          {motion(true, true, true), motion(true, true, false), motion(false, false, true)}) {
-      Learner learner = learner_of(m.width());
       Config config = distinct();
-      set_rates(m, config, 2, 16, learner);
+      Lattices lattices = lattices_of(m);
+      const Learner& learner = lattices.level_learners[0];
+      set_rates(config, lattices);
       REQUIRE(learner.shrink.size() == std::size_t(m.displaces + m.light));
       std::size_t group = 0;
       for (const ColumnFacts& facts : kColumns) {
@@ -111,7 +128,7 @@ TEST_SUITE("train/rates") {
               doctest::Approx(0.5f * rate * std::sqrt(float(facts.width * m.stored_points()))));
       }
       config.optimiser.shrink = 0;
-      set_rates(m, config, 2, 16, learner);
+      set_rates(config, lattices);
       CHECK(learner.shrink.empty());
     }
   }
@@ -135,19 +152,23 @@ TEST_SUITE("train/rates") {
     config.loss.curve_length = 8;
     config.loss.curve_light = 3;
     config.loss.curve_knots = 4;
-    const CurvePrior both = curve_prior(motion(true, false, true), config, 2, 1);
+    const auto curves = [&](const MotionField& m, int halvings) {
+      Lattices lattices = lattices_of(m);
+      set_priors(config, halvings, lattices);
+      return lattices.curves;
+    };
+    const CurvePrior both = curves(motion(true, false, true), 1);
     CHECK(both.length == 2);
     CHECK(both.knots == 2);
     CHECK(both.spacing == 2);
     CHECK(both.scalar[0] == 3);
     CHECK(both.lane[0] == 3);
-    CHECK(both.heaviest() == 3);
-    const CurvePrior alone = curve_prior(motion(false, false, true), config, 2, 0);
+    const CurvePrior alone = curves(motion(false, false, true), 0);
     CHECK(alone.length == 0);
     CHECK(alone.knots == 0);
     CHECK(alone.scalar[0] == 3);
     CHECK(alone.lane[0] == 0);
-    CHECK(curve_prior(motion(true, true, false), config, 2, 0).scalar[0] == 0);
+    CHECK(curves(motion(true, true, false), 0).scalar[0] == 0);
   }
 }
 

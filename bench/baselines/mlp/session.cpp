@@ -19,8 +19,8 @@
 #include "splinevox/core/image.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/math/metrics.hpp"
-#include "splinevox/train/config.hpp"
-#include "train/bounds/hull.hpp"
+#include "splinevox/train/prepare.hpp"
+#include "train/start.hpp"
 
 namespace fs = std::filesystem;
 
@@ -54,10 +54,9 @@ Image as_image(const torch::Tensor& rgb, const Camera& camera, int stride) {
 
 /// The box the voxel model starts from, so that both march through the same space.
 Box scene_box(const Dataset& data) {
-  const Config voxel;
-  return find_bounds(*data.find("train"), data.has_alpha, voxel.sampling.occupancy_cells,
-                     voxel.grid.box_margin)
-      .box;
+  const Config voxel = prepare(Config(), data, {.effects = EffectPolicy::keep}).config;
+  const Split& train = *data.find("train");
+  return starting_bounds(voxel, train, look_at(train)).box;
 }
 
 const Frame& held_frame(const Dataset& data) {

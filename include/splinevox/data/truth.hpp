@@ -16,7 +16,7 @@ struct SurfaceFrame {
   std::vector<Vec3> rest;      ///< [points] where it is at rest: the same for one surface point at all times
 };
 
-/// Reads the motion ground truth of a data set: truth/<frame>_0000.exr beside the pictures of a split, with
+/// Reads the motion ground truth of a data set: `truth/FRAME_0000.exr` beside the pictures of a split, with
 /// layers `position` and `rest` (three channels each, 0 where nothing is hit), one point sample per pixel.
 /// Pixels with an empty neighbour, or with one more than `jump` (scene units) away now or at rest, are left
 /// out: renderers blend both sides of an edge. Throws Error (Fault::input) naming the file that is absent,

@@ -8,6 +8,7 @@
 #include "splinevox/core/vec3.hpp"
 #include "splinevox/field/channels.hpp"
 #include "splinevox/math/background.hpp"
+#include "splinevox/math/basis.hpp"
 #include "splinevox/math/time_curve.hpp"
 
 namespace splinevox {
@@ -19,11 +20,8 @@ struct DensityActivation {
   friend bool operator==(const DensityActivation&, const DensityActivation&) = default;
 };
 
-/// See math/basis.hpp and math/basis_pieces.hpp. Training knows the first two; `edit` converts to all.
-enum class BasisKind { bezier, bspline, polybezier, hermite };
-
-/// How the first control point of a curve that begins in it (every basis but bspline) is treated (the paper,
-/// section Architecture).
+/// How the first control point of a curve that begins in it (Basis::pinnable) is treated (the paper, section
+/// Architecture).
 enum class FirstPoint {
   zero,  ///< pinned to zero: t = 0 is exactly canonical, the point is not stored
   free   ///< stored and learned like the others
@@ -50,7 +48,7 @@ struct RadianceField {
 struct MotionField {
   BasisKind basis = BasisKind::bezier;
   int points = 5;                             ///< control points K, 2..256
-  FirstPoint first_point = FirstPoint::zero;  ///< bspline is always free
+  FirstPoint first_point = FirstPoint::zero;  ///< always free where the basis is not pinnable
   bool displaces = true;         ///< false: nothing moves and only the light is stored; needs light
   bool rigidity = true;          ///< false: r = 1 and nothing is stored for it; needs displaces
   bool light = false;            ///< places change their brightness over time, see math/light.hpp

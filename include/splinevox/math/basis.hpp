@@ -1,138 +1,96 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace splinevox {
 
-inline constexpr int kMinPoints = 2, kMaxPoints = 256;
-inline constexpr int kMaxBezierPoints =
-    20;  ///< a Bezier curve feels every point everywhere: more of them is a B-spline's work
+inline constexpr int kMinPoints = 2, kMaxPoints = 256;  ///< control points of a curve of any basis
 
 /// Weights of up to kMaxPoints control points; entries past the basis' own count are 0.
 template <class T>
 using BasisWeights = std::array<T, kMaxPoints>;
 
-/// Bernstein weights w_k(t) of K control points (degree K - 1), so that a curve is sum_k w_k(t) p_k.
-///
-/// Source: Spline-NeRF, Eq. 2 and 3, by the triangle of De Casteljau applied to the weights, one degree at a
-/// time: every intermediate stays in [0, 1]. Evaluated once per frame in double and rounded, a curve is then
-/// one dot product, which is more accurate and far cheaper than De Casteljau per voxel (numerics H1).
-///
-/// @param t  time in [0, 1]; the caller clamps. t = 0 gives (1, 0, .., 0), t = 1 gives (0, .., 0, 1),
-/// exactly.
-/// @note  The paper prints Eq. 3 with index i - 1, which runs the curve backwards; we use i + 1 as the
-/// released code.
-template <class T>
-constexpr BasisWeights<T> bernstein_weights(int points, T t) {
-  BasisWeights<T> w{};
-  w[0] = T(1);
-  for (int degree = 1; degree < points; ++degree) {
-    for (int k = degree; k > 0; --k) w[k] = (T(1) - t) * w[k] + t * w[k - 1];
-    w[0] = (T(1) - t) * w[0];
+/// What a curve sum_k w_k(s) p_k over s in [0, 1] is made of. What each is: basis_of.
+enum class BasisKind { bezier, bspline, poly_bezier, hermite };
+
+/// The numbers of control points that a basis allows: least, least + step, ... to most.
+struct PointRule {
+  int least = kMinPoints, most = kMaxPoints, step = 1;
+  const char* reason = nullptr;  ///< for whoever reads an error message; null: none
+
+  constexpr bool allows(int points) const {
+    return points >= least && points <= most && (points - least) % step == 0;
   }
-  return w;
-}
+  /// "2 to 256 points", or "4, 7, 10, ... points", and the reason.
+  std::string text() const;
+};
 
-/// d w_k / d t: differences of the weights one degree lower, times the degree K - 1 (not the number of
-/// points). Sums to 0.
-template <class T>
-constexpr BasisWeights<T> bernstein_weights_dt(int points, T t) {
-  const BasisWeights<T> lower = bernstein_weights(points - 1, t);
-  BasisWeights<T> d{};
-  for (int k = 0; k < points - 1; ++k) {
-    d[k] = d[k] - T(points - 1) * lower[k];
-    d[k + 1] = d[k + 1] + T(points - 1) * lower[k];
+/// How curves get more control points and stay as they are, to rounding.
+struct Refinement {
+  enum class Kind {
+    none,
+    elevation,  ///< one degree more, K -> K + 1
+    halving     ///< every span of a uniform cubic spline in two, K -> 2K - 3
+  };
+  Kind kind = Kind::none;
+  /// One component of a curve, [K] -> [refined(K)]. `out` may not alias `in`. Null if kind is none.
+  void (*in_float)(int points, const float* in, float* out) = nullptr;
+  void (*in_double)(int points, const double* in, double* out) = nullptr;
+
+  constexpr int refined(int points) const {
+    return kind == Kind::none ? points : kind == Kind::elevation ? points + 1 : 2 * points - 3;
   }
-  return d;
-}
+  void operator()(int points, const float* in, float* out) const { in_float(points, in, out); }
+  void operator()(int points, const double* in, double* out) const { in_double(points, in, out); }
+};
 
-/// Uniform B-spline weights: degree min(3, K - 1), knots evenly spaced, [0, 1] cut into K - degree spans.
-/// Local: at most four weights are not zero. The knots go on beyond both ends, so the first and the last time
-/// share their points with their neighbours and are as well determined as the rest: with knots clamped to the
-/// ends, the end points had only the last frames to learn from, and those times came out worst
-/// (docs/experiments.md).
-///
-/// Source: Cox-de Boor recursion on the non-zero weights of one span; every intermediate is a convex
-/// combination.
-/// @param t  time in [0, 1]; the caller clamps.
-template <class T>
-constexpr BasisWeights<T> bspline_weights(int points, T t, int degree = 3) {
-  degree = std::min(degree, points - 1);
-  const int spans = points - degree;
-  const auto knot = [&](int i) { return T(i - degree) / T(spans); };
-  int span = degree;
-  while (span < points - 1 && !(t < knot(span + 1))) ++span;
-  // b[j] is the weight of point span - degree + j.
-  std::array<T, 4> b{};
-  b[0] = T(1);
-  for (int d = 1; d <= degree; ++d) {
-    T carried = T(0);
-    for (int j = 0; j < d; ++j) {
-      const T lo = knot(span + 1 - d + j), hi = knot(span + 1 + j);
-      const T share = b[j] / (hi - lo);
-      b[j] = carried + (hi - t) * share;
-      carried = (t - lo) * share;
-    }
-    b[d] = carried;
-  }
-  BasisWeights<T> w{};
-  for (int j = 0; j <= degree; ++j) w[span - degree + j] = b[j];
-  return w;
-}
+/// Everything there is to know about a basis; whoever handles curves asks here. A new one is an entry of
+/// src/math/bases.cpp, and a twin in src/view/assets/basis.js.
+struct Basis {
+  BasisKind kind;
+  const char* name;  ///< in files, configurations, on the command line and in the viewer
+  bool trained;      ///< false: only `edit` makes it
+  PointRule points;
+  int full;       ///< points from which on it has its full degree; training asks for as many
+  bool pinnable;  ///< curves begin in their first point, which may be pinned to zero (FirstPoint)
+  bool local;     ///< made of pieces, each point felt by a few; false: one polynomial
+  int smooth;     ///< derivatives that are continuous where pieces meet, whatever the points; 0 if not local
+  int per_node;   ///< points in a row that belong to one place: the place, then its velocity if it is 2
+  Refinement refinement;
+  int (*pieces)(int points);     ///< cubic pieces; of one polynomial those that have about as many points
+  int (*points_of)(int pieces);  ///< the inverse
+  /// w_k(s) and d w_k / d s of `points` control points. @param s  in [0, 1]; the caller clamps.
+  BasisWeights<double> (*weights)(int points, double s);
+  BasisWeights<double> (*weights_dt)(int points, double s);
 
-/// d w_k / d t of bspline_weights: degree / knot distance times differences of the weights one degree lower
-/// on the same knots. Sums to 0.
-template <class T>
-constexpr BasisWeights<T> bspline_weights_dt(int points, T t) {
-  const int degree = std::min(3, points - 1);
-  const int spans = points - degree;
-  const auto knot = [&](int i) { return T(i - degree) / T(spans); };
-  // The curve's derivative has points - 1 control points q_k = degree (p_{k+1} - p_k) / (knot[k+degree+1] -
-  // knot[k+1]) on the knots without their first and last, which is again a uniform B-spline, one degree
-  // lower.
-  const BasisWeights<T> lower = bspline_weights(points - 1, t, degree - 1);
-  BasisWeights<T> d{};
-  for (int k = 0; k < points - 1; ++k) {
-    const T slope = T(degree) / (knot(k + degree + 1) - knot(k + 1)) * lower[k];
-    d[k] = d[k] - slope;
-    d[k + 1] = d[k + 1] + slope;
-  }
-  return d;
-}
+  constexpr bool elevates() const { return refinement.kind == Refinement::Kind::elevation; }
+  constexpr bool halves() const { return refinement.kind == Refinement::Kind::halving; }
+  /// Whether point k is a place; a velocity otherwise. The weights of the places sum to 1.
+  constexpr bool is_place(int k) const { return k % per_node == 0; }
+  /// The numbers of points that can be trained.
+  constexpr PointRule trained_points() const { return {full, points.most, points.step, points.reason}; }
+  /// Most points of a curve that will be refined so many times; fewer than `full` where that is too often for
+  /// any.
+  int most_points(int refinements) const;
+};
 
-/// Exact degree elevation of one Bezier curve component, K -> K + 1 control points: the curve stays the same
-/// (a convex combination, hence benign: numerics H3). `out` may not alias `in`.
-///
-///   q_0 = p_0,  q_i = (i / K) p_{i-1} + (1 - i / K) p_i,  q_K = p_{K-1}
-template <class T>
-constexpr void elevate_bezier(int points, const T* in, T* out) {
-  out[0] = in[0];
-  for (int i = 1; i < points; ++i) {
-    const T a = T(i) / T(points);
-    out[i] = a * in[i - 1] + (T(1) - a) * in[i];
-  }
-  out[points] = in[points - 1];
-}
+/// Every basis, in the order of BasisKind.
+std::span<const Basis> all_bases();
+const Basis& basis_of(BasisKind kind);
+/// Null: there is none of that name.
+const Basis* find_basis(std::string_view name);
+/// Names of all of them, or of those that a test lets through.
+std::vector<std::string> basis_names(bool (*which)(const Basis&) = nullptr);
+/// "bezier or bspline": those that can be trained.
+const char* trained_basis_names();
 
-/// Points of the uniform cubic B-spline of `points` once each of its spans is halved.
-constexpr int halved_points(int points) { return 2 * points - 3; }
-
-/// Most points a cubic B-spline may have whose spans will be halved so many times; fewer than 4 where that is
-/// too often for any.
-constexpr int most_points(int halvings) { return ((kMaxPoints - 3) >> std::min(halvings, 8)) + 3; }
-
-/// Exact insertion of a knot in the middle of every span of one component of a uniform cubic B-spline, K ->
-/// 2K - 3 control points: the curve stays the same (convex combinations).
-///
-/// Source: Lane and Riesenfeld, subdivision of uniform B-splines. `out` may not alias `in`. @pre points >= 4
-///
-///   q_2i = (p_i + p_{i+1}) / 2,  q_{2i+1} = (p_i + 6 p_{i+1} + p_{i+2}) / 8
-template <class T>
-constexpr void halve_bspline(int points, const T* in, T* out) {
-  for (int i = 0; i + 1 < points; ++i) out[2 * i] = (in[i] + in[i + 1]) / 2;
-  for (int i = 0; i + 2 < points; ++i) out[2 * i + 1] = (in[i] + 6 * in[i + 1] + in[i + 2]) / 8;
-}
+/// Points with which a basis holds curves of another one exactly, where it can; else about as many as there
+/// were. May be more than it allows.
+int points_to_hold(const Basis& old, int points, const Basis& wanted);
 
 }  // namespace splinevox

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "splinevox/field/model.hpp"
@@ -64,16 +65,16 @@ int order_at(const RadianceConfig& config, double progress);
 struct MotionConfig {
   bool enabled = true;
   BasisKind basis = BasisKind::bspline;
-  int points = 12;  ///< control points K, 2..256; bezier: at most 20. A sequence of over 240 moments may be
-                    ///< given more (train/effects.hpp)
+  int points = 12;  ///< control points K that the basis allows (Basis::trained_points). A sequence of over
+                    ///< 240 moments may be given more (train/effects.hpp)
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
   bool light = true;               ///< a gain per place and time, with or without motion (math/light.hpp)
   float initial_rigidity = 0;      ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<float> halve_start;  ///< bspline: progress at which every span is halved, K -> 2K - 3, the
                                    ///< curves staying the same
-  float rest = 0.5f;  ///< share of what is seen that may move for the rest to come to rest (train/rest.cpp);
-                      ///< 0: nothing does
+  float rest = 0.5f;               ///< share of what is seen that may move for the rest to come to rest
+                      ///< (train/bounds/freeze); 0: nothing does
   std::vector<int> elevate_points;   ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;  ///< progress at which each happens
 };
@@ -194,7 +195,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
   visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);
   visit("motion.enabled", c.motion.enabled, "whether the scene may move", 0, 1);
-  visit("motion.basis", c.motion.basis, "bezier or bspline", 0, 1);
+  visit("motion.basis", c.motion.basis, trained_basis_names(), 0, 1);
   visit("motion.points", c.motion.points, "control points per curve", kMinPoints, kMaxPoints);
   visit("motion.first_point", c.motion.first_point, "zero (t = 0 is canonical) or free", 0, 1);
   visit("motion.rigidity", c.motion.rigidity, "whether motion is scaled by a learned rigidity", 0, 1);
@@ -205,7 +206,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("motion.rest", c.motion.rest,
         "share of what is seen that may move for the rest to come to rest, 0 = nothing does", 0, 1);
   visit("motion.elevate_points", c.motion.elevate_points,
-        "bezier: control points after each degree elevation", kMinPoints, kMaxBezierPoints);
+        "bezier: control points after each degree elevation", kMinPoints, kMaxPoints);
   visit("motion.elevate_start", c.motion.elevate_start, "progress at which each elevation happens", 0, 1);
   visit("optimiser.kind", c.optimiser.kind, "adam or rmsprop", 0, 1);
   visit("optimiser.lr_density", c.optimiser.lr_density, "step of raw density", 0, 100);
@@ -279,10 +280,6 @@ void visit_config(C& c, Visit&& visit) {
 template <class E>
 struct EnumNames;
 template <>
-struct EnumNames<BasisKind> {
-  static constexpr const char* names[] = {"bezier", "bspline"};
-};
-template <>
 struct EnumNames<FirstPoint> {
   static constexpr const char* names[] = {"zero", "free"};
 };
@@ -298,6 +295,31 @@ template <>
 struct EnumNames<BackgroundKind> {
   static constexpr const char* names[] = {"fixed", "random"};
 };
+
+template <class E>
+struct Choice {
+  E value;
+  const char* name;
+};
+/// What a configuration may say for an enum, in order. Of the bases those that can be trained.
+template <class E>
+std::vector<Choice<E>> choices() {
+  std::vector<Choice<E>> out;
+  if constexpr (std::is_same_v<E, BasisKind>) {
+    for (const Basis& b : all_bases())
+      if (b.trained) out.push_back({b.kind, b.name});
+  } else {
+    for (const char* name : EnumNames<E>::names) out.push_back({E(out.size()), name});
+  }
+  return out;
+}
+template <class E>
+const char* choice_name(E value) {
+  if constexpr (std::is_same_v<E, BasisKind>)
+    return basis_of(value).name;
+  else
+    return EnumNames<E>::names[int(value)];
+}
 
 struct Preset {
   const char* name;

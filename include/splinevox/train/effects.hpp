@@ -133,7 +133,7 @@ struct EffectChoice {
 /// and then with half as many pieces each time, until fewer pieces lose more than effects.min_gain on the
 /// mean; twice the pieces that a unit of time then has are laid out over the whole, counting the halvings to
 /// come. Such a stretch also has a say in whether the scene moves, which pictures far apart in time may not
-/// show. B-splines only: their pieces join smoothly by construction.
+/// show. Only for a basis whose pieces join smoothly by construction (Basis::smooth).
 ///
 /// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits (one more of
 /// opaque pictures), 2 to 3 seconds on two cores. A run of too few steps for that to be a small part of it

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/anchor.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -9,6 +7,7 @@
 
 #include "core/parallel.hpp"
 #include "field/columns.hpp"
+#include "field/edit/edit_motion.hpp"
 #include "field/lattice/locate.hpp"
 #include "math/inverse_warp.hpp"
 #include "math/rigidity.hpp"
@@ -82,14 +81,14 @@ MotionDifference anchor_first(VoxelModel& model) {
   for (const double s : at)
     samplers.push_back(std::make_unique<FrameSampler>(before, FrameSampler::AtParameter{s}));
   // A light that is not zero at time 0 needs its first point, and so the curves keep theirs.
+  const Basis& basis = basis_of(m.basis);
   const bool alone = m.stride() == facts_of(ColumnKind::control).width;
-  const FirstPoint pin =
-      m.basis != BasisKind::bspline && s0 == 0 && alone ? FirstPoint::zero : FirstPoint::free;
+  const FirstPoint pin = basis.pinnable && s0 == 0 && alone ? FirstPoint::zero : FirstPoint::free;
   Matrix same(m.points, m.points);
   for (int k = 0; k < m.points; ++k) same(k, k) = 1;
   model.motion = with_points(m, m.basis, m.points, pin, same);
   const Matrix fit = fit_matrix(m.basis, m.points, pin, at);
-  const BasisWeights<double> w0 = basis_weights(m.basis, m.points, s0);
+  const BasisWeights<double> w0 = basis.weights(m.points, s0);
   Channels& level = model.motion.levels[0];
   const int skipped = model.motion.points - model.motion.stored_points(), stride = model.motion.stride();
   parallel_for(level.topology->brick_count(), [&](int index) {
@@ -113,9 +112,8 @@ MotionDifference anchor_first(VoxelModel& model) {
       }
       float* row = level.row(std::size_t(index + 1) * kBrickRows + std::size_t(i));
       for (int k = skipped; k < m.points; ++k) {
-        const bool place = m.basis != BasisKind::hermite || k % 2 == 0;
-        const Vec3d p =
-            pin == FirstPoint::free && place ? points[std::size_t(k)] - start : points[std::size_t(k)];
+        Vec3d p = points[std::size_t(k)];
+        if (pin == FirstPoint::free && basis.is_place(k)) p -= start;
         for (int a = 0; a < 3; ++a) row[stride * (k - skipped) + a] = float(p[a]);
       }
     }

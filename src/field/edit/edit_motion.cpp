@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/edit_motion.hpp"
+#include "field/edit/edit_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,7 @@ std::vector<double> middles(int count) {
 Matrix design(BasisKind basis, int points, const std::vector<double>& samples) {
   Matrix a(int(samples.size()), points);
   for (int i = 0; i < a.rows; ++i) {
-    const BasisWeights<double> w = basis_weights(basis, points, samples[std::size_t(i)]);
+    const BasisWeights<double> w = basis_of(basis).weights(points, samples[std::size_t(i)]);
     for (int k = 0; k < points; ++k) a(i, k) = w[std::size_t(k)];
   }
   return a;
@@ -78,6 +78,7 @@ MotionField with_points(const MotionField& motion, BasisKind basis, int points, 
 }
 
 MotionField elevated(const MotionField& motion, int by) {
+  const Refinement& refinement = basis_of(motion.basis).refinement;
   const int points = motion.points + by;
   Matrix map(points, motion.points);
   for (int j = 0; j < motion.points; ++j) {  // the images of the unit vectors
@@ -85,12 +86,12 @@ MotionField elevated(const MotionField& motion, int by) {
     p[std::size_t(j)] = 1;
     for (int n = motion.points; n < points; ++n) {
       q.assign(std::size_t(n) + 1, 0.0);
-      elevate_bezier(n, p.data(), q.data());
+      refinement(n, p.data(), q.data());
       p = q;
     }
     for (int k = 0; k < points; ++k) map(k, j) = p[std::size_t(k)];
   }
-  return with_points(motion, BasisKind::bezier, points, motion.first_point, map);
+  return with_points(motion, motion.basis, points, motion.first_point, map);
 }
 
 Matrix fit_matrix(BasisKind basis, int points, FirstPoint first, const std::vector<double>& samples) {
@@ -109,7 +110,7 @@ Matrix fit_matrix(BasisKind basis, int points, FirstPoint first, const std::vect
 }
 
 MotionField converted(const MotionField& motion, BasisKind basis, int points) {
-  const FirstPoint first = basis == BasisKind::bspline ? FirstPoint::free : motion.first_point;
+  const FirstPoint first = basis_of(basis).pinnable ? motion.first_point : FirstPoint::free;
   const std::vector<double> samples = middles(kSamplesPerPoint * std::max(points, motion.points));
   return with_points(
       motion, basis, points, first,

@@ -6,11 +6,11 @@
 #include <string>
 
 #include "core/parallel.hpp"
+#include "field/edit/edit_motion.hpp"
 #include "field/lattice/locate.hpp"
 #include "math/activation.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/edit_cluster.hpp"
-#include "splinevox/field/edit_motion.hpp"
+#include "splinevox/field/edit.hpp"
 #include "splinevox/math/sh.hpp"
 
 namespace splinevox {

@@ -7,7 +7,6 @@
 
 #include "core/simd.hpp"
 #include "field/lattice/levels.hpp"
-#include "math/basis_pieces.hpp"
 
 namespace splinevox {
 namespace {
@@ -36,38 +35,12 @@ BasisWeights<float> rounded(const MotionField& motion, const BasisWeights<double
 
 }  // namespace
 
-BasisWeights<double> basis_weights(BasisKind basis, int points, double s) {
-  switch (basis) {
-    case BasisKind::bezier:
-      return bernstein_weights(points, s);
-    case BasisKind::bspline:
-      return bspline_weights(points, s);
-    case BasisKind::polybezier:
-      return polybezier_weights(points, s);
-    default:
-      return hermite_weights(points, s);
-  }
-}
-
-BasisWeights<double> basis_weights_dt(BasisKind basis, int points, double s) {
-  switch (basis) {
-    case BasisKind::bezier:
-      return bernstein_weights_dt(points, s);
-    case BasisKind::bspline:
-      return bspline_weights_dt(points, s);
-    case BasisKind::polybezier:
-      return polybezier_weights_dt(points, s);
-    default:
-      return hermite_weights_dt(points, s);
-  }
-}
-
 BasisWeights<float> parameter_weights(const MotionField& motion, double s) {
-  return rounded(motion, basis_weights(motion.basis, motion.points, s), 1);
+  return rounded(motion, basis_of(motion.basis).weights(motion.points, s), 1);
 }
 
 BasisWeights<float> parameter_weights_dt(const MotionField& motion, double s) {
-  return rounded(motion, basis_weights_dt(motion.basis, motion.points, s), 1);
+  return rounded(motion, basis_of(motion.basis).weights_dt(motion.points, s), 1);
 }
 
 BasisWeights<float> stored_weights(const MotionField& motion, double t) {
@@ -75,7 +48,7 @@ BasisWeights<float> stored_weights(const MotionField& motion, double t) {
 }
 
 BasisWeights<float> stored_weights_dt(const MotionField& motion, double t) {
-  return rounded(motion, basis_weights_dt(motion.basis, motion.points, motion.time_curve(t)),
+  return rounded(motion, basis_of(motion.basis).weights_dt(motion.points, motion.time_curve(t)),
                  motion.time_curve.slope(t));
 }
 

@@ -10,11 +10,6 @@
 
 namespace splinevox {
 
-/// Weights of all control points of a basis at a parameter in [0, 1]. Per unit of the parameter: their
-/// derivatives.
-BasisWeights<double> basis_weights(BasisKind basis, int points, double s);
-BasisWeights<double> basis_weights_dt(BasisKind basis, int points, double s);
-
 /// Basis weights of the *stored* control points at a time, computed in double and rounded once. The time
 /// curve is in them.
 /// @param t  clamped to [0, 1].

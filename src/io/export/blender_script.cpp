@@ -1,285 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/export/blender_script.hpp"
 
+#include <algorithm>
+
 #include "io/model/exact_text.hpp"
 
 namespace splinevox {
 namespace {
 
-constexpr const char* kScript = R"py(
-import argparse
-import json
-import os
-import sys
+/// Gives a variable of the script's head another value: what stands after `name = ` up to a comment or the
+/// end of the line.
+void assign(std::string& script, const std::string& name, const std::string& value) {
+  const std::size_t at = script.find("\n" + name + " = ") + name.size() + 4;
+  const std::size_t end = std::min(script.find("  #", at), script.find('\n', at));
+  script.replace(at, end - at, value);
+}
 
-import bpy
-from mathutils import Matrix
-
-HERE = os.path.dirname(os.path.abspath(__file__))
-
-
-def import_sequence(prefix):
-    """The frames that begin with it as one Volume object at the world's origin, in scene units."""
-    files = ["%sframe_%04d.vdb" % (prefix, f) for f in range(FIRST, LAST + 1)]
-    bpy.ops.object.volume_import(
-        filepath=os.path.join(HERE, files[0]), directory=HERE + os.sep, files=[{"name": f} for f in files],
-        use_sequence_detection=True, align="WORLD", location=(0, 0, 0))
-    volume = bpy.context.object
-    volume.name = " ".join(["splinevox"] + prefix.split("_")).strip()
-    if len(files) > 1:
-        volume.data.frame_start = FIRST  # scene frame n shows frame_000n.vdb
-        volume.data.frame_duration = len(files)
-    bpy.context.scene.frame_set(FIRST)
-    if VELOCITY:
-        if volume.data.grids.load() and volume.data.velocity_grid != "velocity":  # Blender looks for the name itself
-            volume.data.velocity_grid = "velocity"
-        volume.data.velocity_unit = "SECOND"  # 'FRAME', the default, blurs too much
-    return volume
-
-
-class Nodes:
-    """Numbers and vectors as sockets of a node tree: what is written here as a formula runs in the shader."""
-
-    def __init__(self, tree):
-        self.tree = tree
-
-    def node(self, kind, x, y, **settings):
-        n = self.tree.nodes.new(kind)
-        n.location = (x, y)
-        for key, value in settings.items():
-            setattr(n, key, value)
-        return n
-
-    def put(self, value, socket):
-        if isinstance(value, bpy.types.NodeSocket):
-            self.tree.links.new(value, socket)
-        else:
-            socket.default_value = value
-
-    def math(self, operation, a, b=0.0):
-        n = self.node("ShaderNodeMath", -1500, -400, operation=operation)
-        self.put(a, n.inputs[0])
-        self.put(b, n.inputs[1])
-        return n.outputs[0]
-
-    def vector(self, operation, a, b):
-        n = self.node("ShaderNodeVectorMath", -1200, -400, operation=operation)
-        self.put(a, n.inputs[0])
-        self.put(b, n.inputs["Scale" if operation == "SCALE" else 1])
-        return n.outputs["Value" if operation == "DOT_PRODUCT" else "Vector"]
-
-    def combined(self, xyz):
-        n = self.node("ShaderNodeCombineXYZ", -1350, -400)
-        for value, socket in zip(xyz, n.inputs):
-            self.put(value, socket)
-        return n.outputs[0]
-
-
-def harmonics(nodes):
-    """The real spherical harmonics of the direction of sight, bands 0 to SH_ORDER, in the object's own axes."""
-    sight = nodes.node("ShaderNodeNewGeometry", -2200, -400).outputs["Incoming"]  # towards the camera
-    turned = nodes.node("ShaderNodeVectorTransform", -2000, -400, vector_type="VECTOR", convert_from="WORLD", convert_to="OBJECT")
-    nodes.put(sight, turned.inputs[0])
-    unit = nodes.node("ShaderNodeVectorMath", -1850, -400, operation="NORMALIZE")
-    nodes.put(turned.outputs[0], unit.inputs[0])
-    split = nodes.node("ShaderNodeSeparateXYZ", -1700, -400)
-    nodes.put(nodes.vector("SCALE", unit.outputs[0], -1.0), split.inputs[0])
-    x, y, z = split.outputs
-
-    def times(*factors):
-        product = factors[0]
-        for f in factors[1:]:
-            product = nodes.math("MULTIPLY", f, product)
-        return product
-
-    def plus(a, b):
-        return nodes.math("ADD", a, b)
-
-    def minus(a, b):
-        return nodes.math("SUBTRACT", a, b)
-
-    found = [0.28209479177387814]
-    if SH_ORDER > 0:
-        found += [times(v, 0.4886025119029199) for v in (y, z, x)]
-    if SH_ORDER > 1:
-        b = 1.0925484305920792
-        xx, yy, zz = times(x, x), times(y, y), times(z, z)
-        found += [times(x, y, b), times(y, z, b), times(minus(times(zz, 3.0), 1.0), 0.31539156525252005), times(x, z, b),
-                  times(minus(xx, yy), 0.5462742152960396)]
-    if SH_ORDER > 2:
-        one, three = minus(times(zz, 5.0), 1.0), minus(times(zz, 5.0), 3.0)
-        found += [times(minus(times(xx, 3.0), yy), y, 0.5900435899266435), times(x, y, z, 2.890611442640554),
-                  times(one, y, 0.4570457994644658), times(three, z, 0.3731763325901154), times(one, x, 0.4570457994644658),
-                  times(minus(xx, yy), z, 1.445305721320277), times(minus(xx, times(yy, 3.0)), x, 0.5900435899266435)]
-    return found
-
-
-def seen_color(nodes, color):
-    """The positional colour as it is seen from the camera: color * (1 - sigmoid(q) / 2), q = sum of sh_j Y_j."""
-    y = harmonics(nodes)
-    y += [0.0] * (-len(y) % 3)
-    q = 0.0
-    for k in range(len(y) // 3):
-        sh = nodes.node("ShaderNodeAttribute", -1500, -700 - 150 * k, attribute_name="sh%d" % k).outputs["Vector"]
-        q = nodes.math("ADD", nodes.vector("DOT_PRODUCT", sh, nodes.combined(y[3 * k:3 * k + 3])), q)
-    odds = nodes.math("ADD", nodes.math("EXPONENT", nodes.math("MULTIPLY", q, -1.0)), 1.0)
-    factor = nodes.math("SUBTRACT", 1.0, nodes.math("DIVIDE", 0.5, odds))
-    return nodes.vector("SCALE", color, factor)
-
-
-def make_material():
-    """Emission and absorption, both driven by density: radiance = integral of T * density * color.
-
-    Not Principled Volume: its emission is not weighted by density, and its density scatters as well."""
-    material = bpy.data.materials.new("splinevox")
-    material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    nodes = Nodes(tree)
-    node = nodes.node
-    density = node("ShaderNodeAttribute", -600, 100, attribute_name="density")
-    color = node("ShaderNodeAttribute", -600, -150, attribute_name="color")
-    absorb = node("ShaderNodeVolumeAbsorption", -300, 100)
-    emit = node("ShaderNodeEmission", -300, -100)
-    add = node("ShaderNodeAddShader", -50, 0)
-    out = node("ShaderNodeOutputMaterial", 150, 0)
-    absorb.inputs["Color"].default_value = (0, 0, 0, 1)  # black: the absorption coefficient is the density itself
-    link = tree.links.new
-    link(density.outputs["Fac"], absorb.inputs["Density"])
-    link(density.outputs["Fac"], emit.inputs["Strength"])
-    link(seen_color(nodes, color.outputs["Vector"]) if SH_ORDER >= 0 else color.outputs["Color"], emit.inputs["Color"])
-    link(absorb.outputs[0], add.inputs[0])
-    link(emit.outputs[0], add.inputs[1])
-    link(add.outputs[0], out.inputs["Volume"])
-    return material
-
-
-def set_up_scene(scene):
-    scene.frame_start, scene.frame_end = FIRST, LAST
-    scene.render.fps = max(1, round(FPS))
-    scene.render.fps_base = scene.render.fps / FPS
-    scene.render.engine = "CYCLES"
-    scene.cycles.volume_bounces = 0
-    scene.cycles.use_denoising = False
-    scene.render.film_transparent = True
-    # Display-referred colours are shown as they are; any other transform would change the picture.
-    scene.view_settings.view_transform = "Standard" if LINEAR else "Raw"
-
-
-def set_up_camera(scene, path):
-    """A pinhole camera from JSON: w, h, fl_x, fl_y, cx, cy in pixels, transform_matrix camera to world, OpenGL axes."""
-    with open(path) as f:
-        c = json.load(f)
-    w, h = int(c["w"]), int(c["h"])
-    aspect = c["fl_x"] / c["fl_y"]
-    data = bpy.data.cameras.new("splinevox")
-    data.sensor_fit = "HORIZONTAL"
-    data.lens = c["fl_x"] * data.sensor_width / w
-    data.shift_x = (0.5 * w - c["cx"]) / w
-    data.shift_y = (c["cy"] - 0.5 * h) * aspect / w
-    data.clip_start, data.clip_end = 1e-3, 1e4
-    camera = bpy.data.objects.new("splinevox camera", data)
-    camera.matrix_world = Matrix(c["transform_matrix"])
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = w, h
-    scene.render.resolution_percentage = 100
-    # Blender takes neither below 1.
-    scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(1, 1 / aspect), max(1, aspect)
-
-
-def write_cameras(scene, path):
-    """The scene's camera at each of its frames, for `splinevox render RUN --camera PATH`. Times are spread over all of the motion;
-    for frames that show it more than once or in part, give `render` its --times."""
-    if scene.camera is None:
-        sys.exit("load_in_blender.py: the scene has no camera to write; open your .blend file first, or give --camera")
-    size = [s * scene.render.resolution_percentage // 100 for s in (scene.render.resolution_x, scene.render.resolution_y)]
-    frames, shown = [], scene.frame_current
-    for number in range(scene.frame_start, scene.frame_end + 1):
-        scene.frame_set(number)
-        # What the picture shows of a plane before the camera, in its own axes: fit, shift and pixel shape are in it.
-        corners = scene.camera.data.view_frame(scene=scene)
-        x, y = [c.x for c in corners], [c.y for c in corners]
-        wide, high = max(x) - min(x), max(y) - min(y)
-        frames.append({"w": size[0], "h": size[1],
-                       "fl_x": -corners[0].z * size[0] / wide, "fl_y": -corners[0].z * size[1] / high,
-                       "cx": -min(x) * size[0] / wide, "cy": max(y) * size[1] / high,
-                       "transform_matrix": [list(row) for row in scene.camera.matrix_world.normalized()]})
-    scene.frame_set(shown)
-    with open(path, "w") as f:
-        json.dump({"frames": frames}, f, indent=1)
-
-
-def render(scene, path, frame, samples):
-    scene.frame_set(frame)
-    scene.cycles.samples = samples
-    image = scene.render.image_settings
-    if path.endswith(".exr"):
-        image.file_format, image.color_depth = "OPEN_EXR", "32"
-    else:
-        image.file_format, image.color_depth = "PNG", "8"
-    image.color_mode = "RGBA"
-    scene.render.filepath = os.path.abspath(path)
-    bpy.ops.render.render(write_still=True)
-
-
-def main():
-    argv = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
-    parser = argparse.ArgumentParser(prog="load_in_blender.py")
-    parser.add_argument("--camera", help="JSON file with a pinhole camera")
-    parser.add_argument("--write-cameras", help="JSON file to write: the scene's camera at every frame, for splinevox render --camera")
-    parser.add_argument("--render", help="picture to write, .exr or .png")
-    parser.add_argument("--frame", type=int, default=FIRST)
-    parser.add_argument("--samples", type=int, default=64)
-    args = parser.parse_args(argv)
-    if not bpy.data.filepath:  # nothing of the user's is open: start without the default cube
-        bpy.ops.wm.read_factory_settings(use_empty=True)
-    material = make_material()
-    for prefix in PREFIXES:
-        import_sequence(prefix).data.materials.append(material)
-    scene = bpy.context.scene
-    set_up_scene(scene)
-    scene.frame_set(args.frame)
-    if args.camera:
-        set_up_camera(scene, args.camera)
-    if args.write_cameras:
-        write_cameras(scene, args.write_cameras)
-    if args.render:
-        render(scene, args.render, args.frame, args.samples)
-
-
-main()
-)py";
+std::string python(bool v) { return v ? "True" : "False"; }
 
 }  // namespace
 
 std::string blender_script(const BlenderSequence& s) {
-  const auto python = [](bool v) { return v ? "True" : "False"; };
-  std::string text =
-      "# Opens the VDB sequence beside this file in Blender (3.4 or newer) and makes Cycles show it as the "
-      "radiance "
-      "field that it\n"
-      "# is. Written by splinevox together with the frames.\n"
-      "#\n"
-      "#   blender -P load_in_blender.py\n"
-      "#   blender -b -P load_in_blender.py -- --camera camera.json --frame " +
-      std::to_string(s.first) +
-      " --render out.png\n"
-      "#   blender -b scene.blend -P load_in_blender.py -- --write-cameras cameras.json    # then: splinevox "
-      "render RUN --camera cameras.json\n";
-  text += "FIRST, LAST = " + std::to_string(s.first) + ", " + std::to_string(s.last) + "\n";
-  text += "FPS = " + exact_text<double>({s.fps}) + "\n";
-  text += std::string("VELOCITY = ") + python(s.velocity) + "  # the frames hold a velocity grid\n";
-  text += std::string("LINEAR = ") + python(s.linear) + "  # colours are scene-linear, not display values\n";
-  text += "PREFIXES = (";
-  for (const std::string& prefix : s.prefixes) text += "\"" + prefix + "\", ";
-  text += ")  # of the frames' names; an object for each\n";
-  text += "SH_ORDER = " + std::to_string(s.sh_order) +
-          "  # harmonics in the grids sh0, sh1, ...; -1: the colour looks the same from everywhere\n";
-  text += "BACKGROUND = (" + exact_text<float>({s.background.x}) + ", " +
-          exact_text<float>({s.background.y}) + ", " + exact_text<float>({s.background.z}) +
-          ")  # display colour the model was made before; composite over it\n";
-  return text + kScript;
+  std::string script(host_script("load_in_blender.py"));
+  script.erase(0, script.find('\n') + 1);  // the licence of the source; the copy is the user's
+  const std::string example = "--frame 1";
+  script.replace(script.find(example), example.size(), "--frame " + std::to_string(s.first));
+  std::string prefixes = "(";
+  for (const std::string& prefix : s.prefixes) prefixes += "\"" + prefix + "\", ";
+  prefixes += ")";
+  std::string background = "(";
+  for (int c = 0; c < 3; ++c) background += exact_text<float>({s.background[c]}) + (c < 2 ? ", " : ")");
+  assign(script, "FIRST, LAST", std::to_string(s.first) + ", " + std::to_string(s.last));
+  assign(script, "FPS", exact_text<double>({s.fps}));
+  assign(script, "VELOCITY", python(s.velocity));
+  assign(script, "LINEAR", python(s.linear));
+  assign(script, "PREFIXES", prefixes);
+  assign(script, "SH_ORDER", std::to_string(s.sh_order));
+  assign(script, "BACKGROUND", background);
+  return script;
 }
 
 }  // namespace splinevox

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "splinevox/core/vec3.hpp"
@@ -23,8 +24,10 @@ struct BlenderSequence {
 /// newer and sets up what makes Cycles show the radiance field itself: emission and absorption, both driven
 /// by the density; velocity in units per second; the view transform; with harmonics, nodes that evaluate them
 /// for the direction of sight. Run as `blender -P load_in_blender.py`, or with `-b ... -- --render out.exr
-/// --frame 5
-/// --camera camera.json`.
+/// --frame 5 --camera camera.json`.
 std::string blender_script(const BlenderSequence& sequence);
+
+/// A file of src/io/export/hosts, as it was when the program was built. @pre it is there.
+std::string_view host_script(std::string_view name);
 
 }  // namespace splinevox

@@ -14,7 +14,7 @@ struct ExportProfile {
   const char *name, *density, *color;
   const char* velocity;  ///< null: the host has no use for it
   /// Added to the grids' origin, in voxels. OpenVDB and most hosts put a value at its index; Cycles reads it
-  /// half a voxel further on every axis, so its files are shifted back (measured: ecosystem 1.3).
+  /// half a voxel further on every axis, so its files are shifted back (tests/io/blender_accept.cpp).
   double shift;
   ExportSidecar sidecar;
   bool nanovdb = false;  ///< .nvdb files instead of .vdb

@@ -57,17 +57,19 @@ std::vector<T> numbers(const NamedMeta& in, const std::string& key, std::size_t 
   return values;
 }
 
+std::string listed(const std::vector<std::string>& names) {
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
+  return all;
+}
+
 /// Position of a text in a list of names.
 template <std::size_t N>
 std::size_t choice(const NamedMeta& in, const std::string& key, const char* const (&names)[N]) {
   const std::string text = text_of(in, key);
-  std::string all;
-  for (std::size_t i = 0; i < N; ++i) {
+  for (std::size_t i = 0; i < N; ++i)
     if (text == names[i]) return i;
-    if (i > 0) all += ", ";
-    all += names[i];
-  }
-  bad(in, key, "one of: " + all, "'" + text + "'");
+  bad(in, key, "one of: " + listed({names, names + N}), quoted(in, key));
 }
 
 constexpr const char* kFirstPoints[] = {"zero", "free"};
@@ -84,9 +86,7 @@ void put_shape(VdbMeta& meta, const Channels& channels) {
 /// The first format that can hold a model: programs that would show it wrongly are to refuse it.
 int format_of(const VoxelModel& model) {
   const MotionField& m = model.motion;
-  int format = kModelFormat;
-  if (!m.time_curve.identity() || m.basis == BasisKind::polybezier || m.basis == BasisKind::hermite)
-    format = kEditedFormat;
+  int format = m.time_curve.identity() && basis_of(m.basis).trained ? kModelFormat : kEditedFormat;
   if (model.background.learned()) format = kBackgroundFormat;
   for (const ColumnFacts& c : kColumns)
     if (!columns_of(model, c.kind).empty()) format = std::max(format, c.format);
@@ -167,7 +167,7 @@ VdbMeta radiance_meta(const RadianceField& radiance) {
 VdbMeta motion_meta(const MotionField& motion) {
   VdbMeta meta;
   put_shape(meta, motion.levels[0]);
-  meta["basis"] = std::string(kBasisNames[std::size_t(motion.basis)]);
+  meta["basis"] = std::string(basis_of(motion.basis).name);
   meta["points"] = std::int64_t(motion.points);
   meta["first_point"] = std::string(kFirstPoints[std::size_t(motion.first_point)]);
   for (const ColumnFacts& c : kColumns)
@@ -229,14 +229,15 @@ FieldShape parse_radiance_meta(const NamedMeta& in, RadianceField& radiance) {
 }
 
 FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
-  motion.basis = BasisKind(choice(in, "basis", kBasisNames));
-  motion.points =
-      integer(in, "points", kMinPoints, motion.basis == BasisKind::bezier ? kMaxBezierPoints : kMaxPoints);
-  if (motion.basis == BasisKind::polybezier && motion.points % 3 != 1)
-    bad(in, "points", "one more than a multiple of 3", std::to_string(motion.points));
-  if (motion.basis == BasisKind::hermite && (motion.points % 2 != 0 || motion.points < 4))
-    bad(in, "points", "an even number from 4", std::to_string(motion.points));
+  const Basis* const basis = find_basis(text_of(in, "basis"));
+  if (!basis) bad(in, "basis", "one of: " + listed(basis_names()), quoted(in, "basis"));
+  motion.basis = basis->kind;
+  motion.points = integer(in, "points", kMinPoints, kMaxPoints);
+  if (!basis->points.allows(motion.points))
+    bad(in, "points", basis->points.text(), std::to_string(motion.points));
   motion.first_point = FirstPoint(choice(in, "first_point", kFirstPoints));
+  if (!basis->pinnable && motion.first_point == FirstPoint::zero)
+    bad(in, "first_point", "free for " + std::string(basis->name), quoted(in, "first_point"));
   motion.time_curve = parse_time_curve(in);
   for (const ColumnFacts& c : kColumns)
     if (c.of_motion())

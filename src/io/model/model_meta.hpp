@@ -10,9 +10,7 @@
 
 namespace splinevox {
 
-inline constexpr const char* kBasisNames[] = {"bezier", "bspline", "poly_bezier",
-                                              "hermite"};  ///< of BasisKind, in files
-inline constexpr int kModelFormat = 2;                     ///< version of model.vdb as training writes it
+inline constexpr int kModelFormat = 2;       ///< version of model.vdb as training writes it
 inline constexpr int kEditedFormat = 3;      ///< the same with a time curve or a basis that only `edit` makes
 inline constexpr int kBackgroundFormat = 4;  ///< with a learned background
 /// Readers refuse later ones.

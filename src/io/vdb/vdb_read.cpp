@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <streambuf>
 
+#include "core/atomic_file.hpp"
 #include "io/vdb/child.hpp"
 #include "io/vdb/vdb_scan.hpp"
 #include "splinevox/core/error.hpp"

@@ -38,7 +38,7 @@ void assign(T& member, std::string_view text, const Source& source) {
   }
 }
 
-[[noreturn]] void wrong(const char* key, const char* what, std::string expected, std::string got) {
+[[noreturn]] void wrong(const char* key, const std::string& what, std::string expected, std::string got) {
   fail({"configuration", fmt::format("'{}' {}", key, what), std::move(expected), std::move(got), ""});
 }
 
@@ -80,18 +80,15 @@ void check_grid(const Config& c) {
 }
 
 void check_motion(const MotionConfig& m) {
-  const bool spline = m.basis == BasisKind::bspline;
-  if (spline && m.first_point != FirstPoint::free)
-    wrong("motion.first_point", "does not suit motion.basis = \"bspline\"",
-          "free (only a bezier curve starts at its first point)", "zero");
-  if (spline && m.points < 4)
-    wrong("motion.points", "is too small for a cubic B-spline", "4 or more", fmt::format("{}", m.points));
-  if (!spline && m.points > kMaxBezierPoints)
-    wrong("motion.points", "is too large for a Bezier curve",
-          fmt::format("at most {}, or motion.basis = \"bspline\"", kMaxBezierPoints),
-          fmt::format("{}", m.points));
-  if (spline && !m.elevate_points.empty())
-    wrong("motion.elevate_points", "needs motion.basis = \"bezier\"", "[], or motion.halve_start",
+  const Basis& basis = basis_of(m.basis);
+  const std::string unsuited = fmt::format("does not suit motion.basis = \"{}\"", basis.name);
+  if (!basis.trained) wrong("motion.basis", "cannot be trained", trained_basis_names(), basis.name);
+  if (!basis.pinnable && m.first_point != FirstPoint::free)
+    wrong("motion.first_point", unsuited, "free (its curves do not begin in their first point)", "zero");
+  if (!basis.trained_points().allows(m.points))
+    wrong("motion.points", unsuited, basis.trained_points().text(), fmt::format("{}", m.points));
+  if (!basis.elevates() && !m.elevate_points.empty())
+    wrong("motion.elevate_points", unsuited, basis.halves() ? "[], or motion.halve_start" : "[]",
           config_value::print(m.elevate_points));
   int before = m.points;
   for (int k : m.elevate_points) {
@@ -99,12 +96,14 @@ void check_motion(const MotionConfig& m) {
       wrong("motion.elevate_points", "does not grow",
             fmt::format("numbers above motion.points = {}, each above the one before", m.points),
             config_value::print(m.elevate_points));
+    if (!basis.points.allows(k))
+      wrong("motion.elevate_points", unsuited, basis.points.text(), config_value::print(m.elevate_points));
     before = k;
   }
-  if (spline) {
-    if (m.points > most_points(int(m.halve_start.size())))
+  if (basis.halves()) {
+    if (m.points > basis.most_points(int(m.halve_start.size())))
       wrong("motion.halve_start", "leads to too many control points",
-            fmt::format("at most {}: fewer halvings, or fewer of motion.points", kMaxPoints),
+            fmt::format("at most {}: fewer halvings, or fewer of motion.points", basis.points.most),
             fmt::format("{} from {}", config_value::print(m.halve_start), m.points));
     check_starts("motion.halve_start", "the halvings", m.halve_start, m.halve_start.size(), false);
   }

@@ -35,7 +35,9 @@ std::string expected(double lo, double hi) {
   if constexpr (IsList<T>::value) {
     return "a list; each element " + expected<typename T::value_type>(lo, hi);
   } else if constexpr (std::is_enum_v<T>) {
-    return fmt::format("{}", fmt::join(EnumNames<T>::names, " or "));
+    std::string text;
+    for (const Choice<T>& c : choices<T>()) text += (text.empty() ? "" : " or ") + std::string(c.name);
+    return text;
   } else if constexpr (std::is_same_v<T, bool>) {
     return "true or false";
   } else {
@@ -56,11 +58,8 @@ template <class T>
 template <class T>
 T parse(std::string_view text, const Source& s) {
   if constexpr (std::is_enum_v<T>) {
-    int i = 0;
-    for (const char* name : EnumNames<T>::names) {
-      if (text == name) return T(i);
-      ++i;
-    }
+    for (const Choice<T>& c : choices<T>())
+      if (text == c.name) return c.value;
     refuse<T>(s, "has no such choice", std::string(text));
   } else if constexpr (std::is_same_v<T, bool>) {
     if (text == "true" || text == "1") return true;
@@ -91,7 +90,7 @@ std::string print(const T& value) {
     for (const auto& v : value) text += (text.empty() ? "" : ", ") + print(v);
     return "[" + text + "]";
   } else if constexpr (std::is_enum_v<T>) {
-    return fmt::format("\"{}\"", EnumNames<T>::names[int(value)]);
+    return fmt::format("\"{}\"", choice_name(value));
   } else if constexpr (std::is_same_v<T, bool>) {
     return value ? "true" : "false";
   } else {

@@ -11,6 +11,7 @@
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "train/by_time.hpp"
+#include "train/config/loss_terms.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
 #include "train/effects/halves.hpp"
@@ -35,8 +36,6 @@ constexpr double kShortest = 8;  // steps of training for one of a fit, on coars
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
-constexpr int kDegree = 3;  // of a spline's pieces: as many control points more than pieces
-
 /// The configuration of a fit: coarse lattices, few rays, the weights as they are.
 Config fit_config(const Config& config, const EffectSet& effects) {
   Config c = config;
@@ -47,7 +46,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.motion.rest = 0;
   c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
   c.grid.empty_start.clear();
-  c.loss.curve_length = c.loss.curve_light = c.loss.curve_rest = 0;  // weigh on few points more than on many
+  c.loss = for_trials(c.loss);
   c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
   c.sampling.window = 1;  // every fit learns from the same pictures
   c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;
@@ -149,7 +148,7 @@ class Ladder {
   /// is elsewhere in the next. @pre a fit was made
   bool film() {
     const double told = view_told_by_time(halves_.seen, fits_.front().model.box.center(),
-                                          1.0 / std::max(1, config_.motion.points - kDegree));
+                                          1.0 / basis_of(config_.motion.basis).pieces(config_.motion.points));
     out_.view_told_by_time = std::max(out_.view_told_by_time, told);
     return told > kFilm;
   }
@@ -206,13 +205,15 @@ class Ladder {
 /// does not lose by it, and then twice as many, because fits this short do not come to what the last pieces
 /// are for. Halvings still to come are left out.
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
-  int pieces = config.motion.points - kDegree, twice = pieces;
+  const Basis& basis = basis_of(config.motion.basis);
+  int pieces = basis.pieces(config.motion.points), twice = pieces;
   while (pieces > 1 &&
-         !(ladder.judge(effects, pieces + kDegree, pieces / 2 + kDegree).gain.mean > config.effects.min_gain))
+         !(ladder.judge(effects, basis.points_of(pieces), basis.points_of(pieces / 2)).gain.mean >
+           config.effects.min_gain))
     twice = std::exchange(pieces, pieces / 2);
-  const int halvings = int(config.motion.halve_start.size());
-  return std::clamp(int(std::ceil(std::ldexp(twice / stretch, -halvings))) + kDegree, config.motion.points,
-                    most_points(halvings));
+  const int halvings = basis.halves() ? int(config.motion.halve_start.size()) : 0;
+  return std::clamp(basis.points_of(int(std::ceil(std::ldexp(twice / stretch, -halvings)))),
+                    config.motion.points, basis.most_points(halvings));
 }
 
 /// Whether effects stay, each judged beside all that do so far.
@@ -251,7 +252,8 @@ class Trials {
   bool moves() {
     bool found = moves_in(whole_, true);
     const std::optional<Stretch> stretch = middle_stretch(train_);
-    if (!stretch || config_.motion.basis != BasisKind::bspline || config_.motion.points <= 4) return found;
+    const Basis& basis = basis_of(config_.motion.basis);
+    if (!stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
     const Halves parts = divide(train_, *stretch);
     Ladder near(config_, level_, parts, time_map_, out_, told_);
     if (moves_in(near, false)) {

@@ -1,5 +1,5 @@
-// The weights of the control points at a time: include/splinevox/math/basis.hpp, basis_pieces.hpp and time_curve.hpp once more, because a
-// page runs alone. The browser test compares them.
+// The weights of the control points at a time: include/splinevox/math/basis.hpp, basis_pieces.hpp and
+// time_curve.hpp once more, because a page runs alone. The browser test compares them.
 
 function bernsteinWeights(points, t) {
   const w = new Float64Array(points);
@@ -51,10 +51,12 @@ function hermiteWeights(points, t) {
   return w;
 }
 
-const kBases = {bezier: bernsteinWeights, bspline: bsplineWeights, poly_bezier: polyBezierWeights, hermite: hermiteWeights};
+const kBases = {
+  bezier: bernsteinWeights, bspline: bsplineWeights, poly_bezier: polyBezierWeights, hermite: hermiteWeights
+};
 
-/// The parameter of the curves that is shown at a time: piecewise linear between knots [time, value], after a jump at one; without
-/// knots the time itself.
+/// The parameter of the curves that is shown at a time: piecewise linear between knots [time, value], after a
+/// jump at one; without knots the time itself.
 function curveParameter(knots, t) {
   t = Math.min(1, Math.max(0, t));
   if (!knots || knots.length === 0) return t;
@@ -67,5 +69,6 @@ function curveParameter(knots, t) {
 
 /// Of the stored points: a first point that is pinned to zero is not among them.
 function storedWeights(motion, t) {
-  return kBases[motion.basis](motion.points, curveParameter(motion.time_curve, t)).subarray(motion.points - motion.stored);
+  const weights = kBases[motion.basis](motion.points, curveParameter(motion.time_curve, t));
+  return weights.subarray(motion.points - motion.stored);
 }

@@ -8,6 +8,7 @@ void main() {
   float any = 0.0;
   for (int z = first.z; z < last.z; ++z)
     for (int y = first.y; y < last.y; ++y)
-      for (int x = first.x; x < last.x; ++x) any = max(any, texelFetch(cells, tileOf(ivec3(x, y, z), gridSize), 0).r);
+      for (int x = first.x; x < last.x; ++x)
+        any = max(any, texelFetch(cells, tileOf(ivec3(x, y, z), gridSize), 0).r);
   occupied = vec4(any);
 }

@@ -1,4 +1,5 @@
-// A camera that goes round a point: position and axes as in include/splinevox/core/camera.hpp (x right, y up, looking along -z).
+// A camera that goes round a point: position and axes as in include/splinevox/core/camera.hpp (x right, y up,
+// looking along -z).
 
 const add = (a, b, s = 1) => [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]];
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -14,11 +15,16 @@ class OrbitCamera {
   constructor(header) {
     this.box = header.box;
     this.centre = add(header.box.lo, header.box.hi).map(v => v / 2);
-    this.diagonal = Math.sqrt(dot(add(header.box.hi, header.box.lo, -1), add(header.box.hi, header.box.lo, -1)));
+    const across = add(header.box.hi, header.box.lo, -1);
+    this.diagonal = Math.sqrt(dot(across, across));
     // Most scenes have z upwards; the true cameras, which are held upright, know better.
     const sum = header.views.reduce((s, v) => add(s, v.camera.axes[1]), [0, 0, 1e-3]);
     this.up = [0, 0, 1];
-    for (let a = 0; a < 3; ++a) if (Math.abs(sum[a]) > 2 * Math.max(...sum.map((v, i) => (i === a ? 0 : Math.abs(v))))) this.up = [0, 1, 2].map(i => (i === a ? Math.sign(sum[a]) : 0));
+    for (let a = 0; a < 3; ++a) {
+      const others = sum.map((v, i) => (i === a ? 0 : Math.abs(v)));
+      if (Math.abs(sum[a]) > 2 * Math.max(...others))
+        this.up = [0, 1, 2].map(i => (i === a ? Math.sign(sum[a]) : 0));
+    }
     this.home();
   }
 
@@ -32,7 +38,8 @@ class OrbitCamera {
     this.axes[1] = cross(out, this.axes[0]);
     this.pivot = this.centre;
     this.distance = 0.5 * this.diagonal / Math.sin(half);
-    this.lens = {width: 400, height: 400, fx: 200 / Math.tan(half), fy: 200 / Math.tan(half), cx: 200, cy: 200};
+    const focal = 200 / Math.tan(half);
+    this.lens = {width: 400, height: 400, fx: focal, fy: focal, cx: 200, cy: 200};
   }
 
   /// A true camera; it turns about the point of its axis next to the middle of the box.
@@ -52,18 +59,22 @@ class OrbitCamera {
     this.axes = this.axes.map(a => turned(turned(a, right, pitch), this.up, -yaw));
   }
 
-  zoom(factor) { this.distance = Math.max(0.02 * this.diagonal, Math.min(20 * this.diagonal, this.distance * factor)); }
+  zoom(factor) {
+    this.distance = Math.max(0.02 * this.diagonal, Math.min(20 * this.diagonal, this.distance * factor));
+  }
 
   /// Moves the scene by pixels of a pane of this size.
   pan(dx, dy, width, height) {
-    const scale = this.distance / (this.lens.fy * Math.min(width / this.lens.width, height / this.lens.height));
+    const shown = Math.min(width / this.lens.width, height / this.lens.height);
+    const scale = this.distance / (this.lens.fy * shown);
     this.pivot = add(add(this.pivot, this.axes[0], -dx * scale), this.axes[1], dy * scale);
   }
 
   /// 1 / fx, 1 / fy, cx, cy for a pane: the picture of the lens, as large as fits.
   fitted(width, height) {
     const l = this.lens, s = Math.min(width / l.width, height / l.height);
-    return [1 / (l.fx * s), 1 / (l.fy * s), 0.5 * (width - l.width * s) + l.cx * s, 0.5 * (height - l.height * s) + l.cy * s];
+    const cx = 0.5 * (width - l.width * s) + l.cx * s, cy = 0.5 * (height - l.height * s) + l.cy * s;
+    return [1 / (l.fx * s), 1 / (l.fy * s), cx, cy];
   }
 
   /// Depth of the nearest and the farthest corner of the box.

@@ -1,8 +1,9 @@
-// One layer of the slice: the control points of every motion vertex, contracted with the weights of one time (field/slice.cpp).
+// One layer of the slice: the control points of every motion vertex, contracted with the weights of one time
+// (field/lattice/slice.cpp).
 uniform highp usampler3D table;     // brick of a place in the ring, 0 = absent, else number + 1
 uniform highp isampler2D points;    // texel of (number k, row r): k * rows + r; x, y, z, light
 uniform int rows, layer, first, count;
-uniform vec2 weights[20];           // basis weight times the scale of the number's displacement and of its light
+uniform vec2 weights[20];           // basis weight times the scale of the number's displacement and its light
 uniform float rigidityScale;
 uniform int rigidityNumber;         // the last number's x, -1: there is none
 uniform float rigidityBackground;

@@ -27,7 +27,8 @@ function bindPointers(element, camera, moved) {
     else camera.turn(dx * 0.008, -dy * 0.008);
     moved();
   });
-  for (const end of ["pointerup", "pointercancel"]) element.addEventListener(end, e => fingers.delete(e.pointerId));
+  for (const end of ["pointerup", "pointercancel"])
+    element.addEventListener(end, e => fingers.delete(e.pointerId));
   element.addEventListener("wheel", e => {
     e.preventDefault();
     camera.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, e.deltaY * (e.deltaMode ? 0.05 : 0.0015)))));
@@ -65,7 +66,10 @@ function bindPanel(app) {
   $("speed").addEventListener("change", e => app.set({speed: Number(e.target.value)}));
   $("compare").addEventListener("click", () => app.compare());
   $("reset").addEventListener("click", () => app.reset());
-  $("quality").addEventListener("change", e => { app.painter.quality = e.target.value, app.painter.invalidate(); });
+  $("quality").addEventListener("change", e => {
+    app.painter.quality = e.target.value;
+    app.painter.invalidate();
+  });
   $("background").addEventListener("input", e => app.set({background: colourOf(e.target.value.slice(1))}));
   $("save").addEventListener("click", () => app.save());
   $("note").textContent = header.note;
@@ -75,10 +79,17 @@ function bindPanel(app) {
     const step = e.shiftKey ? 0.1 : 0.01;
     const keys = {
       " ": () => { if (button) return false; app.set({playing: !state.playing}); },
-      ArrowLeft: () => { if (slider) return false; app.set({time: Math.max(0, state.time - step), playing: false}); },
-      ArrowRight: () => { if (slider) return false; app.set({time: Math.min(1, state.time + step), playing: false}); },
+      ArrowLeft: () => {
+        if (slider) return false;
+        app.set({time: Math.max(0, state.time - step), playing: false});
+      },
+      ArrowRight: () => {
+        if (slider) return false;
+        app.set({time: Math.min(1, state.time + step), playing: false});
+      },
       "+": () => app.nudge(0, 0, 0.9), "=": () => app.nudge(0, 0, 0.9), "-": () => app.nudge(0, 0, 1.1),
-      a: () => app.nudge(0.1, 0, 1), d: () => app.nudge(-0.1, 0, 1), w: () => app.nudge(0, -0.1, 1), s: () => app.nudge(0, 0.1, 1),
+      a: () => app.nudge(0.1, 0, 1), d: () => app.nudge(-0.1, 0, 1),
+      w: () => app.nudge(0, -0.1, 1), s: () => app.nudge(0, 0.1, 1),
       c: () => app.compare(), r: () => app.reset(), h: () => app.set({ui: !state.ui}),
     };
     state.layers.forEach((layer, i) => { keys[String(i + 1)] = () => app.set({layer}); });
@@ -110,6 +121,7 @@ function showState(app) {
     const apart = [];
     if (state.view !== app.compared) apart.push("the camera has moved");
     if (Math.abs(state.time - view.time) > 1e-3) apart.push(`it was taken at ${view.time.toFixed(3)}`);
-    $("truth").querySelector("figcaption").textContent = `truth: ${view.name}` + (apart.length ? `; ${apart.join(", ")}` : "");
+    $("truth").querySelector("figcaption").textContent =
+      `truth: ${view.name}` + (apart.length ? `; ${apart.join(", ")}` : "");
   }
 }

@@ -1,6 +1,7 @@
 // Thin helpers over WebGL2. Whatever cannot be done throws an Error whose message a person can read.
 
-/// Functions that several shaders share: where a place at this time was, and how bright it is (math/activation.hpp, math/light.hpp).
+/// Functions that several shaders share: where a place at this time was, and how bright it is
+/// (math/activation.hpp, math/light.hpp).
 const kWarpSource = `
 float sigmoid(float x) { return 1.0 / (1.0 + exp(-x)); }
 #if MOVES || LIGHT
@@ -28,41 +29,55 @@ vec3 displacement(vec3 x) {
 }
 `;
 
-/// Grids of cells that are only ever fetched lie in one 2D texture, eight layers to a row, so that one pass draws them all: a pass per
-/// layer is what a phone takes longest for.
+/// Grids of cells that are only ever fetched lie in one 2D texture, eight layers to a row, so that one pass
+/// draws them all: a pass per layer is what a phone takes longest for.
 const kTilesSource = `
-ivec2 tileOf(ivec3 cell, ivec3 size) { return ivec2((cell.z & 7) * size.x + cell.x, (cell.z >> 3) * size.y + cell.y); }
-ivec3 cellOf(ivec2 at, ivec3 size) { return ivec3(at.x % size.x, at.y % size.y, at.y / size.y * 8 + at.x / size.x); }
+ivec2 tileOf(ivec3 cell, ivec3 size) {
+  return ivec2((cell.z & 7) * size.x + cell.x, (cell.z >> 3) * size.y + cell.y);
+}
+ivec3 cellOf(ivec2 at, ivec3 size) {
+  return ivec3(at.x % size.x, at.y % size.y, at.y / size.y * 8 + at.x / size.x);
+}
 `;
 const tiledShape = size => [8 * size[0], Math.ceil(size[2] / 8) * size[1]];
 
 function openGl(canvas) {
-  const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true, powerPreference: "high-performance"});
-  if (!gl) throw new Error("This page needs WebGL 2, which this browser does not offer here. A recent Firefox, Chrome, Edge or Safari has it; hardware acceleration may be switched off in the settings.");
+  const gl = canvas.getContext("webgl2", {
+    alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true,
+    powerPreference: "high-performance"
+  });
+  if (!gl)
+    throw new Error("This page needs WebGL 2, which this browser does not offer here. A recent Firefox, " +
+      "Chrome, Edge or Safari has it; hardware acceleration may be switched off in the settings.");
   if (!gl.getExtension("EXT_color_buffer_float") && !gl.getExtension("EXT_color_buffer_half_float"))
-    throw new Error("This graphics card cannot draw into half-float textures (EXT_color_buffer_half_float), which the motion needs.");
+    throw new Error("This graphics card cannot draw into half-float textures " +
+      "(EXT_color_buffer_half_float), which the motion needs.");
   gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
   gl.bindVertexArray(gl.createVertexArray());
   return gl;
 }
 
-/// A program over the full target. @param source  of the fragment shader, without version; defines come before it.
+/// A program over the full target.
+/// @param source  of the fragment shader, without version; defines come before it.
 class Program {
   constructor(gl, source, defines = "") {
     this.gl = gl;
     this.program = gl.createProgram();
-    const head = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler3D;\n";
+    const head =
+      "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler3D;\n";
     this.attach(gl.VERTEX_SHADER, head + document.getElementById("pass.vert").textContent);
     this.attach(gl.FRAGMENT_SHADER, head + defines + source);
     gl.linkProgram(this.program);
-    if (!gl.getProgramParameter(this.program, gl.LINK_STATUS)) throw new Error("A shader was refused: " + gl.getProgramInfoLog(this.program));
+    if (!gl.getProgramParameter(this.program, gl.LINK_STATUS))
+      throw new Error("A shader was refused: " + gl.getProgramInfoLog(this.program));
     this.places = new Map();
   }
   attach(type, text) {
     const gl = this.gl, shader = gl.createShader(type);
     gl.shaderSource(shader, text);
     gl.compileShader(shader);
-    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error("A shader was refused: " + gl.getShaderInfoLog(shader));
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS))
+      throw new Error("A shader was refused: " + gl.getShaderInfoLog(shader));
     gl.attachShader(this.program, shader);
   }
   place(name) {
@@ -94,7 +109,8 @@ function texture3d(gl, format, size, filter) {
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_3D, texture);
   gl.texStorage3D(gl.TEXTURE_3D, 1, format, size[0], size[1], size[2]);
-  for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T, gl.TEXTURE_WRAP_R]) gl.texParameteri(gl.TEXTURE_3D, axis, gl.CLAMP_TO_EDGE);
+  for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T, gl.TEXTURE_WRAP_R])
+    gl.texParameteri(gl.TEXTURE_3D, axis, gl.CLAMP_TO_EDGE);
   gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MIN_FILTER, filter);
   gl.texParameteri(gl.TEXTURE_3D, gl.TEXTURE_MAG_FILTER, filter);
   return texture;
@@ -104,13 +120,15 @@ function texture2d(gl, format, width, height, filter) {
   const texture = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, texture);
   gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-  for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, axis, gl.CLAMP_TO_EDGE);
+  for (const axis of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
+    gl.texParameteri(gl.TEXTURE_2D, axis, gl.CLAMP_TO_EDGE);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
   return texture;
 }
 
-/// Draws a program into every layer of 3D textures of one size. @param framebuffer  always used for the same number of them.
+/// Draws a program into every layer of 3D textures of one size.
+/// @param framebuffer  always used for the same number of them.
 function drawLayers(gl, framebuffer, textures, size, program) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
   gl.drawBuffers(textures.map((_, i) => gl.COLOR_ATTACHMENT0 + i));
@@ -124,7 +142,13 @@ function drawLayers(gl, framebuffer, textures, size, program) {
 
 /// A 2D texture that is drawn into.
 class Target {
-  constructor(gl, format, filter) { this.gl = gl, this.format = format, this.filter = filter, this.framebuffer = gl.createFramebuffer(), this.texture = null; }
+  constructor(gl, format, filter) {
+    this.gl = gl;
+    this.format = format;
+    this.filter = filter;
+    this.framebuffer = gl.createFramebuffer();
+    this.texture = null;
+  }
   resize(width, height) {
     if (this.texture && this.width === width && this.height === height) return;
     const gl = this.gl;

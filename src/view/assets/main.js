@@ -46,7 +46,9 @@ class App {
   writeAddress() {
     if (this.state.playing) return;
     this.written = this.state.write();
-    try { history.replaceState(null, "", this.written); } catch (e) { /* a sandboxed frame has no address of its own */ }
+    try {
+      history.replaceState(null, "", this.written);
+    } catch (e) { /* a sandboxed frame has no address of its own */ }
   }
 
   goTo(view) {
@@ -73,13 +75,15 @@ class App {
   save() {
     const link = document.createElement("a");
     link.download = `${this.header.name}_${this.state.layer}_${this.state.time.toFixed(3)}.png`;
-    link.href = this.painter.picture(this.state.look, this.canvas.width, this.canvas.height).toDataURL("image/png");
+    const picture = this.painter.picture(this.state.look, this.canvas.width, this.canvas.height);
+    link.href = picture.toDataURL("image/png");
     link.click();
   }
 
   resize() {
     const ratio = Math.min(2, window.devicePixelRatio || 1);
-    const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio)), height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
+    const width = Math.max(1, Math.round(this.canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
     if (this.canvas.width === width && this.canvas.height === height) return;
     this.canvas.width = width, this.canvas.height = height;
     this.painter.invalidate();

@@ -1,7 +1,7 @@
-// One ray a pixel through the model at the slice's time: the march of render/ray_kernel.hpp, sample for sample, and the colours of
-// app/colours.cpp for what is no colour.
+// One ray a pixel through the model at the slice's time: the march of render/ray_kernel.hpp, sample for
+// sample, and the colours of run/colours.cpp for what is no colour.
 uniform highp usampler3D bricks;    // place in the ring -> place in the atlas, w = 0: absent
-uniform sampler3D atlas;            // raw density, raw colour; bricks of 9^3 with their neighbours' first vertices
+uniform sampler3D atlas;            // raw density, raw colour; 9^3 bricks, their neighbours' first vertices
 #if SH_TEXTURES > 0
 uniform sampler3D harmonics[SH_TEXTURES];
 uniform vec2 harmonicRange;         // lo, hi - lo
@@ -25,14 +25,17 @@ uniform float targetHeight;
 uniform int shown;                  // 0 rgb, 1 depth, 2 flow, 3 rigidity, 4 cluster
 uniform vec3 background;
 #if BACKGROUND_ORDER >= 0
-uniform vec3 backgroundHarmonics[(BACKGROUND_ORDER + 1) * (BACKGROUND_ORDER + 1)];  // raw r, g, b of every coefficient
+// Raw r, g, b of every coefficient.
+uniform vec3 backgroundHarmonics[(BACKGROUND_ORDER + 1) * (BACKGROUND_ORDER + 1)];
 uniform bool learnedBackground;     // false: another colour was picked
 #endif
 uniform vec2 depthRange;
 uniform float fullFlow;
 out vec4 colour;
 
-const vec3 kDepth[5] = vec3[5](vec3(0.99, 0.91, 0.14), vec3(0.37, 0.79, 0.38), vec3(0.13, 0.57, 0.55), vec3(0.23, 0.32, 0.55), vec3(0.27, 0.0, 0.33));
+const vec3 kDepth[5] = vec3[5](
+    vec3(0.99, 0.91, 0.14), vec3(0.37, 0.79, 0.38), vec3(0.13, 0.57, 0.55), vec3(0.23, 0.32, 0.55),
+    vec3(0.27, 0.0, 0.33));
 const vec3 kMoves[3] = vec3[3](vec3(0.16, 0.29, 0.62), vec3(0.87), vec3(0.75, 0.15, 0.12));
 
 float softplus(float x) { return max(x, 0.0) + log(1.0 + exp(-abs(x))); }
@@ -65,14 +68,16 @@ void harmonicsOf(vec3 d, out vec4 y[SH_TEXTURES]) {
   y[2] = vec4(0.5462742152960396 * (s.x - s.y), 0.0, 0.0, 0.0);
 #endif
 #if SH_ORDER > 2
-  y[2].yzw = vec3(0.5900435899266435 * d.y * (3.0 * s.x - s.y), 2.890611442640554 * d.x * d.y * d.z, 0.4570457994644658 * d.y * (5.0 * s.z - 1.0));
-  y[3] = vec4(0.3731763325901154 * d.z * (5.0 * s.z - 3.0), 0.4570457994644658 * d.x * (5.0 * s.z - 1.0), 1.445305721320277 * d.z * (s.x - s.y),
+  y[2].yzw = vec3(0.5900435899266435 * d.y * (3.0 * s.x - s.y), 2.890611442640554 * d.x * d.y * d.z,
+                  0.4570457994644658 * d.y * (5.0 * s.z - 1.0));
+  y[3] = vec4(0.3731763325901154 * d.z * (5.0 * s.z - 3.0), 0.4570457994644658 * d.x * (5.0 * s.z - 1.0),
+              1.445305721320277 * d.z * (s.x - s.y),
               0.5900435899266435 * d.x * (s.x - 3.0 * s.y));
 #endif
 }
 #endif
 
-/// math/background.hpp
+/// math/background_color.hpp
 vec3 behind(vec3 d) {
 #if BACKGROUND_ORDER < 0
   return background;
@@ -80,18 +85,24 @@ vec3 behind(vec3 d) {
   if (!learnedBackground) return background;
   vec3 q = 0.28209479177387814 * backgroundHarmonics[0];
 #if BACKGROUND_ORDER > 0
-  q += 0.4886025119029199 * (d.y * backgroundHarmonics[1] + d.z * backgroundHarmonics[2] + d.x * backgroundHarmonics[3]);
+  q += 0.4886025119029199 *
+       (d.y * backgroundHarmonics[1] + d.z * backgroundHarmonics[2] + d.x * backgroundHarmonics[3]);
 #endif
 #if BACKGROUND_ORDER > 1
   vec3 s = d * d;
   const float b = 1.0925484305920792;
-  q += b * (d.x * d.y * backgroundHarmonics[4] + d.y * d.z * backgroundHarmonics[5] + d.x * d.z * backgroundHarmonics[7]);
-  q += 0.31539156525252005 * (3.0 * s.z - 1.0) * backgroundHarmonics[6] + 0.5462742152960396 * (s.x - s.y) * backgroundHarmonics[8];
+  q += b * (d.x * d.y * backgroundHarmonics[4] + d.y * d.z * backgroundHarmonics[5] +
+            d.x * d.z * backgroundHarmonics[7]);
+  q += 0.31539156525252005 * (3.0 * s.z - 1.0) * backgroundHarmonics[6] +
+       0.5462742152960396 * (s.x - s.y) * backgroundHarmonics[8];
 #endif
 #if BACKGROUND_ORDER > 2
-  q += 0.5900435899266435 * (d.y * (3.0 * s.x - s.y) * backgroundHarmonics[9] + d.x * (s.x - 3.0 * s.y) * backgroundHarmonics[15]);
-  q += 2.890611442640554 * d.x * d.y * d.z * backgroundHarmonics[10] + 1.445305721320277 * d.z * (s.x - s.y) * backgroundHarmonics[14];
-  q += 0.4570457994644658 * (5.0 * s.z - 1.0) * (d.y * backgroundHarmonics[11] + d.x * backgroundHarmonics[13]);
+  q += 0.5900435899266435 * (d.y * (3.0 * s.x - s.y) * backgroundHarmonics[9] +
+                             d.x * (s.x - 3.0 * s.y) * backgroundHarmonics[15]);
+  q += 2.890611442640554 * d.x * d.y * d.z * backgroundHarmonics[10] +
+       1.445305721320277 * d.z * (s.x - s.y) * backgroundHarmonics[14];
+  q += 0.4570457994644658 * (5.0 * s.z - 1.0) *
+       (d.y * backgroundHarmonics[11] + d.x * backgroundHarmonics[13]);
   q += 0.3731763325901154 * d.z * (5.0 * s.z - 3.0) * backgroundHarmonics[12];
 #endif
   return 1.0 / (1.0 + exp(-q));
@@ -101,7 +112,8 @@ vec3 behind(vec3 d) {
 /// Steps to the end of the block of `size` cells around cell position c, at least one.
 int across(vec3 c, vec3 perStep, ivec3 cell, int size) {
   vec3 lo = vec3((cell / size) * size), hi = lo + float(size);
-  vec3 left = vec3(perStep.x > 0.0 ? hi.x - c.x : lo.x - c.x, perStep.y > 0.0 ? hi.y - c.y : lo.y - c.y, perStep.z > 0.0 ? hi.z - c.z : lo.z - c.z);
+  vec3 left = vec3(perStep.x > 0.0 ? hi.x - c.x : lo.x - c.x, perStep.y > 0.0 ? hi.y - c.y : lo.y - c.y,
+                   perStep.z > 0.0 ? hi.z - c.z : lo.z - c.z);
   vec3 n = mix(left / perStep, vec3(1e9), lessThan(abs(perStep), vec3(1e-9)));
   return max(1, int(ceil(min(n.x, min(n.y, n.z)))));
 }
@@ -167,7 +179,8 @@ void main() {
 #endif
 #if PARTS
     if (shown == 4) {
-      vec4 part = texture(parts, ((x + delta - partOrigin) * partInverseSpacing + 0.5) / vec3(textureSize(parts, 0)));
+      vec3 inParts = (x + delta - partOrigin) * partInverseSpacing + 0.5;
+      vec4 part = texture(parts, inParts / vec3(textureSize(parts, 0)));
       if (part.a > 0.5) seen = gain * part.rgb;
     }
 #endif

@@ -1,6 +1,7 @@
 // The space-time occupancy: cells of observed space whose centre is warped into an occupied canonical cell
 // (render/occupancy.cpp).
-uniform sampler3D canonical;  // r: the canonical cell is occupied; g: this cell of observed space is at some time
+// r: the canonical cell is occupied; g: this cell of observed space is at some time
+uniform sampler3D canonical;
 uniform vec3 gridOrigin, boxHi;
 uniform float cell;
 uniform ivec3 gridSize;

@@ -1,5 +1,5 @@
-// Pictures of the scene: quick ones while something changes, at as many pixels as the graphics card keeps up with, and the full one, in
-// bands, when nothing does.
+// Pictures of the scene: quick ones while something changes, at as many pixels as the graphics card keeps up
+// with, and the full one, in bands, when nothing does.
 
 const kLayers = ["rgb", "depth", "flow", "rigidity", "cluster"];
 const kStop = 1e-3;         // as RenderOptions::stop
@@ -71,7 +71,8 @@ class Painter {
     gl.flush();
   }
 
-  /// To be called once per frame of the screen. @param busy  the picture will change again at once: no full one is begun.
+  /// To be called once per frame of the screen.
+  /// @param busy  the picture will change again at once: no full one is begun.
   frame(look, busy) {
     const now = performance.now(), {width, height} = this.gl.canvas;
     if (!this.idle(now)) return;
@@ -94,11 +95,14 @@ class Painter {
     }
     if (busy || this.quality === "fast" || this.nextRow >= height || now - this.changed < kRest) return;
     this.full.resize(width, height);
-    const last = Math.min(height, this.nextRow + Math.max(1, Math.round(this.rowsPerSecond * kBand))), rows = last - this.nextRow;
+    const band = Math.max(1, Math.round(this.rowsPerSecond * kBand));
+    const last = Math.min(height, this.nextRow + band), rows = last - this.nextRow;
     this.drawRows(this.full, look, this.nextRow, last, 1);
     this.nextRow = last;
     if (last === height) this.present(this.full);
-    this.submit(now, seconds => { this.rowsPerSecond = 0.5 * this.rowsPerSecond + 0.5 * Math.min(rows / seconds, 4 * this.rowsPerSecond); });
+    this.submit(now, seconds => {
+      this.rowsPerSecond = 0.5 * this.rowsPerSecond + 0.5 * Math.min(rows / seconds, 4 * this.rowsPerSecond);
+    });
   }
 
   /// Pictures a second of late, 0 when nothing changes.
@@ -114,7 +118,10 @@ class Painter {
     this.drawRows(target, look, 0, height, 1);
     const pixels = new Uint8ClampedArray(4 * width * height), flipped = new ImageData(width, height);
     gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-    for (let y = 0; y < height; ++y) flipped.data.set(pixels.subarray(4 * width * (height - 1 - y), 4 * width * (height - y)), 4 * width * y);
+    for (let y = 0; y < height; ++y) {
+      const row = height - 1 - y;
+      flipped.data.set(pixels.subarray(4 * width * row, 4 * width * (row + 1)), 4 * width * y);
+    }
     gl.deleteTexture(target.texture), gl.deleteFramebuffer(target.framebuffer);
     const canvas = document.createElement("canvas");
     canvas.width = width, canvas.height = height;

@@ -1,5 +1,6 @@
-// The model on the graphics card. setTime contracts the control points to one displacement a vertex, once per time and not per sample
-// (the house decision "contract first"), and finds out which cells of observed space can hold matter then.
+// The model on the graphics card. setTime contracts the control points to one displacement a vertex, once per
+// time and not per sample (the house decision "contract first"), and finds out which cells of observed space
+// can hold matter then.
 
 const kBlock = 4;  // cells an edge of the blocks that rays cross in one step
 
@@ -13,8 +14,16 @@ class Scene {
     this.shOrder = header.radiance.sh_order;
     this.shTextures = this.shOrder < 0 ? 0 : Math.ceil((this.shOrder + 1) ** 2 / 4);
     const backgroundOrder = Math.sqrt(header.background_harmonics.length) - 1;
-    this.defines = `#define BACKGROUND_ORDER ${backgroundOrder}\n#define MOVES ${+this.moves}\n#define LIGHT ${+(this.changes && motion.light)}\n#define RIGIDITY ${+(this.changes && motion.rigidity)}\n` +
-      `#define SH_TEXTURES ${this.shTextures}\n#define SH_ORDER ${this.shOrder}\n#define PARTS ${+!!header.clusters}\n` + kTilesSource + kWarpSource;
+    this.defines = [
+      `#define BACKGROUND_ORDER ${backgroundOrder}\n`,
+      `#define MOVES ${+this.moves}\n`,
+      `#define LIGHT ${+(this.changes && motion.light)}\n`,
+      `#define RIGIDITY ${+(this.changes && motion.rigidity)}\n`,
+      `#define SH_TEXTURES ${this.shTextures}\n`,
+      `#define SH_ORDER ${this.shOrder}\n`,
+      `#define PARTS ${+!!header.clusters}\n`,
+      kTilesSource, kWarpSource
+    ].join("");
     this.uploadRadiance(header.radiance, bytes);
     this.uploadOccupancy(header.occupancy, bytes);
     if (this.changes) this.uploadMotion(motion, bytes);
@@ -35,7 +44,8 @@ class Scene {
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...field.dims, gl.RGBA_INTEGER, gl.UNSIGNED_BYTE, where);
     const columns = field.columns.map(c => {
       const top = 2 ** c.plane.bits - 1;
-      return {numbers: readPlane(bytes, c.plane), lo: c.lo, range: c.hi - c.lo, top, background: c.background};
+      const numbers = readPlane(bytes, c.plane);
+      return {numbers, lo: c.lo, range: c.hi - c.lo, top, background: c.background};
     });
     const raw = columns.slice(0, 4).map(c => ({...c, value: q => c.lo + q * c.range / c.top}));
     this.atlas = texture3d(gl, gl.RGBA16F, layout.size, gl.LINEAR);
@@ -43,8 +53,10 @@ class Scene {
       gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, z, n, n, 9, gl.RGBA, gl.FLOAT, values));
     this.harmonics = [];
     for (let k = 0; k < this.shTextures; ++k) {
-      const four = columns.slice(4 + 4 * k, 8 + 4 * k).map(c => ({...c, value: q => Math.round(q * 255 / c.top),
-        background: c.range > 0 ? Math.round((c.background - c.lo) / c.range * 255) : 0}));
+      const four = columns.slice(4 + 4 * k, 8 + 4 * k).map(c => ({
+        ...c, value: q => Math.round(q * 255 / c.top),
+        background: c.range > 0 ? Math.round((c.background - c.lo) / c.range * 255) : 0
+      }));
       this.harmonicRange = [columns[4].lo, columns[4].range];
       const texture = texture3d(gl, gl.RGBA8, layout.size, gl.LINEAR);
       fillAtlas(field, places, table, layout, four, 4, Uint8Array, (values, z) =>
@@ -59,24 +71,30 @@ class Scene {
       const packed = readPlane(bytes, plane);
       for (let x = 0, i = 0; x < sx; ++x)
         for (let y = 0; y < sy; ++y)
-          for (let z = 0; z < sz; ++z, ++i) cells[2 * ((z * sy + y) * sx + x) + channel] = packed[i >> 3] >> (i & 7) & 1 ? 255 : 0;
+          for (let z = 0; z < sz; ++z, ++i)
+            cells[2 * ((z * sy + y) * sx + x) + channel] = packed[i >> 3] >> (i & 7) & 1 ? 255 : 0;
     });
     this.canonical = texture3d(gl, gl.RG8, grid.size, gl.NEAREST);
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, sx, sy, sz, gl.RG, gl.UNSIGNED_BYTE, cells);
     this.blockSize = grid.size.map(n => Math.ceil(n / kBlock));
     this.cells = new Target(gl, gl.R8, gl.NEAREST), this.blocks = new Target(gl, gl.R8, gl.NEAREST);
     this.cells.resize(...tiledShape(grid.size)), this.blocks.resize(...tiledShape(this.blockSize));
-    this.occupancyPass = new Program(gl, this.defines + document.getElementById("occupancy.frag").textContent);
-    this.blocksPass = new Program(gl, kTilesSource + document.getElementById("blocks.frag").textContent);
+    const shader = name => document.getElementById(name).textContent;
+    this.occupancyPass = new Program(gl, this.defines + shader("occupancy.frag"));
+    this.blocksPass = new Program(gl, kTilesSource + shader("blocks.frag"));
   }
 
   /// The colour of the part that each canonical cell belongs to; transparent where it belongs to none.
   uploadParts(clusters, bytes) {
-    const gl = this.gl, [sx, sy, sz] = clusters.size, labels = readPlane(bytes, clusters.labels), colours = new Uint8Array(4 * sx * sy * sz);
+    const gl = this.gl, [sx, sy, sz] = clusters.size, labels = readPlane(bytes, clusters.labels);
+    const colours = new Uint8Array(4 * sx * sy * sz);
     for (let x = 0, i = 0; x < sx; ++x)
       for (let y = 0; y < sy; ++y)
         for (let z = 0; z < sz; ++z, ++i)
-          if (labels[i]) colours.set([...clusters.colours[labels[i] - 1].map(c => Math.round(255 * c)), 255], 4 * ((z * sy + y) * sx + x));
+          if (labels[i]) {
+            const colour = clusters.colours[labels[i] - 1].map(c => Math.round(255 * c));
+            colours.set([...colour, 255], 4 * ((z * sy + y) * sx + x));
+          }
     this.parts = texture3d(gl, gl.RGBA8, clusters.size, gl.NEAREST);
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, sx, sy, sz, gl.RGBA, gl.UNSIGNED_BYTE, colours);
   }
@@ -87,10 +105,13 @@ class Scene {
     const places = readPlaces(bytes, motion), table = brickTable(motion, places);
     this.motionTable = texture3d(gl, gl.R32UI, motion.dims, gl.NEAREST);
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...motion.dims, gl.RED_INTEGER, gl.UNSIGNED_INT, table);
-    const width = Math.min(4096, gl.getParameter(gl.MAX_TEXTURE_SIZE)), height = Math.max(1, Math.ceil(rows * numbers / width));
-    if (height > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error("The model's motion is larger than this graphics card's textures.");
+    const largest = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    const width = Math.min(4096, largest), height = Math.max(1, Math.ceil(rows * numbers / width));
+    if (height > largest) throw new Error("The model's motion is larger than this graphics card's textures.");
     const texels = new Int16Array(4 * width * height);
-    const put = (number, lane, plane) => readPlane(bytes, plane, Int16Array).forEach((v, r) => { texels[4 * (number * rows + r) + lane] = v; });
+    const put = (number, lane, plane) => readPlane(bytes, plane, Int16Array).forEach((v, r) => {
+      texels[4 * (number * rows + r) + lane] = v;
+    });
     motion.control_points.forEach((p, k) => p.planes.forEach((plane, lane) => put(k, lane, plane)));
     motion.light_points.forEach((p, k) => put(k, 3, p.planes[0]));
     if (motion.rigidity) put(motion.stored, 0, motion.rigidity_values.planes[0]);
@@ -129,8 +150,10 @@ class Scene {
     while (last > 0 && all[last - 1] === 0) --last;
     while (first < last && all[first] === 0) ++first;
     const weights = [];
-    for (let k = first; k < last; ++k)
-      weights.push(motion.displaces ? all[k] * motion.control_points[k].scale : 0, motion.light ? all[k] * motion.light_points[k].scale : 0);
+    for (let k = first; k < last; ++k) {
+      weights.push(motion.displaces ? all[k] * motion.control_points[k].scale : 0);
+      weights.push(motion.light ? all[k] * motion.light_points[k].scale : 0);
+    }
     pass.texture("table", this.motionTable);
     pass.texture("points", this.points, this.gl.TEXTURE_2D);
     pass.int("rows", this.rows), pass.int("first", first), pass.int("count", last - first);
@@ -138,7 +161,8 @@ class Scene {
     pass.int("rigidityNumber", motion.rigidity ? motion.stored : -1);
     pass.float("rigidityScale", motion.rigidity ? motion.rigidity_values.scale : 0);
     pass.float("rigidityBackground", motion.rigidity ? motion.rigidity_background : 0);
-    drawLayers(this.gl, this.sliceBuffer, this.sliceLight ? [this.slice, this.sliceLight] : [this.slice], motion.size, pass);
+    const targets = this.sliceLight ? [this.slice, this.sliceLight] : [this.slice];
+    drawLayers(this.gl, this.sliceBuffer, targets, motion.size, pass);
   }
 
   /// What motionAt reads.
@@ -161,12 +185,17 @@ class Scene {
     if (this.harmonics.length) pass.vec2("harmonicRange", this.harmonicRange);
     if (this.parts) {
       const {origin, spacing} = this.header.clusters;
-      pass.texture("parts", this.parts), pass.vec3("partOrigin", origin), pass.float("partInverseSpacing", 1 / spacing);
+      pass.texture("parts", this.parts);
+      pass.vec3("partOrigin", origin);
+      pass.float("partInverseSpacing", 1 / spacing);
     }
     pass.texture("cells", this.cells.texture, this.gl.TEXTURE_2D);
     pass.texture("blocks", this.blocks.texture, this.gl.TEXTURE_2D);
     this.bindWarp(pass);
-    pass.vec3("gridOrigin", occupancy.origin), pass.float("inverseCell", 1 / occupancy.cell), pass.ivec3("gridSize", occupancy.size), pass.ivec3("blockSize", this.blockSize);
+    pass.vec3("gridOrigin", occupancy.origin);
+    pass.float("inverseCell", 1 / occupancy.cell);
+    pass.ivec3("gridSize", occupancy.size);
+    pass.ivec3("blockSize", this.blockSize);
     if (background_harmonics.length) pass.vec3("backgroundHarmonics", background_harmonics.flat());
     pass.vec3("boxLo", box.lo), pass.vec3("boxHi", box.hi);
     pass.vec3("ringOrigin", radiance.origin), pass.vec3("ringLimit", radiance.dims.map(d => 8 * d - 2));

@@ -1,24 +1,38 @@
-// What is shown, and how it is written behind the # of the address: #t=0.5&view=3&layer=depth&compare=1&play=0&speed=1&background=ffffff&ui=1
+// What is shown, and how it is written behind the # of the address:
+// #t=0.5&view=3&layer=depth&compare=1&play=0&speed=1&background=ffffff&ui=1
 
 const kSpeeds = [0.25, 0.5, 1, 2];
 const kSecondsPerLoop = 4;  // at speed 1
 
-const hexOf = c => c.map(v => Math.round(255 * Math.min(1, Math.max(0, v))).toString(16).padStart(2, "0")).join("");
+const hexOfOne = v => Math.round(255 * Math.min(1, Math.max(0, v))).toString(16).padStart(2, "0");
+const hexOf = c => c.map(hexOfOne).join("");
 const colourOf = hex => [0, 2, 4].map(i => parseInt(hex.slice(i, i + 2), 16) / 255);
 
 class State {
   constructor(header) {
     this.header = header;
-    this.layers = kLayers.filter(l => l === "rgb" || l === "depth" || (l === "flow" && header.motion && header.motion.displaces) ||
-      (l === "rigidity" && header.motion && header.motion.rigidity) || (l === "cluster" && header.clusters));
-    this.time = 0, this.layer = "rgb", this.view = header.views.length ? 0 : -1, this.compare = false, this.playing = false, this.speed = 1;
-    this.background = header.background, this.ui = true;
+    const motion = header.motion;
+    const has = {
+      rgb: true, depth: true, flow: motion && motion.displaces, rigidity: motion && motion.rigidity,
+      cluster: header.clusters
+    };
+    this.layers = kLayers.filter(l => has[l]);
+    this.time = 0;
+    this.layer = "rgb";
+    this.view = header.views.length ? 0 : -1;
+    this.compare = false;
+    this.playing = false;
+    this.speed = 1;
+    this.background = header.background;
+    this.ui = true;
     if (this.view === 0) this.time = header.views[0].time;
   }
 
-  /// Takes what an address says; what it does not say, or says wrongly, stays. True if it names a view or the free camera.
+  /// Takes what an address says; what it does not say, or says wrongly, stays.
+  /// True if it names a view or the free camera.
   read(hash) {
-    const given = new URLSearchParams(hash.replace(/^#/, "")), number = key => (given.has(key) ? Number(given.get(key)) : NaN);
+    const given = new URLSearchParams(hash.replace(/^#/, ""));
+    const number = key => (given.has(key) ? Number(given.get(key)) : NaN);
     const view = number("view");
     const named = Number.isInteger(view) && view >= -1 && view < this.header.views.length;
     if (named) {
@@ -30,7 +44,8 @@ class State {
     if (given.has("compare")) this.compare = given.get("compare") === "1" && this.header.views.length > 0;
     if (given.has("play")) this.playing = given.get("play") === "1";
     if (kSpeeds.includes(number("speed"))) this.speed = number("speed");
-    if (/^[0-9a-f]{6}$/i.test(given.get("background") || "")) this.background = colourOf(given.get("background"));
+    const background = given.get("background") || "";
+    if (/^[0-9a-f]{6}$/i.test(background)) this.background = colourOf(background);
     if (given.has("ui")) this.ui = given.get("ui") !== "0";
     return named;
   }
@@ -40,7 +55,8 @@ class State {
     if (this.compare) parts.push("compare=1");
     if (this.playing) parts.push("play=1");
     if (this.speed !== 1) parts.push(`speed=${this.speed}`);
-    if (hexOf(this.background) !== hexOf(this.header.background)) parts.push("background=" + hexOf(this.background));
+    const background = hexOf(this.background);
+    if (background !== hexOf(this.header.background)) parts.push("background=" + background);
     if (!this.ui) parts.push("ui=0");
     return "#" + parts.join("&");
   }

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "splinevox/data/scene.hpp"
+#include "splinevox/train/config.hpp"
+#include "splinevox/train/effects.hpp"
+
+namespace splinevox {
+
+/// What becomes of a configuration's effects before training.
+enum class EffectPolicy {
+  choose,   ///< they are tried out, and those are used that the scene calls for
+  measure,  ///< they are tried out, and the configuration's own are used whatever is found
+  keep,     ///< the configuration's own are used, untried
+};
+
+struct PrepareOptions {
+  EffectPolicy effects = EffectPolicy::choose;
+  std::function<void(const std::string&)> told = {};  ///< hears every note when it is made, and what is begun
+  std::function<void(const EffectTrial&)> tried = {};  ///< hears every trial fit
+};
+
+/// A configuration made ready for a data set.
+struct Prepared {
+  Config config;                               ///< what to train with
+  EffectPolicy policy = EffectPolicy::choose;  ///< as it was asked for
+  EffectChoice effects;  ///< what was tried and found; kept effects: no trial, and they are `chosen`
+  EffectSet used;        ///< what of them the model will have
+  float brightness = 1;  ///< the unit that the trainer takes, in (0, 1]; 1 unless the pictures are dark
+  std::vector<std::string> notes;  ///< what was settled and why, a line each, to show
+};
+
+/// Settles what the data decides about a training run: the box, the effects, the unit of brightness. Whoever
+/// trains calls it once, before the Trainer is made, and so trains the same model as everybody else.
+///
+/// The box: opaque pictures have no silhouettes to find the scene by. If the data says where the scene lies
+/// (Dataset::box) and the configuration names no box, the data's becomes `grid.box`. Trial fits are made in
+/// it.
+///
+/// A prepared configuration may be prepared again: its box stays.
+/// Throws Error (Fault::input) if there is no train split, and what Trainer throws.
+Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions& options = {});
+
+}  // namespace splinevox

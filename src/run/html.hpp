@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+/// How text and bytes may stand in a page.
+namespace splinevox::run {
+
+/// Text made safe for HTML.
+std::string escape(const std::string& text);
+
+/// Bytes as text: RFC 4648 with padding, no line breaks.
+std::string base64(std::span<const std::uint8_t> bytes);
+inline std::string base64(const std::vector<char>& bytes) {
+  return base64({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()});
+}
+
+}  // namespace splinevox::run

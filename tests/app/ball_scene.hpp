@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "program.hpp"
+
+namespace splinevox::test {
+
+/// A ball that moves, and the words that train on it for a moment.
+struct BallScene {
+  TempFolder temp;
+  std::string data = temp.str() + "/ball";
+  BallScene() { write_moving_ball(data, {12, 2, 3, 24, 0.8}); }
+  std::string path(const std::string& name) const { return temp.str() + "/" + name; }
+  std::vector<std::string> train(const std::string& run, const std::string& steps,
+                                 std::vector<std::string> more = {}) const {
+    std::vector<std::string> words = {
+        "train",       data,  "--out", path(run),           "--preset", "draft",
+        "--max-steps", steps, "--set", "sampling.rays=512", "--set",    "grid.radiance=16,24,32"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+};
+
+}  // namespace splinevox::test
