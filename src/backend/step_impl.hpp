@@ -210,7 +210,7 @@ class Steps final : public StepBackend {
           levels_[l].values.data(), l > 1 ? sums_[l - 1].data() : levels_[0].values.data(), sums_[l].data(),
           levels_[l].lattice.view(), levels_[l - 1].lattice.view(), last ? active_.data() : nullptr, width});
     }
-    run_.for_each(ContractKernel{MotionColumns(model_.model->motion), collapsed(), active_.data(),
+    run_.for_each(ContractKernel{MotionLayout(model_.model->motion), collapsed(), active_.data(),
                                  weights_.data(), slots, finest().rows(), slices_.data()});
   }
 
@@ -268,7 +268,7 @@ class Steps final : public StepBackend {
         run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset,
                                    motion_touched_.data(), rows, kSliceWidth, 1 / GradientRows::kUnit});
       }
-    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), active_.data(),
+    run_.for_each(ExpandKernel{MotionLayout(model_.model->motion), motion_touched_.data(), active_.data(),
                                weights_.data(), slots, rows, slice_gradients_.data(),
                                levels_.back().gradient.data()});
     run_.for_each(

@@ -8,7 +8,9 @@
 #include "core/parallel.hpp"
 #include "field/lattice/levels.hpp"
 #include "math/activation.hpp"
+#include "train/effects/effect_table.hpp"
 #include "train/learn_background.hpp"
+#include "train/rates.hpp"
 #include "train/refine.hpp"
 
 namespace splinevox {
@@ -37,9 +39,7 @@ Lattices::Lattices(const Setting& setting, const TimeMap& time_map, const Box& b
   MotionField& m = model.motion;
   m.basis = c.motion.basis;
   m.points = c.motion.points;
-  m.light = c.motion.light;
-  m.displaces = c.motion.enabled;
-  m.rigidity = c.motion.enabled && c.motion.rigidity;
+  store(effects_of(c), m);
   m.first_point = basis_of(c.motion.basis).pinnable ? c.motion.first_point : FirstPoint::free;
   m.rigidity_offset = c.motion.initial_rigidity;
 }
@@ -52,12 +52,8 @@ void Lattices::start_radiance(const Setting& setting, const BitGrid& cells) {
   // alpha).
   model.radiance.activation.scale = 1 / model.step;
   model.radiance.activation.shift = float(inverse_softplus(optical_depth(c.radiance.initial_alpha)));
-  const int width = radiance_width(model.radiance.sh_order);
-  std::vector<float> row(width, 0.0f);
-  const Vec3 color = starting_color(c.radiance, setting.shown);
-  for (int a = 0; a < 3; ++a) row[1 + a] = color[a];
-  if (c.radiance.sh_order >= 0) row[4] = c.radiance.initial_sh;
-  model.radiance.raw = make_channels(bricks_near(lattice, cells), width, row.data());
+  const std::vector<float> row = first_row(model.radiance, c.radiance, setting.shown);
+  model.radiance.raw = make_channels(bricks_near(lattice, cells), int(row.size()), row.data());
   for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(i)[0] = kEmptyDensity;
   radiance = Learner(model.radiance.raw);
   forget_visible(setting);

@@ -6,6 +6,7 @@
 #include "splinevox/math/basis.hpp"
 #include "train/bounds/freeze.hpp"
 #include "train/bounds/hidden.hpp"
+#include "train/effects/effect_table.hpp"
 #include "train/rates.hpp"
 
 namespace splinevox {
@@ -44,7 +45,7 @@ struct Event {
 
 const Starts kNever;
 
-bool changes_over_time(const Config& c) { return c.motion.enabled || c.motion.light; }
+bool changes_over_time(const Config& c) { return changes(effects_of(c)); }
 bool halves(const Config& c) { return basis_of(c.motion.basis).halves(); }
 
 const Starts& emptying_starts(const Config& c) { return c.grid.empty_start; }

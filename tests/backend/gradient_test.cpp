@@ -115,7 +115,7 @@ TEST_SUITE("backend/gradient") {
       "the priors on curves") {
     constexpr float kTv = 1e-3f;
     constexpr CurvePrior kCurves{
-        .length = 1e-2f, .light = 2e-2f, .light_lane = 3, .knots = 1e-2f, .spacing = 2, .softening = 1e-3f};
+        .length = 1e-2f, .scalar = {2e-2f}, .lane = {3}, .knots = 1e-2f, .spacing = 2, .softening = 1e-3f};
     constexpr RestPrior kRest{.weight = 1e-2f, .softening = 1e-3f};
     for (const test::Runner& runner : test::runners()) {
       double worst = 0;

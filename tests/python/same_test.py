@@ -2,6 +2,7 @@
 """The module and the command line give the same numbers."""
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -29,6 +30,17 @@ def same_values(a, b):
         shared = tables[0].keys() & tables[1].keys()
         assert len(shared) >= 0.9 * min(map(len, tables)) > 0
         assert all(tables[0][key] == tables[1][key] for key in shared)
+
+
+def test_every_grid_of_a_file_is_an_array_of_its_name(model, run):
+    grids = {g["name"] for g in json.loads(program("info", run + "/model.vdb", "--json"))["grids"]}
+    arrays = {name for name in vars(sv.Model) if (getattr(sv.Model, name).__doc__ or "").startswith("float32 (rows")}
+    arrays -= {"radiance_positions", "motion_positions"}
+    assert set(ROWS) == arrays
+    families = {re.sub("_?[0-9]+$", "", g) for g in grids}
+    found = {family: [a for a in arrays if a.startswith(family)] for family in families}
+    assert all(len(names) == 1 for names in found.values()), found
+    assert {names[0] for names in found.values()} == rows(sv.load_model(run + "/model.vdb")).keys()
 
 
 def test_training_gives_the_same_bits(model, run):

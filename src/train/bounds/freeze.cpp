@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/parallel.hpp"
+#include "field/columns.hpp"
 #include "math/activation.hpp"
 #include "math/rigidity.hpp"
 #include "train/bounds/seen_motion.hpp"
@@ -25,16 +26,18 @@ constexpr float kKnown = 0.1f;  ///< of brightness, in the mean error of a cell'
 
 /// Takes what moves along: it finds its matter where the offset has taken it.
 void follow(const Offset& offset, const MotionField& m, Channels& sum) {
+  const MotionLayout layout(m);
   parallel_for(sum.topology->brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
       float* row = sum.row(std::size_t(index + 1) * kBrickRows + i);
       const Vec3 x = sum.topology->position(index + 1, i);
       const float r =
-          m.rigidity ? std::max(sigmoid(row[m.rigidity_column()] + m.rigidity_offset).value, kLeastRigidity)
-                     : 1.0f;
+          layout.rigidity
+              ? std::max(sigmoid(row[layout.rigidity_column] + m.rigidity_offset).value, kLeastRigidity)
+              : 1.0f;
       for (int k = 0; k < m.stored_points(); ++k) {
         if (!basis_of(m.basis).is_place(k)) continue;
-        float* p = row + m.stride() * k;
+        float* p = row + layout.stride * k;
         const Vec3 moved = (1 / r) * (offset.undo(x + r * Vec3{p[0], p[1], p[2]}) - x);
         for (int a = 0; a < 3; ++a) p[a] = moved[a];
       }
