@@ -34,7 +34,8 @@ def same_values(a, b):
 
 def test_every_grid_of_a_file_is_an_array_of_its_name(model, run):
     grids = {g["name"] for g in json.loads(program("info", run + "/model.vdb", "--json"))["grids"]}
-    arrays = {name for name in vars(sv.Model) if (getattr(sv.Model, name).__doc__ or "").startswith("float32 (rows")}
+    about = {name: getattr(sv.Model, name).__doc__ or "" for name in vars(sv.Model)}
+    arrays = {name for name, text in about.items() if text.startswith("float32 (rows")}
     arrays -= {"radiance_positions", "motion_positions"}
     assert set(ROWS) == arrays
     families = {re.sub("_?[0-9]+$", "", g) for g in grids}
