@@ -87,23 +87,6 @@ struct TvKernel {
   };
 };
 
-/// Adds the gradient of a prior on one row's curve.
-SPLINEVOX_HD inline void curve_prior_vjp(const RestPrior& prior, const float* row, int stride,
-                                         int stored_points, bool pinned, float share, float* gradient) {
-  curve_rest_vjp(row, stride, stored_points, pinned, prior.weight / share, prior.softening, gradient);
-}
-SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride,
-                                         int stored_points, bool pinned, float share, float* gradient) {
-  if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
-  SPLINEVOX_UNROLL for (int i = 0; i < kScalars; ++i) {
-    if (prior.scalar[i] > 0)
-      curve_length_vjp<float, 1>(row + prior.lane[i], stride, stored_points, pinned, prior.scalar[i] / share,
-                                 gradient + prior.lane[i]);
-  }
-  if (prior.knots > 0)
-    knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
-}
-
 /// One row of a chosen brick: gradient of the prior on its curve.
 template <class Prior>
 struct CurvePriorKernel {
