@@ -10,6 +10,7 @@
 #include <streambuf>
 
 #include "io/vdb/child.hpp"
+#include "io/vdb/openvdb_grid.hpp"
 #include "io/vdb/vdb_scan.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"
