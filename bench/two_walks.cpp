@@ -15,6 +15,7 @@
 
 #include "backend/step.hpp"
 #include "splinevox/data/synth.hpp"
+#include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
 
 using namespace splinevox;
@@ -45,9 +46,10 @@ int main(int argc, char** argv) {
   const Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
                                     : load_dataset(path, {.splits = {"train"}});
 
-  Config config = preset("fast");
-  config.run.max_time = 0;
-  config.run.max_steps = argc > 3 ? std::atoi(argv[3]) : 400;
+  Config asked = preset("fast");
+  asked.run.max_time = 0;
+  asked.run.max_steps = argc > 3 ? std::atoi(argv[3]) : 400;
+  const Config config = prepare(asked, data, {.effects = EffectPolicy::keep}).config;
   const Run vectors = train(config, data, make_step(Device::cpu)),
             lanes = train(config, data, make_host_step(false));
   const nlohmann::json line{
