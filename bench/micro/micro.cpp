@@ -13,6 +13,7 @@
 #include "render/field_view.hpp"
 #include "render/scatter.hpp"
 #include "scene.hpp"
+#include "train/learner.hpp"
 
 namespace splinevox::micro {
 namespace {
@@ -226,11 +227,12 @@ void adam(State& state, Channels values, const Gradient& gradient, bool shrinks)
   learner.rate.assign(values.width, 1e-4f);
   if (shrinks) learner.shrink = {{std::vector<float>(values.width, 1.0f), 1e-5f}};
   const MomentFactors factors = moment_factors(0.9, 0.99, 1e-8, 1000);
+  Gradient present;
   for (auto _ : state) {
     state.PauseTiming();
-    learner.gradient = gradient;
+    present = gradient;
     state.ResumeTiming();
-    update(values, learner, factors, 1);
+    update(learned(values, learner), present, factors, 1);
   }
   // Parameters, gradients and two moments, each read and written.
   const double rows = double(count(gradient.touched));
@@ -238,9 +240,9 @@ void adam(State& state, Channels values, const Gradient& gradient, bool shrinks)
 }
 
 void total_variation(State& state, const Channels& values) {
-  Learner learner(values);
-  learner.tv.assign(values.width, 1e-4f);
-  for (auto _ : state) add_total_variation(values, learner, 1, 1, 0);
+  const std::vector<float> weights(values.width, 1e-4f);
+  Gradient gradient(values);
+  for (auto _ : state) add_total_variation(values, weights, 1, 1, 0, gradient);
   const double bricks = values.topology->brick_count();
   // Values are read, gradients read and written.
   rates(state, "bricks", bricks, bricks * kBrickRows * values.width * sizeof(float) * 3);

@@ -10,7 +10,7 @@ namespace splinevox::test {
 /// A still field that varies along x only, and a ray along x whose sample i meets vertex i exactly: what the
 /// kernel makes of a list of raw values, without any error of position or interpolation.
 template <class Real>
-struct Column {
+struct RayColumn {
   static constexpr int kWidth = RayKernel<Real, -1>::kWidth;
   TopologyPtr topology;
   std::vector<Real> rows;
@@ -18,7 +18,7 @@ struct Column {
   FrameView<Real> frame;
   RayInput<Real> ray;
 
-  explicit Column(int samples)
+  explicit RayColumn(int samples)
       : topology(make_dense_topology({{0, 0, 0}, 1, {samples + 1, 2, 2}})), rows(topology->rows() * kWidth) {
     field.radiance = BrickView<Real>(*topology);
     field.radiance_rows = rows.data();

@@ -12,6 +12,7 @@
 #include "math/bernstein.hpp"
 #include "math/bspline.hpp"
 #include "math/photometric.hpp"
+#include "render/backward.hpp"
 #include "render/field_view.hpp"
 #include "render/scatter.hpp"
 #include "support/blob_model.hpp"

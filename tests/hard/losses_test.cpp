@@ -105,11 +105,11 @@ TEST_SUITE("hard/losses") {
     for (std::size_t i = std::size_t(kBrickRows) * 8; i < values.values.size(); i += 8)
       values.values[i] = uniform(random);
     const auto gradient_of = [&](float share, std::uint64_t draw) {
-      Gradient gradient(values);
+      Gradient out(values);
       std::vector<float> tv(values.width, 0.0f);
       tv[0] = 1;
-      add_total_variation(values, tv, 1, share, draw, gradient);
-      return gradient;
+      add_total_variation(values, tv, 1, share, draw, out);
+      return out;
     };
     const Gradient whole = gradient_of(1, 0);
     constexpr int draws = 300;

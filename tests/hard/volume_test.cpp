@@ -31,7 +31,7 @@ struct Composited {
 };
 
 /// Eq. 1 and its derivative in long double, with tau kept instead of the transmittance.
-Composited exact(Column<float>& column, int samples, const Vec3& g) {
+Composited exact(RayColumn<float>& column, int samples, const Vec3& g) {
   Composited out;
   std::vector<Long> depth(samples), along(samples), tau(samples + 1, 0);
   for (int i = 0; i < samples; ++i) {
@@ -83,7 +83,7 @@ TEST_SUITE("hard/volume") {
         for (const bool wall : {false, true}) {
           CAPTURE(samples);
           CAPTURE(depth);
-          Column<float> column(samples);
+          RayColumn<float> column(samples);
           for (int i = 0; i < samples; ++i) {
             const double here = wall && i == samples / 2 ? 3000 : depth * (1 + 0.9 * uniform(random));
             column.set(i, raw_of(here), 3 * uniform(random), 3 * uniform(random), 3 * uniform(random));
@@ -91,7 +91,7 @@ TEST_SUITE("hard/volume") {
           const Vec3 g{0.3f, -0.7f, 1.1f};
           StillKernel<float, -1> kernel;
           const auto result = kernel.forward(column.ray, column.field, column.frame, 0);
-          RayRecords<float, Column<float>::kWidth, false> records;
+          RayRecords<float, RayColumn<float>::kWidth, false> records;
           backward(kernel, column.ray, result, column.field, g, 0.0f, records);
           REQUIRE(records.radiance.size() == std::size_t(samples));
           const Composited truth = exact(column, samples, g);
@@ -124,7 +124,7 @@ TEST_SUITE("hard/volume") {
     std::uniform_real_distribution<float> uniform(-1, 1);
     Worst error;
     for (int trial = 0; trial < 20000; ++trial) {
-      Column<float> column(64);
+      RayColumn<float> column(64);
       for (int i = 0; i < 64; ++i)
         column.set(i, raw_of(std::pow(10.0, -1 + uniform(random))), uniform(random), uniform(random),
                    uniform(random));
@@ -134,7 +134,7 @@ TEST_SUITE("hard/volume") {
       const auto part = kernel.forward(column.ray, column.field, column.frame, stop);
       for (int c = 0; c < 3; ++c)
         error.see(std::abs(double(whole.rgb[c] - part.rgb[c])) / std::max(stop, 1e-30f));
-      RayRecords<float, Column<float>::kWidth, false> records;
+      RayRecords<float, RayColumn<float>::kWidth, false> records;
       backward(kernel, column.ray, part, column.field, {1, 1, 1}, 0.0f, records);
       REQUIRE(records.radiance.size() == std::size_t(kernel.count));
       if (kernel.count < 64) REQUIRE(part.transmittance < stop);
@@ -182,7 +182,7 @@ TEST_SUITE("hard/volume") {
         CHECK(*empty.alpha.pixel(x, y) == 0);
       }
     // A thin fog up to the box's far side stays thin: no last sample of infinite length.
-    Column<float> fog(256);
+    RayColumn<float> fog(256);
     for (int i = 0; i < 256; ++i) fog.set(i, raw_of(1e-4), 0, 0, 0);
     StillKernel<float, -1> kernel;
     const auto result = kernel.forward(fog.ray, fog.field, fog.frame, 0);

@@ -77,7 +77,7 @@ TEST_SUITE("train/prepare") {
     options.told = [&](const std::string& text) { told.push_back(text); };
     const Prepared chosen = prepare(config, data, options);
     CHECK_FALSE(chosen.config.motion.enabled);
-    CHECK_FALSE(chosen.used.motion);
+    CHECK_FALSE(chosen.used.has(Effect::motion));
     CHECK(chosen.used == effects_of(chosen.config));
     CHECK(std::size_t(tried) == chosen.effects.trials.size());
     REQUIRE(told.size() == 2);
@@ -106,8 +106,8 @@ TEST_SUITE("train/prepare") {
   TEST_CASE("nothing is behind pictures with alpha, whatever the configuration has") {
     const Config config = small_config();
     REQUIRE(config.run.background_order >= 0);
-    CHECK(kept(config, boxed()).used.background == config.run.background_order);
-    CHECK(kept(config, boxed(false)).used.background == -1);
+    CHECK(kept(config, boxed()).used.order(Effect::background) == config.run.background_order);
+    CHECK(kept(config, boxed(false)).used.order(Effect::background) == EffectSet::kOff);
   }
   TEST_CASE("dark pictures are trained in a unit of their own, which is told") {
     const Dataset data = make_synth("ball", {.frames = 8, .size = 40, .look = {.light = 0.01}});
