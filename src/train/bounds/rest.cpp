@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/parallel.hpp"
-#include "math/activation.hpp"
 #include "math/rigidity.hpp"
 #include "train/bounds/seen_motion.hpp"
 #include "train/state.hpp"
@@ -69,9 +68,9 @@ std::optional<Offset> Trainer::State::settle(float voxel) {
     for (int i = 0; i < kBrickRows; ++i) {
       float* row = sum.row(std::size_t(index + 1) * kBrickRows + i);
       const Vec3 x = sum.topology->position(index + 1, i);
-      const float r =
-          m.rigidity ? std::max(sigmoid(row[m.rigidity_column()] + m.rigidity_offset).value, kLeastRigidity)
-                     : 1.0f;
+      const float r = m.rigidity ? std::max(rigidity_of(row[m.rigidity_column()], m.rigidity_offset).value,
+                                            kLeastRigidity)
+                                 : 1.0f;
       for (int k = 0; k < m.stored_points(); ++k) {
         if (!basis_of(m.basis).is_place(k)) continue;
         float* p = row + m.stride() * k;
