@@ -61,8 +61,8 @@ nlohmann::json describe(const EffectChoice& choice) {
                    {"seconds", choice.seconds},
                    {"note", choice.note}};
   for (const EffectVerdict& v : choice.verdicts) {
-    j["gains"][v.effect] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo, v.gain.hi,
-                                       to_string(v.with.without(v.effect)));
+    j["gains"][to_string(v.effect)] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo,
+                                                  v.gain.hi, to_string(v.with.without(v.effect)));
     if (v.far) j["far"] = *v.far;
   }
   for (const EffectTrial& t : choice.trials)
@@ -115,8 +115,8 @@ int main(int argc, char** argv) {
         const EffectChoice choice = prepare(config, data).effects;
         bool same = true;
         for (const EffectVerdict& v : choice.verdicts) {
-          const std::string& effect = v.effect;
-          const bool there = kind.truth.count(effect), on = choice.chosen.has(effect);
+          const std::string effect = to_string(v.effect);
+          const bool there = kind.truth.count(effect), on = choice.chosen.has(v.effect);
           ++(there ? present : absent)[effect];
           if (there != on) ++(there ? missed : switched_on)[effect], same = false;
         }

@@ -1,7 +1,8 @@
 # SPLINEVOX_CUDA: AUTO compiles the CUDA kernels where nvcc and a device are and says what it did; ON wants
 # them, device or not; OFF does not look. The program runs the same without a device: the runtime is linked
 # statically and finds the driver when it is asked to.
-set(SPLINEVOX_CUDA "AUTO" CACHE STRING "Compile the CUDA kernels: AUTO (where nvcc and a device are), ON or OFF")
+set(SPLINEVOX_CUDA "AUTO" CACHE STRING
+    "Compile the CUDA kernels: AUTO (where nvcc and a device are), ON or OFF")
 set(SPLINEVOX_CUDA_ARCHITECTURES "80-real;90" CACHE STRING
     "Devices to compile for: 75-real to 120-real; the last one without -real is also for newer devices")
 set(SPLINEVOX_CUDA_FOUND OFF)

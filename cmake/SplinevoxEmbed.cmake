@@ -1,4 +1,5 @@
-# splinevox_embed(target header function file...): the files become part of the target, byte for byte. `header` declares
+# splinevox_embed(target header function file...): the files become part of the target, byte for byte.
+# `header` declares
 #   std::string_view function(std::string_view name);
 # which finds a file's text by its name; empty: there is no such file. A changed file configures anew.
 # The texts are raw strings: g++ and clang take them at any length, where the standard promises 65,536 bytes.
@@ -12,7 +13,8 @@ function(splinevox_embed target header function)
     file(READ ${file} text)
     string(FIND "${text}" ")embed\"" end)
     if(NOT end EQUAL -1)
-      message(FATAL_ERROR "${file} holds )embed\", which would end the raw string it is to be embedded in; spell it in another way")
+      message(FATAL_ERROR "${file} holds )embed\", which would end the raw string it is to be embedded in; "
+                          "spell it in another way")
     endif()
     string(APPEND embed_table "  if (name == \"${name}\") return R\"embed(${text})embed\"sv;\n")
   endforeach()

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# Doxygen's filter (FILTER_PATTERNS in Doxyfile): a page is known by its file's name, and what names or links the file leads to the page.
+# Doxygen's filter (FILTER_PATTERNS in Doxyfile): a page is known by its file's name, and what names or links
+# the file leads to the page.
 case $1 in
   */docs/*.md | docs/*.md) title="1s/^# .*/& {#page_$(basename "$1" .md)}/" ;;
   *) title='' ;;

@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <bit>
 
+#include "backend/host/optimiser.hpp"
 #include "math/photometric.hpp"
 #include "render/backward.hpp"
 #include "render/field_view.hpp"
 #include "render/scatter.hpp"
 #include "scene.hpp"
-#include "train/optimiser.hpp"
 
 namespace splinevox::micro {
 namespace {

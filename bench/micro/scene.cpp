@@ -62,7 +62,8 @@ MotionField make_motion(const Config& config, const Box& box, const BitGrid& mat
   out.rigidity = config.motion.rigidity;
   out.light = config.motion.light;
   out.points = config.motion.points;
-  for (std::size_t i = 0; i < config.motion.halve_start.size(); ++i) out.points = halved_points(out.points);
+  for (std::size_t i = 0; i < config.motion.halve_start.size(); ++i)
+    out.points = basis_of(out.basis).refinement.refined(out.points);
   const std::vector<float> zero(out.width(), 0.0f);
   out.levels.push_back(make_channels(bricks_near(make_lattice(box, config.grid.motion.back()), matter),
                                      int(zero.size()), zero.data()));

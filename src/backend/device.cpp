@@ -2,8 +2,9 @@
 #include "splinevox/backend/device.hpp"
 
 #include "backend/cuda.hpp"
+#include "backend/host/host_step.hpp"
+#include "core/ranks.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/core/ranks.hpp"
 
 namespace splinevox {
 
@@ -40,8 +41,13 @@ std::unique_ptr<PictureMaker> make_pictures(Device device, const VoxelModel& mod
   return device == Device::cuda ? cuda::make_pictures(model) : nullptr;
 }
 
-std::unique_ptr<StepBackend> make_step(Device, bool deterministic, Ranks* ranks) {
-  return cuda::make_step(deterministic, ranks);
+Renderer make_renderer(const VoxelModel& model, Device device) {
+  return Renderer(model, make_pictures(device, model));
+}
+
+std::unique_ptr<StepBackend> make_step(Device device, bool deterministic, Ranks* ranks) {
+  if (device == Device::cuda) return cuda::make_step(deterministic, ranks);
+  return std::make_unique<HostStep>(ranks);
 }
 
 }  // namespace splinevox

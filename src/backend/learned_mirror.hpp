@@ -26,7 +26,7 @@ struct LearnedMirror {
   LatticeMirror<Executor> lattice;
   int width = 0;
   Buffer<float> values, m, v, gradient, rate, weight;
-  Buffer<std::uint64_t> touched, seen;
+  Buffer<std::uint64_t> touched, visible;
   std::vector<Buffer<float>> member;
   std::vector<float> threshold, tv, tv_weight;  ///< of total variation: of the model, and of this step
   bool varies = false;                          ///< total variation of this step has weights
@@ -42,10 +42,11 @@ struct LearnedMirror {
     run.upload(rate, from.rate.data(), from.rate.size());
     run.resize(gradient, values.size()), run.zero(gradient);
     run.resize(touched, rows() / 64), run.zero(touched);
-    run.upload(seen, reinterpret_cast<const std::uint64_t*>(from.seen.data()), from.seen.size() * kBrick);
+    run.upload(visible, reinterpret_cast<const std::uint64_t*>(from.visible.data()),
+               from.visible.size() * kBrick);
     tv.assign(from.tv.begin(), from.tv.end());
     member.clear(), threshold.clear();
-    for (const LearnedRows::Group& group : from.shrink) {
+    for (const Shrink& group : from.shrink) {
       run.upload(member.emplace_back(), group.member.data(), group.member.size());
       threshold.push_back(group.threshold);
     }
@@ -54,7 +55,7 @@ struct LearnedMirror {
     run.download(values, to.values->values.data());
     run.download(m, to.m->data());
     run.download(v, to.v->data());
-    if (!to.seen.empty()) run.download(seen, to.seen.data()->word);
+    if (!to.visible.empty()) run.download(visible, to.visible.data()->word);
   }
 
   /// What total variation needs of this step, before any kernel of it is queued.

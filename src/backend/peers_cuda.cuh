@@ -5,7 +5,7 @@
 #include <string>
 
 #include "backend/executor_cuda.cuh"
-#include "splinevox/core/ranks.hpp"
+#include "core/ranks.hpp"
 
 #if __has_include(<nccl.h>)
 #include <dlfcn.h>

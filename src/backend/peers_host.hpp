@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "backend/executor_host.hpp"
-#include "splinevox/core/ranks.hpp"
+#include "core/ranks.hpp"
 
 namespace splinevox {
 

@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "render/picture_maker.hpp"
 #include "splinevox/backend/device.hpp"
-#include "splinevox/render/picture_maker.hpp"
 
 namespace splinevox {
 

@@ -6,9 +6,9 @@
 #include "backend/field_mirror.hpp"
 #include "core/parallel.hpp"
 #include "render/picture_kernel.hpp"
+#include "render/picture_maker.hpp"
 #include "render/specialise.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/render/picture_maker.hpp"
 #include "splinevox/render/render_image.hpp"
 
 namespace splinevox {

@@ -1,90 +1,118 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "core/ranks.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "math/adam.hpp"
 #include "math/curve_prior.hpp"
+#include "render/active_rows.hpp"
 #include "render/occupancy.hpp"
-#include "render/train_kernel.hpp"
+#include "render/ray_losses.hpp"
+#include "render/views.hpp"
 #include "splinevox/backend/device.hpp"
-#include "splinevox/core/ranks.hpp"
 #include "splinevox/field/model.hpp"
 
 namespace splinevox {
 
+/// Columns of a row that are drawn to zero together unless their gradients insist (math/shrink.hpp).
+struct Shrink {
+  std::vector<float> member;  ///< [width] 1 for columns of the group, else 0
+  float threshold = 0;        ///< length of the group, per touch and at the full rate
+};
+
 /// One value array that is learned and what belongs to it, all in the caller's memory.
 struct LearnedRows {
-  struct Group {
-    std::span<const float> member;  ///< [width] 1 for columns of the group, else 0
-    float threshold;
-  };
   Channels* values;
   AlignedVector<float>*m, *v;       ///< moments
-  std::span<const float> rate, tv;  ///< [width]
-  std::vector<Group> shrink;        ///< at most UpdateKernel::kGroups
-  std::span<RowMask> seen = {};     ///< Gradient::seen
+  std::span<const float> rate, tv;  ///< [width] learning rates and weights of total variation; 0 in padding
+  std::span<const Shrink> shrink;   ///< at most UpdateKernel::kGroups
+  /// [bricks + 1] rows that rays have shown, over many steps; empty: not kept. A ray shows the rows around
+  /// those of its samples whose weight T alpha is at least min_weight and RayLosses::seen_share of its
+  /// largest: of smoke every sample, of a surface none behind it; of fog none, where the picture has nothing
+  /// but background (has_matter).
+  std::span<RowMask> visible;
 };
 
-/// What training has between steps, as a device needs it. With motion, `motion` describes its columns and
+/// What stays the same from step to step, until a lattice, a curve or the occupancy changes. With motion,
 /// `levels` are coarse to fine.
 struct StepModel {
-  const VoxelModel* model;  ///< box, activation, columns of the motion; its arrays are not read
+  const VoxelModel* model;  ///< box, march step, activation, columns of the motion; its arrays are not read
   LearnedRows radiance;
   std::vector<LearnedRows> levels;  ///< empty: nothing changes over time
-  std::span<const RowMask> active;  ///< ActiveRows::rows of the finest level
+  const ActiveRows* active;         ///< of the finest level
   std::span<const BitGrid> occupancy;
+  CurvePrior curves;      ///< of each level
+  RestPrior rest;         ///< of the sum of all levels
+  bool may_spoil = true;  ///< priors and total variation alone could make a gradient unusable
 };
 
-/// What one step asks for.
+/// Rays [first, last) of a batch, all of one slot: a piece of work.
+struct RayTask {
+  int slot;
+  int first, last;
+};
+
+/// What one step asks for. The batch is the same on all ranks; each takes its share.
 struct StepInput {
   std::span<const RayInput<float>> rays;  ///< grouped by slot, equally many each
   std::span<const Vec3> targets;
-  std::span<const double> times;   ///< of the slots, [0, 1]
+  std::span<const RayTask> tasks;  ///< a fixed cut of the rays
+  std::span<const double> times;   ///< of the slots, model time in [0, 1]
   std::span<const int> occupancy;  ///< of the slots: which of StepModel::occupancy
+  const Background* background;    ///< behind the rays
   RayLosses losses;
   float tv_scale, tv_share;
-  CurvePrior curves;   ///< of each level
-  RestPrior rest;      ///< of the sum of all levels
   std::uint64_t draw;  ///< of total variation: levels take draw + 1, ...
   MomentFactors factors;
   float radiance_rate, motion_rate;  ///< what learning rates are multiplied by
-  float largest;                     ///< gradients beyond it cannot be used
-  std::span<Vec3> behind;            ///< gets the gradient of the colour behind each ray; empty: not wanted
 };
 
-/// What a step gave.
+/// Gradient of a learned background's harmonics.
+using BackgroundGradient = std::array<Vec3d, kMaxShCount>;
+
+/// What a step gave, summed over the rays of all ranks.
 struct StepSums {
-  double squared_error = 0, motion_loss = 0;  ///< summed over rays
-  std::int64_t samples = 0;
-  std::int64_t bad_rays = 0, bad_rows = 0;  ///< not usable; if any, no parameter was changed
+  double squared_error = 0, motion_loss = 0;
+  std::int64_t samples = 0;         ///< in stored bricks
+  bool usable = true;               ///< every loss and gradient is; if not, no parameter was changed
+  std::int64_t bad_rows = 0;        ///< rows whose gradient is not usable
+  BackgroundGradient background{};  ///< if it is learned
+  /// Seconds in parts of the step, as far as they can be told apart; what is missing went by in the rays.
+  double slice_seconds = 0, scatter_seconds = 0, regularise_seconds = 0, update_seconds = 0;
 };
 
-/// Whole training steps on a device: slices, rays, gradients, total variation, update. Parameters and moments
-/// stay there from upload to download; lattices change on the host, between the two.
+/// Above it a number, summed over levels, would soon have no square in float, and one NaN let into the
+/// moments would stay (numerics H31).
+inline constexpr float kLargestGradient = 1e16f;
+
+/// Whole training steps: slices, rays, scatter, regularisers, update. Parameters and moments may stay with a
+/// backend from upload to download; lattices are changed by the caller, between the two.
 class StepBackend {
  public:
   virtual ~StepBackend() = default;
   virtual void upload(const StepModel& model) = 0;
-  /// Parameters and moments into the arrays that `upload` was given.
+  /// Parameters, moments and what is visible into the arrays that `upload` was given.
   virtual void download() = 0;
   /// One step; waits at its end.
   virtual StepSums run(const StepInput& input) = 0;
-  /// Rays of the last step that were not usable, in order.
+  /// Rays of the last batch that this rank computed and that were not usable, in order.
   virtual std::vector<int> bad_rays() = 0;
 };
 
-/// @param deterministic  gradients have the same bits in every run (GradientRows, fixed point); otherwise
-/// sums depend on the order in which rays happen to arrive, in their last bits. @pre the device is there
-/// (choose_device) and not the CPU, whose step is Trainer's own.
-/// @param ranks  who makes the steps together, each of its own rays on a device of its own; null: nobody
-/// else. Gradients are added up from device to device. Throws Error (input) where they cannot be, or a
-/// machine has fewer devices than ranks.
-std::unique_ptr<StepBackend> make_step(Device device, bool deterministic, Ranks* ranks = nullptr);
+/// Who makes the steps of a device (choose_device): the CPU's own code, or the device's kernels.
+/// @param deterministic  of a device: gradients have the same bits in every run (GradientRows, fixed point);
+/// otherwise sums depend on the order in which rays happen to arrive, in their last bits. The CPU's always
+/// have the same bits, for any number of threads.
+/// @param ranks  who makes the steps together, each of its own rays, and on a device of its own; null: nobody
+/// else. Gradients are added up. Throws Error (input) where they cannot be, or a machine has fewer devices
+/// than ranks.
+std::unique_ptr<StepBackend> make_step(Device device, bool deterministic = false, Ranks* ranks = nullptr);
 
 /// The device's kernels on the calling arena's threads: what tests run where there is no device.
 std::unique_ptr<StepBackend> make_host_step(bool deterministic, Ranks* ranks = nullptr);

@@ -7,10 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "backend/background_gradient.hpp"
 #include "backend/field_mirror.hpp"
 #include "backend/learned_mirror.hpp"
 #include "backend/march_job.hpp"
+#include "backend/ray_share.hpp"
 #include "backend/step.hpp"
+#include "core/rng.hpp"
 #include "field/lattice/level_kernels.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -45,12 +48,13 @@ struct OutcomeKernel {
 template <class Executor, class Peers>
 class Steps final : public StepBackend {
  public:
-  Steps(bool deterministic, Ranks* ranks) : deterministic_(deterministic) {
+  Steps(bool deterministic, Ranks* ranks) : deterministic_(deterministic), ranks_(ranks) {
     if (ranks) peers_.emplace(*ranks);
   }
 
   void upload(const StepModel& model) override {
-    model_ = model, fresh_ = true;
+    model_ = model;
+    fresh_ = true;
     const VoxelModel& m = *model.model;
     most_samples_ = most_samples(m.box, m.step);
     if (most_samples_ > MarchList::kMostSamples)
@@ -66,7 +70,8 @@ class Steps final : public StepBackend {
       clear(sums_[l], l == 0 && levels_.size() > 1 ? 0 : levels_[l].values.size());
     }
     run_.resize(slices_, 0);  // those of other lattices: made anew with the next step
-    if (!levels_.empty()) run_.upload(active_, model.active[0].word, model.active.size() * kBrick);
+    if (!levels_.empty())
+      run_.upload(active_, model.active->rows[0].word, model.active->rows.size() * kBrick);
     std::size_t words = 0;
     for (const BitGrid& grid : model.occupancy) words += grid.bits.size();
     std::vector<std::uint32_t> all;
@@ -83,6 +88,7 @@ class Steps final : public StepBackend {
 
   StepSums run(const StepInput& in) override {
     const int slots = int(in.times.size());
+    share_.take(in, ranks_);
     prepare(in, slots);
     if (std::exchange(fresh_, false) || peers_)
       queue(in, slots);
@@ -91,8 +97,18 @@ class Steps final : public StepBackend {
 
     std::int64_t t[5];
     run_.download(totals_, t);
-    if (!in.behind.empty()) run_.download(behind_, in.behind.data());
-    return {double(t[3]) / OutcomeKernel::kUnit, double(t[4]) / OutcomeKernel::kUnit, t[2], t[0], t[1]};
+    StepSums out;
+    out.squared_error = double(t[3]) / OutcomeKernel::kUnit;
+    out.motion_loss = double(t[4]) / OutcomeKernel::kUnit;
+    out.samples = t[2];
+    out.usable = t[0] + t[1] == 0;
+    out.bad_rows = t[1];
+    if (in.background->learned() && out.usable) {
+      std::vector<Vec3> behind(behind_.size());
+      run_.download(behind_, behind.data());
+      out.background = background_gradient(*in.background, share_.rays(), share_.tasks(), behind, ranks_);
+    }
+    return out;
   }
 
   std::vector<int> bad_rays() override {
@@ -100,7 +116,7 @@ class Steps final : public StepBackend {
     run_.download(outcomes_, all.data());
     std::vector<int> bad;
     for (std::size_t i = 0; i < all.size(); ++i)
-      if (!all[i].usable) bad.push_back(int(i));
+      if (!all[i].usable) bad.push_back(share_.in_batch(int(i)));
     return bad;
   }
 
@@ -114,20 +130,20 @@ class Steps final : public StepBackend {
   /// All kernels of a step.
   void queue(const StepInput& in, int slots) {
     if (!levels_.empty()) make_slices(slots);
-    march(in, slots);
+    march(in);
     if (peers_) {
       peers_->sum(run_, totals_);
       add_up(radiance_);
-      if (!model_.radiance.seen.empty()) peers_->merge(run_, radiance_.seen);
+      if (!model_.radiance.visible.empty()) peers_->merge(run_, radiance_.visible);
     }
     if (!levels_.empty()) spread(in, slots);
     radiance_.regularise(run_, in.tv_share, in.draw);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
       levels_[l].regularise(run_, in.tv_share, in.draw + 1 + l);
-      levels_[l].hold_curves(run_, model_.model->motion, in.curves, in.tv_share, in.draw + 1 + l);
+      levels_[l].hold_curves(run_, model_.model->motion, model_.curves, in.tv_share, in.draw + 1 + l);
     }
-    radiance_.check(run_, totals_.data() + 1, in.largest);
-    for (auto& level : levels_) level.check(run_, totals_.data() + 1, in.largest);
+    radiance_.check(run_, totals_.data() + 1, kLargestGradient);
+    for (auto& level : levels_) level.check(run_, totals_.data() + 1, kLargestGradient);
     radiance_.update(run_, totals_.data(), in.factors, in.radiance_rate);
     for (auto& level : levels_) level.update(run_, totals_.data(), in.factors, in.motion_rate);
   }
@@ -143,10 +159,10 @@ class Steps final : public StepBackend {
   /// Everything that comes from the host, while the stream is idle: a copy from pageable memory behind a
   /// kernel would wait for it.
   void prepare(const StepInput& in, int slots) {
-    run_.upload(rays_, in.rays.data(), in.rays.size());
-    run_.upload(targets_, in.targets.data(), in.targets.size());
-    run_.resize(outcomes_, in.rays.size());
-    run_.resize(behind_, in.behind.size());
+    run_.upload(rays_, share_.rays().data(), share_.rays().size());
+    run_.upload(targets_, share_.targets().data(), share_.targets().size());
+    run_.resize(outcomes_, share_.rays().size());
+    run_.resize(behind_, in.background->learned() ? share_.rays().size() : 0);
     run_.resize(totals_, 5);
     radiance_.prepare(run_, in.tv_scale, in.tv_share);
     for (auto& level : levels_) level.prepare(run_, in.tv_scale, in.tv_share);
@@ -194,28 +210,33 @@ class Steps final : public StepBackend {
           levels_[l].values.data(), l > 1 ? sums_[l - 1].data() : levels_[0].values.data(), sums_[l].data(),
           levels_[l].lattice.view(), levels_[l - 1].lattice.view(), last ? active_.data() : nullptr, width});
     }
-    run_.for_each(ContractKernel{MotionColumns(model_.model->motion), collapsed(), active_.data(),
+    run_.for_each(ContractKernel{MotionLayout(model_.model->motion), collapsed(), active_.data(),
                                  weights_.data(), slots, finest().rows(), slices_.data()});
   }
 
-  void march(const StepInput& in, int slots) {
+  void march(const StepInput& in) {
     const VoxelModel& m = *model_.model;
     MarchJob job;
     job.field = view_field(m, radiance_.values.data(), m.step);
     job.field.radiance = radiance_.lattice.brick_view();
     job.field.moving = !levels_.empty();
     if (job.field.moving) job.field.motion = finest().lattice.brick_view();
-    job.frames = frames_.data(), job.rays = rays_.data(), job.targets = targets_.data(),
+    job.frames = frames_.data();
+    job.rays = rays_.data();
+    job.targets = targets_.data();
     job.outcomes = outcomes_.data();
-    job.ray_count = int(in.rays.size()), job.rays_per_slot = job.ray_count / slots,
+    job.ray_count = int(share_.rays().size());
+    job.rays_per_slot = share_.per_slot();
     job.most_samples = most_samples_;
     job.losses = in.losses;
-    job.largest = deterministic_ ? std::min(in.largest, GradientRows::kLargest) : in.largest;
+    if (ranks_)  // a device counts its own rays from 0
+      job.losses.probe_seed = hash64(in.losses.probe_seed + std::uint64_t(ranks_->rank()));
+    job.largest = deterministic_ ? std::min(kLargestGradient, GradientRows::kLargest) : kLargestGradient;
     job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr,
                     radiance_.touched.data(), radiance_.width,
-                    model_.radiance.seen.empty() ? nullptr : radiance_.seen.data()};
+                    model_.radiance.visible.empty() ? nullptr : radiance_.visible.data()};
     job.motion = motion_rows_.data();
-    job.behind = in.behind.empty() ? nullptr : behind_.data();
+    job.behind = in.background->learned() ? behind_.data() : nullptr;
     switch (m.radiance.sh_order) {
       case -1:
         run_march<Executor, -1>(run_, job);
@@ -232,7 +253,7 @@ class Steps final : public StepBackend {
       default:
         run_march<Executor, 3>(run_, job);
     }
-    run_.for_each(OutcomeKernel{outcomes_.data(), in.rays.size(), totals_.data()});
+    run_.for_each(OutcomeKernel{outcomes_.data(), outcomes_.size(), totals_.data()});
     if (deterministic_)
       run_.for_each(DecodeKernel{radiance_fixed_.data(), radiance_.gradient.data(), radiance_.touched.data(),
                                  radiance_.rows(), radiance_.width, 1 / GradientRows::kUnit});
@@ -247,13 +268,13 @@ class Steps final : public StepBackend {
         run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset,
                                    motion_touched_.data(), rows, kSliceWidth, 1 / GradientRows::kUnit});
       }
-    run_.for_each(ExpandKernel{MotionColumns(model_.model->motion), motion_touched_.data(), active_.data(),
+    run_.for_each(ExpandKernel{MotionLayout(model_.model->motion), motion_touched_.data(), active_.data(),
                                weights_.data(), slots, rows, slice_gradients_.data(),
                                levels_.back().gradient.data()});
     run_.for_each(
         MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), active_.data(), rows / 64});
     if (peers_) add_up(levels_.back());
-    levels_.back().hold_curves(run_, model_.model->motion, in.rest, in.tv_share, in.draw + levels_.size(),
+    levels_.back().hold_curves(run_, model_.model->motion, model_.rest, in.tv_share, in.draw + levels_.size(),
                                collapsed(), active_.data());
     for (std::size_t l = levels_.size() - 1; l > 0; --l)
       run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(),
@@ -262,7 +283,9 @@ class Steps final : public StepBackend {
   }
 
   const bool deterministic_;
+  Ranks* const ranks_;
   StepModel model_{};
+  RayShare share_;
   int most_samples_ = 0;
   bool fresh_ = true;  ///< the next step is the first since an upload: kernels are loaded when they first
                        ///< start, which a recording could not do

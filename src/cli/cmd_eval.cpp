@@ -2,19 +2,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 
-#include "backend/pictures.hpp"
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/correspondence.hpp"
-#include "run/evaluate.hpp"
+#include "run/support.hpp"
+#include "splinevox/backend/device.hpp"
 #include "splinevox/data/image_write.hpp"
 #include "splinevox/math/metrics.hpp"
+#include "splinevox/run/evaluate.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace fs = std::filesystem;
 
@@ -43,6 +44,17 @@ void save(const Run& run, const Json& result) {
   for (const auto& [key, value] : metrics.items())
     if (!merged.contains(key)) merged[key] = value;
   write_file(path, {json_text(merged, 2) + "\n"});
+}
+
+Json scores_json(const Scores& s) {
+  Json frames = Json::array();
+  for (const ViewScore& v : s.views)
+    frames.push_back({{"name", v.name},
+                      {"time", v.time},
+                      {"psnr", capped_psnr(v.psnr)},
+                      {"ssim", v.ssim},
+                      {"ms_ssim", v.ms_ssim}});
+  return {{"psnr", s.psnr}, {"ssim", s.ssim}, {"ms_ssim", s.ms_ssim}, {"split", s.split}, {"frames", frames}};
 }
 
 Json truth_figures(const MotionScore& s) {
@@ -80,7 +92,7 @@ void print_truth(const MotionScore& s) {
              s.moving_pairs);
 }
 
-int evaluate(const EvalOptions& o) {
+int eval(const EvalOptions& o) {
   const Device device = choose_device(o.device);
   const Run run = open_run(o.run, o.otherwise);
   const Dataset data = open_split(run, o.data, o.split);
@@ -91,45 +103,28 @@ int evaluate(const EvalOptions& o) {
     truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * run.model.box.longest_edge());
   }
   if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
-  Json frames = Json::array();
-  std::vector<double> psnrs;
-  double ssim_sum = 0, ms_ssim_sum = 0, seconds = 0;
-  Renderer renderer(run.model, make_pictures(device, run.model));
-  for (const Frame& frame : data.find(o.split)->frames) {
-    const auto start = std::chrono::steady_clock::now();
-    const View v = evaluate_view(run, renderer, frame);
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    psnrs.push_back(v.psnr);
-    ssim_sum += v.ssim;
-    ms_ssim_sum += v.ms_ssim;
-    frames.push_back({{"name", frame.name},
-                      {"time", frame.time},
-                      {"psnr", capped_psnr(v.psnr)},
-                      {"ssim", v.ssim},
-                      {"ms_ssim", v.ms_ssim}});
-    if (!o.json)
-      fmt::print("{:<16} {:>7.4f} {:>8.3f} {:>8.4f} {:>8.4f}\n", frame.name, frame.time, v.psnr, v.ssim,
-                 v.ms_ssim),
+  Renderer renderer = make_renderer(run.model, device);
+  const Scores scores =
+      evaluate(run.model, renderer, *data.find(o.split), [&](const Frame& frame, const View& v) {
+        if (!o.json) {
+          fmt::print("{:<16} {:>7.4f} {:>8.3f} {:>8.4f} {:>8.4f}\n", frame.name, frame.time, v.psnr, v.ssim,
+                     v.ms_ssim);
           std::fflush(stdout);
-    if (!o.images.empty()) save_view(run, v, frame, o.images);
-  }
-  const double n = double(frames.size());
-  Json result{{"psnr", mean_psnr(psnrs)},
-              {"ssim", ssim_sum / n},
-              {"ms_ssim", ms_ssim_sum / n},
-              {"split", o.split},
-              {"frames", frames},
-              {"eval_seconds", seconds},
-              {"eval_device", describe(device)},
-              {"eval_data", fs::absolute(data.path).lexically_normal().string()}};
+        }
+        if (!o.images.empty()) save_view(run.model, v, frame, o.images);
+      });
+  Json result = scores_json(scores);
+  result["eval_seconds"] = scores.seconds;
+  result["eval_device"] = describe(device);
+  result["eval_data"] = fs::absolute(data.path).lexically_normal().string();
   MotionScore motion;
   if (o.truth) motion = score_motion(run.model, truth), result["truth"] = truth_figures(motion);
   if (!o.otherwise.any()) save(run, result);  // the run keeps figures of its own pictures
   if (o.json)
     fmt::print("{}\n", json_text(result, 2));
   else
-    fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "",
-               result["psnr"].get<double>(), ssim_sum / n, ms_ssim_sum / n, frames.size());
+    fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", scores.psnr, scores.ssim,
+               scores.ms_ssim, scores.views.size());
   if (o.truth && !o.json) print_truth(motion);
   return 0;
 }
@@ -149,7 +144,7 @@ Action eval_command(CLI::App& verb) {
   verb.add_flag("--json", o->json, "the figures as JSON on stdout");
   add_threads(verb, o->threads);
   add_device(verb, o->device);
-  return [o] { return with_threads(o->threads, [&] { return evaluate(*o); }); };
+  return [o] { return with_threads(o->threads, [&] { return eval(*o); }); };
 }
 
 }  // namespace splinevox::cli

@@ -11,13 +11,14 @@
 #include "cli/command.hpp"
 #include "cli/export_report.hpp"
 #include "cli/options.hpp"
-#include "run/evaluate.hpp"
 #include "run/join_ranks.hpp"
 #include "run/shares.hpp"
 #include "run/signals.hpp"
+#include "run/support.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace splinevox::cli {
 namespace {

@@ -8,17 +8,19 @@
 #include <memory>
 #include <optional>
 
-#include "backend/pictures.hpp"
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/nearest.hpp"
-#include "run/cameras.hpp"
+#include "data/pictures/exr.hpp"
 #include "run/edit_session.hpp"
-#include "run/evaluate.hpp"
 #include "run/film_write.hpp"
 #include "run/shares.hpp"
+#include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
+#include "splinevox/run/cameras.hpp"
+#include "splinevox/run/evaluate.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace splinevox::cli {
 namespace {
@@ -74,11 +76,11 @@ int render(const RenderVerb& o) {
   const Run run = open_run(o.run, o.otherwise);
   const std::vector<Shot> shots = plan_shots(run, o.cameras);
   probe_output_folder(o.out);
-  Renderer renderer(run.model, make_pictures(device, run.model));
+  Renderer renderer = make_renderer(run.model, device);
   const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
   const VoxelModel colours = parts ? painted(run.model, find_clusters(run.model, 0)) : VoxelModel();
   std::optional<Renderer> part_renderer;
-  if (parts) part_renderer.emplace(colours, make_pictures(device, colours));
+  if (parts) part_renderer = make_renderer(colours, device);
   std::map<std::string, Film> films;
   const std::int64_t own = (std::int64_t(shots.size()) + share.count - 1 - share.index) / share.count;
   std::int64_t done = 0;
@@ -90,7 +92,8 @@ int render(const RenderVerb& o) {
       write_layers(fmt::format("{}/frame_{:04}.exr", o.out, i + 1), r, part_picture, layers);
     for (const std::string& layer : layers) {
       if (o.format == "exr") continue;
-      const Image picture = layer == "cluster" ? part_picture : layer_picture(run, r, layer, shots[i].camera);
+      const Image picture =
+          layer == "cluster" ? part_picture : layer_picture(run.model, r, layer, shots[i].camera);
       if (o.format == "png") {
         write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, i + 1), picture);
         continue;

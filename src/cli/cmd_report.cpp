@@ -11,10 +11,11 @@
 #include "core/atomic_file.hpp"
 #include "report/page.hpp"
 #include "run/colours.hpp"
-#include "run/evaluate.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
+#include "splinevox/run/evaluate.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace fs = std::filesystem;
 
@@ -51,9 +52,10 @@ void add_views(ReportRun& page, const ReportOptions& o, const std::string& path)
     Renderer renderer(run.model);
     for (const std::size_t i : choose_views(page.metrics, *data.find(split), o.views)) {
       const Frame& frame = data.find(split)->frames[i];
-      const View v = evaluate_view(run, renderer, frame);
+      const View v = evaluate_view(run.model, renderer, frame);
       const auto layer = [&](bool there, const char* name) {
-        return there ? encode_png(layer_picture(run, v.layers, name, frame.camera)) : std::vector<char>{};
+        return there ? encode_png(layer_picture(run.model, v.layers, name, frame.camera))
+                     : std::vector<char>{};
       };
       const MotionField& motion = run.model.motion;
       page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render),

@@ -8,10 +8,11 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
-#include "run/evaluate.hpp"
 #include "run/points_csv.hpp"
+#include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/track.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace splinevox::cli {
 namespace {

@@ -1,77 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <tbb/task_arena.h>
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
-#include <utility>
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
-#include "core/atomic_file.hpp"
-#include "io/manifest.hpp"
-#include "run/effects_report.hpp"
 #include "run/join_ranks.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
-#include "run/train_options.hpp"
-#include "run/train_session.hpp"
+#include "run/train.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/train/prepare.hpp"
-
-namespace fs = std::filesystem;
 
 namespace splinevox::cli {
 namespace {
 
-/// The dataset as it was when the run began: another one cannot be gone on with.
-void check_same_run(const RunFolder& folder, const Config& saved, const Config& asked,
-                    const RunRecord& record, const Dataset& data) {
-  const std::string differs = config_difference(saved, asked);
-  if (!differs.empty())
-    fail({folder.file("config.toml"),
-          "the run was made with another configuration, so it cannot be resumed with this one",
-          "the same settings", differs,
-          "splinevox train DATASET --out RUN --resume  (it knows its own settings), or another --out"});
-  if (record.fingerprint != data.fingerprint)
-    fail({folder.file("config.toml"), "the run was made from other training data", record.dataset,
-          fmt::format("{} (fingerprint {:016x}, the run has {:016x})", data.path, data.fingerprint,
-                      record.fingerprint),
-          "another folder for --out"});
-}
-
-void greet(const Dataset& data, const Config& c, Device device, Progress& progress) {
-  const Split& train = *data.find("train");
-  const Picture& first = train.frames.front().image;
-  for (const std::string& note : data.notes) progress.note("note: " + note);
-  const std::string length =
-      c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
-  progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads, {}", data.path,
-                            train.frames.size(), first.width, first.height, c.preset, length,
-                            tbb::this_task_arena::max_concurrency(), describe(device)));
-}
-
-/// The configuration made ready for the data; writes effects.json. What the user listed is measured, not
-/// changed.
-Config settle(const Config& asked, bool forced, const Dataset& data, const RunFolder& folder, bool writes,
-              Progress& progress) {
-  PrepareOptions options;
-  options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
-  options.told = [&](const std::string& text) { progress.note(text); };
-  options.tried = [&](const EffectTrial& t) {
-    progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s",
-                              to_string(t.effects), t.mean(), t.steps, t.seconds));
-  };
-  const Prepared prepared = prepare(asked, data, options);
-  const Json effects = effects_json(prepared);
-  progress.note(effects_line(effects));
-  if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
-  return prepared.config;
-}
-
-void summarise(const Json& j, const RunFolder& folder) {
+void summarise(const Json& j, const std::string& run) {
   const double train = j["train_seconds"];
   fmt::print("{} steps in {:.1f} s; {:.2f} million rays/s, {:.2f} million samples/s\n",
              j["steps"].get<std::int64_t>(), train, j["rays_per_second"].get<double>() / 1e6,
@@ -86,102 +31,32 @@ void summarise(const Json& j, const RunFolder& folder) {
     fmt::print("{} {}: PSNR {:.2f} dB\n",
                j["held"]["of_training_split"].get<bool>() ? "training view" : "held view",
                j["held"]["view"].get<std::string>(), j["held"]["psnr"].get<double>());
-  fmt::print("model: {}\n", folder.file("model.vdb"));
+  fmt::print("model: {}/model.vdb\n", run);
 }
 
-/// Whether a run has had its budget and saved what came of it.
-bool has_ended(const RunFolder& folder) {
-  if (!folder.has("metrics.json") || !folder.has("model.vdb")) return false;
-  const Json metrics = read_json(folder.file("metrics.json"));
-  return metrics.is_object() && metrics.value("finished", false);
-}
-
-/// Leaves such a run as it is, with what `eval` wrote about it.
-int leave(const RunFolder& folder, Progress& progress) {
-  progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));
-  if (progress.talk() == Talk::json) fmt::print("{}\n", json_text(read_json(folder.file("metrics.json"))));
-  return 0;
-}
-
-int train(const TrainOptions& o, std::chrono::steady_clock::time_point start) {
+int train(const TrainVerb& o, std::chrono::steady_clock::time_point start) {
   const std::unique_ptr<Ranks> ranks = join_ranks("train");
-  const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
-  std::unique_ptr<StepBackend> steps =
-      device == Device::cpu ? nullptr
-                            : make_step(device, o.deterministic, ranks.get());  // what it lacks is told first
-  const bool writes = !ranks || ranks->first();
-  Progress progress(writes ? choose_talk(o.quiet, o.json) : Talk::quiet);
-  const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
-  if (folder.has(kEditHistory))
-    fail(
-        {folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with",
-         "a run that `splinevox train` made", "an edited run",
-         "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
-  bool checkpoint = o.resume && folder.has("config.toml") &&
-                    (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
-  if (ranks) checkpoint = ranks->from_first(checkpoint) != 0;
-  const bool known = o.resume && folder.has("config.toml");
-  Config saved;  // as it trains
-  RunRecord record;
-  if (known) read_run_config(folder.path(), saved, record);
-  Config before = saved;  // as it was asked for
-  if (known && folder.has(kAskedConfig)) read_config(before, folder.file(kAskedConfig));
-  const Config asked = effective_config(o, known ? &before : nullptr);
-  Config config = checkpoint ? saved : asked;
-  bool finished = known && has_ended(folder);
-  if (ranks) finished = ranks->from_first(finished) != 0;
-  if (o.resume && !checkpoint && !finished) {
-    const std::string afresh = fmt::format("there is no checkpoint in {}: starting afresh", folder.path());
-    if (progress.talk() == Talk::json) fmt::print("{}\n", json_text({{"note", afresh}}));
-    progress.note(afresh);
+  Progress progress(!ranks || ranks->first() ? choose_talk(o.quiet, o.json) : Talk::quiet);
+  const bool json = progress.talk() == Talk::json, quiet = progress.talk() == Talk::quiet;
+  const TrainedRun run = run::train(o, ranks.get(), progress, start);
+  const bool interrupted = run.end == TrainedRun::End::interrupted;
+  if (run.writes && interrupted) {
+    const std::int64_t step = run.figures["steps"];
+    if (json) fmt::print("{}\n", json_text({{"interrupted", true}, {"step", step}}));
+    progress.note(
+        fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume", step));
+  } else if (json) {
+    fmt::print("{}\n", json_text(run.figures));
+  } else if (!quiet && run.end == TrainedRun::End::finished) {
+    summarise(run.figures, run.folder);
   }
-
-  LoadOptions load;
-  load.downscale = config.run.downscale;
-  load.splits = {"train"}, load.if_there = {"val"};
-  const Dataset data = load_dataset(o.dataset, load);
-  if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
-  if (finished) return leave(folder, progress);
-  greet(data, config, device, progress);
-  if (!checkpoint) {
-    config = settle(asked, o.effects != "auto", data, folder, writes, progress);
-    record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
-              data.fingerprint, data.time_map};
-    if (writes) {
-      std::error_code ignored;
-      for (const char* name : {"metrics.json", kManifestName, kAskedConfig})
-        fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone
-      if (!config_difference(asked, config).empty())
-        write_file(folder.file(kAskedConfig), {write_config(asked)});
-      write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
-      write_file(folder.file("metrics.jsonl"), {std::string()});
-    }
-  }
-  const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  TrainSession session({config, data, folder, used, checkpoint, ranks.get(), device, std::move(steps)},
-                       progress);
-  Json figures = session.run();
-  if (!writes) return session.interrupted() ? kInterrupted : 0;
-  figures["threads"] = tbb::this_task_arena::max_concurrency();
-  figures["device"] = describe(device);
-  if (!figures["finished"].get<bool>()) {
-    if (progress.talk() == Talk::json)
-      fmt::print("{}\n", json_text({{"interrupted", true}, {"step", figures["steps"]}}));
-    progress.note(fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume",
-                              figures["steps"].get<std::int64_t>()));
-    write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
-    return kInterrupted;
-  }
-  write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
-  if (progress.talk() == Talk::json) fmt::print("{}\n", json_text(figures));
-  if (progress.talk() == Talk::bar || progress.talk() == Talk::lines) summarise(figures, folder);
-  return 0;
+  return interrupted ? kInterrupted : 0;
 }
 
 }  // namespace
 
 Action train_command(CLI::App& verb) {
-  auto options = std::make_shared<TrainOptions>();
+  auto options = std::make_shared<TrainVerb>();
   add_train_options(verb, *options);
   return [options] {
     const auto start = std::chrono::steady_clock::now();

@@ -5,8 +5,8 @@
 
 #include "cli/command.hpp"
 #include "data/message_text.hpp"
-#include "io/manifest.hpp"
 #include "run/support.hpp"
+#include "splinevox/io/manifest.hpp"
 
 namespace splinevox::cli {
 

@@ -9,10 +9,11 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/image_write.hpp"
+#include "splinevox/run/evaluate.hpp"
+#include "splinevox/run/run.hpp"
 #include "train/by_time.hpp"
 #include "view/page.hpp"
 

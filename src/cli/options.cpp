@@ -5,6 +5,9 @@
 
 #include <vector>
 
+#include "splinevox/math/sh.hpp"
+#include "splinevox/train/effects.hpp"
+
 namespace splinevox::cli {
 namespace {
 
@@ -63,7 +66,7 @@ void add_otherwise(CLI::App& verb, Otherwise& o) {
                   "white, black or R,G,B in 0..1, if not what it was in training");
 }
 
-void add_train_options(CLI::App& verb, TrainOptions& o) {
+void add_train_options(CLI::App& verb, TrainVerb& o) {
   verb.add_option("DATASET", o.dataset,
                   "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
   verb.add_option("--out", o.out, "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview)");
@@ -85,8 +88,9 @@ void add_train_options(CLI::App& verb, TrainOptions& o) {
                   "white, black or R,G,B in 0..1, behind pictures with alpha, and behind opaque ones instead "
                   "of a learned colour");
   verb.add_option("--effects", o.effects,
-                  "auto (those the scene calls for, tried out first), all (each in full: view dependence of "
-                  "order 3), or a list of motion,rigidity,view,light,background")
+                  fmt::format("auto (those the scene calls for, tried out first), all (each in full: view "
+                              "dependence of order {}), or a list of {}",
+                              kMaxShOrder, fmt::join(effect_names(), ",")))
       ->capture_default_str();
   verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
   verb.add_flag("--quiet", o.quiet, "say nothing but errors");

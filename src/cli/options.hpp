@@ -5,8 +5,8 @@
 #include <string>
 
 #include "cli/command.hpp"
-#include "run/evaluate.hpp"
-#include "run/train_options.hpp"
+#include "splinevox/run/run.hpp"
+#include "splinevox/run/train.hpp"
 
 /// Options that several verbs have, declared once.
 namespace splinevox::cli {
@@ -19,6 +19,11 @@ void add_device(CLI::App& verb, std::string& device);
 void add_share(CLI::App& verb, std::string& share);
 /// --downscale and --background of verbs that read a run.
 void add_otherwise(CLI::App& verb, Otherwise& otherwise);
-void add_train_options(CLI::App& verb, TrainOptions& options);
+/// The command line of `train` as typed.
+struct TrainVerb : TrainOptions {
+  int threads = 0;
+  bool quiet = false, json = false, list_settings = false;
+};
+void add_train_options(CLI::App& verb, TrainVerb& options);
 
 }  // namespace splinevox::cli

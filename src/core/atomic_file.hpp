@@ -9,14 +9,9 @@
 #include <string_view>
 #include <vector>
 
-namespace splinevox {
+#include "splinevox/core/file_digest.hpp"
 
-/// Size and XXH64 of a file: what a manifest records of it.
-struct FileDigest {
-  std::uint64_t size = 0;  ///< bytes
-  std::uint64_t hash = 0;
-  friend bool operator==(const FileDigest&, const FileDigest&) = default;
-};
+namespace splinevox {
 
 /// Writes a whole file, or leaves what was there untouched: a temporary file beside it, fsync, rename, fsync
 /// of the folder. Whoever reads `path` at any moment, also after a crash or a power cut, finds the old bytes

@@ -5,14 +5,6 @@
 
 #include "splinevox/core/hd.hpp"
 
-/// SPLINEVOX_UNROLL: a loop whose arrays must end up in a device's registers, which have no index. Host
-/// compilers know by themselves.
-#if defined(__CUDA_ARCH__)
-#define SPLINEVOX_UNROLL _Pragma("unroll")
-#else
-#define SPLINEVOX_UNROLL
-#endif
-
 namespace splinevox {
 
 /// Four floats as one value, element by element like the registers of simd.hpp, in a form that a device

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/core/ranks.hpp"
+#include "core/ranks.hpp"
 
 #include <algorithm>
 

@@ -8,6 +8,10 @@
 
 namespace splinevox::data {
 
+/// The most that is read at once: bytes of a file, pixels of a picture (2 GiB at 16 bit RGBA).
+inline constexpr std::uintmax_t kLargestFile = std::uintmax_t(4) << 30;
+inline constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28;
+
 /// The size of a plain file. Throws Error (Fault::input) if it is absent or something else (a folder, a
 /// pipe).
 std::uintmax_t file_size_of(const std::filesystem::path& path, const std::string& where);

@@ -4,6 +4,7 @@
 #include "core/atomic.hpp"
 #include "core/pack.hpp"
 #include "core/rng.hpp"
+#include "field/columns.hpp"
 #include "field/lattice/lattice_view.hpp"
 #include "math/adam.hpp"
 #include "math/curve_prior.hpp"
@@ -86,21 +87,6 @@ struct TvKernel {
   };
 };
 
-/// Adds the gradient of a prior on one row's curve.
-SPLINEVOX_HD inline void curve_prior_vjp(const RestPrior& prior, const float* row, int stride,
-                                         int stored_points, bool pinned, float share, float* gradient) {
-  curve_rest_vjp(row, stride, stored_points, pinned, prior.weight / share, prior.softening, gradient);
-}
-SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride,
-                                         int stored_points, bool pinned, float share, float* gradient) {
-  if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
-  if (prior.light > 0)
-    curve_length_vjp<float, 1>(row + prior.light_lane, stride, stored_points, pinned, prior.light / share,
-                               gradient + prior.light_lane);
-  if (prior.knots > 0)
-    knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
-}
-
 /// One row of a chosen brick: gradient of the prior on its curve.
 template <class Prior>
 struct CurvePriorKernel {
@@ -165,7 +151,7 @@ struct CheckKernel {
 /// One touched row: an Adam step and the shrinkage of its groups, unless something spoilt the step; clears
 /// the gradient. The mask is cleared by whoever owns it.
 struct UpdateKernel {
-  static constexpr int kGroups = 2;
+  static constexpr int kGroups = kCurves;
 
   float *values, *gradient, *m, *v;
   const float* rate;  ///< [width]

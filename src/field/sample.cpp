@@ -2,8 +2,10 @@
 #include "splinevox/field/sample.hpp"
 
 #include "core/simd.hpp"
+#include "field/lattice/brick_view.hpp"
 #include "field/lattice/gather.hpp"
 #include "field/lattice/locate.hpp"
+#include "field/lattice/slice.hpp"
 #include "math/emission.hpp"
 #include "math/warp.hpp"
 
@@ -15,37 +17,44 @@ using Eight = Simd<float>::Eight;
 
 }  // namespace
 
+/// What a sampler looks into.
+struct FrameSampler::Views {
+  Views(const VoxelModel& m, const BasisWeights<float>& weights, const BasisWeights<float>& weights_dt)
+      : model(m), radiance(*m.radiance.raw.topology) {
+    if (m.motion.levels.empty()) return;
+    position = make_slice(m.motion, weights);
+    velocity = make_slice(m.motion, weights_dt);
+    motion = BrickView<float>(*position.topology);
+  }
+  const VoxelModel& model;
+  BrickView<float> radiance, motion;
+  MotionSlice position, velocity;
+};
+
 FrameSampler::FrameSampler(const VoxelModel& model, double time)
-    : FrameSampler(model, stored_weights(model.motion, time), stored_weights_dt(model.motion, time)) {}
+    : views_(std::make_shared<const Views>(model, stored_weights(model.motion, time),
+                                           stored_weights_dt(model.motion, time))) {}
 
 FrameSampler::FrameSampler(const VoxelModel& model, AtParameter parameter)
-    : FrameSampler(model, parameter_weights(model.motion, parameter.value),
-                   parameter_weights_dt(model.motion, parameter.value)) {}
-
-FrameSampler::FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights,
-                           const BasisWeights<float>& weights_dt)
-    : model_(model), radiance_view_(*model.radiance.raw.topology) {
-  if (model.motion.levels.empty()) return;
-  position_ = make_slice(model.motion, weights);
-  velocity_ = make_slice(model.motion, weights_dt);
-  motion_view_ = BrickView<float>(*position_.topology);
-}
+    : views_(std::make_shared<const Views>(model, parameter_weights(model.motion, parameter.value),
+                                           parameter_weights_dt(model.motion, parameter.value))) {}
 
 FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
+  const auto& [model, radiance_view, motion_view, position, velocity] = *views_;
   Warp out{};
-  if (!position_.topology) return out;
-  const Located at = locate(motion_view_, x);
-  const auto p = gather<Four>(at.rows, at.fraction, position_.values.data(), kSliceWidth, 0);
-  const auto v = gather<Four>(at.rows, at.fraction, velocity_.values.data(), kSliceWidth, 0);
+  if (!position.topology) return out;
+  const Located at = locate(motion_view, x);
+  const auto p = gather<Four>(at.rows, at.fraction, position.values.data(), kSliceWidth, 0);
+  const auto v = gather<Four>(at.rows, at.fraction, velocity.values.data(), kSliceWidth, 0);
   Activated<float> r{1, 0};
-  if (model_.motion.rigidity) r = rigidity_of(p.value[3], model_.motion.rigidity_offset);
+  if (model.motion.rigidity) r = rigidity_of(p.value[3], model.motion.rigidity_offset);
   out.rigidity = r.value;
-  if (model_.motion.light)
-    out.light = light_gain(interpolate<Four>(at, position_.values.data(), kSliceWidth, 4)[0]).value;
+  if (model.motion.light)
+    out.light = light_gain(interpolate<Four>(at, position.values.data(), kSliceWidth, 4)[0]).value;
   out.displacement = displacement_of(p.value, r.value);
   out.velocity_to_canonical = displacement_of(v.value, r.value);
   // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.
-  const float scale = motion_view_.inv_spacing;
+  const float scale = motion_view.inv_spacing;
   const Four* d[3] = {&p.dx, &p.dy, &p.dz};
   for (int j = 0; j < 3; ++j)
     for (int i = 0; i < 3; ++i)
@@ -56,8 +65,8 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
 Vec3 FrameSampler::canonical(Vec3 x) const { return x + warp(x).displacement; }
 
 FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
-  const RadianceField& field = model_.radiance;
-  const Located at = locate(radiance_view_, x);
+  const RadianceField& field = views_->model.radiance;
+  const Located at = locate(views_->radiance, x);
   Radiance out{};
   bool stored = false;
   for (const std::int32_t row : at.rows.row) stored |= row >= kBrickRows;

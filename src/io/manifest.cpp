@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/manifest.hpp"
+#include "splinevox/io/manifest.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "core/atomic_file.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 

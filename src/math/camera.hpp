@@ -6,11 +6,6 @@
 
 namespace splinevox {
 
-/// Half line origin + s * direction, s >= 0 in scene units; direction has unit length.
-struct Ray {
-  Vec3d origin, direction;
-};
-
 /// The ray through image position (u, v) in pixels, v downwards; pixel (i, j) has its centre at
 /// (i + 0.5, j + 0.5). In double: the origin may lie far from the box (numerics H14). Where products are
 /// fused is written out: left to the compiler it depends on the code around, and the same pixel would have

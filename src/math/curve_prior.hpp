@@ -9,14 +9,19 @@ namespace splinevox {
 
 /// What holds the curves of many control points together where pictures do not say otherwise.
 struct CurvePrior {
-  float length = 0;     ///< weight of squared lengths between control points, 1 / scene units^2
-  float light = 0;      ///< weight of squared differences of the raw light between control points
-  int light_lane = 0;   ///< where a control point keeps its raw light
-  float knots = 0;      ///< weight of jumps at knots that halving brought in, 1 / scene unit
-  int spacing = 1;      ///< of the knots that were there before: 2 to the number of halvings
+  static constexpr int kScalars = 4;  ///< curves of one number, as the raw light is: no model has more
+  float length = 0;                   ///< weight of squared lengths between control points, 1 / scene units^2
+  float scalar[kScalars] = {};  ///< weights of squared differences of such numbers between control points
+  int lane[kScalars] = {};      ///< where a control point keeps them
+  float knots = 0;              ///< weight of jumps at knots that halving brought in, 1 / scene unit
+  int spacing = 1;              ///< of the knots that were there before: 2 to the number of halvings
   float softening = 0;  ///< > 0 with knots; jumps much shorter than it pay by their square, scene units
 
-  constexpr bool any() const { return length > 0 || light > 0 || (knots > 0 && spacing > 1); }
+  constexpr bool any() const {
+    bool found = length > 0 || (knots > 0 && spacing > 1);
+    for (const float weight : scalar) found |= weight > 0;
+    return found;
+  }
 };
 
 /// What lets a place rest whose motion the pictures do not ask for: along stripes, say. It belongs to the
@@ -102,6 +107,23 @@ SPLINEVOX_HD inline T knot_jumps_vjp(const T* row, int stride, int points, int s
         gradient[first + stride * i + a] += weight / length * T(kDifference[i]) * jump[a];
   }
   return value;
+}
+
+/// Adds the gradient of a prior on one row's curve. @param share  of the bricks that are visited in a step
+SPLINEVOX_HD inline void curve_prior_vjp(const RestPrior& prior, const float* row, int stride,
+                                         int stored_points, bool pinned, float share, float* gradient) {
+  curve_rest_vjp(row, stride, stored_points, pinned, prior.weight / share, prior.softening, gradient);
+}
+SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride,
+                                         int stored_points, bool pinned, float share, float* gradient) {
+  if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
+  SPLINEVOX_UNROLL for (int i = 0; i < CurvePrior::kScalars; ++i) {
+    if (prior.scalar[i] > 0)
+      curve_length_vjp<float, 1>(row + prior.lane[i], stride, stored_points, pinned, prior.scalar[i] / share,
+                                 gradient + prior.lane[i]);
+  }
+  if (prior.knots > 0)
+    knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);
 }
 
 }  // namespace splinevox

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/pack.hpp"
 #include "math/light.hpp"
 #include "math/rigidity.hpp"
 #include "splinevox/core/vec3.hpp"

@@ -2,14 +2,14 @@
 #include <limits>
 #include <mutex>
 
-#include "field/lattice/slice.hpp"
+#include "field/columns.hpp"
 #include "python/convert.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/track.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "splinevox/run/evaluate.hpp"
 
 namespace splinevox::python {
 namespace {
@@ -44,27 +44,32 @@ struct Pictures {
         rigidity(array_of(std::move(r.rigidity))) {}
 };
 
-/// Columns [first, first + count) of every row, as they lie in memory; groups > 1: that many of them, `apart`
-/// floats from each other.
-py::object columns(Channels& c, int first, int count, py::handle owner, int groups = 0, int apart = 0) {
-  const py::ssize_t rows = py::ssize_t(c.values.size()) / c.width, row = c.width * 4;
-  float* data = c.values.data() + first;
-  if (groups > 0 && count > 1) return view_of(data, {rows, groups, count}, {row, apart * 4, 4}, owner);
-  if (groups > 0) return view_of(data, {rows, groups}, {row, apart * 4}, owner);
-  if (count > 1) return view_of(data, {rows, count}, {row, 4}, owner);
-  return view_of(data, {rows}, {row}, owner);
-}
-
 VoxelModel& model_of(const py::object& self) { return *self.cast<ModelPtr>(); }
 
-/// A view of the motion's rows, or None where the model has none.
-template <class Has, class View>
-auto motion_view(Has has, View view) {
-  return [has, view](py::object self) -> py::object {
-    MotionField& f = model_of(self).motion;
-    if (f.levels.empty() || !has(f)) return py::none();
-    return view(f, f.levels[0], self);
-  };
+/// A kind of column in every row, as it lies in memory; None where the model has none.
+py::object view_of_column(const ColumnFacts& facts, const py::object& self) {
+  VoxelModel& model = model_of(self);
+  const std::vector<Column> columns = columns_of(model, facts.kind);
+  if (columns.empty()) return py::none();
+  Channels& rows = facts.of_motion() ? model.motion.levels[0] : model.radiance.raw;
+  std::vector<py::ssize_t> shape{py::ssize_t(rows.values.size()) / rows.width}, strides{rows.width * 4};
+  if (facts.repeat != Repeat::once) {
+    shape.push_back(py::ssize_t(columns.size()));
+    strides.push_back(columns.size() > 1 ? (columns[1].first - columns[0].first) * 4 : 4);
+  }
+  if (facts.width > 1) {
+    shape.push_back(facts.width);
+    strides.push_back(4);
+  }
+  return view_of(rows.values.data() + columns[0].first, shape, strides, self);
+}
+
+/// "float32 (rows, stored points, 3), scene units; ...".
+std::string about(const ColumnFacts& facts) {
+  constexpr const char* kRepeated[] = {"", " coefficients", " stored points"};
+  std::string shape = std::string("(rows,") + kRepeated[int(facts.repeat)];
+  if (facts.width > 1) shape += (facts.repeat == Repeat::once ? " " : ", ") + std::to_string(facts.width);
+  return "float32 " + shape + ")" + facts.about;
 }
 
 py::array_t<float> positions(const Topology& t) {
@@ -116,48 +121,11 @@ py::tuple warp_points(const ModelPtr& model, const Floats& array, double time) {
 }
 
 void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
+  for (const ColumnFacts& facts : kColumns)
+    model.def_property_readonly(
+        facts.array, [&facts](const py::object& self) { return view_of_column(facts, self); },
+        about(facts).c_str());
   model
-      .def_property_readonly(
-          "density", [](py::object self) { return columns(model_of(self).radiance.raw, 0, 1, self); },
-          "float32 (rows,), raw: density is scale * softplus(raw + shift). A view that may be written, as "
-          "all of them are; "
-          "rows 0 to 511 stand for everything absent. A Renderer made before a change may skip what was "
-          "empty then.")
-      .def_property_readonly(
-          "rgb", [](py::object self) { return columns(model_of(self).radiance.raw, 1, 3, self); },
-          "float32 (rows, 3), raw: colour is sigmoid(raw). A view.")
-      .def_property_readonly(
-          "sh",
-          [](py::object self) -> py::object {
-            RadianceField& r = model_of(self).radiance;
-            if (r.sh_order < 0) return py::none();
-            return view_of(r.raw.values.data() + 4,
-                           {py::ssize_t(r.raw.values.size()) / r.raw.width, r.sh_count()},
-                           {r.raw.width * 4, 4}, self);
-          },
-          "float32 (rows, coefficients) of the view rescale; None without view dependence. A view.")
-      .def_property_readonly("control_points",
-                             motion_view([](const MotionField& f) { return f.displaces; },
-                                         [](MotionField& f, Channels& c, const py::object& self) {
-                                           return columns(c, 0, 3, self, f.stored_points(), f.stride());
-                                         }),
-                             "float32 (rows, stored points, 3), scene units; None where nothing moves. A "
-                             "view; a Renderer made before a change may skip what was zero then.")
-      .def_property_readonly("light",
-                             motion_view([](const MotionField& f) { return f.light; },
-                                         [](MotionField& f, Channels& c, const py::object& self) {
-                                           return columns(c, f.light_lane(), 1, self, f.stored_points(),
-                                                          f.stride());
-                                         }),
-                             "float32 (rows, stored points), raw: the gain is 2 sigmoid; None where the "
-                             "light does not change. A view.")
-      .def_property_readonly(
-          "rigidity",
-          motion_view([](const MotionField& f) { return f.displaces && f.rigidity; },
-                      [](MotionField& f, Channels& c, const py::object& self) {
-                        return columns(c, f.rigidity_column(), 1, self);
-                      }),
-          "float32 (rows,), raw: 1 moves and 0 is static after the sigmoid; None if it has none. A view.")
       .def(
           "radiance_positions", [](const VoxelModel& m) { return positions(*m.radiance.raw.topology); },
           "float32 (rows, 3): where density, rgb and sh are; scene units. A copy.")
@@ -174,23 +142,18 @@ void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
 }  // namespace
 
 py::dict evaluate(const VoxelModel& model, const Split& split) {
-  run::Run run;
-  run.model.background = model.background;
-  Renderer renderer(model);
-  std::vector<double> psnrs;
-  double ssim = 0, ms_ssim = 0;
+  run::Scores scores;
+  released([&] {
+    Renderer renderer(model);
+    scores = run::evaluate(model, renderer, split);
+  });
   py::list frames;
-  for (const Frame& frame : split.frames) {
-    run::View v;
-    released([&] { v = run::evaluate_view(run, renderer, frame); });
-    psnrs.push_back(v.psnr), ssim += v.ssim, ms_ssim += v.ms_ssim;
-    frames.append(py::dict(py::arg("name") = frame.name, py::arg("time") = frame.time,
+  for (const run::ViewScore& v : scores.views)
+    frames.append(py::dict(py::arg("name") = v.name, py::arg("time") = v.time,
                            py::arg("psnr") = capped_psnr(v.psnr), py::arg("ssim") = v.ssim,
                            py::arg("ms_ssim") = v.ms_ssim));
-  }
-  const double n = double(split.frames.size());
-  return py::dict(py::arg("psnr") = mean_psnr(psnrs), py::arg("ssim") = ssim / n,
-                  py::arg("ms_ssim") = ms_ssim / n, py::arg("split") = split.name,
+  return py::dict(py::arg("psnr") = scores.psnr, py::arg("ssim") = scores.ssim,
+                  py::arg("ms_ssim") = scores.ms_ssim, py::arg("split") = scores.split,
                   py::arg("frames") = frames);
 }
 

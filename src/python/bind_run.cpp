@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/convert.hpp"
-#include "run/cameras.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/core/version.hpp"
+#include "splinevox/run/cameras.hpp"
+#include "splinevox/run/evaluate.hpp"
 #include "splinevox/train/config.hpp"
 
 namespace splinevox::python {

@@ -4,8 +4,8 @@
 
 #include "python/convert.hpp"
 #include "run/effects_report.hpp"
-#include "run/train_options.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/run/train.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
 
@@ -99,7 +99,7 @@ Config make_config(std::optional<std::string> preset, const std::string& file, c
   o.max_steps = max_steps;
   o.seed = seed, o.downscale = downscale, o.background = std::move(background);
   for (const auto& [key, value] : settings) o.sets.push_back(text_of(key) + "=" + text_of(value));
-  return run::effective_config(o, nullptr);
+  return run::effective_config(o);
 }
 
 Prepared prepared(const Config& config, const Dataset& data, bool choose) {

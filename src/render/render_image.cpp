@@ -9,6 +9,8 @@
 #include "field/lattice/slice.hpp"
 #include "render/active_rows.hpp"
 #include "render/field_view.hpp"
+#include "render/occupancy.hpp"
+#include "render/picture_maker.hpp"
 #include "render/pixel_sums.hpp"
 #include "render/ray_kernel.hpp"
 #include "render/specialise.hpp"
@@ -65,33 +67,49 @@ OccupancyPyramid known_occupancy(const VoxelModel& model) {
 
 }  // namespace
 
+/// What a renderer knows of its model, and of the last time.
+struct Renderer::State {
+  const VoxelModel& model;
+  std::unique_ptr<PictureMaker> maker;
+  OccupancyPyramid canonical;
+  double moment = std::numeric_limits<double>::quiet_NaN();  ///< on the curves, of slice and occupied; NaN:
+                                                             ///< of none yet
+  MotionSlice slice = {};
+  BitGrid occupied = {};
+
+  void go_to(double time) {
+    const double asked = model.motion.levels.empty() ? 0 : model.motion.time_curve(time);
+    if (asked == moment) return;
+    slice = make_slice(model.motion, parameter_weights(model.motion, asked));
+    occupied = frame_occupancy(model, slice, canonical);
+    if (maker) maker->set_time(slice, occupied);
+    moment = asked;
+  }
+};
+
+Renderer::Renderer(const VoxelModel& model) : Renderer(model, nullptr) {}
 Renderer::Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker)
-    : model_(model),
-      maker_(std::move(maker)),
-      canonical_(known_occupancy(model)),
-      moment_(std::numeric_limits<double>::quiet_NaN()) {}
+    : state_(new State{model, std::move(maker), known_occupancy(model)}) {}
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+Renderer::~Renderer() = default;
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
-  const double moment = model_.motion.levels.empty() ? 0 : model_.motion.time_curve(time);
-  if (moment != moment_) {
-    slice_ = make_slice(model_.motion, parameter_weights(model_.motion, moment));
-    occupied_ = frame_occupancy(model_, slice_, canonical_);
-    if (maker_) maker_->set_time(slice_, occupied_);
-    moment_ = moment;
-  }
+  State& s = *state_;
+  s.go_to(time);
   const int w = camera.width, h = camera.height;
   Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};
-  if (maker_) {
-    maker_->draw(camera, model_.step * options.step_scale, options.stop, out);
+  if (s.maker) {
+    s.maker->draw(camera, s.model.step * options.step_scale, options.stop, out);
     return out;
   }
-  FieldView<float> field = view_field(model_, model_.step * options.step_scale);
-  if (canonical_.moving[0].cells() > 0) field.reach = canonical_.moving[0].bits.data();
-  const FrameView<float> frame{slice_.values.data(), occupied_.view()};
+  FieldView<float> field = view_field(s.model, s.model.step * options.step_scale);
+  if (s.canonical.moving[0].cells() > 0) field.reach = s.canonical.moving[0].bits.data();
+  const FrameView<float> frame{s.slice.values.data(), s.occupied.view()};
   const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
   parallel_for(tiles, [&](int tile) {
-    specialise(model_.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
-      render_tile<Sh, Moving>(model_, camera, field, frame, options.stop, tile, out);
+    specialise(s.model.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
+      render_tile<Sh, Moving>(s.model, camera, field, frame, options.stop, tile, out);
     });
   });
   return out;

@@ -22,7 +22,6 @@ struct RayOutcome {
 template <int Sh, bool Moving, bool Jet>
 struct TrainKernel {
   using Radiance = Shaded<Sh, Moving>;
-  static constexpr int kMotionColumns = 5;
 
   FieldView<float> field;
   const FrameView<float>* frames;  ///< [slots]
@@ -154,7 +153,7 @@ struct TrainKernel {
           place[lane] = s.observed;
         });
         team.sync();
-        accumulate<Jet>(team, field.motion, place, kept, 0, stage, 0, kMotionColumns, true, motion[slot]);
+        accumulate<Jet>(team, field.motion, place, kept, 0, stage, 0, kSliceUsed, true, motion[slot]);
       }
       rest += all;
     }

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
+#include "field/columns.hpp"
 #include "field/lattice/brick_view.hpp"
-#include "splinevox/field/model.hpp"
 
 namespace splinevox {
 
@@ -63,8 +63,5 @@ struct RayInput {
   int count = 0;
   Vec3T<Real> background;  ///< colour behind this ray
 };
-
-/// Floats per radiance row for a harmonic order: 4 plus the coefficients, rounded up to whole registers.
-constexpr int radiance_width(int sh_order) { return padded_width(4 + (sh_order + 1) * (sh_order + 1)); }
 
 }  // namespace splinevox

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run/cameras.hpp"
+#include "splinevox/run/cameras.hpp"
 
 #include <fmt/format.h>
 

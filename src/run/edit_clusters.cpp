@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "run/edit_session.hpp"
-#include "splinevox/field/edit_motion.hpp"
+#include "splinevox/field/edit.hpp"
 
 namespace splinevox::run {
 namespace {

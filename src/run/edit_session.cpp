@@ -8,7 +8,6 @@
 
 #include "core/nearest.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/anchor.hpp"
 
 namespace splinevox::run {
 

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "run/evaluate.hpp"
-#include "splinevox/field/edit_cluster.hpp"
+#include "run/support.hpp"
+#include "splinevox/field/edit.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace splinevox::run {
 

@@ -8,6 +8,7 @@
 
 #include "run/html.hpp"
 #include "splinevox/math/basis.hpp"
+#include "train/effects/effect_table.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -32,17 +33,17 @@ std::string decibels(const Json& v) {
   return v.is_number() ? fmt::format("{:+.2f} dB", v.get<double>()) : "?";
 }
 
-Json set_json(const EffectSet& e) {
-  return {{"motion", e.motion},
-          {"rigidity", e.rigidity},
-          {"view", e.view},
-          {"light", e.light},
-          {"background", e.background}};
+/// Of each effect whether it is on, or its order.
+Json set_json(const EffectSet& effects) {
+  Json j;
+  for (const Effect e : kAllEffects)
+    j[to_string(e)] = facts_of(e).ordered ? Json(effects.order(e)) : Json(effects.has(e));
+  return j;
 }
 
 /// The verdict on an effect: of a long sequence and a stretch of it the first that says on, or else the last;
 /// null: it was not judged.
-const EffectVerdict* verdict_on(const EffectChoice& choice, const std::string& effect) {
+const EffectVerdict* verdict_on(const EffectChoice& choice, Effect effect) {
   const EffectVerdict* found = nullptr;
   for (const EffectVerdict& v : choice.verdicts)
     if (v.effect == effect && !(found && found->decision == EffectDecision::on)) found = &v;
@@ -60,8 +61,12 @@ std::vector<std::string> notes_on(const Json& effects) {
     const bool used = e.value("used", false), confounded = !used && e.value("decision", "") == "confounded";
     any |= confounded;
     const std::string name = e.at("effect");
-    if (used || confounded)
-      named += (named.empty() ? "" : ",") + name + (confounded && name == "motion" ? ",rigidity" : "");
+    if (!used && !confounded) continue;
+    named += (named.empty() ? "" : ",") + name;
+    const std::optional<Effect> effect = effect_named(name);
+    for (const Effect other : kAllEffects)
+      if (confounded && effect && facts_of(other).needs == effect)
+        named += std::string(",") + to_string(other);
   }
   if (any)
     notes.push_back(
@@ -91,20 +96,19 @@ Json effects_json(const Prepared& prepared) {
   j["view_told_by_time"] = choice.view_told_by_time;
   j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
   j["effects"] = Json::array();
-  for (const std::string& name : effect_names()) {
-    Json e{{"effect", name}, {"used", used.has(name)}};
-    if (const EffectVerdict* v = verdict_on(choice, name)) {
+  for (const Effect effect : kAllEffects) {
+    Json e{{"effect", to_string(effect)}, {"used", used.has(effect)}};
+    if (const EffectVerdict* v = verdict_on(choice, effect)) {
       e["decision"] = name_of(v->decision);
       e["gain_db"] = v->gain.mean, e["gain_lo"] = finite(v->gain.lo), e["gain_hi"] = finite(v->gain.hi),
       e["p"] = v->gain.p;
       e["time_ratio"] = v->time_ratio, e["bytes_ratio"] = v->bytes_ratio;
       if (v->where < 1) e["where"] = v->where;
       if (v->far) e["far"] = *v->far;
-      e["beside"] = to_string(v->with.without(name));
+      e["beside"] = to_string(v->with.without(effect));
     }
-    const bool absent =
-        name == "background" && !used.has(name) && !e.contains("decision");  // neither used nor tried
-    if (!absent) j["effects"].push_back(e);
+    const bool neither = !used.has(effect) && !e.contains("decision");  // neither used nor tried
+    if (!(facts_of(effect).opaque_only && neither)) j["effects"].push_back(e);
   }
   j["fits"] = Json::array();
   for (const EffectTrial& t : choice.trials)

@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run/evaluate.hpp"
+#include "splinevox/run/evaluate.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <filesystem>
 
 #include "math/camera.hpp"
 #include "run/colours.hpp"
-#include "run/train_options.hpp"
-#include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
-#include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox::run {
@@ -32,36 +29,9 @@ std::pair<float, float> depth_range(const Box& box, const Camera& camera) {
 
 }  // namespace
 
-Run open_run(const std::string& path) {
-  check_run(path);
-  Run run;
-  run.path = path;
-  while (run.path.size() > 1 && run.path.back() == '/') run.path.pop_back();
-  read_run_config(run.path, run.config, run.record);
-  run.model = load_model(run.path + "/model.vdb", &run.notes);
-  return run;
-}
-
-Run open_run(const std::string& path, const Otherwise& otherwise) {
-  Run run = open_run(path);
-  if (otherwise.downscale) run.config.run.downscale = *otherwise.downscale;
-  if (!otherwise.background) return run;
-  const std::vector<float> c = parse_background(*otherwise.background);
-  run.model.background = {.color = {c[0], c[1], c[2]}};
-  return run;
-}
-
-Dataset open_split(const Run& run, const std::string& dataset, const std::string& split) {
-  LoadOptions load;
-  load.downscale = run.config.run.downscale;
-  load.splits = {split};
-  load.time_map = run.record.time_map;
-  return load_dataset(dataset.empty() ? run.record.dataset : dataset, load);
-}
-
-View evaluate_view(const Run& run, Renderer& renderer, const Frame& frame) {
+View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame) {
   View v;
-  v.truth = composite(frame.image, run.background());
+  v.truth = composite(frame.image, model.background.color);
   v.layers = renderer.render(frame.camera, frame.time);
   v.render = clamped(v.layers.rgb);
   v.psnr = psnr(v.render, v.truth);
@@ -70,19 +40,42 @@ View evaluate_view(const Run& run, Renderer& renderer, const Frame& frame) {
   return v;
 }
 
-Image layer_picture(const Run& run, const Rendered& r, const std::string& layer, const Camera& camera) {
-  const auto [near, far] = depth_range(run.model.box, camera);
+Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
+                const std::function<void(const Frame&, const View&)>& seen) {
+  Scores out;
+  out.split = split.name;
+  std::vector<double> psnrs;
+  for (const Frame& frame : split.frames) {
+    const auto start = std::chrono::steady_clock::now();
+    const View v = evaluate_view(model, renderer, frame);
+    out.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    out.views.push_back({frame.name, frame.time, v.psnr, v.ssim, v.ms_ssim});
+    psnrs.push_back(v.psnr);
+    out.ssim += v.ssim;
+    out.ms_ssim += v.ms_ssim;
+    if (seen) seen(frame, v);
+  }
+  const double n = double(split.frames.size());
+  out.psnr = mean_psnr(psnrs);
+  out.ssim /= n;
+  out.ms_ssim /= n;
+  return out;
+}
+
+Image layer_picture(const VoxelModel& model, const Rendered& r, const std::string& layer,
+                    const Camera& camera) {
+  const auto [near, far] = depth_range(model.box, camera);
   if (layer == "alpha") return grey(r.alpha);
-  if (layer == "depth") return depth_colours(r, near, far, run.background());
-  if (layer == "flow") return flow_colours(r, kFullFlow * run.model.box.longest_edge(), run.background());
-  if (layer == "rigidity") return rigidity_colours(r, run.background());
+  if (layer == "depth") return depth_colours(r, near, far, model.background.color);
+  if (layer == "flow") return flow_colours(r, kFullFlow * model.box.longest_edge(), model.background.color);
+  if (layer == "rigidity") return rigidity_colours(r, model.background.color);
   return clamped(r.rgb);
 }
 
-void save_view(const Run& run, const View& view, const Frame& frame, const std::string& folder) {
+void save_view(const VoxelModel& model, const View& view, const Frame& frame, const std::string& folder) {
   std::vector<Image> pictures = {view.truth, view.render, error_colours(view.render, view.truth)};
   for (const char* layer : {"depth", "flow", "rigidity"})
-    pictures.push_back(layer_picture(run, view.layers, layer, frame.camera));
+    pictures.push_back(layer_picture(model, view.layers, layer, frame.camera));
   write_png(fmt::format("{}/{}.png", folder, frame.name), contact_sheet(pictures, 3));
   write_png(fmt::format("{}/{}_render.png", folder, frame.name), view.render);
 }

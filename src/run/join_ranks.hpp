@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "splinevox/core/ranks.hpp"
+#include "core/ranks.hpp"
 
 namespace splinevox::run {
 

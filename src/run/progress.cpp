@@ -42,9 +42,19 @@ Talk choose_talk(bool quiet, bool json) {
 }
 
 void Progress::note(const std::string& text) {
+  if (events_.note) events_.note(text);
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   finish();
   try_print(stderr, text + "\n");
+}
+
+void Progress::announce(const std::string& text) {
+  if (talk_ == Talk::json) try_print(stdout, json_text({{"note", text}}) + "\n");
+  note(text);
+}
+
+void Progress::tell(const StepReport& report) {
+  if (events_.step && !events_.step(report)) stop_ = true;
 }
 
 Json Progress::step(const StepReport& r, double held_psnr) {

@@ -4,9 +4,10 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "run/support.hpp"
-#include "splinevox/train/trainer.hpp"
+#include "splinevox/run/train.hpp"
 
 namespace splinevox::run {
 
@@ -21,11 +22,14 @@ Talk choose_talk(bool quiet, bool json);
 /// What training says while it runs. Averages the steps between two lines.
 class Progress {
  public:
-  explicit Progress(Talk talk) : talk_(talk) {}
+  /// @param events  hear notes and steps besides
+  explicit Progress(Talk talk, TrainEvents events = {}) : talk_(talk), events_(std::move(events)) {}
   ~Progress() { finish(); }
 
   /// A line of its own, above the bar.
   void note(const std::string& text);
+  /// The same, which JSON has as well.
+  void announce(const std::string& text);
   /// One step was done. Returns the averaged report when one is due (every half second; JSON and plain lines
   /// less often), else null: what metrics.jsonl gets.
   Json step(const StepReport& report, double held_psnr);
@@ -34,13 +38,18 @@ class Progress {
   /// Ends the line that the bar is drawn on.
   void finish();
   Talk talk() const { return talk_; }
+  /// Tells those who hear of a step, discarded or not.
+  void tell(const StepReport& report);
+  /// Whether one of them asked to stop.
+  bool stop_asked() const { return stop_; }
 
  private:
   Json report(double held_psnr);
   void draw(const Json& report);
 
   Talk talk_;
-  bool drawn_ = false;
+  TrainEvents events_;
+  bool drawn_ = false, stop_ = false;
   StepReport last_;
   std::int64_t steps_ = 0, rays_ = 0, samples_ = 0;  ///< since the last report
   double loss_ = 0, squared_error_ = 0;              ///< likewise; the latter per channel, of all rays

@@ -50,18 +50,6 @@ bool RunFolder::has(const std::string& name) const {
   return fs::exists(file(name), ignored);
 }
 
-void check_run(const std::string& path) {
-  std::error_code ignored;
-  if (!fs::exists(path, ignored))
-    fail({path, "there is no such run", "the folder that `splinevox train --out` made", "", ""});
-  if (!fs::is_regular_file(path + "/model.vdb", ignored))
-    fail({path, "this is not a run: there is no model.vdb in it",
-          "the folder that `splinevox train --out` made", "",
-          fs::exists(path + "/" + kCheckpoint, ignored)
-              ? "splinevox train DATASET --out " + path + " --resume"
-              : ""});
-}
-
 std::string record_text(const RunRecord& record) {
   const auto quoted = [](const std::string& text) { return json_text(text); };
   return fmt::format(

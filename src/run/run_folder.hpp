@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <string>
 
 #include "run/folder_lock.hpp"
-#include "splinevox/core/camera.hpp"
-#include "splinevox/train/config.hpp"
+#include "splinevox/run/run.hpp"
 
 namespace splinevox::run {
 
@@ -16,15 +14,6 @@ inline constexpr const char* kEffects = "effects.json";
 inline constexpr const char* kAskedConfig =
     "asked.toml";  ///< configuration before effects and the box were settled, where that changed it
 inline constexpr const char* kEditHistory = "edit.json";  ///< only a run that `edit` made has it
-
-/// What a run remembers beside its configuration: the [record] table of config.toml.
-struct RunRecord {
-  std::string version;  ///< of the program that made the run
-  std::string compiler;
-  std::string dataset;            ///< absolute path
-  std::uint64_t fingerprint = 0;  ///< of the training data
-  TimeMap time_map;
-};
 
 /// A folder that one run lives in (docs/formats.md lists its files). While the object lives, no other process
 /// can open the same folder for writing. A folder that was made here and into which nothing was written goes
@@ -51,9 +40,6 @@ class RunFolder {
   bool made_ = false;
   std::optional<FolderLock> lock_;
 };
-
-/// Throws Error (input) if `path` is not the folder of a run with a saved model.
-void check_run(const std::string& path);
 
 std::string record_text(const RunRecord& record);
 /// Both tables of RUN/config.toml. Throws Error (input).

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/share.hpp"
+#include "splinevox/core/share.hpp"
 
 namespace splinevox::run {
 

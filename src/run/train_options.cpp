@@ -7,8 +7,8 @@
 
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/math/sh.hpp"
-#include "splinevox/train/effects.hpp"
+#include "splinevox/run/train.hpp"
+#include "train/effects/effect_table.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -17,22 +17,22 @@ namespace {
 /// dependence is the highest order; of a list, what is not named is off.
 void apply_effects(Config& c, const std::string& text) {
   if (text == "auto") return;
-  const std::vector<std::string>& known = effect_names();
-  const std::vector<std::string> names = text == "all" ? known : split_list(text);
-  for (const std::string& n : names)
-    if (std::find(known.begin(), known.end(), n) == known.end())
-      fail({"--effects", fmt::format("there is no effect '{}'", n),
-            fmt::format("auto, all, or a list of {}", fmt::join(known, ", ")), text, ""});
-  const auto on = [&](const char* name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  };
-  if (on("rigidity") && !on("motion"))
-    fail({"--effects", "rigidity scales motion, so it needs motion", "motion,rigidity", text, ""});
-  c.motion.enabled = on("motion");
-  c.motion.rigidity = on("rigidity");
-  c.motion.light = on("light");
-  c.radiance.sh_order = text == "all" ? kMaxShOrder : on("view") ? std::max(c.radiance.sh_order, 1) : -1;
-  c.run.background_order = on("background") ? std::max(c.run.background_order, 0) : -1;
+  const bool all = text == "all";
+  EffectSet asked;
+  for (const std::string& name : all ? effect_names() : split_list(text)) {
+    const std::optional<Effect> effect = effect_named(name);
+    if (!effect)
+      fail({"--effects", fmt::format("there is no effect '{}'", name),
+            fmt::format("auto, all, or a list of {}", fmt::join(effect_names(), ", ")), text, ""});
+    const EffectFacts& facts = facts_of(*effect);
+    asked = asked.with(*effect, std::max(facts.order_in(c), all ? facts.full : facts.least));
+  }
+  for (const Effect effect : kAllEffects)
+    if (const EffectFacts& facts = facts_of(effect);
+        asked.has(effect) && facts.needs && !asked.has(*facts.needs))
+      fail({"--effects", facts.why_needs, fmt::format("{},{}", to_string(*facts.needs), facts.name), text,
+            ""});
+  apply(asked, c);
 }
 
 }  // namespace
@@ -72,7 +72,10 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   if (o.max_steps && !o.max_time) c.run.max_time = 0;
   set("--seed", "run.seed", o.seed);
   set("--downscale", "run.downscale", o.downscale);
-  if (o.background) c.run.background = parse_background(*o.background), c.run.background_order = -1;
+  if (o.background) {
+    c.run.background = parse_background(*o.background);
+    c.run.background_order = -1;
+  }
   validate(c);
   return c;
 }

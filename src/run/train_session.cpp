@@ -14,14 +14,13 @@
 #include <system_error>
 #include <utility>
 
-#include "backend/pictures.hpp"
 #include "core/process.hpp"
 #include "io/checkpoint.hpp"
-#include "io/manifest.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
+#include "splinevox/io/manifest.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
@@ -93,7 +92,7 @@ double TrainSession::clock() const {
 
 /// Ranks hear signals at different steps, and must stop at the same one.
 bool TrainSession::go_on() {
-  interrupted_ = stop_asked();
+  interrupted_ = stop_asked() || progress_.stop_asked();
   if (setup_.ranks) {
     const double mine = interrupted_;
     for (const double theirs : setup_.ranks->gather({&mine, 1})) interrupted_ |= theirs != 0;
@@ -149,6 +148,7 @@ void TrainSession::step() {
   ++steps_;
   rays_ += last_.rays;
   samples_ += last_.samples;
+  progress_.tell(last_);
   if (!last_.discarded) return report(progress_.step(last_, held_psnr_));
   ++discarded_;
   report(discarded_json(last_, *setup_.data.find("train")));
@@ -195,8 +195,7 @@ bool TrainSession::held_view_due(double seconds) const {
 
 void TrainSession::render_held_view(const VoxelModel& model, double start) {
   if (held_step_ == double(last_.step)) return;
-  const Image picture =
-      clamped(Renderer(model, make_pictures(setup_.device, model)).render(held_->camera, held_->time).rgb);
+  const Image picture = clamped(make_renderer(model, setup_.device).render(held_->camera, held_->time).rgb);
   held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, model.background.color)));
   held_step_ = double(last_.step);
   const std::string folder = setup_.folder.file("preview");

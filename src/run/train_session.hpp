@@ -13,9 +13,9 @@
 #include "run/progress.hpp"
 #include "run/run_folder.hpp"
 #include "splinevox/backend/device.hpp"
+#include "core/ranks.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/train/trainer.hpp"
-#include "train/ranks.hpp"
 
 namespace splinevox::run {
 
@@ -30,7 +30,7 @@ class TrainSession {
     bool resume;                         ///< there is a checkpoint to go on from
     Ranks* ranks;                        ///< who trains with us, if any; only the first of them writes
     Device device;                       ///< makes pictures
-    std::unique_ptr<StepBackend> steps;  ///< makes steps; null: the threads do
+    std::unique_ptr<StepBackend> steps;  ///< makes steps, there and with those ranks
   };
   TrainSession(Setup setup, Progress& progress);
 

@@ -137,7 +137,11 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.frames.resize(frames);
   std::vector<int> deck;
   std::int64_t round = -1;
-  for (int f = 0; f < frames; ++f) out.frames[f] = window[card(seed_, index * frames + f, n, deck, round)];
+  out.times.resize(frames);
+  for (int f = 0; f < frames; ++f) {
+    out.frames[f] = window[card(seed_, index * frames + f, n, deck, round)];
+    out.times[f] = train_.frames[out.frames[f]].time;
+  }
   out.rays.resize(std::size_t(frames) * patches * 4);
   out.targets.resize(out.rays.size());
   out.tasks.clear();
@@ -150,6 +154,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
     for (int first = 0; first < per_frame; first += kTaskRays)
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
 
+  out.draw = hash64(seed_ ^ hash64(std::uint64_t(index)));
   parallel_for(frames, [&](int f) {
     const Rng ray_rng(seed_, kRay + 16 * std::uint64_t(index));
     // Patches sorted along the pictures: neighbours in the list share what they fetch.

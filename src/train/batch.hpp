@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "backend/step.hpp"
 #include "render/views.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/train/config.hpp"
@@ -13,15 +14,16 @@ namespace splinevox {
 
 /// Rays of a few frames and the colours they should have.
 struct Batch {
-  struct Task {
-    int frame;        ///< index into frames
-    int first, last;  ///< rays [first, last)
-  };
   std::vector<int> frames;            ///< training frame of each slot
-  std::vector<RayInput<float>> rays;  ///< grouped by frame slot
+  std::vector<double> times;          ///< of the slots, model time in [0, 1]
+  std::vector<RayInput<float>> rays;  ///< grouped by slot, equally many each
   std::vector<Vec3>
       targets;  ///< [rays] composited over the ray's background; 1: or more (math/photometric.hpp)
-  std::vector<Task> tasks;  ///< fixed cut of the rays into pieces of work, none across frames
+  std::vector<RayTask> tasks;  ///< fixed cut of the rays into pieces of work, none across slots
+  std::vector<int> grids;      ///< of the slots: which of Occupancy::grids
+  std::uint64_t draw = 0;      ///< seed of the step's other draws
+
+  int slot_of(int ray) const { return int(std::size_t(ray) / (rays.size() / frames.size())); }
 };
 
 /// Draws batches. A draw depends on (seed, step) alone.

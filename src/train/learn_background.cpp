@@ -2,9 +2,7 @@
 #include "train/learn_background.hpp"
 
 #include <algorithm>
-#include <vector>
 
-#include "core/parallel.hpp"
 #include "field/learn_kernels.hpp"
 #include "math/background_color.hpp"
 #include "math/logit.hpp"
@@ -51,22 +49,6 @@ Background starting_background(const Config& config, const Split& train, const S
   for (int a = 0; a < 3; ++a) out.raw[0][a] = logit(std::clamp(start[a], kEnd, 1 - kEnd)) / band0;
   out.color = mean_color(out);
   return out;
-}
-
-BackgroundGradient background_gradient(const Background& background, const Batch& batch,
-                                       std::span<const Vec3> behind) {
-  std::vector<BackgroundGradient> parts(batch.tasks.size());
-  parallel_for(int(parts.size()), [&](int t) {
-    for (int i = batch.tasks[t].first; i < batch.tasks[t].last; ++i) {
-      const Vec3& d = batch.rays[i].direction;
-      background_color_vjp(background.order, d, background_color(background.order, background.raw, d).slope,
-                           behind[i], parts[t].data());
-    }
-  });
-  BackgroundGradient sum{};
-  for (const BackgroundGradient& part : parts)
-    for (int j = 0; j < background.count(); ++j) sum[j] += part[j];
-  return sum;
 }
 
 void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient,

@@ -5,6 +5,7 @@
 
 #include "core/process.hpp"
 #include "splinevox/core/error.hpp"
+#include "train/effects/effect_table.hpp"
 #include "train/start.hpp"
 
 namespace splinevox {
@@ -65,8 +66,7 @@ Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions
     apply(out.effects.chosen, out.config);
     out.config.motion.points = out.effects.points;
   }
-  out.used = effects_of(out.config);
-  if (data.has_alpha) out.used = out.used.without("background");  // nothing is behind what such pictures show
+  out.used = shown_in(effects_of(out.config), !data.has_alpha);
   return out;
 }
 

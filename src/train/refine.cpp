@@ -11,6 +11,16 @@
 
 namespace splinevox {
 
+bool drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside) {
+  constexpr float kRounding = 1e-3f;  // of what has been resampled
+  const std::vector<std::int32_t> kept = bricks_above(raw, kEmptyDensity + kRounding);
+  if (kept.empty() || int(kept.size()) == raw.topology->brick_count()) return false;
+  keep_rows(kept, raw.width, raw.values);
+  for (AlignedVector<float>* rows : beside) keep_rows(kept, raw.width, *rows);
+  raw.topology = keep_bricks(*raw.topology, kept);
+  return true;
+}
+
 TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells) {
   std::vector<Int3> bricks;
   Int3 b;
@@ -58,18 +68,20 @@ void elevate(MotionField& motion) {
   MotionField next = motion;
   next.points = refinement.refined(motion.points);
   const int width = next.width(), pinned = motion.points - motion.stored_points();
+  const int stride = motion.stride(), rigidity = motion.rigidity_column();
+  const int next_rigidity = next.rigidity_column();
   std::vector<float> in(motion.points, 0.0f), out(next.points);
   for (Channels& level : next.levels) {
     const Channels old = std::move(level);
     const std::vector<float> zero(width, 0.0f);
     level = make_channels(old.topology, width, zero.data());
     for (std::size_t r = 0; r < old.topology->rows(); ++r) {
-      for (int a = 0; a < motion.stride(); ++a) {
-        for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[motion.stride() * (k - pinned) + a];
+      for (int a = 0; a < stride; ++a) {
+        for (int k = pinned; k < motion.points; ++k) in[k] = old.row(r)[stride * (k - pinned) + a];
         refinement(motion.points, in.data(), out.data());
-        for (int k = pinned; k < next.points; ++k) level.row(r)[motion.stride() * (k - pinned) + a] = out[k];
+        for (int k = pinned; k < next.points; ++k) level.row(r)[stride * (k - pinned) + a] = out[k];
       }
-      level.row(r)[next.rigidity_column()] = old.row(r)[motion.rigidity_column()];
+      level.row(r)[next_rigidity] = old.row(r)[rigidity];
     }
   }
   motion = std::move(next);

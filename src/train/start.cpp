@@ -14,6 +14,7 @@
 #include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/math/sh.hpp"
+#include "train/config/loss_terms.hpp"
 
 namespace splinevox {
 namespace {
@@ -92,13 +93,8 @@ float brightness(const Config& config, const Shown& shown) {
 }
 
 Config in_units_of(float brightness, Config config) {
-  const float square = brightness * brightness;
-  LossConfig& l = config.loss;
-  for (float* weight :
-       {&l.tv_density, &l.tv_color, &l.tv_sh, &l.tv_control, &l.tv_rigidity, &l.tv_light, &l.offset,
-        &l.divergence, &l.curve_length, &l.curve_light, &l.curve_knots, &l.curve_rest})
-    *weight *= square;
-  config.optimiser.epsilon *= square;
+  config.loss = in_unit_of_brightness(config.loss, brightness);
+  config.optimiser.epsilon *= brightness * brightness;
   return config;
 }
 

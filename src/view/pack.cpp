@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "field/columns.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/composite.hpp"
@@ -108,6 +109,18 @@ struct StoredColumn {
   }
 };
 
+/// How a kind of radiance is packed: bits of a number, raw values beyond which it is cut off, and whether
+/// what nothing sees repeats the value before, which costs nothing.
+struct Packing {
+  int ViewQuality::*bits;
+  float limit;
+  bool repeat;
+};
+constexpr Packing kPackings[] = {{&ViewQuality::density_bits, 1e30f, false},
+                                 {&ViewQuality::colour_bits, kColourLimit, true},
+                                 {&ViewQuality::sh_bits, 1e30f, true}};
+static_assert(std::size(kPackings) == std::size_t(ColumnKind::control), "one for each kind of radiance");
+
 Json pack_radiance(Writer& w, const RadianceField& field, float step, const ViewQuality& quality) {
   const Topology& t = *field.raw.topology;
   const std::vector<RowMask> seen = seen_rows(field, step);
@@ -120,21 +133,22 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
   Json out = table_of(w, t, bricks);
   out["scale"] = field.activation.scale, out["shift"] = field.activation.shift;
   out["sh_order"] = field.sh_order;
-  const StoredColumn columns{field, seen, bricks};
-  const auto add = [&](int column, const Quantiser& q, bool repeat) {
-    const float background = field.raw.row(0)[column];
-    out["columns"].push_back({{"lo", q.lo},
-                              {"hi", q.hi},
-                              {"background", std::clamp(background, q.lo, q.hi)},
-                              {"plane", w.plane(columns.quantised(column, q, repeat), q.bits)}});
-  };
+  const StoredColumn stored{field, seen, bricks};
   out["columns"] = Json::array();
-  add(0, columns.range(0, 1, 1e30f, quality.density_bits), false);
-  const Quantiser colour = columns.range(1, 4, kColourLimit, quality.colour_bits);
-  for (int c = 1; c < 4; ++c) add(c, colour, true);
-  if (field.sh_order < 0) return out;
-  const Quantiser sh = columns.range(4, 4 + field.sh_count(), 1e30f, quality.sh_bits);
-  for (int c = 0; c < field.sh_count(); ++c) add(4 + c, sh, true);
+  const std::vector<Column> columns = radiance_columns(field);
+  for (auto first = columns.begin(); first != columns.end();) {  // those of a kind share their range
+    const auto next =
+        std::find_if(first, columns.end(), [&](const Column& c) { return c.kind != first->kind; });
+    const int last = std::prev(next)->first + first->width;
+    const Packing& how = kPackings[int(first->kind)];
+    const Quantiser q = stored.range(first->first, last, how.limit, quality.*how.bits);
+    for (int c = first->first; c < last; ++c)
+      out["columns"].push_back({{"lo", q.lo},
+                                {"hi", q.hi},
+                                {"background", std::clamp(field.raw.row(0)[c], q.lo, q.hi)},
+                                {"plane", w.plane(stored.quantised(c, q, how.repeat), q.bits)}});
+    first = next;
+  }
   return out;
 }
 
@@ -150,6 +164,9 @@ BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
   return dilate(ever);
 }
 
+/// "control_points", "light_points".
+std::string points_key(const ColumnFacts& curve) { return std::string(curve.name) + "_points"; }
+
 Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int bits) {
   const Channels& level = motion.levels.back();
   const Topology& t = *level.topology;
@@ -161,8 +178,9 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
   out["time_curve"] = Json::array();
   for (const TimeCurve::Knot& k : motion.time_curve.knots) out["time_curve"].push_back({k.time, k.value});
   out["points"] = motion.points, out["stored"] = motion.stored_points();
-  out["displaces"] = motion.displaces, out["light"] = motion.light,
-  out["rigidity"] = motion.rigidity && motion.displaces;
+  out["displaces"] = motion.displaces;
+  out["light"] = motion.light;
+  out["rigidity"] = motion.rigidity;
   out["rigidity_offset"] = motion.rigidity_offset;
   // Rows that no sample in an occupied cell reads.
   std::vector<RowMask> read(t.bricks.size());
@@ -197,14 +215,19 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
     }
     return entry;
   };
-  for (const char* key : {"control_points", "light_points"}) out[key] = Json::array();
-  for (int k = 0; k < motion.stored_points(); ++k) {
-    if (motion.displaces) out["control_points"].push_back(add(motion.stride() * k, 3));
-    if (motion.light) out["light_points"].push_back(add(motion.stride() * k + motion.light_lane(), 1));
-  }
-  if (out["rigidity"]) {
-    out["rigidity_values"] = add(motion.rigidity_column(), 1);
-    out["rigidity_background"] = level.row(0)[motion.rigidity_column()];
+  for (const ColumnFacts& c : kColumns)
+    if (c.of_motion() && c.repeat == Repeat::point) out[points_key(c)] = Json::array();
+  std::vector<Column> columns = motion_columns(motion);
+  std::stable_sort(columns.begin(), columns.end(),
+                   [](const Column& a, const Column& b) { return a.first < b.first; });
+  for (const Column& c : columns) {
+    const ColumnFacts& facts = facts_of(c.kind);
+    if (facts.repeat == Repeat::point) {
+      out[points_key(facts)].push_back(add(c.first, c.width));
+    } else {
+      out[c.grid + "_values"] = add(c.first, c.width);
+      out[c.grid + "_background"] = level.row(0)[c.first];
+    }
   }
   return out;
 }

@@ -10,8 +10,9 @@
 #include "math/camera.hpp"
 #include "program.hpp"
 #include "run/correspondence.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/data/truth.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "splinevox/run/run.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;

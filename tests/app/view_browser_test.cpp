@@ -10,9 +10,10 @@
 #include "field/lattice/slice.hpp"
 #include "program.hpp"
 #include "run/edit_session.hpp"
-#include "run/evaluate.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/math/metrics.hpp"
+#include "splinevox/run/evaluate.hpp"
+#include "splinevox/run/run.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -252,7 +253,7 @@ TEST_SUITE("app/view") {
         const bool cluster = p["layer"] == "cluster";
         const Image ours = cluster
                                ? clamped(part_renderer.render(camera, page.header["views"][view]["time"]).rgb)
-                               : run::layer_picture(run, r, p["layer"], camera);
+                               : run::layer_picture(run.model, r, p["layer"], camera);
         const Image theirs = page.picture(p["png"]);
         REQUIRE(theirs.width == ours.width);
         const double db = psnr(ours, theirs);

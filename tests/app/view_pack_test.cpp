@@ -6,6 +6,7 @@
 #include <regex>
 #include <tuple>
 
+#include "field/columns.hpp"
 #include "math/activation.hpp"
 #include "run/html.hpp"
 #include "support/blob_model.hpp"
@@ -153,6 +154,26 @@ TEST_SUITE("app/view_pack") {
       compare(field["control_points"][k], 4 * k), compare(field["light_points"][k], 4 * k + 3);
     compare(field["rigidity_values"], 16);
     CHECK(wrong == 0);
+  }
+
+  TEST_CASE("every column of a model is in the page, by the name that its grids have") {
+    const VoxelModel model = test::noisy_model(5, 4, FirstPoint::free, BasisKind::bspline, 1, true, true);
+    const PackedScene scene = pack_scene(model, view_qualities()[0]);
+    std::size_t radiance = 0;
+    for (const ColumnFacts& facts : kColumns) {
+      CAPTURE(facts.name);
+      const std::vector<Column> columns = columns_of(model, facts.kind);
+      REQUIRE_FALSE(columns.empty());
+      const Json& motion = scene.header["motion"];
+      const std::string name = facts.name;
+      if (!facts.of_motion())
+        radiance += columns.size() * std::size_t(facts.width);
+      else if (facts.repeat == Repeat::point)
+        CHECK(motion[name + "_points"].size() == columns.size());
+      else
+        CHECK(motion[name + "_values"]["planes"].size() == std::size_t(facts.width));
+    }
+    CHECK(scene.header["radiance"]["columns"].size() == radiance);
   }
 
   TEST_CASE("each quality is smaller than the one before; without view dependence there are four columns") {

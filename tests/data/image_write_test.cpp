@@ -16,6 +16,7 @@
 #include <limits>
 #include <random>
 
+#include "data/pictures/exr.hpp"
 #include "splinevox/core/error.hpp"
 #include "support/file_size_limit.hpp"
 

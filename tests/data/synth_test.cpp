@@ -12,6 +12,7 @@
 #include <map>
 
 #include "data/pictures/exr.hpp"
+#include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {

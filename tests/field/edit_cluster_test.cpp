@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/edit_cluster.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
 
+#include "splinevox/field/edit.hpp"
 #include "splinevox/field/sample.hpp"
 
 using namespace splinevox;

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/edit_motion.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cstring>
 
-#include "splinevox/field/anchor.hpp"
+#include "splinevox/field/edit.hpp"
+#include "splinevox/field/sample.hpp"
 #include "splinevox/field/track.hpp"
 #include "support/blob_model.hpp"
 

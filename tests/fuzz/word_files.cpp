@@ -2,8 +2,8 @@
 // What people write by hand: settings, camera paths, tables of points.
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
-#include "run/cameras.hpp"
 #include "run/points_csv.hpp"
+#include "splinevox/run/cameras.hpp"
 #include "support/tiny_dataset.hpp"
 
 namespace splinevox::fuzz {

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "backend/host/engine.hpp"
 #include "core/rng.hpp"
 #include "hard/measured.hpp"
 #include "hard/scenes.hpp"
@@ -14,7 +15,7 @@
 #include "render/field_view.hpp"
 #include "render/scatter.hpp"
 #include "support/blob_model.hpp"
-#include "train/engine.hpp"
+#include "train/batch.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -52,8 +53,8 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
     frame.slice = slice.data();
     RayKernel<double, Sh> kernel;
     RayRecords<double, kWidth, true> records;
-    for (const Batch::Task& task : batch.tasks) {
-      if (task.frame != int(f)) continue;
+    for (const RayTask& task : batch.tasks) {
+      if (task.slot != int(f)) continue;
       for (int i = task.first; i < task.last; ++i) {
         const RayInput<float>& in = batch.rays[i];
         const RayInput<double> ray{cast<double>(in.origin), cast<double>(in.direction), in.count,
@@ -116,11 +117,9 @@ TEST_SUITE("hard/gradients") {
       const BatchSampler sampler(train, model.box, sampling, 3);
       Batch batch;
       sampler.draw(1, 1, model.step, {}, batch);
-      std::vector<double> times;
-      for (const int f : batch.frames) times.push_back(train.frames[f].time);
+      const std::vector<double>& times = batch.times;
       BitGrid all(model.box, 16);
       std::fill(all.bits.begin(), all.bits.end(), ~0u);
-      const std::vector<const BitGrid*> occupancy(times.size(), &all);
       const ActiveRows active{
           std::vector<RowMask>(model.motion.levels[0].topology->bricks.size(), RowMask::all()), {}};
       const MotionLoss<double> loss{.offset = 0.02,
@@ -131,9 +130,21 @@ TEST_SUITE("hard/gradients") {
       const RayLosses asked{.motion = {0.02f, 0.3f, 1e-3f, 0.01f, spline}, .probe_seed = 77};
       Gradient d_radiance(model.radiance.raw), d_motion(model.motion.levels[0]);
       std::vector<Vec3> behind(batch.rays.size());
+      StepModel now{};
+      now.model = &model;
+      now.radiance.values = &model.radiance.raw;
+      now.active = &active;
+      now.occupancy = {&all, 1};
+      StepInput in{};
+      const std::vector<int> grids(times.size(), 0);
+      in.rays = batch.rays;
+      in.targets = batch.targets;
+      in.times = times;
+      in.occupancy = grids;
+      in.losses = asked;
       const PassResult pass =
           make_engine(1, true, true)
-              ->run(model, active, model.step, batch, times, occupancy, asked, d_radiance, d_motion, behind);
+              ->run(now, &model.motion.levels[0], in, batch.tasks, d_radiance, &d_motion, behind);
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
       // The loss is quadratic in the colour behind a ray, so a central difference of any width is exact.

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <limits>
 
+#include "data/pictures/exr.hpp"
 #include "hard/measured.hpp"
 #include "math/camera.hpp"
 #include "splinevox/core/error.hpp"

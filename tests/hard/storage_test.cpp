@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "backend/host/optimiser.hpp"
 #include "hard/measured.hpp"
 #include "hard/scenes.hpp"
 #include "math/schedule.hpp"
@@ -15,7 +16,7 @@
 #include "splinevox/io/model_vdb.hpp"
 #include "support/blob_model.hpp"
 #include "support/tiny_dataset.hpp"
-#include "train/optimiser.hpp"
+#include "train/learner.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -95,12 +96,13 @@ TEST_SUITE("hard/storage") {
     Channels values = noise(7, 8, 1);
     const Channels before = values;
     Learner learner(values);
+    Gradient gradient(values);
     std::fill(learner.rate.begin(), learner.rate.end(), 0.01f);
     const std::size_t seen = kBrickRows + 5;
     for (int step = 1; step <= 10000; ++step) {
-      learner.gradient.values.row(seen)[0] = step < 100 ? 1e-3f : 0;  // then touched, but without gradient
-      learner.gradient.touched[1].set(5);
-      update(values, learner, moment_factors(0.9, 0.99, 1e-8, step), 1);
+      gradient.values.row(seen)[0] = step < 100 ? 1e-3f : 0;  // then touched, but without gradient
+      gradient.touched[1].set(5);
+      update(learned(values, learner), gradient, moment_factors(0.9, 0.99, 1e-8, step), 1);
     }
     std::size_t moved = 0, subnormal = 0;
     for (std::size_t i = 0; i < values.values.size(); ++i) {
@@ -190,20 +192,20 @@ TEST_SUITE("hard/storage") {
   TEST_CASE("H31: the finite check sees NaN, infinity and what has no square, in this very build") {
     Channels values = noise(7, 8, 2);
     for (const float bad : {std::nanf(""), INFINITY, -INFINITY, 1e17f, -3e38f}) {
-      Learner learner(values);
-      learner.gradient.values.row(kBrickRows + 9)[3] = bad;
-      CHECK(unusable_rows(learner.gradient) == 0);  // a row that is not touched is not used
-      learner.gradient.touched[1].set(9);
-      CHECK(unusable_rows(learner.gradient) == 1);
-      discard(learner.gradient);
-      CHECK(unusable_rows(learner.gradient) == 0);
-      CHECK_FALSE(learner.gradient.touched[1].any());
-      CHECK(learner.gradient.values.row(kBrickRows + 9)[3] == 0);
+      Gradient gradient(values);
+      gradient.values.row(kBrickRows + 9)[3] = bad;
+      CHECK(unusable_rows(gradient) == 0);  // a row that is not touched is not used
+      gradient.touched[1].set(9);
+      CHECK(unusable_rows(gradient) == 1);
+      discard(gradient);
+      CHECK(unusable_rows(gradient) == 0);
+      CHECK_FALSE(gradient.touched[1].any());
+      CHECK(gradient.values.row(kBrickRows + 9)[3] == 0);
     }
-    Learner learner(values);
-    learner.gradient.values.row(kBrickRows + 9)[3] = 9e15f;
-    learner.gradient.touched[1].set(9);
-    CHECK(unusable_rows(learner.gradient) == 0);
+    Gradient gradient(values);
+    gradient.values.row(kBrickRows + 9)[3] = 9e15f;
+    gradient.touched[1].set(9);
+    CHECK(unusable_rows(gradient) == 0);
   }
   TEST_CASE(
       "H31: a step without a finite gradient changes nothing; the fifth in a row ends the run with the "

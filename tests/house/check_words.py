@@ -41,8 +41,7 @@ SHELLS = ("sh", "bash", "console")
 LAYERS = ("core", "math", "data", "field", "render", "backend", "train", "io", "run", "view", "report", "cli",
           "python")
 TOP_FOLDERS = ("bench", "cmake", "data_scripts", "docs", "include", "src", "tests")
-WRITTEN_BY_RUNS = ("load_in_blender.py", "array.sh", "page.html", "report.html", "view.html", "table.md",
-                   "cost.md", "torture.md")
+WRITTEN_BY_RUNS = ("array.sh", "page.html", "report.html", "view.html", "table.md", "cost.md", "torture.md")
 WRITTEN_BY_CMAKE = ("splinevox/core/version.hpp",)
 ABBREVIATIONS = ("e.g.", "i.e.", "cf.", "vs.", "al.", "Eq.", "Eqs.", "Fig.", "No.", "approx.", "ca.", "etc.")
 

@@ -85,7 +85,7 @@ class Names(unittest.TestCase):
                          [f"there is no file '{n}'" for n in ("core/serial", "asis.hpp", "math/basis.cpp")])
 
     def test_of_other_things_are_left_alone(self):
-        page = "`metrics.json` `a/b` `runs/mutant` `load_in_blender.py` `x / y` `train --out a.py`"
+        page = "`metrics.json` `a/b` `runs/mutant` `report.html` `x / y` `train --out a.py`"
         self.assertEqual(names(page, *self.FILES), [])
 
     def test_in_code_blocks_are_left_alone(self):

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/manifest.hpp"
+#include "splinevox/io/manifest.hpp"
 
 #include <doctest/doctest.h>
 
+#include "core/atomic_file.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"

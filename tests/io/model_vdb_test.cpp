@@ -6,7 +6,9 @@
 #include <cstring>
 #include <set>
 
+#include "core/atomic_file.hpp"
 #include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/inspect.hpp"

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <random>
 
+#include "core/atomic_file.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"

@@ -32,8 +32,16 @@ if command -v pkg-config >/dev/null; then
   export PKG_CONFIG_PATH
   # shellcheck disable=SC2046
   "$compiler" -O1 "$source/consumer/main.cpp" -o "$folder/one_file" $(pkg-config --cflags --libs splinevox)
-  LD_LIBRARY_PATH=$(pkg-config --variable=libdir splinevox) "$folder/one_file" "$folder"
+  mkdir "$folder/again"
+  LD_LIBRARY_PATH=$(pkg-config --variable=libdir splinevox) "$folder/one_file" "$folder/again"
 fi
+
+echo "== every header on its own terms, for any processor"
+find "$prefix/include" -name '*.hpp' | LC_ALL=C sort >"$folder/headers"
+for order in cat tac; do
+  "$order" "$folder/headers" | sed 's/.*/#include "&"/' >"$folder/headers.cpp"
+  "$compiler" -std=c++20 -fsyntax-only -I"$prefix/include" "$folder/headers.cpp"
+done
 
 echo "== the program, its manual and completions"
 "$prefix/bin/splinevox" synth ball --out "$folder/scene" --frames 6 --size 24 --quiet

@@ -14,8 +14,10 @@ BOX = [[-1.25, -1.5, -0.5], [1.5, 1.25, 2.0]]
 
 def sets(settings):
     """Settings as words of the command line."""
-    texts = {key: ",".join(map(str, value)) if isinstance(value, list) else str(value) for key, value in settings.items()}
-    return [word for key, text in texts.items() for word in ("--set", key + "=" + text)]
+    def text(value):
+        return ",".join(map(str, value)) if isinstance(value, list) else str(value)
+
+    return [word for key, value in settings.items() for word in ("--set", key + "=" + text(value))]
 
 
 def program(*words):

@@ -2,6 +2,7 @@
 """The module and the command line give the same numbers."""
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -31,6 +32,18 @@ def same_values(a, b):
         assert all(tables[0][key] == tables[1][key] for key in shared)
 
 
+def test_every_grid_of_a_file_is_an_array_of_its_name(model, run):
+    grids = {g["name"] for g in json.loads(program("info", run + "/model.vdb", "--json"))["grids"]}
+    about = {name: getattr(sv.Model, name).__doc__ or "" for name in vars(sv.Model)}
+    arrays = {name for name, text in about.items() if text.startswith("float32 (rows")}
+    arrays -= {"radiance_positions", "motion_positions"}
+    assert set(ROWS) == arrays
+    families = {re.sub("_?[0-9]+$", "", g) for g in grids}
+    found = {family: [a for a in arrays if a.startswith(family)] for family in families}
+    assert all(len(names) == 1 for names in found.values()), found
+    assert {names[0] for names in found.values()} == rows(sv.load_model(run + "/model.vdb")).keys()
+
+
 def test_training_gives_the_same_bits(model, run):
     same_values(model, sv.load_model(run + "/model.vdb"))
 
@@ -39,7 +52,8 @@ def test_training_gives_the_same_bits(model, run):
 def test_opaque_pictures_train_in_the_box_of_the_data_to_the_same_file(opaque_scene, tmp_path, effects):
     settings = {**SMALL, "effects.steps": 6}  # few enough for 60 steps to try effects out
     run = tmp_path / "run"
-    words = ["--out", run, "--preset", "draft", "--max-steps", STEPS, "--effects", effects, "--quiet", *sets(settings)]
+    words = ["--out", run, "--preset", "draft", "--max-steps", STEPS, "--effects", effects, "--quiet",
+             *sets(settings)]
     program("train", opaque_scene, *words)
     data = sv.load_dataset(opaque_scene)
     assert not data.has_alpha and data.box == BOX

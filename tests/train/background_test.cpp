@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+#include "backend/step.hpp"
 #include "math/background_color.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
@@ -135,17 +136,18 @@ TEST_SUITE("train/background") {
     const Dataset data = make_synth("ball", {.frames = 12, .size = 24});
     const VoxelModel model = train(small_config(3), data);
     CHECK(model.background == Background{});
-    CHECK(choose_effects(small_config(100), *data.find("train"), data.time_map).chosen.background == -1);
+    CHECK(choose_effects(small_config(100), *data.find("train"), data.time_map)
+              .chosen.order(Effect::background) == EffectSet::kOff);
   }
   TEST_CASE("whether a background is learned is tried like other effects") {
     Config config = preset("fast");
     config.run.max_time = 0, config.run.max_steps = 8000, config.sampling.rays = 1024;
     const Dataset data = before_sky(40, 40);
     const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
-    CHECK(choice.chosen.background == 2);
-    CHECK(choice.chosen.motion);
+    CHECK(choice.chosen.order(Effect::background) == 2);
+    CHECK(choice.chosen.has(Effect::motion));
     REQUIRE_FALSE(choice.verdicts.empty());
-    CHECK(choice.verdicts[0].effect == "background");
+    CHECK(choice.verdicts[0].effect == Effect::background);
     CHECK(choice.verdicts[0].decision == EffectDecision::on);
   }
   TEST_CASE("the same bits for any number of threads, and across a stop") {

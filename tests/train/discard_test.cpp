@@ -10,7 +10,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
-#include "train/archive.hpp"
+#include "support/state_parts.hpp"
 
 using namespace splinevox;
 
@@ -32,27 +32,23 @@ Config tiny() {
   return c;
 }
 
-/// The values that the radiance rows have in a state, and where they stand in its bytes:
-/// Trainer::State::archive's order.
-struct Opened {
+/// The radiance rows of a state, which come first in their section.
+Channels radiance_of(const std::vector<char>& state) {
+  const std::vector<char> section = test::part(state, "radiance");
   Channels raw;
-  std::size_t end;
-};
-Opened open(const std::vector<char>& state) {
-  std::int64_t step;
-  int stage, elevations;
-  double seconds, at_start;
-  PhaseSeconds phases;
-  Box box;
-  BitGrid hull;
-  float march;
-  DensityActivation activation;
-  Channels raw;
-  Archive in(state);
-  in(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
+  Archive in(section);
+  in(raw);
+  return raw;
+}
+
+/// Where one of their values stands in the bytes of the state.
+std::size_t place_of(const std::vector<char>& state, std::size_t value) {
+  Channels raw = radiance_of(state);
   Archive again;
-  again(step, stage, elevations, seconds, at_start, phases, box, hull, march, activation, raw);
-  return {raw, std::size_t(total_size(again.pieces()))};
+  again(raw);
+  const std::size_t end =
+      test::parts_of(state).at("radiance").first + std::size_t(total_size(again.pieces()));
+  return end - (raw.values.size() - value) * sizeof(float);
 }
 
 /// A trainer with one parameter that is no number.
@@ -62,10 +58,8 @@ struct Poisoned {
   explicit Poisoned(std::size_t value) {
     for (int i = 0; i < 10; ++i) trainer.step();
     state = trainer.save();
-    const Opened opened = open(state);
     const float bad = std::numeric_limits<float>::quiet_NaN();
-    std::memcpy(state.data() + opened.end - (opened.raw.values.size() - value) * sizeof(float), &bad,
-                sizeof bad);
+    std::memcpy(state.data() + place_of(state, value), &bad, sizeof bad);
     trainer.restore(state);
   }
 };
@@ -75,13 +69,13 @@ struct Poisoned {
 TEST_SUITE("train/discard") {
   TEST_CASE("a step that is not finite changes no parameter, names its rays, and training goes on") {
     bool mixed = false;
-    const Opened shape = open([] {
+    const Channels shape = radiance_of([] {
       Trainer t(tiny(), *ball().find("train"), ball().time_map);
       t.step();
       return t.save();
     }());
-    for (std::size_t row = kBrickRows; row < shape.raw.topology->rows() && !mixed; row += 37) {
-      Poisoned p(row * std::size_t(shape.raw.width));
+    for (std::size_t row = kBrickRows; row < shape.topology->rows() && !mixed; row += 37) {
+      Poisoned p(row * std::size_t(shape.width));
       int good = 0, bad = 0;
       try {
         while (!p.trainer.done() && !(good && bad)) {
@@ -102,7 +96,7 @@ TEST_SUITE("train/discard") {
           const auto same = [](const AlignedVector<float>& a, const AlignedVector<float>& b) {
             return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
           };
-          CHECK(same(open(before).raw.values, open(p.trainer.save()).raw.values));
+          CHECK(same(radiance_of(before).values, radiance_of(p.trainer.save()).values));
         }
       } catch (const Error& e) {
         CHECK(e.fault == Fault::numeric);
@@ -130,7 +124,7 @@ TEST_SUITE("train/discard") {
     REQUIRE(trainer.discarded().size() == 5);
     CHECK(trainer.discarded().front().step == steps - 4 + 1);
     std::int64_t step;
-    const std::vector<char> state = trainer.save();
+    const std::vector<char> state = test::part(trainer.save(), "steps");
     std::memcpy(&step, state.data(), sizeof step);
     CHECK(step == steps - 4);
   }

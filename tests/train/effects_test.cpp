@@ -23,7 +23,7 @@ EffectChoice choose(const Dataset& data, const Config& config = short_choice()) 
   return choose_effects(config, *data.find("train"), data.time_map);
 }
 
-const EffectVerdict* verdict(const EffectChoice& choice, const std::string& effect) {
+const EffectVerdict* verdict(const EffectChoice& choice, Effect effect) {
   for (const EffectVerdict& v : choice.verdicts)
     if (v.effect == effect) return &v;
   return nullptr;
@@ -36,16 +36,18 @@ TEST_SUITE("train/effects") {
     for (const std::string preset_name : {"fast", "paper", "nerf_atlas"}) {
       Config c = preset(preset_name);
       const EffectSet all = effects_of(c);
-      CHECK(all.motion);
-      for (const std::string& name : effect_names()) {
-        const EffectSet fewer = all.without(name);
-        CHECK_FALSE(fewer.has(name));
+      CHECK(all.has(Effect::motion));
+      for (const Effect effect : kAllEffects) {
+        const EffectSet fewer = all.without(effect);
+        CHECK_FALSE(fewer.has(effect));
         apply(fewer, c);
         CHECK(effects_of(c) == fewer);
       }
     }
-    CHECK_FALSE(EffectSet{true, true, false, 1}.without("motion").rigidity);
-    CHECK(to_string(EffectSet{true, false, true, 1}) == "motion, view, light");
+    const EffectSet moving = EffectSet{}.with(Effect::motion).with(Effect::rigidity).with(Effect::view, 1);
+    CHECK_FALSE(moving.without(Effect::motion).has(Effect::rigidity));
+    CHECK(to_string(EffectSet{}.with(Effect::light).with(Effect::view, 1).with(Effect::motion)) ==
+          "motion, view, light");
     CHECK(to_string(EffectSet{}) == "none");
   }
   TEST_CASE(
@@ -54,16 +56,16 @@ TEST_SUITE("train/effects") {
     const Dataset still = make_synth("static", {.frames = 40, .size = 40}),
                   moving = make_synth("ball", {.frames = 40, .size = 40});
     const EffectChoice a = choose(still), b = choose(moving);
-    CHECK_FALSE(a.chosen.motion);
-    CHECK_FALSE(a.chosen.light);
-    CHECK(b.chosen.motion);
+    CHECK_FALSE(a.chosen.has(Effect::motion));
+    CHECK_FALSE(a.chosen.has(Effect::light));
+    CHECK(b.chosen.has(Effect::motion));
     CHECK(a.held == 8);
-    REQUIRE(verdict(b, "motion"));
-    CHECK(verdict(b, "motion")->decision == EffectDecision::on);
-    CHECK(verdict(b, "motion")->gain.lo > 0.1);
-    CHECK(verdict(b, "motion")->bytes_ratio > 1);
-    REQUIRE(verdict(a, "motion"));
-    CHECK(verdict(a, "motion")->decision != EffectDecision::on);
+    REQUIRE(verdict(b, Effect::motion));
+    CHECK(verdict(b, Effect::motion)->decision == EffectDecision::on);
+    CHECK(verdict(b, Effect::motion)->gain.lo > 0.1);
+    CHECK(verdict(b, Effect::motion)->bytes_ratio > 1);
+    REQUIRE(verdict(a, Effect::motion));
+    CHECK(verdict(a, Effect::motion)->decision != EffectDecision::on);
     CHECK(a.trials.size() == 3);
     CHECK(b.trials.size() == 2);
 
@@ -77,12 +79,12 @@ TEST_SUITE("train/effects") {
     Config config = short_choice();
     config.sampling.rays = 2048;
     const EffectChoice c = choose(make_synth("toy", {.frames = 60, .size = 96}), config);
-    CHECK(c.chosen.motion);
-    REQUIRE(verdict(c, "motion"));
-    CAPTURE(verdict(c, "motion")->gain.mean);
-    CHECK(verdict(c, "motion")->gain.mean > 0.5);
-    CHECK(verdict(c, "motion")->where > 0.005);
-    CHECK(verdict(c, "motion")->where <
+    CHECK(c.chosen.has(Effect::motion));
+    REQUIRE(verdict(c, Effect::motion));
+    CAPTURE(verdict(c, Effect::motion)->gain.mean);
+    CHECK(verdict(c, Effect::motion)->gain.mean > 0.5);
+    CHECK(verdict(c, Effect::motion)->where > 0.005);
+    CHECK(verdict(c, Effect::motion)->where <
           0.1);  // of the pictures; the ball's share of what they show is larger
     CHECK(c.trials[0].mean() < c.trials[1].mean());  // on the whole, motion loses so early
   }
@@ -100,18 +102,19 @@ TEST_SUITE("train/effects") {
     const EffectChoice still = film("static", 0.6, 0.5, 1), moving = film("ball", 0, 0.5, 1),
                        little = film("toy", 0, 1.5, 3);
     for (const EffectChoice* c : {&still, &moving, &little}) CHECK(c->view_told_by_time > 0.85);
-    CHECK_FALSE(still.chosen.motion);
-    CHECK_FALSE(still.chosen.light);
-    REQUIRE(verdict(still, "motion"));
-    CHECK(verdict(still, "motion")->gain.mean > 0.1);  // what would have been enough
-    CHECK(verdict(still, "motion")->decision == EffectDecision::confounded);
-    CHECK(*verdict(still, "motion")->far < 0.001);
-    CHECK(moving.chosen.motion);
-    CHECK(verdict(moving, "motion")->decision == EffectDecision::on);
-    CHECK(little.chosen.motion);  // by no more than a still scene may gain, but the ball goes far
-    CHECK(*verdict(little, "motion")->far > 0.002);
-    CAPTURE(verdict(little, "motion")->gain.mean);
-    CHECK(verdict(little, "motion")->gain.mean < 1.4);
+    CHECK_FALSE(still.chosen.has(Effect::motion));
+    CHECK_FALSE(still.chosen.has(Effect::light));
+    REQUIRE(verdict(still, Effect::motion));
+    CHECK(verdict(still, Effect::motion)->gain.mean > 0.1);  // what would have been enough
+    CHECK(verdict(still, Effect::motion)->decision == EffectDecision::confounded);
+    CHECK(*verdict(still, Effect::motion)->far < 0.001);
+    CHECK(moving.chosen.has(Effect::motion));
+    CHECK(verdict(moving, Effect::motion)->decision == EffectDecision::on);
+    CHECK(
+        little.chosen.has(Effect::motion));  // by no more than a still scene may gain, but the ball goes far
+    CHECK(*verdict(little, Effect::motion)->far > 0.002);
+    CAPTURE(verdict(little, Effect::motion)->gain.mean);
+    CHECK(verdict(little, Effect::motion)->gain.mean < 1.4);
   }
   TEST_CASE(
       "time tells where a film is seen from, and nothing of cameras anywhere, few or many, of a rig, or of "
@@ -137,22 +140,22 @@ TEST_SUITE("train/effects") {
   }
   TEST_CASE("light that fades is light, not motion") {
     const EffectChoice c = choose(make_synth("static", {.frames = 60, .size = 48, .look = {.fade = 0.7}}));
-    CHECK(c.chosen.light);
-    CHECK_FALSE(c.chosen.motion);
+    CHECK(c.chosen.has(Effect::light));
+    CHECK_FALSE(c.chosen.has(Effect::motion));
   }
   TEST_CASE(
       "a long sequence that repeats a motion gets the control points to follow it, one that does it once "
       "keeps few") {
     const EffectChoice often =
         choose(make_synth("ball", {.frames = 400, .size = 32, .look = {.repeats = 10}}));
-    CHECK(often.chosen.motion);
+    CHECK(often.chosen.has(Effect::motion));
     const Config config = short_choice();
     const int pieces_in_the_end = (often.points - 3) << config.motion.halve_start.size();
     CHECK(pieces_in_the_end > 34);
     REQUIRE_FALSE(often.points_verdicts.empty());
     CHECK(often.points_verdicts.back().gain.mean > 0.1);
     const EffectChoice once = choose(make_synth("ball", {.frames = 400, .size = 32}));
-    CHECK(once.chosen.motion);
+    CHECK(once.chosen.has(Effect::motion));
     CHECK(once.points < often.points);
     CHECK(choose(make_synth("ball", {.frames = 40, .size = 32})).points == config.motion.points);
   }
@@ -160,19 +163,19 @@ TEST_SUITE("train/effects") {
     Dataset data = make_synth("ball", {.frames = 40, .size = 24});
     for (Frame& f : data.splits[0].frames) f.time = 0;
     const EffectChoice one_time = choose(data);
-    CHECK_FALSE(one_time.chosen.motion);
+    CHECK_FALSE(one_time.chosen.has(Effect::motion));
     CHECK_FALSE(one_time.note.empty());
 
     const Dataset few = make_synth("ball", {.frames = 6, .size = 24});
     const EffectChoice kept = choose(few);
     CHECK(kept.trials.empty());
-    CHECK(kept.chosen == effects_of(short_choice()).without("background"));
+    CHECK(kept.chosen == effects_of(short_choice()).without(Effect::background));
 
     Config c = short_choice();
     c.run.max_steps = 300;
     const EffectChoice short_run = choose(data, c);
     CHECK(short_run.trials.empty());
-    CHECK(short_run.chosen == effects_of(c).without("background"));
+    CHECK(short_run.chosen == effects_of(c).without(Effect::background));
     c = short_choice(), c.effects.steps = 0;
     CHECK(choose(data, c).trials.empty());
   }

@@ -6,13 +6,15 @@
 #include <set>
 #include <vector>
 
+#include "math/camera.hpp"
+#include "backend/host/optimiser.hpp"
 #include "math/tv.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/sample.hpp"
 #include "support/dual.hpp"
 #include "train/batch.hpp"
 #include "train/bounds/hull.hpp"
-#include "train/optimiser.hpp"
+#include "train/learner.hpp"
 #include "train/refine.hpp"
 
 using namespace splinevox;
@@ -30,6 +32,13 @@ Channels random_channels(TopologyPtr topology, int width, unsigned seed) {
   for (std::size_t i = std::size_t(kBrickRows) * width; i < c.values.size(); ++i)
     c.values[i] = uniform(random);
   return c;
+}
+
+/// Weights of all columns: the first one's, and 0.
+std::vector<float> first_column(const Channels& values, float weight) {
+  std::vector<float> out(values.width, 0.0f);
+  out[0] = weight;
+  return out;
 }
 
 /// Row of a vertex, or -1 where it is absent.
@@ -70,34 +79,33 @@ TEST_SUITE("train/optimiser") {
     const auto topology =
         make_topology(make_lattice(kBox, 23), {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {2, 2, 2}, {2, 2, 1}});
     const Channels values = random_channels(topology, 8, 3);
-    Learner learner(values);
-    learner.tv[0] = 0.5f;
-    add_total_variation(values, learner, 1.0f, 1.0f, 11);
+    Gradient gradient(values);
+    const std::vector<float> tv = first_column(values, 0.5f);
+    add_total_variation(values, tv, 1.0f, 1.0f, 11, gradient);
     for (int b = 1; b <= topology->brick_count(); ++b)
       for (int i = 0; i < kBrickRows; ++i) {
         const Int3 at = topology->vertex(b, i);
-        const float* g = learner.gradient.values.row(std::size_t(b) * kBrickRows + i);
+        const float* g = gradient.values.row(std::size_t(b) * kBrickRows + i);
         REQUIRE(std::abs(g[0] - 0.5 * tv_derivative(values, at)) <= 2e-6);
         REQUIRE(g[1] == 0);
       }
   }
   TEST_CASE("a share of the bricks estimates the whole without bias") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 31)), 8, 4);
-    Learner whole(values);
-    whole.tv[0] = 1;
-    add_total_variation(values, whole, 1.0f, 1.0f, 0);
+    const std::vector<float> tv = first_column(values, 1);
+    Gradient whole(values);
+    add_total_variation(values, tv, 1.0f, 1.0f, 0, whole);
     std::vector<double> mean(values.values.size());
     const int draws = 400;
     for (int d = 0; d < draws; ++d) {
-      Learner part(values);
-      part.tv[0] = 1;
-      add_total_variation(values, part, 1.0f, 0.25f, 100 + d);
-      for (std::size_t i = 0; i < mean.size(); i += 8) mean[i] += part.gradient.values.values[i] / draws;
+      Gradient part(values);
+      add_total_variation(values, tv, 1.0f, 0.25f, 100 + d, part);
+      for (std::size_t i = 0; i < mean.size(); i += 8) mean[i] += part.values.values[i] / draws;
     }
     // The estimate of one entry g is 4 g with probability 1/4: standard error sqrt(3 / draws) |g|.
     double error = 0, size = 0;
     for (std::size_t i = 0; i < mean.size(); i += 8) {
-      const double g = whole.gradient.values.values[i];
+      const double g = whole.values.values[i];
       error += (mean[i] - g) * (mean[i] - g), size += g * g;
     }
     CHECK(std::sqrt(error / size) <= 1.5 * std::sqrt(3.0 / draws));
@@ -106,25 +114,26 @@ TEST_SUITE("train/optimiser") {
     Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 8, 5);
     const Channels before = values;
     Learner learner(values);
+    Gradient gradient(values);
     learner.rate[0] = 0.1f;
     const std::size_t row = kBrickRows + 77;
-    learner.gradient.values.row(row)[0] = 1e-3f;
-    learner.gradient.touched[1].set(77);
-    update(values, learner, moment_factors(0.9, 0.99, 1e-12, 1), 1.0f);
+    gradient.values.row(row)[0] = 1e-3f;
+    gradient.touched[1].set(77);
+    update(learned(values, learner), gradient, moment_factors(0.9, 0.99, 1e-12, 1), 1.0f);
     CHECK(values.row(row)[0] == doctest::Approx(before.row(row)[0] - 0.1f).epsilon(1e-5));
     values.row(row)[0] = before.row(row)[0];
     CHECK(values.values == before.values);
-    CHECK_FALSE(learner.gradient.touched[1].any());
-    CHECK(learner.gradient.values.row(row)[0] == 0);
+    CHECK_FALSE(gradient.touched[1].any());
+    CHECK(gradient.values.row(row)[0] == 0);
   }
   TEST_CASE("curve length has the gradient of a sum of squares") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
-    Learner learner(values);
+    Gradient gradient(values);
     MotionField motion;  // a Bezier curve of 5 points, the first pinned
     motion.points = 5, motion.first_point = FirstPoint::zero;
-    add_curve_prior(values, learner, motion, {.length = 0.5f}, 1.0f, 1);
+    add_curve_prior(values, motion, CurvePrior{.length = 0.5f}, 1.0f, 1, {}, gradient);
     const std::size_t row = kBrickRows + 5;
-    const float *p = values.row(row), *g = learner.gradient.values.row(row);
+    const float *p = values.row(row), *g = gradient.values.row(row);
     for (int a = 0; a < 3; ++a) {
       CHECK(g[a] == doctest::Approx(p[a] - (p[3 + a] - p[a])).epsilon(1e-5));
       CHECK(g[9 + a] == doctest::Approx(p[9 + a] - p[6 + a]).epsilon(1e-5));
@@ -134,17 +143,17 @@ TEST_SUITE("train/optimiser") {
   TEST_CASE(
       "what lets curves rest pulls by its weight at most, touches the rows it may look at and no others") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
-    Learner learner(values);
+    Gradient gradient(values);
     MotionField motion;
     motion.points = 5;
     std::vector<RowMask> among(values.topology->bricks.size());
     among[1].set(5), among[1].set(77);
-    add_curve_prior(values, learner, motion, {.weight = 0.5f, .softening = 1e-3f}, 1.0f, 1, among);
+    add_curve_prior(values, motion, RestPrior{.weight = 0.5f, .softening = 1e-3f}, 1.0f, 1, among, gradient);
     for (int i = 0; i < kBrickRows; ++i) {
-      const float* g = learner.gradient.values.row(kBrickRows + i);
+      const float* g = gradient.values.row(kBrickRows + i);
       float squares = 0;
       for (int k = 0; k < values.width; ++k) squares += g[k] * g[k];
-      CHECK(learner.gradient.touched[1].test(i) == among[1].test(i));
+      CHECK(gradient.touched[1].test(i) == among[1].test(i));
       if (among[1].test(i))
         CHECK((squares > 0 && std::sqrt(squares) <= 2 * 0.5f));  // |differences transposed| <= 2
       else
@@ -289,8 +298,8 @@ TEST_SUITE("train/bounds and batches") {
     int carved = 0;
     for (int step = 0; step < 4; ++step) {
       carver.draw(step, 1, 0.02f, {}, a);
-      for (const Batch::Task& task : a.tasks) {
-        const Frame& own = train.frames[a.frames[task.frame]];
+      for (const RayTask& task : a.tasks) {
+        const Frame& own = train.frames[a.frames[task.slot]];
         const SynthMoment moment = scene.at(own.time);
         for (int i = task.first; i < task.last; ++i) {
           const Vec3d origin = cast<double>(a.rays[i].origin), direction = cast<double>(a.rays[i].direction);

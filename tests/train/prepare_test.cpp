@@ -110,7 +110,7 @@ TEST_SUITE("train/prepare") {
     CHECK(kept(config, boxed(false)).used.background == -1);
   }
   TEST_CASE("dark pictures are trained in a unit of their own, which is told") {
-    const Dataset data = make_synth("ball", {.frames = 8, .size = 16, .look = {.light = 0.01}});
+    const Dataset data = make_synth("ball", {.frames = 8, .size = 40, .look = {.light = 0.01}});
     const Prepared ready = kept(small_config(), data);
     CHECK(ready.brightness < 0.1f);
     REQUIRE(ready.notes.size() == 1);

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "train/ranks.hpp"
-
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <exception>
 #include <thread>
 
+#include "backend/host/sum_ranks.hpp"
 #include "backend/step.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
@@ -110,13 +109,13 @@ struct Trained {
   VoxelModel model;
 };
 
-enum class By { trainer, device };
+enum class By { cpu, device };
 
-/// @param by  who makes the steps: the trainer's own code, or the device's kernels on the host's threads,
-/// with sums in fixed point
-Trained train(const Config& config, Ranks* ranks, const Dataset& data = scene(), By by = By::trainer) {
+/// @param by  who makes the steps: the CPU's own code, or the device's kernels on the host's threads, with
+/// sums in fixed point
+Trained train(const Config& config, Ranks* ranks, const Dataset& data = scene(), By by = By::cpu) {
   Trainer trainer(config, *data.find("train"), data.time_map, 0, ranks,
-                  by == By::device ? make_host_step(true, ranks) : nullptr);
+                  by == By::device ? make_host_step(true, ranks) : make_step(Device::cpu, true, ranks));
   Trained out;
   while (!trainer.done()) out.loss.push_back(trainer.step().loss);
   out.model = trainer.model();
@@ -124,7 +123,7 @@ Trained train(const Config& config, Ranks* ranks, const Dataset& data = scene(),
 }
 
 std::vector<Trained> train_with(int count, const Config& config, const Dataset& data = scene(),
-                                By by = By::trainer) {
+                                By by = By::cpu) {
   std::vector<Trained> out(static_cast<std::size_t>(count));
   together(count,
            [&](ThreadRanks& ranks) { out[std::size_t(ranks.rank())] = train(config, &ranks, data, by); });

@@ -16,7 +16,6 @@
 #include "splinevox/train/trainer.hpp"
 #include "support/blob_model.hpp"
 #include "train/bounds/offset.hpp"
-#include "train/engine.hpp"
 
 using namespace splinevox;
 

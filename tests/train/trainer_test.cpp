@@ -13,8 +13,10 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "support/state_parts.hpp"
 
 using namespace splinevox;
+using test::same_parameters;
 
 namespace {
 
@@ -64,16 +66,6 @@ std::vector<char> run(const Config& config, int threads, int from = 0, const std
     }
     return trainer.save();
   });
-}
-
-/// The part of a state that is not a clock reading: phases and seconds come right after step, stage and
-/// elevations.
-bool same_parameters(std::vector<char> a, std::vector<char> b) {
-  const std::size_t from = sizeof(std::int64_t) + 2 * sizeof(int),
-                    n = 2 * sizeof(double) + sizeof(PhaseSeconds);
-  if (a.size() != b.size()) return false;
-  std::fill_n(a.begin() + from, n, char(0)), std::fill_n(b.begin() + from, n, char(0));
-  return a == b;
 }
 
 double test_psnr(const VoxelModel& model, const Split& split) {

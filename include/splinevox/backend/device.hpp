@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "splinevox/render/render_image.hpp"
+
 namespace splinevox {
 
 class Ranks;
@@ -27,5 +29,9 @@ Device choose_device(const std::string& name);
 Device choose_device(const std::string& name, Ranks& ranks);
 /// For reports: "cpu", or "cuda: " and the device's name.
 std::string describe(Device device);
+
+/// A renderer whose pictures the device draws. The model must outlive it. @pre the device is there
+/// (choose_device)
+Renderer make_renderer(const VoxelModel& model, Device device);
 
 }  // namespace splinevox

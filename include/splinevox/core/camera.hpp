@@ -29,6 +29,11 @@ struct Camera {
   Distortion lens{};
 };
 
+/// Half line origin + s * direction, s >= 0 in scene units; direction has unit length.
+struct Ray {
+  Vec3d origin, direction;
+};
+
 /// Affine map from the data's own time to the model's [0, 1]: t = (raw - origin) * scale.
 /// Always the train split's; scale 0 means that all training frames share one time.
 struct TimeMap {

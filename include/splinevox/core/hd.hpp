@@ -15,3 +15,11 @@
 #else
 #define SPLINEVOX_INLINE __attribute__((always_inline)) inline
 #endif
+
+/// SPLINEVOX_UNROLL: a loop whose arrays must end up in a device's registers, which have no index. Host
+/// compilers know by themselves.
+#if defined(__CUDA_ARCH__)
+#define SPLINEVOX_UNROLL _Pragma("unroll")
+#else
+#define SPLINEVOX_UNROLL
+#endif

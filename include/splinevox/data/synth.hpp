@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "math/camera.hpp"
+#include "splinevox/core/camera.hpp"
 #include "splinevox/data/scene.hpp"
 
 namespace splinevox {

@@ -28,7 +28,8 @@ enum class FirstPoint {
 };
 
 /// Canonical appearance: raw values on one lattice, activated after interpolation.
-/// Row: [0] density, [1..3] rgb, [4..] spherical-harmonic coefficients of the view rescale, then padding.
+/// Row: [0] density, [1..3] rgb, [4..] spherical-harmonic coefficients of the view rescale, then padding
+/// (field/columns.hpp).
 struct RadianceField {
   DensityActivation activation;
   int sh_order = 1;  ///< 0..3, or -1 for no view dependence: colour is sigmoid(rgb)
@@ -57,13 +58,10 @@ struct MotionField {
 
   int stored_points() const { return first_point == FirstPoint::zero ? points - 1 : points; }
   bool moves() const { return displaces && !levels.empty(); }
-  /// Floats per control point: x, y, z and, with light, the light's.
-  int stride() const { return displaces ? (light ? 4 : 3) : 1; }
-  /// Place of the light among them.
-  int light_lane() const { return displaces ? 3 : 0; }
-  int rigidity_column() const { return stride() * stored_points(); }
-  /// Floats per row, a whole number of registers.
-  int width() const { return padded_width(rigidity_column() + 1); }
+  // See MotionLayout in field/columns.hpp.
+  int stride() const;           ///< floats per control point: x, y, z and, with light, the light's
+  int rigidity_column() const;  ///< the first after the control points
+  int width() const;            ///< floats per row, a whole number of registers
 };
 
 /// A reconstructed scene: everything rendering needs and nothing it does not.

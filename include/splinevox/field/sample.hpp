@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "field/lattice/brick_view.hpp"
-#include "field/lattice/slice.hpp"
+#include <memory>
+
+#include "splinevox/core/vec3.hpp"
 #include "splinevox/field/model.hpp"
 
 namespace splinevox {
@@ -10,6 +11,8 @@ namespace splinevox {
 /// The model at one time, contracted: per motion vertex one displacement and one raw rigidity instead of K
 /// control points. Build once per frame, then sample anywhere. Plain slow-path sampling in float for export,
 /// tracking and tests; the renderer has its own packed path with the same formulas.
+///
+/// The model must outlive it. Copies share what was contracted; const use from several threads is safe.
 class FrameSampler {
  public:
   FrameSampler(const VoxelModel& model, double time);
@@ -39,11 +42,8 @@ class FrameSampler {
   Radiance radiance(Vec3 x_canonical) const;
 
  private:
-  FrameSampler(const VoxelModel& model, const BasisWeights<float>& weights,
-               const BasisWeights<float>& weights_dt);
-  const VoxelModel& model_;
-  BrickView<float> radiance_view_, motion_view_;
-  MotionSlice position_, velocity_;
+  struct Views;
+  std::shared_ptr<const Views> views_;
 };
 
 }  // namespace splinevox

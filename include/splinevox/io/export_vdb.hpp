@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/share.hpp"
-#include "io/manifest.hpp"
+#include "splinevox/core/share.hpp"
 #include "splinevox/field/cluster.hpp"
+#include "splinevox/io/manifest.hpp"
 
 namespace splinevox {
 

@@ -6,10 +6,17 @@
 #include <string>
 #include <vector>
 
-#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/vec3.hpp"
 
 namespace splinevox {
+
+/// Bounds that are checked before anything is parsed or allocated.
+struct VdbLimits {
+  std::uint64_t max_bytes = std::uint64_t(8) << 30;  ///< size of the file
+  int max_grids = 256;
+  std::uint32_t max_text = 1u << 24;                  ///< bytes of one metadata entry or name
+  std::uint64_t max_voxels = std::uint64_t(1) << 28;  ///< active voxels of one grid once tiles are expanded
+};
 
 /// What `info` prints about one grid of any type.
 struct GridInfo {

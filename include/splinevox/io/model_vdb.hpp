@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "core/atomic_file.hpp"
+#include "splinevox/core/file_digest.hpp"
 #include "splinevox/field/model.hpp"
 
 namespace splinevox {

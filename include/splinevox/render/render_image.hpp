@@ -3,13 +3,13 @@
 
 #include <memory>
 
-#include "render/occupancy.hpp"
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
 #include "splinevox/field/model.hpp"
-#include "splinevox/render/picture_maker.hpp"
 
 namespace splinevox {
+
+class PictureMaker;
 
 /// What one view of a model shows. Each [height * width * channels]; scene units where not said otherwise.
 struct Rendered {
@@ -31,19 +31,20 @@ struct RenderOptions {
 /// and so do times at which nothing has moved on, because nothing in the model does or an edit holds it.
 class Renderer {
  public:
-  /// @param maker  what draws instead of the calling arena's threads; null: they do.
-  explicit Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker = nullptr);
+  explicit Renderer(const VoxelModel& model);
+  /// With something else that draws than the calling arena's threads (make_renderer, backend/device.hpp).
+  /// @param maker  null: the threads do
+  Renderer(const VoxelModel& model, std::unique_ptr<PictureMaker> maker);
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+  ~Renderer();
   /// The model at a time in [0, 1] (clamped). Runs on the TBB threads of the calling arena; the same bits for
   /// any number of threads, and whatever was rendered before. Not for use by two threads at once.
   Rendered render(const Camera& camera, double time, const RenderOptions& options = {});
 
  private:
-  const VoxelModel& model_;
-  std::unique_ptr<PictureMaker> maker_;
-  OccupancyPyramid canonical_;
-  double moment_;  ///< on the curves, of slice_ and occupied_; NaN: of none yet
-  MotionSlice slice_;
-  BitGrid occupied_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 /// One picture: see Renderer.

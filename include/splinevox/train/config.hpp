@@ -73,8 +73,8 @@ struct MotionConfig {
   float initial_rigidity = 0;      ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<float> halve_start;  ///< bspline: progress at which every span is halved, K -> 2K - 3, the
                                    ///< curves staying the same
-  float rest = 0.5f;  ///< share of what is seen that may move for the rest to come to rest (train/rest.cpp);
-                      ///< 0: nothing does
+  float rest = 0.5f;               ///< share of what is seen that may move for the rest to come to rest
+                      ///< (train/bounds/freeze); 0: nothing does
   std::vector<int> elevate_points;   ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;  ///< progress at which each happens
 };

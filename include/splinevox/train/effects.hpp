@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,22 +15,44 @@
 
 namespace splinevox {
 
-/// What a model can do beyond a still and matte scene. What is off has no lattice, no parameters and no line
-/// in the file.
-struct EffectSet {
-  bool motion = false;
-  bool rigidity = false;  ///< needs motion
-  bool light = false;
-  int view = -1;        ///< order of the view rescale's harmonics, -1: none
-  int background = -1;  ///< order of the harmonics of a colour learned behind opaque pictures, -1: none
+/// What a model can do beyond a still and matte scene.
+enum class Effect {
+  motion,
+  rigidity,   ///< needs motion
+  view,       ///< the view rescale: has harmonics
+  light,      ///< a gain per place and time
+  background  ///< a colour learned behind opaque pictures: has harmonics
+};
+inline constexpr Effect kAllEffects[] = {Effect::motion, Effect::rigidity, Effect::view, Effect::light,
+                                         Effect::background};
 
-  bool has(const std::string& effect) const;  ///< one of effect_names()
-  EffectSet without(const std::string& effect) const;
+/// Some effects, and how far each goes. What is off has no lattice, no parameters and no line in the file.
+class EffectSet {
+ public:
+  static constexpr int kOff = -1;
+
+  bool has(Effect effect) const { return order(effect) != kOff; }
+  /// Of its harmonics; 0 if it has none; kOff.
+  int order(Effect effect) const { return order_[int(effect)]; }
+  EffectSet with(Effect effect, int order = 0) const;
+  EffectSet without(Effect effect) const;  ///< nor what needs it
   friend bool operator==(const EffectSet&, const EffectSet&) = default;
+
+ private:
+  static constexpr std::array<int, std::size(kAllEffects)> none() {
+    std::array<int, std::size(kAllEffects)> out{};
+    out.fill(kOff);
+    return out;
+  }
+  std::array<int, std::size(kAllEffects)> order_ = none();
 };
 
 /// "motion", "rigidity", "view", "light", "background".
-const std::vector<std::string>& effect_names();
+const char* to_string(Effect effect);
+std::vector<std::string> effect_names();
+/// None: there is no effect of that name.
+std::optional<Effect> effect_named(const std::string& name);
+
 EffectSet effects_of(const Config& config);
 void apply(const EffectSet& effects, Config& config);
 /// "motion, view", or "none".
@@ -49,7 +73,7 @@ enum class EffectDecision { on, off, undecided, confounded };  ///< see choose_e
 
 /// What an effect gained over the same fit without it.
 struct EffectVerdict {
-  std::string effect;
+  Effect effect;
   EffectSet with;  ///< the larger of the two fits
   EffectDecision decision;
   PairedGain gain;   ///< dB per held-out picture

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "backend/step.hpp"
+#include "splinevox/backend/device.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/train/config.hpp"
@@ -16,6 +16,7 @@
 namespace splinevox {
 
 class Ranks;
+class StepBackend;
 
 /// Seconds spent so far in each part of a step, summed over steps (wall clock of the calling thread).
 struct PhaseSeconds {
@@ -24,8 +25,8 @@ struct PhaseSeconds {
 
 /// A ray whose loss or gradient was not finite: enough to find it again.
 struct BadRay {
-  int frame = 0;           ///< of the training split
-  std::int64_t index = 0;  ///< within the step's batch; of a rank's device, within that rank's rays
+  int frame = 0;                         ///< of the training split
+  std::int64_t index = 0;                ///< within the step's batch
   Vec3 origin{}, direction{}, target{};  ///< scene units, unit length, linear colour
   double time = 0;                       ///< of the model
 };
@@ -45,22 +46,25 @@ struct StepReport {
                                  ///< none: a regulariser did
 };
 
-/// Trains a model. One step is draw, forward, loss, backward, regularise, update. Runs on the TBB threads of
-/// the calling arena and gives the same bits for any number of them, provided max_steps (not max_time) lays
-/// out the schedule.
+/// Trains a model. One step is refine, draw, slice, forward and backward, scatter, regularise, update. Runs
+/// on the TBB threads of the calling arena, or on a device, and on the CPU gives the same bits for any number
+/// of threads, provided max_steps (not max_time) lays out the schedule.
 class Trainer {
  public:
   /// `train` must outlive the trainer. `seconds_used`: seconds of the budget spent before training (loading
   /// data). `ranks`: processes to train with (core/ranks.hpp), each with a trainer of the same config and
-  /// data; outlives the trainer. `device`: what makes the steps instead of the calling arena's threads
-  /// (backend/step.hpp); null: they do. Batches are drawn and lattices changed on the threads either way.
-  /// With both, the device was made for these ranks.
+  /// data; outlives the trainer. `device`: where steps are made (choose_device); batches are drawn and
+  /// lattices changed on the threads either way. `deterministic`: the same bits in every run on a device too.
+  /// Throws Error (input) where the device cannot train with these ranks.
   Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used = 0,
-          Ranks* ranks = nullptr, std::unique_ptr<StepBackend> device = nullptr);
+          Ranks* ranks = nullptr, Device device = Device::cpu, bool deterministic = false);
+  /// The same with whoever makes the steps (backend/step.hpp), made for these ranks; not null.
+  Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used,
+          Ranks* ranks, std::unique_ptr<StepBackend> backend);
   ~Trainer();
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
-  static constexpr std::uint32_t kStateFormat = 6;  ///< of what save() gives
+  static constexpr std::uint32_t kStateFormat = 7;  ///< of what save() gives
 
   bool done() const;
   /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the

@@ -13,7 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 static_assert(std::endian::native == std::endian::little);
-constexpr std::uintmax_t kLargestFile = std::uintmax_t(4) << 30;
 
 /// Values one after the other, never past the end.
 class Values {
@@ -72,7 +71,7 @@ class Values {
   std::size_t at_ = 0;
 };
 
-void read_cameras(const fs::path& path, ColmapModel& model) {
+void read_binary_cameras(const fs::path& path, ColmapModel& model) {
   Values in(path);
   for (std::uint64_t n = in.count(24); n > 0; --n) {
     const auto id = in.get<std::uint32_t>();
@@ -90,7 +89,7 @@ void read_cameras(const fs::path& path, ColmapModel& model) {
   in.end();
 }
 
-void read_images(const fs::path& path, ColmapModel& model) {
+void read_binary_images(const fs::path& path, ColmapModel& model) {
   Values in(path);
   model.where = in.file();
   for (std::uint64_t n = in.count(73); n > 0; --n) {
@@ -106,7 +105,7 @@ void read_images(const fs::path& path, ColmapModel& model) {
   in.end();
 }
 
-void read_points(const fs::path& path, ColmapModel& model) {
+void read_binary_points(const fs::path& path, ColmapModel& model) {
   Values in(path);
   for (std::uint64_t n = in.count(51); n > 0; --n) {
     in.get<std::uint64_t>();
@@ -123,10 +122,10 @@ void read_points(const fs::path& path, ColmapModel& model) {
 
 ColmapModel read_colmap_binary(const fs::path& folder) {
   ColmapModel model;
-  read_cameras(folder / "cameras.bin", model);
-  read_images(folder / "images.bin", model);
+  read_binary_cameras(folder / "cameras.bin", model);
+  read_binary_images(folder / "images.bin", model);
   std::error_code ignored;
-  if (fs::exists(folder / "points3D.bin", ignored)) read_points(folder / "points3D.bin", model);
+  if (fs::exists(folder / "points3D.bin", ignored)) read_binary_points(folder / "points3D.bin", model);
   return model;
 }
 

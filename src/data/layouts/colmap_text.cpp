@@ -12,7 +12,6 @@ namespace splinevox::data {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::uintmax_t kLargestFile = std::uintmax_t(4) << 30;
 
 /// The lines of a text file, with their numbers. Comments are left out, empty lines are not: of an image
 /// without points the second is empty.
@@ -67,7 +66,7 @@ class Lines {
   std::string_view line_, rest_;
 };
 
-void read_cameras(const fs::path& path, ColmapModel& model) {
+void read_text_cameras(const fs::path& path, ColmapModel& model) {
   for (Lines lines(path); lines.next();) {
     if (lines.blank()) continue;
     const auto id = lines.number<std::int64_t>("a camera's number");
@@ -85,7 +84,7 @@ void read_cameras(const fs::path& path, ColmapModel& model) {
   }
 }
 
-void read_images(const fs::path& path, ColmapModel& model) {
+void read_text_images(const fs::path& path, ColmapModel& model) {
   Lines lines(path);
   model.where = lines.file();
   while (lines.next()) {
@@ -101,7 +100,7 @@ void read_images(const fs::path& path, ColmapModel& model) {
   }
 }
 
-void read_points(const fs::path& path, ColmapModel& model) {
+void read_text_points(const fs::path& path, ColmapModel& model) {
   for (Lines lines(path); lines.next();) {
     if (lines.blank()) continue;
     lines.number<std::int64_t>("a point's number");
@@ -115,10 +114,10 @@ void read_points(const fs::path& path, ColmapModel& model) {
 
 ColmapModel read_colmap_text(const fs::path& folder) {
   ColmapModel model;
-  read_cameras(folder / "cameras.txt", model);
-  read_images(folder / "images.txt", model);
+  read_text_cameras(folder / "cameras.txt", model);
+  read_text_images(folder / "images.txt", model);
   std::error_code ignored;
-  if (fs::exists(folder / "points3D.txt", ignored)) read_points(folder / "points3D.txt", model);
+  if (fs::exists(folder / "points3D.txt", ignored)) read_text_points(folder / "points3D.txt", model);
   return model;
 }
 

@@ -27,6 +27,10 @@ inline constexpr std::size_t kExrMaxBytes = std::size_t(2) << 30;  ///< width * 
 /// truncated, subsampled, or larger than the limits above.
 std::vector<ExrLayer> read_exr_layers(const std::string& path);
 
+/// Layers of one size as a single-part OpenEXR file of 32-bit floats, ZIP compressed: lossless. All or
+/// nothing (core/atomic_file.hpp); throws Error (Fault::output) naming the path.
+void write_exr(const std::string& path, const std::vector<ExrLayer>& layers);
+
 /// The layer of that name, or Error (Fault::input) listing those that `path` holds.
 const ExrLayer& find_exr_layer(const std::vector<ExrLayer>& layers, const std::string& name,
                                const std::string& path);

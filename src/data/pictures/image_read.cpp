@@ -13,11 +13,9 @@ namespace splinevox {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
-constexpr std::uintmax_t kLargestFile = std::uintmax_t(4) << 30;
 constexpr std::uint64_t kLongestSide = 1u << 16;
-constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28;  ///< 2 GiB at 16 bit RGBA
-constexpr std::uint64_t kDeflateBound = 1100;                  ///< raw bytes per file byte; 1032 is possible
-constexpr std::size_t kHeaderBytes = 33;                       ///< signature and IHDR
+constexpr std::uint64_t kDeflateBound = 1100;  ///< raw bytes per file byte; 1032 is possible
+constexpr std::size_t kPngHeaderBytes = 33;    ///< signature and IHDR
 
 constexpr std::array<std::uint8_t, 16> kStart = {0x89, 'P', 'N', 'G', 13,  10,  26,  10,
                                                  0,    0,   0,   13,  'I', 'H', 'D', 'R'};
@@ -53,10 +51,10 @@ int samples_of(int colour_type, int bits) {
   return colour_type == 2 ? 3 : colour_type == 4 ? 2 : colour_type == 6 ? 4 : 0;
 }
 
-PngHeader check_header(Bytes head, std::uintmax_t file_size, const std::string& where) {
+PngHeader check_png(Bytes head, std::uintmax_t file_size, const std::string& where) {
   if (!starts_with(head, Bytes(kStart).first(8)))
     fail({where, "the image is not a PNG", "a PNG file", guess_format(head), "convert it to PNG"});
-  if (head.size() < kHeaderBytes)
+  if (head.size() < kPngHeaderBytes)
     fail({where, "the image is truncated", "a whole PNG", std::to_string(file_size) + " bytes",
           "copy the file again"});
   if (!starts_with(head, kStart))
@@ -65,7 +63,7 @@ PngHeader check_header(Bytes head, std::uintmax_t file_size, const std::string& 
   const std::uint64_t width = be32(head, 16), height = be32(head, 20);
   const std::string size = std::to_string(width) + " x " + std::to_string(height);
   if (width < 1 || height < 1 || width > kLongestSide || height > kLongestSide ||
-      width * height > kMostPixels)
+      width * height > data::kMostPixels)
     fail({where, "the image's size is out of range", "1 to 65536 pixels a side and at most 2^28 in all", size,
           ""});
   const int bits = head[24], samples = samples_of(head[25], bits);
@@ -86,13 +84,13 @@ PngHeader check_header(Bytes head, std::uintmax_t file_size, const std::string& 
 PngHeader read_png_header(const std::filesystem::path& path, const std::string& where) {
   const std::string name = where.empty() ? path.string() : where;
   const std::uintmax_t size = data::file_size_of(path, name);
-  return check_header(data::read_bytes(path, name, kLargestFile, kHeaderBytes), size, name);
+  return check_png(data::read_bytes(path, name, data::kLargestFile, kPngHeaderBytes), size, name);
 }
 
 Image16 read_png(const std::filesystem::path& path, const std::string& where) {
   const std::string name = where.empty() ? path.string() : where;
-  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, kLargestFile);
-  const PngHeader header = check_header(bytes, bytes.size(), name);
+  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, data::kLargestFile);
+  const PngHeader header = check_png(bytes, bytes.size(), name);
   data::PngDecoder decoder(bytes);
   Image16 image{header.width, header.height, {}};
   bool good = decoder.begin(image.width, image.height);

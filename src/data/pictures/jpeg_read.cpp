@@ -9,20 +9,18 @@
 namespace splinevox {
 namespace {
 
-constexpr std::uintmax_t kLargestFile = std::uintmax_t(4) << 30;
-constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28;
 constexpr std::uint64_t kPackBound =
     4096;  ///< pixels per file byte; an 8 x 8 block takes a bit at the least, arithmetic coding less
-constexpr std::uintmax_t kHeaderBytes = std::uintmax_t(4)
-                                        << 20;  ///< previews and colour profiles may stand before the size
+constexpr std::uintmax_t kJpegHeaderBytes =
+    std::uintmax_t(4) << 20;  ///< previews and colour profiles may stand before the size
 
-PictureSize check_header(data::JpegDecoder& decoder, std::uintmax_t file_size, const std::string& where) {
+PictureSize check_jpeg(data::JpegDecoder& decoder, std::uintmax_t file_size, const std::string& where) {
   if (!decoder.begin())
     fail(
         {where, "the image is truncated or damaged", "a whole JPEG", decoder.error(), "copy the file again"});
   const std::string size = std::to_string(decoder.width()) + " x " + std::to_string(decoder.height());
   const std::uint64_t pixels = std::uint64_t(decoder.width()) * std::uint64_t(decoder.height());
-  if (pixels < 1 || pixels > kMostPixels)
+  if (pixels < 1 || pixels > data::kMostPixels)
     fail({where, "the image's size is out of range", "1 to 65500 pixels a side and at most 2^28 in all", size,
           ""});
   if (!decoder.colours_known())
@@ -36,7 +34,7 @@ PictureSize check_header(data::JpegDecoder& decoder, std::uintmax_t file_size, c
 }
 
 bool is_jpeg(const std::filesystem::path& path, const std::string& name) {
-  const std::vector<std::uint8_t> start = data::read_bytes(path, name, kLargestFile, 3);
+  const std::vector<std::uint8_t> start = data::read_bytes(path, name, data::kLargestFile, 3);
   return start.size() == 3 && start[0] == 0xff && start[1] == 0xd8 && start[2] == 0xff;
 }
 
@@ -44,9 +42,9 @@ bool is_jpeg(const std::filesystem::path& path, const std::string& name) {
 
 Image16 read_jpeg(const std::filesystem::path& path, const std::string& where) {
   const std::string name = where.empty() ? path.string() : where;
-  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, kLargestFile);
+  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, data::kLargestFile);
   data::JpegDecoder decoder(bytes);
-  const PictureSize size = check_header(decoder, bytes.size(), name);
+  const PictureSize size = check_jpeg(decoder, bytes.size(), name);
   std::vector<std::uint8_t> rgb(std::size_t(size.width) * std::size_t(size.height) * 3);
   if (!decoder.read(rgb.data()))
     fail({name, "the image is truncated or damaged", "a whole JPEG", decoder.error(),
@@ -64,9 +62,9 @@ PictureSize read_picture_size(const std::filesystem::path& path, const std::stri
     const PngHeader header = read_png_header(path, where);
     return {header.width, header.height};
   }
-  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, kLargestFile, kHeaderBytes);
+  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, data::kLargestFile, kJpegHeaderBytes);
   data::JpegDecoder decoder(bytes);
-  return check_header(decoder, data::file_size_of(path, name), name);
+  return check_jpeg(decoder, data::file_size_of(path, name), name);
 }
 
 Image16 read_picture(const std::filesystem::path& path, const std::string& where) {

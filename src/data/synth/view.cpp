@@ -11,6 +11,7 @@
 #include <span>
 
 #include "core/parallel.hpp"
+#include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::data {

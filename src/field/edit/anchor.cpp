@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/anchor.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
@@ -8,6 +6,8 @@
 #include <memory>
 
 #include "core/parallel.hpp"
+#include "field/columns.hpp"
+#include "field/edit/edit_motion.hpp"
 #include "field/lattice/locate.hpp"
 #include "math/inverse_warp.hpp"
 #include "math/rigidity.hpp"
@@ -82,7 +82,8 @@ MotionDifference anchor_first(VoxelModel& model) {
     samplers.push_back(std::make_unique<FrameSampler>(before, FrameSampler::AtParameter{s}));
   // A light that is not zero at time 0 needs its first point, and so the curves keep theirs.
   const Basis& basis = basis_of(m.basis);
-  const FirstPoint pin = basis.pinnable && s0 == 0 && !m.light ? FirstPoint::zero : FirstPoint::free;
+  const bool alone = m.stride() == facts_of(ColumnKind::control).width;
+  const FirstPoint pin = basis.pinnable && s0 == 0 && alone ? FirstPoint::zero : FirstPoint::free;
   Matrix same(m.points, m.points);
   for (int k = 0; k < m.points; ++k) same(k, k) = 1;
   model.motion = with_points(m, m.basis, m.points, pin, same);

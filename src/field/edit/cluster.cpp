@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "field/edit/edit_motion.hpp"
 #include "math/kmeans.hpp"
-#include "splinevox/field/edit_motion.hpp"
 
 namespace splinevox {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/edit_cluster.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "core/parallel.hpp"
 #include "math/logit.hpp"
+#include "splinevox/field/edit.hpp"
 
 namespace splinevox {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/edit_motion.hpp"
+#include "field/edit/edit_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -43,10 +43,11 @@ void retime(MotionField& motion, const TimeCurve& change) {
 
 void scale_motion(MotionField& motion, float factor) {
   if (!motion.displaces) return;
+  const int stride = motion.stride();
   for (Channels& level : motion.levels)
     for (std::size_t r = 0; r < level.topology->rows(); ++r)
       for (int k = 0; k < motion.stored_points(); ++k)
-        for (int a = 0; a < 3; ++a) level.row(r)[motion.stride() * k + a] *= factor;
+        for (int a = 0; a < 3; ++a) level.row(r)[stride * k + a] *= factor;
 }
 
 MotionField with_points(const MotionField& motion, BasisKind basis, int points, FirstPoint first,

@@ -6,11 +6,11 @@
 #include <string>
 
 #include "core/parallel.hpp"
+#include "field/edit/edit_motion.hpp"
 #include "field/lattice/locate.hpp"
 #include "math/activation.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/edit_cluster.hpp"
-#include "splinevox/field/edit_motion.hpp"
+#include "splinevox/field/edit.hpp"
 #include "splinevox/math/sh.hpp"
 
 namespace splinevox {
@@ -193,13 +193,14 @@ void carry_motion(MotionField& next, const MotionField& motion, const std::vecto
   const Channels& old = motion.levels[0];
   Channels& level = next.levels[0];
   const BrickView<float> view(*old.topology);
+  const int stride = motion.stride();
   for (std::size_t r = kBrickRows; r < rows.size(); ++r) {
     if (!rows[r]) continue;
     const Vec3 x = level.topology->position(int(r / kBrickRows), int(r % kBrickRows));
     float* row = level.row(r);
     interpolate_row(view, old, cast<float>(g.inverse(cast<double>(x))), row);
     for (int k = 0; motion.displaces && k < motion.stored_points(); ++k) {
-      float* p = row + motion.stride() * k;
+      float* p = row + stride * k;
       const Vec3 turned = cast<float>(g.linear({p[0], p[1], p[2]}));
       for (int a = 0; a < 3; ++a) p[a] = turned[a];
     }

@@ -3,6 +3,7 @@
 
 #include "core/atomic.hpp"
 #include "core/pack.hpp"
+#include "field/columns.hpp"
 #include "field/lattice/lattice_view.hpp"
 #include "field/lattice/slice.hpp"
 
@@ -37,21 +38,6 @@ struct CollapseKernel {
   }
 };
 
-/// How rows of the motion are laid out: MotionField's accessors as plain numbers.
-struct MotionColumns {
-  bool displaces = true, rigidity = true, light = false;
-  int stride = 3, rigidity_column = 0, width = 8;
-
-  MotionColumns() = default;
-  explicit MotionColumns(const MotionField& m)
-      : displaces(m.displaces),
-        rigidity(m.rigidity),
-        light(m.light),
-        stride(m.stride()),
-        rigidity_column(m.rigidity_column()),
-        width(m.width()) {}
-};
-
 /// Basis weights of the time of one slot, and which of them are not zero.
 struct SlotWeights {
   BasisWeights<float> w;
@@ -60,7 +46,7 @@ struct SlotWeights {
 
 /// One row: the slices of all slots (contract_brick).
 struct ContractKernel {
-  MotionColumns columns;
+  MotionLayout layout;
   const float* level;
   const std::uint64_t* active;  ///< rows to do
   const SlotWeights* slots;
@@ -71,27 +57,29 @@ struct ContractKernel {
   SPLINEVOX_HD std::size_t count() const { return rows; }
   SPLINEVOX_HD void operator()(std::size_t r) const {
     if (!test_row(active, r)) return;
-    const float* row = level + r * columns.width;
+    const float* row = level + r * layout.width;
     for (int s = 0; s < slot_count; ++s) {
       const SlotWeights& slot = slots[s];
-      Pack sum{};
-      float light = 0;
+      Pack sum{}, scalars{};
       for (int k = slot.first; k < slot.last; ++k) {
-        const float* p = row + columns.stride * k;
+        const float* p = row + layout.stride * k;
         const float w = slot.w[k];
-        if (columns.displaces) sum += w * Pack{{p[0], p[1], p[2], 0}};
-        if (columns.light) light += w * p[columns.displaces ? 3 : 0];
+        if (layout.displaces) sum += w * Pack{{p[0], p[1], p[2], 0}};
+        SPLINEVOX_UNROLL for (int i = 0; i < kScalars; ++i) {
+          if (layout.scalar[i] >= 0) scalars[i] += w * p[layout.scalar[i]];
+        }
       }
-      if (columns.rigidity) sum[3] = row[columns.rigidity_column];
+      if (layout.rigidity) sum[3] = row[layout.rigidity_column];
       float* out = slices + (s * rows + r) * kSliceWidth;
-      store_pack(out, sum), store_pack(out + 4, {{light, 0, 0, 0}});
+      store_pack(out, sum);
+      store_pack(out + kSliceScalars, scalars);
     }
   }
 };
 
 /// One row: its gradient from those of all slots' slices (expand_brick), which it clears.
 struct ExpandKernel {
-  MotionColumns columns;
+  MotionLayout layout;
   const std::uint64_t* touched;  ///< rows that any slot has something for
   const std::uint64_t* active;   ///< rows that are learned
   const SlotWeights* slots;
@@ -104,23 +92,24 @@ struct ExpandKernel {
   SPLINEVOX_HD void operator()(std::size_t r) const {
     if (!test_row(touched, r)) return;
     const bool learned = test_row(active, r);
-    float* row = gradient + r * columns.width;
+    float* row = gradient + r * layout.width;
     for (int s = 0; s < slot_count; ++s) {
       float* from = slices + (s * rows + r) * kSliceWidth;
       if (!learned) {
         store_pack(from, {}), store_pack(from + 4, {});
         continue;
       }
-      const Pack g = load_pack(from);
-      const float light = from[4];
-      if (columns.rigidity) row[columns.rigidity_column] += g[3];
+      const Pack g = load_pack(from), scalars = load_pack(from + kSliceScalars);
+      if (layout.rigidity) row[layout.rigidity_column] += g[3];
       const SlotWeights& slot = slots[s];
       for (int k = slot.first; k < slot.last; ++k) {
-        float* p = row + columns.stride * k;
+        float* p = row + layout.stride * k;
         const float w = slot.w[k];
-        if (columns.displaces)
+        if (layout.displaces)
           for (int a = 0; a < 3; ++a) p[a] += w * g[a];
-        if (columns.light) p[columns.displaces ? 3 : 0] += w * light;
+        SPLINEVOX_UNROLL for (int i = 0; i < kScalars; ++i) {
+          if (layout.scalar[i] >= 0) p[layout.scalar[i]] += w * scalars[i];
+        }
       }
       store_pack(from, {}), store_pack(from + 4, {});
     }

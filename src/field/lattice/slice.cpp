@@ -12,7 +12,10 @@ namespace splinevox {
 namespace {
 
 using Four = Simd<float>::Four;
-using Eight = Simd<float>::Eight;
+
+/// Place within a point of the curve that one register reads along with x, y and z. If there is none the
+/// register reads what comes next in the row, which is not used.
+constexpr int kBesidePlace = 3;
 
 /// The control points [first, last) whose weight is not zero: at most four of a B-spline.
 struct Range {
@@ -52,47 +55,52 @@ BasisWeights<float> stored_weights_dt(const MotionField& motion, double t) {
 void contract_brick(const MotionField& motion, const Channels& level,
                     std::span<const BasisWeights<float>> weights, int brick, const RowMask& rows,
                     std::span<float* const> out) {
-  const int stride = motion.stride(), rigidity = motion.rigidity_column();
+  const MotionLayout layout(motion);
   std::vector<Range> points;
   for (const BasisWeights<float>& w : weights) points.emplace_back(w, motion.stored_points());
   rows.for_each([&](int i) {
     const std::size_t r = std::size_t(brick) * kBrickRows + i;
     const float* row = level.row(r);
     for (std::size_t f = 0; f < weights.size(); ++f) {
-      if (!motion.displaces) {
-        float light = 0;
-        for (int k = points[f].first; k < points[f].last; ++k) light += weights[f][k] * row[k];
-        store(out[f] + r * kSliceWidth, Eight{0, 0, 0, 0, light, 0, 0, 0});
-        continue;
+      Four sum{}, scalars{};
+      if (layout.displaces)
+        for (int k = points[f].first; k < points[f].last; ++k)
+          sum += weights[f][k] * load<Four>(row + layout.stride * k);
+      for (int c = 0; c < kScalars; ++c) {
+        if (layout.scalar[c] == kBesidePlace && layout.displaces)
+          scalars[c] = sum[kBesidePlace];
+        else if (layout.scalar[c] >= 0)
+          for (int k = points[f].first; k < points[f].last; ++k)
+            scalars[c] += weights[f][k] * row[layout.stride * k + layout.scalar[c]];
       }
-      Four sum{};
-      // Without light the fourth lane reads what comes next in the row and is not used.
-      for (int k = points[f].first; k < points[f].last; ++k)
-        sum += weights[f][k] * load<Four>(row + stride * k);
-      const float light = motion.light ? sum[3] : 0.0f;
-      sum[3] = motion.rigidity ? row[rigidity] : 0.0f;
+      sum[3] = layout.rigidity ? row[layout.rigidity_column] : 0.0f;
       store(out[f] + r * kSliceWidth, sum);
-      store(out[f] + r * kSliceWidth + 4, Four{light, 0, 0, 0});
+      store(out[f] + r * kSliceWidth + kSliceScalars, scalars);
     }
   });
 }
 
 void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows,
                   float* slice_gradient, int brick, Channels& gradient) {
-  const int stride = motion.stride(), rigidity = motion.rigidity_column();
+  const MotionLayout layout(motion);
   const Range points(weights, motion.stored_points());
   rows.for_each([&](int i) {
     float* from = slice_gradient + std::size_t(i) * kSliceWidth;
     float* row = gradient.row(std::size_t(brick) * kBrickRows + i);
-    if (motion.displaces) {
-      Four g = load<Four>(from);
-      if (motion.rigidity) row[rigidity] += g[3];
-      g[3] = motion.light ? from[4] : 0.0f;
-      for (int k = points.first; k < points.last; ++k)
-        store(row + stride * k, load<Four>(row + stride * k) + weights[k] * g);
-    } else {
-      for (int k = points.first; k < points.last; ++k) row[k] += weights[k] * from[4];
+    Four g = load<Four>(from);
+    const Four scalars = load<Four>(from + kSliceScalars);
+    if (layout.rigidity) row[layout.rigidity_column] += g[3];
+    g[3] = 0;
+    for (int c = 0; c < kScalars; ++c) {
+      if (layout.scalar[c] == kBesidePlace && layout.displaces)
+        g[kBesidePlace] = scalars[c];
+      else if (layout.scalar[c] >= 0)
+        for (int k = points.first; k < points.last; ++k)
+          row[layout.stride * k + layout.scalar[c]] += weights[k] * scalars[c];
     }
+    if (layout.displaces)
+      for (int k = points.first; k < points.last; ++k)
+        store(row + layout.stride * k, load<Four>(row + layout.stride * k) + weights[k] * g);
     std::fill_n(from, kSliceWidth, 0.0f);
   });
 }

@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "field/columns.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/math/basis.hpp"
@@ -19,8 +20,10 @@ BasisWeights<float> stored_weights_dt(const MotionField& motion, double t);
 BasisWeights<float> parameter_weights(const MotionField& motion, double s);
 BasisWeights<float> parameter_weights_dt(const MotionField& motion, double s);
 
-/// Row of a slice: displacement before rigidity (3, scene units), raw rigidity (1), raw light (1), padding.
+/// Row of a slice: displacement before rigidity (3, scene units), raw rigidity (1), the curves of one number
+/// (raw light), padding.
 inline constexpr int kSliceWidth = 8;
+static_assert(kSliceUsed <= kSliceWidth);
 
 /// The motion field at one time, contracted: 5 floats a row instead of 4 K + 1. Every sample of a frame
 /// shares its time and interpolation is linear, so sampling the slice equals sampling the curves.
@@ -30,7 +33,7 @@ struct MotionSlice {
 };
 
 /// Contracts the given rows of one brick of a level into the slices of several times ([times] of [rows *
-/// kSliceWidth], all bricks): sum_k w_k p_k, raw rigidity, sum_k w_k l_k. A row is read once for all times.
+/// kSliceWidth], all bricks): sum_k w_k p_k of every curve, raw rigidity. A row is read once for all times.
 void contract_brick(const MotionField& motion, const Channels& level,
                     std::span<const BasisWeights<float>> weights, int brick, const RowMask& rows,
                     std::span<float* const> out);

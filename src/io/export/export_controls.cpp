@@ -31,10 +31,13 @@ FileDigest write_controls(const std::string& path, const VoxelModel& model) {
   VdbFile file;
   file.meta = {{"creator", std::string("splinevox")}};
   const VdbMeta meta = motion_meta(motion);
-  for (ModelColumn column : motion_columns(motion)) {
-    const bool rigidity = column.grid == "rigidity";
-    if (!rigidity && !column.grid.starts_with("control_")) continue;
-    if (rigidity) column.role = "rigidity: 1 moves, 0 is static", column.activation = "linear";
+  for (Column column : motion_columns(motion)) {
+    const bool rigidity = column.kind == ColumnKind::rigidity;
+    if (!rigidity && column.kind != ColumnKind::control) continue;
+    if (rigidity) {
+      column.role = "rigidity: 1 moves, 0 is static";
+      column.activation = "linear";
+    }
     VdbGrid grid = to_grid(motion.levels[0], column, meta, false);
     if (rigidity) {
       const auto activate = [&](float raw) { return rigidity_of(raw, motion.rigidity_offset).value; };

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "core/atomic_file.hpp"
 #include "io/export/blender_script.hpp"
 #include "io/export/usd_stage.hpp"
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "field/columns.hpp"
 #include "io/model/exact_text.hpp"
-#include "io/model/model_columns.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/math/basis.hpp"
 #include "splinevox/math/sh.hpp"
@@ -13,8 +13,8 @@
 namespace splinevox {
 namespace {
 
-constexpr int kMaxWidth = padded_width(4 * kMaxPoints + 1);  // floats per row
-constexpr std::size_t kMaxKnots = 1 << 16;                   // of a time curve
+constexpr int kMaxWidth = widest_motion(kMaxPoints);  // floats per row
+constexpr std::size_t kMaxKnots = 1 << 16;            // of a time curve
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
   fail({.where = in.where,
@@ -86,8 +86,11 @@ void put_shape(VdbMeta& meta, const Channels& channels) {
 /// The first format that can hold a model: programs that would show it wrongly are to refuse it.
 int format_of(const VoxelModel& model) {
   const MotionField& m = model.motion;
-  if (model.background.learned()) return kBackgroundFormat;
-  return m.time_curve.identity() && basis_of(m.basis).trained ? kModelFormat : kEditedFormat;
+  int format = m.time_curve.identity() && basis_of(m.basis).trained ? kModelFormat : kEditedFormat;
+  if (model.background.learned()) format = kBackgroundFormat;
+  for (const ColumnFacts& c : kColumns)
+    if (!columns_of(model, c.kind).empty()) format = std::max(format, c.format);
+  return format;
 }
 
 TimeCurve parse_time_curve(const NamedMeta& in) {
@@ -108,7 +111,7 @@ TimeCurve parse_time_curve(const NamedMeta& in) {
   return curve;
 }
 
-FieldShape parse_shape(const NamedMeta& in, const std::vector<ModelColumn>& columns) {
+FieldShape parse_shape(const NamedMeta& in, const std::vector<Column>& columns) {
   const std::vector<float> v = numbers<float>(in, "lattice", 7);
   FieldShape shape;
   shape.lattice.origin = {v[0], v[1], v[2]};
@@ -167,9 +170,9 @@ VdbMeta motion_meta(const MotionField& motion) {
   meta["basis"] = std::string(basis_of(motion.basis).name);
   meta["points"] = std::int64_t(motion.points);
   meta["first_point"] = std::string(kFirstPoints[std::size_t(motion.first_point)]);
-  if (!motion.displaces) meta["displacement_switch"] = std::string(kSwitch[0]);
-  meta["rigidity_switch"] = std::string(kSwitch[motion.rigidity]);
-  meta["light_switch"] = std::string(kSwitch[motion.light]);
+  for (const ColumnFacts& c : kColumns)
+    if (c.of_motion() && c.unsaid != motion.*c.stored)
+      meta[c.file_switch] = std::string(kSwitch[motion.*c.stored]);
   meta["rigidity_offset"] = exact_text<float>({motion.rigidity_offset});
   if (!motion.time_curve.identity()) {
     std::vector<double> numbers;
@@ -236,10 +239,11 @@ FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
   if (!basis->pinnable && motion.first_point == FirstPoint::zero)
     bad(in, "first_point", "free for " + std::string(basis->name), quoted(in, "first_point"));
   motion.time_curve = parse_time_curve(in);
-  motion.displaces = !in.meta.count("displacement_switch") || choice(in, "displacement_switch", kSwitch) == 1;
-  motion.rigidity = choice(in, "rigidity_switch", kSwitch) == 1;
-  motion.light = choice(in, "light_switch", kSwitch) == 1;
-  if (!motion.displaces && (motion.rigidity || !motion.light))
+  for (const ColumnFacts& c : kColumns)
+    if (c.of_motion())
+      motion.*c.stored =
+          c.unsaid && !in.meta.count(c.file_switch) ? *c.unsaid : choice(in, c.file_switch, kSwitch) == 1;
+  if (!motion.displaces && (motion.rigidity || motion.stride() == 0))
     bad(in, "displacement_switch", "on, or off with light_switch on and rigidity_switch off",
         quoted(in, "displacement_switch"));
   motion.rigidity_offset = numbers<float>(in, "rigidity_offset", 1)[0];

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <string>
 
+#include "field/columns.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/field/model.hpp"
 
@@ -11,7 +13,8 @@ namespace splinevox {
 inline constexpr int kModelFormat = 2;       ///< version of model.vdb as training writes it
 inline constexpr int kEditedFormat = 3;      ///< the same with a time curve or a basis that only `edit` makes
 inline constexpr int kBackgroundFormat = 4;  ///< with a learned background
-inline constexpr int kNewestFormat = kBackgroundFormat;  ///< readers refuse later ones
+/// Readers refuse later ones.
+inline constexpr int kNewestFormat = std::max(kBackgroundFormat, newest_column_format());
 
 /// A metadata table and what to call it in an error message.
 struct NamedMeta {

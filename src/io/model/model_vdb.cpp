@@ -21,11 +21,18 @@ const VdbGrid* find(const VdbFile& file, const std::string& name) {
   return nullptr;
 }
 
+/// Whether a grid holds points of a curve: those alone tell whether a file has motion.
+bool is_curve(const std::string& grid) {
+  for (const ColumnFacts& c : kColumns)
+    if (c.repeat == Repeat::point && grid.starts_with(std::string(c.name) + "_")) return true;
+  return false;
+}
+
 /// The grids of one field, in the order of its columns. A missing or misshapen one is an error.
 std::vector<const VdbGrid*> find_all(const std::string& path, const VdbFile& file,
-                                     const std::vector<ModelColumn>& columns) {
+                                     const std::vector<Column>& columns) {
   std::vector<const VdbGrid*> grids;
-  for (const ModelColumn& column : columns) {
+  for (const Column& column : columns) {
     const VdbGrid* grid = find(file, column.grid);
     if (!grid || grid->width != column.width)
       fail({.where = path,
@@ -64,7 +71,7 @@ TopologyPtr read_topology(const std::string& path, const Lattice& lattice,
 }
 
 Channels read_channels(const std::string& path, const VdbFile& file, const Lattice& lattice, int width,
-                       const std::vector<ModelColumn>& columns) {
+                       const std::vector<Column>& columns) {
   const std::vector<const VdbGrid*> grids = find_all(path, file, columns);
   std::vector<float> background(std::size_t(width), 0.0f);
   for (std::size_t g = 0; g < grids.size(); ++g)
@@ -94,7 +101,7 @@ Channels read_channels(const std::string& path, const VdbFile& file, const Latti
 
 }  // namespace
 
-VdbGrid to_grid(const Channels& channels, const ModelColumn& column, const VdbMeta& meta, bool half) {
+VdbGrid to_grid(const Channels& channels, const Column& column, const VdbMeta& meta, bool half) {
   const Topology& topology = *channels.topology;
   const Lattice& lattice = topology.lattice;
   VdbGrid grid;
@@ -133,12 +140,12 @@ FileDigest save_model(const std::string& path, const VoxelModel& model, const Mo
   for (const auto& [key, value] : notes) file.meta[std::string(kNotePrefix) + key] = value;
   const VdbMeta radiance = radiance_meta(model.radiance);
   parse_radiance_meta({path, radiance}, probe.radiance);
-  for (const ModelColumn& column : radiance_columns(model.radiance))
+  for (const Column& column : radiance_columns(model.radiance))
     file.grids.push_back(to_grid(model.radiance.raw, column, radiance, half));
   if (!model.motion.levels.empty()) {
     const VdbMeta motion = motion_meta(model.motion);
     parse_motion_meta({path, motion}, probe.motion);
-    for (const ModelColumn& column : motion_columns(model.motion))
+    for (const Column& column : motion_columns(model.motion))
       file.grids.push_back(to_grid(model.motion.levels[0], column, motion, half));
   }
   for (VdbGrid& grid : file.grids)  // for programs that keep grids and not the file's own table
@@ -155,18 +162,20 @@ VoxelModel load_model(const std::string& path, ModelNotes* notes) {
       if (key.starts_with(kNotePrefix) && std::holds_alternative<std::string>(value))
         (*notes)[key.substr(kNotePrefix.size())] = std::get<std::string>(value);
 
-  const VdbGrid* density = find(file, "density");
+  const std::string name = facts_of(ColumnKind::density).name;
+  const VdbGrid* density = find(file, name);
   if (!density)
     fail({.where = path,
-          .what = "has no grid 'density'",
+          .what = "has no grid '" + name + "'",
           .expected = "the model.vdb of a run",
           .got = "",
           .hint = ""});
-  const FieldShape radiance = parse_radiance_meta({path + ", grid 'density'", density->meta}, model.radiance);
+  const FieldShape radiance =
+      parse_radiance_meta({path + ", grid '" + name + "'", density->meta}, model.radiance);
   model.radiance.raw =
       read_channels(path, file, radiance.lattice, radiance.width, radiance_columns(model.radiance));
   for (const VdbGrid& grid : file.grids) {
-    if (!grid.name.starts_with("control_") && !grid.name.starts_with("light_")) continue;
+    if (!is_curve(grid.name)) continue;
     const FieldShape motion =
         parse_motion_meta({path + ", grid '" + grid.name + "'", grid.meta}, model.motion);
     model.motion.levels.push_back(

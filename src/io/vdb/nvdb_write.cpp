@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/vdb/nvdb_write.hpp"
 
+#include "core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 
 #if SPLINEVOX_NANOVDB

@@ -7,8 +7,9 @@
 #include <variant>
 #include <vector>
 
-#include "core/atomic_file.hpp"
+#include "splinevox/core/file_digest.hpp"
 #include "splinevox/core/vec3.hpp"
+#include "splinevox/io/inspect.hpp"
 
 namespace splinevox {
 
@@ -42,14 +43,6 @@ struct VdbFile {
   VdbMeta meta;
   std::vector<VdbGrid> grids;
   std::vector<std::string> skipped;  ///< read only: names of grids of other types, which were left out
-};
-
-/// Bounds that are checked before anything is parsed or allocated.
-struct VdbLimits {
-  std::uint64_t max_bytes = std::uint64_t(8) << 30;  ///< size of the file
-  int max_grids = 256;
-  std::uint32_t max_text = 1u << 24;                  ///< bytes of one metadata entry or name
-  std::uint64_t max_voxels = std::uint64_t(1) << 28;  ///< active voxels of one grid once tiles are expanded
 };
 
 /// Writes a .vdb that any VDB program opens (Blosc, grid offsets, statistics), atomically: see write_file.

@@ -9,7 +9,9 @@
 #include <stdexcept>
 #include <streambuf>
 
+#include "core/atomic_file.hpp"
 #include "io/vdb/child.hpp"
+#include "io/vdb/openvdb_grid.hpp"
 #include "io/vdb/vdb_scan.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"

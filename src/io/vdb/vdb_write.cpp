@@ -8,6 +8,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/atomic_file.hpp"
 #include "core/hash.hpp"
 #include "io/vdb/openvdb_grid.hpp"
 #include "io/vdb/vdb_scan.hpp"

@@ -1,7 +1,9 @@
-// Turns every canvas with data-chart into a chart in the page's colours. Nothing moves: a page is also looked at as a picture.
+// Turns every canvas with data-chart into a chart in the page's colours. Nothing moves: a page is also
+// looked at as a picture.
 
 for (const canvas of document.querySelectorAll("canvas[data-chart]")) {
-  const style = getComputedStyle(document.documentElement), color = name => style.getPropertyValue(name).trim();
+  const style = getComputedStyle(document.documentElement);
+  const color = name => style.getPropertyValue(name).trim();
   const chart = JSON.parse(canvas.dataset.chart);
   const axis = (text, type) => ({ type, title: { display: true, text, color: color("--soft") },
     grid: { color: color("--line") }, ticks: { color: color("--soft") } });

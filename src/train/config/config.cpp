@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "train/config/config_value.hpp"
+#include "train/effects/effect_table.hpp"
 
 namespace splinevox {
 namespace {
@@ -59,7 +60,7 @@ void check_grid(const Config& c) {
     if (g.radiance[i] < g.radiance[i - 1])
       wrong("grid.radiance", "gets coarser", "numbers that do not decrease", config_value::print(g.radiance));
   check_starts("grid.radiance_start", "grid.radiance", g.radiance_start, g.radiance.size(), true);
-  if ((c.motion.enabled || c.motion.light) && g.motion.empty())
+  if (changes(effects_of(c)) && g.motion.empty())
     wrong("grid.motion", "is empty", "at least one level, or motion.enabled = false and motion.light = false",
           "[]");
   for (std::size_t i = 1; i < g.motion.size(); ++i)
@@ -168,7 +169,7 @@ void validate(const Config& config) {
   check_grid(config);
   check_starts("radiance.sh_start", "the orders", config.radiance.sh_start, config.radiance.sh_start.size(),
                false);
-  if (config.motion.enabled || config.motion.light) check_motion(config.motion);
+  if (changes(effects_of(config))) check_motion(config.motion);
   if (config.sampling.rays < 4 * config.sampling.frames)
     wrong("sampling.rays", "is too small for sampling.frames",
           fmt::format("at least one 2 x 2 patch for each of {} frames", config.sampling.frames),

@@ -6,24 +6,22 @@
 #include <utility>
 
 #include "core/parallel.hpp"
-#include "splinevox/data/image_read.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "train/by_time.hpp"
+#include "train/config/loss_terms.hpp"
+#include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
+#include "train/effects/halves.hpp"
 #include "train/effects/moving_cells.hpp"
-#include "train/learn_background.hpp"
+#include "train/start.hpp"
 
 namespace splinevox {
 namespace {
 
-constexpr int kPictureSize = 128;    // pixels, at most: what is asked is coarse
-constexpr int kMostHeld = 20;        // pictures
-constexpr int kMostSeen = 60;        // by the fits
 constexpr int kFewestViews = 8;      // to hold some back
-constexpr int kComparisons = 3;      // at most, and one more where a background is tried
 constexpr float kExplained = 0.02f;  // of brightness, that motion explains at a place where it is needed
 constexpr int kFewestPixels = 8;     // of a picture, to compare it there
 constexpr double kClearGain = 0.5;   // dB there: still scenes come to 0.1 at most, those of which a twentieth
@@ -38,63 +36,6 @@ constexpr double kShortest = 8;  // steps of training for one of a fit, on coars
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 
-constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
-constexpr std::size_t kLong = 3 * kStretch;  // moments
-
-/// Training frames divided in two: what the fits see, and what they are compared on.
-struct Halves {
-  Split seen, held;
-};
-
-/// Frames of a split in order of time, as a sequence of its own: (time - start) / length.
-struct Stretch {
-  std::vector<int> frames;
-  double start = 0, length = 1;
-};
-
-/// The middle kStretch moments of a long sequence with every picture of them; none of a short one.
-std::optional<Stretch> middle_stretch(const Split& train) {
-  Stretch out{frames_by_time(train)};
-  std::vector<double> moments;
-  for (const int f : out.frames) moments.push_back(train.frames[f].time);
-  moments.erase(std::unique(moments.begin(), moments.end()), moments.end());
-  if (moments.size() <= kLong) return {};
-  const std::size_t first = (moments.size() - kStretch) / 2;
-  const double start = moments[first], end = moments[first + kStretch - 1];
-  std::erase_if(out.frames,
-                [&](int f) { return train.frames[f].time < start || train.frames[f].time > end; });
-  out.start = start, out.length = end - start;
-  return out;
-}
-
-/// Every fifth frame is held back, or fewer of a long sequence, and the frames in between are seen, or a
-/// share of them that is even in time: what is asked is coarse, and every frame costs its hull and its
-/// occupancy.
-Halves divide(const Split& train, const Stretch& stretch) {
-  const int n = int(stretch.frames.size()), held = std::min(kMostHeld, n / 5),
-            seen = std::min(kMostSeen, n - held);
-  std::vector<char> hold(n, 0);
-  for (int i = 0; i < held; ++i) hold[(2 * i + 1) * n / (2 * held)] = 1;
-  std::vector<int> kept, others, chosen;
-  for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(stretch.frames[i]);
-  for (int i = 0; i < seen; ++i) chosen.push_back(others[std::size_t(i) * others.size() / seen]);
-  const auto take = [&](const std::vector<int>& frames, Split& out) {
-    out.name = train.name;
-    out.frames.resize(frames.size());
-    parallel_for(int(frames.size()), [&](int i) {
-      const Frame& f = train.frames[frames[i]];
-      const int factor =
-          std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
-      out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,
-                       area_downscale(f.image.unpacked(), factor)};
-    });
-  };
-  Halves out;
-  take(chosen, out.seen);
-  take(kept, out.held);
-  return out;
-}
-
 /// The configuration of a fit: coarse lattices, few rays, the weights as they are.
 Config fit_config(const Config& config, const EffectSet& effects) {
   Config c = config;
@@ -105,7 +46,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.motion.rest = 0;
   c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
   c.grid.empty_start.clear();
-  c.loss.curve_length = c.loss.curve_light = c.loss.curve_rest = 0;  // weigh on few points more than on many
+  c.loss = for_trials(c.loss);
   c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
   c.sampling.window = 1;  // every fit learns from the same pictures
   c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;
@@ -163,7 +104,7 @@ class Ladder {
     return out_.trials.back();
   }
   /// Compares `with` to the same without the effect.
-  EffectVerdict judge(const std::string& effect, const EffectSet& with) {
+  EffectVerdict judge(Effect effect, const EffectSet& with) {
     const EffectTrial more = fit(with, config_.motion.points),
                       less = fit(with.without(effect), config_.motion.points);
     EffectVerdict v{effect, with, EffectDecision::undecided, gain(more, less)};
@@ -173,13 +114,14 @@ class Ladder {
     out_.verdicts.push_back(v);
     return v;
   }
-  /// Compares the moving fit that judge("motion", all) made to the still one where only motion explains what
-  /// the fits have seen, on pictures they have not. In so short a fit motion costs what stands still more
-  /// than it gives to a small thing that moves. What is found is the verdict on motion if the gain is clear.
+  /// Compares the moving fit that judge(Effect::motion, all) made to the still one where only motion explains
+  /// what the fits have seen, on pictures they have not. In so short a fit motion costs what stands still
+  /// more than it gives to a small thing that moves. What is found is the verdict on motion if the gain is
+  /// clear.
   void judge_where_needed(const EffectSet& all) {
     const int points = config_.motion.points;
     const Fit &moving = fits_[std::size_t(find(all, points))],
-              &still = fits_[std::size_t(find(all.without("motion"), points))];
+              &still = fits_[std::size_t(find(all.without(Effect::motion), points))];
     const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.seen, kExplained));
     const std::vector<Frame>& held = halves_.held.frames;
     std::vector<Image> where(held.size());
@@ -210,7 +152,7 @@ class Ladder {
     out_.view_told_by_time = std::max(out_.view_told_by_time, told);
     return told > kFilm;
   }
-  /// What judge("motion", all) found, once more, of a film. Whether the scene moves.
+  /// What judge(Effect::motion, all) found, once more, of a film. Whether the scene moves.
   bool judge_film(const EffectSet& all) {
     const VoxelModel& moving = fits_[std::size_t(find(all, config_.motion.points))].model;
     EffectVerdict& v = out_.verdicts.back();
@@ -274,71 +216,122 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
                     config.motion.points, basis.most_points(halvings));
 }
 
+/// Whether effects stay, each judged beside all that do so far.
+class Trials {
+ public:
+  Trials(const Config& config, const Split& train, const TimeMap& time_map, EffectChoice& out,
+         const std::function<void(const EffectTrial&)>& told)
+      : config_(config),
+        train_(train),
+        time_map_(time_map),
+        out_(out),
+        told_(told),
+        level_(config.effects.level / float(most_comparisons(out.chosen))),
+        halves_(divide(train, {frames_by_time(train)})),
+        whole_(config, level_, halves_, time_map, out, told) {
+    out.held = int(halves_.held.frames.size());
+  }
+
+  bool stays(Effect effect) {
+    switch (facts_of(effect).trial) {
+      case Trial::none:
+        return true;
+      case Trial::by_mean:
+        return gains(whole_.judge(effect, out_.chosen));
+      case Trial::motion:
+        return moves();
+      case Trial::alone:
+        return out_.chosen.has(Effect::motion) || changes_alone(effect);
+    }
+    return true;
+  }
+
+ private:
+  bool gains(const EffectVerdict& v) const { return v.gain.mean > config_.effects.min_gain; }
+
+  bool moves() {
+    bool found = moves_in(whole_, true);
+    const std::optional<Stretch> stretch = middle_stretch(train_);
+    const Basis& basis = basis_of(config_.motion.basis);
+    if (!stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
+    const Halves parts = divide(train_, *stretch);
+    Ladder near(config_, level_, parts, time_map_, out_, told_);
+    if (moves_in(near, false)) {
+      found = true;
+      out_.points = points_for(near, out_.chosen, config_, stretch->length);
+    }
+    return found;
+  }
+  bool moves_in(Ladder& by, bool whole) {
+    const EffectSet& all = out_.chosen;
+    // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
+    const bool enough = gains(by.judge(Effect::motion, all));
+    if (by.film()) return by.judge_film(all);
+    if (whole && !enough) by.judge_where_needed(all);
+    return gains(out_.verdicts.back());
+  }
+  bool changes_alone(Effect effect) {
+    const bool on = whole_.judge(effect, out_.chosen).decision == EffectDecision::on;
+    if (!on || !whole_.film()) return on;
+    out_.verdicts.back().decision = EffectDecision::confounded;
+    return false;
+  }
+
+  const Config& config_;
+  const Split& train_;
+  const TimeMap& time_map_;
+  EffectChoice& out_;
+  const std::function<void(const EffectTrial&)>& told_;
+  const float level_;
+  const Halves halves_;
+  Ladder whole_;
+};
+
+/// Why nothing can be tried out in this configuration; empty: it can.
+std::string untried(const Config& config) {
+  if (config.effects.steps == 0) return "effects.steps is 0: nothing was tried";
+  const bool timed = config.run.max_time > 0;
+  if (timed ? config.run.max_time < kShortestTime : config.run.max_steps < kShortest * config.effects.steps)
+    return "too short a run to try effects out: every effect of the preset stays";
+  return {};
+}
+
+bool one_moment(const Split& train) {
+  const auto [first, last] =
+      std::minmax_element(train.frames.begin(), train.frames.end(),
+                          [](const Frame& a, const Frame& b) { return a.time < b.time; });
+  return first->time == last->time;
+}
+
 }  // namespace
 
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& told) {
   const auto start = std::chrono::steady_clock::now();
-  const auto elapsed = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
   EffectChoice out;
-  out.chosen = effects_of(config), out.points = config.motion.points;
-  if (!learns_background(config, look_at(train))) out.chosen.background = -1;
-  if (config.effects.steps == 0) return out.note = "effects.steps is 0: nothing was tried", out;
-  const bool timed = config.run.max_time > 0;
-  if (timed ? config.run.max_time < kShortestTime : config.run.max_steps < kShortest * config.effects.steps)
-    return out.note = "too short a run to try effects out: every effect of the preset stays", out;
-  EffectSet all = out.chosen;
-  const auto [first, last] =
-      std::minmax_element(train.frames.begin(), train.frames.end(),
-                          [](const Frame& a, const Frame& b) { return a.time < b.time; });
-  if (first->time == last->time) {
-    out.chosen = all = all.without("motion").without("light");
+  out.chosen = shown_in(effects_of(config), !look_at(train).see_through);
+  out.points = config.motion.points;
+  out.note = untried(config);
+  if (!out.note.empty()) return out;
+  if (one_moment(train)) {
+    for (const Effect e : kAllEffects)
+      if (facts_of(e).moving()) out.chosen = out.chosen.without(e);
     out.note = "every view is of one time: nothing can be seen to change";
   }
   if (int(train.frames.size()) < kFewestViews) {
     if (out.note.empty()) out.note = "too few views to hold some back: every effect of the preset stays";
     return out;
   }
-  if (!all.motion && !all.light && all.background < 0) return out;
-  const Halves halves = divide(train, {frames_by_time(train)});
-  out.held = int(halves.held.frames.size());
-  const float level = config.effects.level / float(kComparisons + (all.background >= 0));
-  Ladder ladder(config, level, halves, time_map, out, told);
-  if (all.background >= 0) {
-    const bool gains = ladder.judge("background", all).gain.mean > config.effects.min_gain;
-    if (!gains) out.chosen = all = all.without("background");
-  }
-  if (all.motion) {
-    const auto moves = [&](Ladder& by, bool whole) {
-      // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
-      const double gain = by.judge("motion", all).gain.mean;
-      if (by.film()) return by.judge_film(all);
-      if (whole && gain <= config.effects.min_gain) by.judge_where_needed(all);
-      return out.verdicts.back().gain.mean > config.effects.min_gain;
-    };
-    bool found = moves(ladder, true);
-    const std::optional<Stretch> stretch = middle_stretch(train);
-    if (const Basis& basis = basis_of(config.motion.basis);
-        stretch && basis.smooth > 0 && basis.pieces(config.motion.points) > 1) {
-      const Halves parts = divide(train, *stretch);
-      Ladder near(config, level, parts, time_map, out, told);
-      if (moves(near, false)) found = true, out.points = points_for(near, all, config, stretch->length);
-    }
-    if (!found) out.chosen = all.without("motion");
-  }
-  if (all.light && !out.chosen.motion) {
-    EffectDecision light = ladder.judge("light", out.chosen).decision;
-    if (light == EffectDecision::on && ladder.film())
-      light = out.verdicts.back().decision = EffectDecision::confounded;
-    out.chosen.light = light == EffectDecision::on;
-  }
+  const std::vector<Effect> tried = in_turn(out.chosen);
+  if (tried.empty()) return out;
+  Trials trials(config, train, time_map, out, told);
+  for (const Effect e : tried)
+    if (!trials.stays(e)) out.chosen = out.chosen.without(e);
   // Of a long sequence the whole and a stretch may differ: what either finds is used.
   for (EffectVerdict& v : out.verdicts)
     if (v.decision == EffectDecision::confounded && out.chosen.has(v.effect))
       v.decision = EffectDecision::undecided;
-  out.seconds = elapsed();
+  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return out;
 }
 

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-# Opens the VDB sequence beside this file in Blender (3.4 or newer) and makes Cycles show it as the radiance field that it
-# is. Written by splinevox together with the frames.
+# Opens the VDB sequence beside this file in Blender (3.4 or newer) and makes Cycles show it as the radiance
+# field that it is. Written by splinevox together with the frames.
 #
 #   blender -P load_in_blender.py
 #   blender -b -P load_in_blender.py -- --camera camera.json --frame 1 --render out.png
-#   blender -b scene.blend -P load_in_blender.py -- --write-cameras cameras.json    # then: splinevox render RUN --camera cameras.json
+#   blender -b scene.blend -P load_in_blender.py -- --write-cameras cameras.json
+#   splinevox render RUN --camera cameras.json
 FIRST, LAST = 1, 1
 FPS = 24
 VELOCITY = True  # the frames hold a velocity grid
@@ -37,7 +38,8 @@ def import_sequence(prefix):
         volume.data.frame_duration = len(files)
     bpy.context.scene.frame_set(FIRST)
     if VELOCITY:
-        if volume.data.grids.load() and volume.data.velocity_grid != "velocity":  # Blender looks for the name itself
+        # Blender looks for the name itself.
+        if volume.data.grids.load() and volume.data.velocity_grid != "velocity":
             volume.data.velocity_grid = "velocity"
         volume.data.velocity_unit = "SECOND"  # 'FRAME', the default, blurs too much
     return volume
@@ -82,9 +84,10 @@ class Nodes:
 
 
 def harmonics(nodes):
-    """The real spherical harmonics of the direction of sight, bands 0 to SH_ORDER, in the object's own axes."""
+    """The real spherical harmonics of the direction of sight, bands 0 to SH_ORDER, in the object's axes."""
     sight = nodes.node("ShaderNodeNewGeometry", -2200, -400).outputs["Incoming"]  # towards the camera
-    turned = nodes.node("ShaderNodeVectorTransform", -2000, -400, vector_type="VECTOR", convert_from="WORLD", convert_to="OBJECT")
+    turned = nodes.node("ShaderNodeVectorTransform", -2000, -400, vector_type="VECTOR", convert_from="WORLD",
+                        convert_to="OBJECT")
     nodes.put(sight, turned.inputs[0])
     unit = nodes.node("ShaderNodeVectorMath", -1850, -400, operation="NORMALIZE")
     nodes.put(turned.outputs[0], unit.inputs[0])
@@ -110,23 +113,27 @@ def harmonics(nodes):
     if SH_ORDER > 1:
         b = 1.0925484305920792
         xx, yy, zz = times(x, x), times(y, y), times(z, z)
-        found += [times(x, y, b), times(y, z, b), times(minus(times(zz, 3.0), 1.0), 0.31539156525252005), times(x, z, b),
+        found += [times(x, y, b), times(y, z, b),
+                  times(minus(times(zz, 3.0), 1.0), 0.31539156525252005), times(x, z, b),
                   times(minus(xx, yy), 0.5462742152960396)]
     if SH_ORDER > 2:
         one, three = minus(times(zz, 5.0), 1.0), minus(times(zz, 5.0), 3.0)
         found += [times(minus(times(xx, 3.0), yy), y, 0.5900435899266435), times(x, y, z, 2.890611442640554),
-                  times(one, y, 0.4570457994644658), times(three, z, 0.3731763325901154), times(one, x, 0.4570457994644658),
-                  times(minus(xx, yy), z, 1.445305721320277), times(minus(xx, times(yy, 3.0)), x, 0.5900435899266435)]
+                  times(one, y, 0.4570457994644658), times(three, z, 0.3731763325901154),
+                  times(one, x, 0.4570457994644658), times(minus(xx, yy), z, 1.445305721320277),
+                  times(minus(xx, times(yy, 3.0)), x, 0.5900435899266435)]
     return found
 
 
 def seen_color(nodes, color):
-    """The positional colour as it is seen from the camera: color * (1 - sigmoid(q) / 2), q = sum of sh_j Y_j."""
+    """The positional colour as it is seen from the camera: color * (1 - sigmoid(q) / 2), where q is the sum
+    of sh_j Y_j."""
     y = harmonics(nodes)
     y += [0.0] * (-len(y) % 3)
     q = 0.0
     for k in range(len(y) // 3):
-        sh = nodes.node("ShaderNodeAttribute", -1500, -700 - 150 * k, attribute_name="sh%d" % k).outputs["Vector"]
+        name = "sh%d" % k
+        sh = nodes.node("ShaderNodeAttribute", -1500, -700 - 150 * k, attribute_name=name).outputs["Vector"]
         q = nodes.math("ADD", nodes.vector("DOT_PRODUCT", sh, nodes.combined(y[3 * k:3 * k + 3])), q)
     odds = nodes.math("ADD", nodes.math("EXPONENT", nodes.math("MULTIPLY", q, -1.0)), 1.0)
     factor = nodes.math("SUBTRACT", 1.0, nodes.math("DIVIDE", 0.5, odds))
@@ -149,11 +156,13 @@ def make_material():
     emit = node("ShaderNodeEmission", -300, -100)
     add = node("ShaderNodeAddShader", -50, 0)
     out = node("ShaderNodeOutputMaterial", 150, 0)
-    absorb.inputs["Color"].default_value = (0, 0, 0, 1)  # black: the absorption coefficient is the density itself
+    # Black: the absorption coefficient is the density itself.
+    absorb.inputs["Color"].default_value = (0, 0, 0, 1)
     link = tree.links.new
     link(density.outputs["Fac"], absorb.inputs["Density"])
     link(density.outputs["Fac"], emit.inputs["Strength"])
-    link(seen_color(nodes, color.outputs["Vector"]) if SH_ORDER >= 0 else color.outputs["Color"], emit.inputs["Color"])
+    shown = seen_color(nodes, color.outputs["Vector"]) if SH_ORDER >= 0 else color.outputs["Color"]
+    link(shown, emit.inputs["Color"])
     link(absorb.outputs[0], add.inputs[0])
     link(emit.outputs[0], add.inputs[1])
     link(add.outputs[0], out.inputs["Volume"])
@@ -173,7 +182,8 @@ def set_up_scene(scene):
 
 
 def set_up_camera(scene, path):
-    """A pinhole camera from JSON: w, h, fl_x, fl_y, cx, cy in pixels, transform_matrix camera to world, OpenGL axes."""
+    """A pinhole camera from JSON: w, h, fl_x, fl_y, cx, cy in pixels, transform_matrix camera to world,
+    OpenGL axes."""
     with open(path) as f:
         c = json.load(f)
     w, h = int(c["w"]), int(c["h"])
@@ -195,15 +205,18 @@ def set_up_camera(scene, path):
 
 
 def write_cameras(scene, path):
-    """The scene's camera at each of its frames, for `splinevox render RUN --camera PATH`. Times are spread over all of the motion;
-    for frames that show it more than once or in part, give `render` its --times."""
+    """The scene's camera at each of its frames, for `splinevox render RUN --camera PATH`. Times are spread
+    over all of the motion; for frames that show it more than once or in part, give `render` its --times."""
     if scene.camera is None:
-        sys.exit("load_in_blender.py: the scene has no camera to write; open your .blend file first, or give --camera")
-    size = [s * scene.render.resolution_percentage // 100 for s in (scene.render.resolution_x, scene.render.resolution_y)]
+        sys.exit("load_in_blender.py: the scene has no camera to write; "
+                 "open your .blend file first, or give --camera")
+    pixels = scene.render.resolution_x, scene.render.resolution_y
+    size = [s * scene.render.resolution_percentage // 100 for s in pixels]
     frames, shown = [], scene.frame_current
     for number in range(scene.frame_start, scene.frame_end + 1):
         scene.frame_set(number)
-        # What the picture shows of a plane before the camera, in its own axes: fit, shift and pixel shape are in it.
+        # What the picture shows of a plane before the camera, in its own axes: fit, shift and pixel shape are
+        # in it.
         corners = scene.camera.data.view_frame(scene=scene)
         x, y = [c.x for c in corners], [c.y for c in corners]
         wide, high = max(x) - min(x), max(y) - min(y)
@@ -233,7 +246,8 @@ def main():
     argv = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     parser = argparse.ArgumentParser(prog="load_in_blender.py")
     parser.add_argument("--camera", help="JSON file with a pinhole camera")
-    parser.add_argument("--write-cameras", help="JSON file to write: the scene's camera at every frame, for splinevox render --camera")
+    parser.add_argument("--write-cameras", help="JSON file to write: the scene's camera at every frame, "
+                                                "for splinevox render --camera")
     parser.add_argument("--render", help="picture to write, .exr or .png")
     parser.add_argument("--frame", type=int, default=FIRST)
     parser.add_argument("--samples", type=int, default=64)

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "splinevox/core/image.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/field/model.hpp"
+#include "splinevox/render/render_image.hpp"
+
+namespace splinevox::run {
+
+/// One view of a model beside the picture it should be.
+struct View {
+  Image truth;   ///< over the model's background
+  Image render;  ///< within [0, 1]
+  Rendered layers;
+  double psnr, ssim, ms_ssim;
+};
+/// @param renderer  of the model
+View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame);
+
+/// The figures of one view.
+struct ViewScore {
+  std::string name;  ///< of the frame
+  double time = 0;   ///< of the model
+  double psnr = 0, ssim = 0, ms_ssim = 0;
+};
+
+/// The figures of a split.
+struct Scores {
+  std::string split;
+  double psnr = 0, ssim = 0, ms_ssim = 0;  ///< means over the views
+  std::vector<ViewScore> views;            ///< in the split's order
+  double seconds = 0;                      ///< of rendering and comparing
+};
+
+/// Every view of a split against its picture, as `splinevox eval` does it.
+/// @param renderer  of the model: on the calling arena's threads, or on a device (make_renderer)
+/// @param seen  called after each view; may be empty
+Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
+                const std::function<void(const Frame&, const View&)>& seen = {});
+
+/// Displacement of full colour in the layer "flow", share of the box's longest edge: the same for all frames.
+inline constexpr float kFullFlow = 0.1f;
+
+/// A layer of a render ("rgb", "alpha", "depth", "flow", "rigidity") as colours that can be looked at: 3
+/// channels.
+Image layer_picture(const VoxelModel& model, const Rendered& r, const std::string& layer,
+                    const Camera& camera);
+
+/// folder/name.png: truth, render, error in one row and depth, flow, rigidity in the next;
+/// folder/name_render.png: the render alone. Throws Error (output).
+void save_view(const VoxelModel& model, const View& view, const Frame& frame, const std::string& folder);
+
+}  // namespace splinevox::run

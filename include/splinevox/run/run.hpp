@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "splinevox/core/camera.hpp"
+#include "splinevox/data/scene.hpp"
+#include "splinevox/field/model.hpp"
+#include "splinevox/io/model_vdb.hpp"
+#include "splinevox/train/config.hpp"
+
+namespace splinevox::run {
+
+/// What a run remembers beside its configuration: the [record] table of config.toml.
+struct RunRecord {
+  std::string version;  ///< of the program that made the run
+  std::string compiler;
+  std::string dataset;            ///< absolute path
+  std::uint64_t fingerprint = 0;  ///< of the training data
+  TimeMap time_map;
+};
+
+/// A run as eval, render and report read it: the folder that `splinevox train` or `edit` made.
+struct Run {
+  std::string path;
+  Config config;  ///< as it was trained, with what was settled before (train/prepare.hpp)
+  RunRecord record;
+  VoxelModel model;
+  ModelNotes notes;  ///< kept with the model
+
+  Vec3 background() const { return model.background.color; }
+};
+
+/// Throws Error (input) if `path` is not the folder of a run with a saved model.
+void check_run(const std::string& path);
+
+/// Reads a run. Throws Error (input).
+Run open_run(const std::string& path);
+
+/// What a verb may be told instead of what the run says.
+struct Otherwise {
+  std::optional<int> downscale;
+  std::optional<std::string> background;  ///< "white", "black" or "R,G,B" in 0..1
+  bool any() const { return downscale || background; }
+};
+/// open_run, changed accordingly. Throws Error (input).
+Run open_run(const std::string& path, const Otherwise& otherwise);
+
+/// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale and time
+/// map. Throws Error (input).
+Dataset open_split(const Run& run, const std::string& dataset, const std::string& split);
+
+}  // namespace splinevox::run

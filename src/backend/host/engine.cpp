@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "backend/host/engine.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include "core/atomic.hpp"
+#include "core/parallel.hpp"
+#include "core/simd.hpp"
+#include "core/stopwatch.hpp"
+#include "field/lattice/slice.hpp"
+#include "math/photometric.hpp"
+#include "render/backward.hpp"
+#include "render/field_view.hpp"
+#include "render/scatter.hpp"
+#include "render/specialise.hpp"
+
+namespace splinevox {
+namespace {
+
+template <int Sh, bool Moving, bool Jet>
+class RayEngine final : public Engine {
+  using Kernel = RayKernel<float, Sh, float, Moving>;
+  static constexpr int kWidth = Kernel::kWidth;
+
+  struct Worker {
+    Kernel kernel;
+    RayRecords<float, kWidth, Jet> records;
+    double squared_error, motion_loss;
+    std::int64_t samples;
+    /// Where a ray's records end, and what it lost.
+    struct Ray {
+      std::size_t radiance, motion;
+      double loss;
+    };
+    std::vector<Ray> rays;
+    int first;  ///< ray of the batch
+  };
+
+  template <class Rec>
+  static bool all_usable(const std::vector<Rec>& records, std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      for (const float g : records[i].g)
+        if (!usable(g)) return false;
+      for (const auto& row : records[i].h)
+        for (const float h : row)
+          if (!usable(h)) return false;
+    }
+    return true;
+  }
+
+ public:
+  PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
+                 std::span<const RayTask> batch, Gradient& d_radiance, Gradient* d_motion,
+                 std::span<Vec3> behind) override {
+    PassResult result;
+    Stopwatch watch;
+    const Channels& radiance = *model.radiance.values;
+    const MotionField& columns = model.model->motion;
+    FieldView<float> field = view_field(*model.model, radiance.values.data(), model.model->step);
+    field.moving = Moving;
+    if constexpr (Moving) field.motion = BrickView<float>(*motion->topology);
+    if constexpr (!Jet)
+      field.reach = model.active->reach.cells() > 0
+                        ? model.active->reach.bits.data()
+                        : nullptr;  // losses of motion are asked of every sample, moving or not
+    if constexpr (Moving) make_slices(columns, *motion, model.active->rows, in.times);
+    result.slice_seconds = watch.lap();
+
+    const int tasks = int(batch.size());
+    workers_.resize(tasks);
+    radiance_scatter_.begin(tasks, radiance.topology->brick_count() + 1);
+    const int motion_bricks = Moving ? motion->topology->brick_count() + 1 : 0;
+    if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(in.times.size()));
+    parallel_for(tasks, [&](int t) {
+      march(field, model, in, batch[t], workers_[t], behind);
+      radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
+      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch[t].slot);
+    });
+    for (const Worker& w : workers_) {
+      result.squared_error += w.squared_error;
+      result.motion_loss += w.motion_loss;
+      result.samples += w.samples;
+    }
+    watch.lap();
+
+    radiance_scatter_.scan();
+    if constexpr (Moving) motion_scatter_.scan();
+    parallel_for(tasks, [&](int t) {
+      radiance_scatter_.fill(t, field.radiance);
+      if constexpr (Moving) motion_scatter_.fill(t, field.motion);
+    });
+    usable_ = std::isfinite(result.squared_error) && std::isfinite(result.motion_loss);
+    parallel_for(radiance.topology->brick_count() + 1, [&](int b) {
+      if (radiance_scatter_.empty(b)) return;
+      radiance_scatter_.reduce(b, d_radiance.values.row(std::size_t(b) * kBrickRows), d_radiance.touched[b]);
+      if (!usable(d_radiance, b)) usable_ = false;  // here, where the rows are in the cache
+    });
+    if constexpr (Moving) expand_motion(columns, model.active->rows, in.times, motion_bricks, *d_motion);
+    result.usable = usable_;
+    result.scatter_seconds = watch.lap();
+    return result;
+  }
+
+  std::vector<int> bad_rays() const override {
+    std::vector<int> bad;
+    for (const Worker& w : workers_) {
+      typename Worker::Ray before{0, 0, 0};
+      for (std::size_t i = 0; i < w.rays.size(); ++i) {
+        const typename Worker::Ray& ray = w.rays[i];
+        if (!std::isfinite(ray.loss) || !all_usable(w.records.radiance, before.radiance, ray.radiance) ||
+            !all_usable(w.records.motion, before.motion, ray.motion))
+          bad.push_back(w.first + int(i));
+        before = ray;
+      }
+    }
+    return bad;
+  }
+
+ private:
+  void make_slices(const MotionField& columns, const Channels& level, const std::vector<RowMask>& active,
+                   std::span<const double> times) {
+    const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
+    slices_.resize(frames);
+    slice_gradients_.resize(frames);
+    weights_.resize(frames);
+    for (int f = 0; f < frames; ++f) {
+      weights_[f] = stored_weights(columns, times[f]);
+      slices_[f].resize(level.topology->rows() * kSliceWidth);
+      slice_gradients_[f].resize(
+          slices_[f].size());  // all zero between steps: expand_brick clears what it reads
+    }
+    if (active != contracted_) {  // rows that were active may be no more
+      contracted_ = active;
+      for (auto& slice : slices_) std::fill(slice.begin(), slice.end(), 0.0f);
+    }
+    std::vector<float*> slices(frames);
+    for (int f = 0; f < frames; ++f) slices[f] = slices_[f].data();
+    parallel_for(bricks, [&](int b) { contract_brick(columns, level, weights_, b, active[b], slices); });
+  }
+
+  void march(const FieldView<float>& field, const StepModel& model, const StepInput& in, const RayTask& task,
+             Worker& w, std::span<Vec3> behind) {
+    const RayLosses& losses = in.losses;
+    const std::span<RowMask> visible = model.radiance.visible;
+    w.records.clear();
+    w.squared_error = w.motion_loss = 0;
+    w.samples = 0;
+    w.rays.clear();
+    w.first = task.first;
+    const FrameView<float> frame{Moving ? slices_[task.slot].data() : nullptr,
+                                 model.occupancy[in.occupancy[task.slot]].view()};
+    for (int i = task.first; i < task.last; ++i) {
+      const RayInput<float>& ray = in.rays[i];
+      const RayResult<float> result = w.kernel.forward(ray, field, frame, losses.stop);
+      const Vec3 error = photometric_error(result.rgb, in.targets[i]);
+      if (!visible.empty() && has_matter(in.targets[i], ray.background, losses.faintest))
+        mark_visible(field, w.kernel, losses, visible.data()->word);
+      const double squared = dot(error, error);
+      if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
+      double motion = 0;
+      w.squared_error += squared;
+      w.samples += w.kernel.count;
+      [[maybe_unused]] const std::size_t first = w.records.motion.size();
+      backward(w.kernel, ray, result, field, 2.0f * error, losses.min_weight, w.records);
+      if constexpr (Jet)
+        motion = motion_losses(w.kernel, field, frame, losses.motion, draw_probe(losses.probe_seed, i),
+                               losses.min_weight, first, w.records);
+      w.motion_loss += motion;
+      w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion});
+    }
+  }
+
+  /// Marks what a ray shows (LearnedRows::visible). Tasks may mark the same words: the order does not matter.
+  static void mark_visible(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses,
+                           std::uint64_t* visible) {
+    float most = 0;
+    for (int k = 0; k < ray.count; ++k) most = std::max(most, ray.weight[k]);
+    const float enough = std::max(losses.seen_share * most, losses.min_weight);
+    for (int k = 0; k < ray.count; ++k) {
+      if (ray.weight[k] < enough || ray.weight[k] <= 0) continue;
+      const CellRows rows = field.radiance.rows(ray.samples[k].radiance_cell);
+      for (const std::int32_t row : rows.row)
+        atomic_set(visible + (row >> 6), std::uint64_t(1) << (row & 63));
+    }
+  }
+
+  void expand_motion(const MotionField& columns, const std::vector<RowMask>& active,
+                     std::span<const double> times, int bricks, Gradient& motion) {
+    parallel_for(bricks, [&](int b) {
+      if (b == 0) return;
+      for (std::size_t f = 0; f < times.size(); ++f) {
+        const int bin = int(f) * bricks + b;
+        if (motion_scatter_.empty(bin)) continue;
+        float* rows = slice_gradients_[f].data() + std::size_t(b) * kBrickRows * kSliceWidth;
+        RowMask hit;
+        motion_scatter_.reduce(bin, rows, hit);
+        RowMask frozen = hit;
+        (frozen &= ~active[b]).for_each([&](int i) {
+          std::fill_n(rows + std::size_t(i) * kSliceWidth, kSliceWidth, 0.0f);
+        });
+        hit &= active[b];
+        expand_brick(columns, weights_[f], hit, rows, b, motion.values);
+        motion.touched[b] |= hit;
+      }
+      if (!usable(motion, b)) usable_ = false;
+    });
+  }
+
+  std::vector<AlignedVector<float>> slices_, slice_gradients_;
+  std::vector<RowMask> contracted_;  ///< rows of slices_ that are made anew every step; the others are zero
+  std::vector<BasisWeights<float>> weights_;
+  std::vector<Worker> workers_;
+  std::atomic<bool> usable_ = true;
+  Scatter<float, kWidth, false> radiance_scatter_;
+  Scatter<float, kSliceWidth, Jet> motion_scatter_;
+};
+
+}  // namespace
+
+std::unique_ptr<Engine> make_engine(int sh_order, bool moving, bool motion_losses) {
+  return specialise(sh_order, moving, [&]<int Sh, bool Moving>() -> std::unique_ptr<Engine> {
+    if constexpr (Moving)
+      if (motion_losses) return std::make_unique<RayEngine<Sh, Moving, true>>();
+    return std::make_unique<RayEngine<Sh, Moving, false>>();
+  });
+}
+
+}  // namespace splinevox

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "backend/host/gradient.hpp"
+#include "backend/step.hpp"
+
+namespace splinevox {
+
+/// What one pass over a batch gives besides the gradients.
+struct PassResult {
+  double squared_error = 0;  ///< summed over rays and colour channels
+  double motion_loss = 0;    ///< offset and divergence losses, summed
+  std::int64_t samples = 0;  ///< in stored bricks, forward and backward
+  bool usable = true;        ///< losses are finite and every gradient is usable
+  double slice_seconds = 0, scatter_seconds = 0;
+};
+
+/// Forward and backward over one batch: slices, rays, scatter. Gradients are of the sum over rays of the
+/// squared colour error plus the motion losses. Keeps its buffers between steps. The same bits for any number
+/// of threads.
+class Engine {
+ public:
+  virtual ~Engine() = default;
+  /// @param model     of its levels nothing is read. Rows of the motion that are not active get no gradient.
+  /// @param motion    the sum of the levels, on the finest one's lattice; null: nothing changes over time
+  /// @param tasks     which of the batch's rays
+  /// @param d_radiance  gradient of the radiance rows, accumulated; what rays show is marked in them
+  /// @param d_motion  gradient of the sum of the levels, accumulated; null with `motion`
+  /// @param behind    gets the gradient of the colour behind each ray of the tasks, [rays]; empty: not wanted
+  virtual PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
+                         std::span<const RayTask> tasks, Gradient& d_radiance, Gradient* d_motion,
+                         std::span<Vec3> behind) = 0;
+  /// Rays of the last batch whose loss or gradient was not finite, in order.
+  virtual std::vector<int> bad_rays() const = 0;
+};
+
+/// @param sh_order       -1..3
+/// @param moving         whether the models it will be given have motion or light
+/// @param motion_losses  whether offset or divergence losses may be asked for
+std::unique_ptr<Engine> make_engine(int sh_order, bool moving, bool motion_losses);
+
+}  // namespace splinevox

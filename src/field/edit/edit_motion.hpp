@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "math/least_squares.hpp"
+#include "splinevox/field/edit.hpp"
+#include "splinevox/field/sample.hpp"
+
+namespace splinevox {
+
+/// The same motion with other control points: new point k = sum_j map(k, j) old point j, for control points
+/// and light, summed in double. @param map  [points x motion.points]; a pinned first point counts as zero and
+/// is left out of what is stored.
+MotionField with_points(const MotionField& motion, BasisKind basis, int points, FirstPoint first,
+                        const Matrix& map);
+
+/// The middles of `count` equal parts of [0, 1]: parameters at which curves are compared or fitted.
+std::vector<double> middles(int count);
+
+/// Weights of every point of a basis at every sample: [samples x points].
+Matrix design(BasisKind basis, int points, const std::vector<double>& samples);
+
+/// Control points that give curves of this basis through (nearest to) samples: [points x samples.size()],
+/// first row and column zero if the first point is pinned. @param samples  parameters in [0, 1], more than
+/// points
+Matrix fit_matrix(BasisKind basis, int points, FirstPoint first, const std::vector<double>& samples);
+
+/// One place of observed space that shows matter.
+struct Shown {
+  Vec3 x;                   ///< observed
+  FrameSampler::Warp warp;  ///< there
+  float weight;             ///< opacity over one voxel, (0, 1]
+};
+
+/// Calls visit(slab, shown) for every `stride`th vertex of the radiance lattice, anywhere in the box, that
+/// shows matter at a parameter of the curves. Slabs run in parallel; within one the order is fixed. Returns
+/// nothing; there are `shown_slabs` slabs.
+void visit_shown(const VoxelModel& model, double parameter, int stride,
+                 const std::function<void(int slab, const Shown&)>& visit);
+int shown_slabs(const VoxelModel& model, int stride);
+
+/// Adds distances up to one.
+struct DistanceSum {
+  double max = 0, squares = 0, weight = 0;
+  void add(double distance, double w) {
+    max = std::max(max, distance), squares += w * distance * distance, weight += w;
+  }
+  void add(const DistanceSum& o) { max = std::max(max, o.max), squares += o.squares, weight += o.weight; }
+  MotionDifference result() const { return {max, weight > 0 ? std::sqrt(squares / weight) : 0}; }
+};
+
+}  // namespace splinevox

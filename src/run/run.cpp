@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "splinevox/run/run.hpp"
+
+#include <filesystem>
+
+#include "run/run_folder.hpp"
+#include "run/train_options.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::run {
+
+void check_run(const std::string& path) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored))
+    fail({path, "there is no such run", "the folder that `splinevox train --out` made", "", ""});
+  if (!fs::is_regular_file(path + "/model.vdb", ignored))
+    fail({path, "this is not a run: there is no model.vdb in it",
+          "the folder that `splinevox train --out` made", "",
+          fs::exists(path + "/" + kCheckpoint, ignored)
+              ? "splinevox train DATASET --out " + path + " --resume"
+              : ""});
+}
+
+Run open_run(const std::string& path) {
+  check_run(path);
+  Run run;
+  run.path = path;
+  while (run.path.size() > 1 && run.path.back() == '/') run.path.pop_back();
+  read_run_config(run.path, run.config, run.record);
+  run.model = load_model(run.path + "/model.vdb", &run.notes);
+  return run;
+}
+
+Run open_run(const std::string& path, const Otherwise& otherwise) {
+  Run run = open_run(path);
+  if (otherwise.downscale) run.config.run.downscale = *otherwise.downscale;
+  if (!otherwise.background) return run;
+  const std::vector<float> c = parse_background(*otherwise.background);
+  run.model.background = {.color = {c[0], c[1], c[2]}};
+  return run;
+}
+
+Dataset open_split(const Run& run, const std::string& dataset, const std::string& split) {
+  LoadOptions load;
+  load.downscale = run.config.run.downscale;
+  load.splits = {split};
+  load.time_map = run.record.time_map;
+  return load_dataset(dataset.empty() ? run.record.dataset : dataset, load);
+}
+
+}  // namespace splinevox::run

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/train.hpp"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "core/atomic_file.hpp"
+#include "run/effects_report.hpp"
+#include "run/train_session.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/io/manifest.hpp"
+#include "splinevox/train/prepare.hpp"
+
+namespace fs = std::filesystem;
+
+namespace splinevox::run {
+namespace {
+
+/// The dataset as it was when the run began: another one cannot be gone on with.
+void check_same_run(const RunFolder& folder, const Config& saved, const Config& asked,
+                    const RunRecord& record, const Dataset& data) {
+  const std::string differs = config_difference(saved, asked);
+  if (!differs.empty())
+    fail({folder.file("config.toml"),
+          "the run was made with another configuration, so it cannot be resumed with this one",
+          "the same settings", differs,
+          "splinevox train DATASET --out RUN --resume  (it knows its own settings), or another --out"});
+  if (record.fingerprint != data.fingerprint)
+    fail({folder.file("config.toml"), "the run was made from other training data", record.dataset,
+          fmt::format("{} (fingerprint {:016x}, the run has {:016x})", data.path, data.fingerprint,
+                      record.fingerprint),
+          "another folder for --out"});
+}
+
+void greet(const Dataset& data, const Config& c, Device device, Progress& progress) {
+  const Split& train = *data.find("train");
+  const Picture& first = train.frames.front().image;
+  for (const std::string& note : data.notes) progress.note("note: " + note);
+  const std::string length =
+      c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
+  progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads, {}", data.path,
+                            train.frames.size(), first.width, first.height, c.preset, length,
+                            tbb::this_task_arena::max_concurrency(), describe(device)));
+}
+
+/// The configuration made ready for the data; writes effects.json. What the user listed is measured, not
+/// changed.
+Config settle(const Config& asked, bool forced, const Dataset& data, const RunFolder& folder, bool writes,
+              Progress& progress) {
+  PrepareOptions options;
+  options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
+  options.told = [&](const std::string& text) { progress.note(text); };
+  options.tried = [&](const EffectTrial& t) {
+    progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s",
+                              to_string(t.effects), t.mean(), t.steps, t.seconds));
+  };
+  const Prepared prepared = prepare(asked, data, options);
+  const Json effects = effects_json(prepared);
+  progress.note(effects_line(effects));
+  if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
+  return prepared.config;
+}
+
+/// Whether a run has had its budget and saved what came of it.
+bool has_ended(const RunFolder& folder) {
+  if (!folder.has("metrics.json") || !folder.has("model.vdb")) return false;
+  const Json metrics = read_json(folder.file("metrics.json"));
+  return metrics.is_object() && metrics.value("finished", false);
+}
+
+}  // namespace
+
+TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
+                 std::chrono::steady_clock::time_point start) {
+  const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
+  std::unique_ptr<StepBackend> steps =
+      make_step(device, o.deterministic, ranks);  // what it lacks is told first
+  const bool writes = !ranks || ranks->first();
+  const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
+  if (folder.has(kEditHistory))
+    fail(
+        {folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with",
+         "a run that `splinevox train` made", "an edited run",
+         "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
+  bool checkpoint = o.resume && folder.has("config.toml") &&
+                    (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
+  if (ranks) checkpoint = ranks->from_first(checkpoint) != 0;
+  const bool known = o.resume && folder.has("config.toml");
+  Config saved;  // as it trains
+  RunRecord record;
+  if (known) read_run_config(folder.path(), saved, record);
+  Config before = saved;  // as it was asked for
+  if (known && folder.has(kAskedConfig)) read_config(before, folder.file(kAskedConfig));
+  const Config asked = effective_config(o, known ? &before : nullptr);
+  Config config = checkpoint ? saved : asked;
+  bool finished = known && has_ended(folder);
+  if (ranks) finished = ranks->from_first(finished) != 0;
+  if (o.resume && !checkpoint && !finished)
+    progress.announce(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
+
+  LoadOptions load;
+  load.downscale = config.run.downscale;
+  load.splits = {"train"};
+  load.if_there = {"val"};
+  const Dataset data = load_dataset(o.dataset, load);
+  if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
+  if (finished) {
+    progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));
+    const Json figures = writes ? read_json(folder.file("metrics.json")) : Json::object();
+    return {folder.path(), figures, TrainedRun::End::was_finished, writes};
+  }
+  greet(data, config, device, progress);
+  if (!checkpoint) {
+    config = settle(asked, o.effects != "auto", data, folder, writes, progress);
+    record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
+              data.fingerprint, data.time_map};
+    if (writes) {
+      std::error_code ignored;
+      for (const char* name : {"metrics.json", kManifestName, kAskedConfig})
+        fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone
+      if (!config_difference(asked, config).empty())
+        write_file(folder.file(kAskedConfig), {write_config(asked)});
+      write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
+      write_file(folder.file("metrics.jsonl"), {std::string()});
+    }
+  }
+  const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  TrainSession session({config, data, folder, used, checkpoint, ranks, device, std::move(steps)}, progress);
+  Json figures = session.run();
+  const auto end = session.interrupted() ? TrainedRun::End::interrupted : TrainedRun::End::finished;
+  if (!writes) return {folder.path(), Json::object(), end, writes};
+  figures["threads"] = tbb::this_task_arena::max_concurrency();
+  figures["device"] = describe(device);
+  write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
+  return {folder.path(), std::move(figures), end, writes};
+}
+
+TrainEnd train(const TrainOptions& options, const TrainEvents& events) {
+  const auto start = std::chrono::steady_clock::now();
+  Progress progress(Talk::quiet, events);
+  const TrainedRun run = train(options, nullptr, progress, start);
+  return {run.end != TrainedRun::End::interrupted, run.figures.value("steps", std::int64_t(0)),
+          run.figures.value("train_seconds", 0.0), json_text(run.figures, 2) + "\n"};
+}
+
+}  // namespace splinevox::run

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "core/ranks.hpp"
+#include "run/progress.hpp"
+#include "splinevox/run/train.hpp"
+
+namespace splinevox::run {
+
+/// What became of a training run, for whoever tells it to a user.
+struct TrainedRun {
+  enum class End { finished, interrupted, was_finished };
+  std::string folder;
+  Json figures;  ///< of metrics.json, which is written
+  End end = End::finished;
+  bool writes = true;  ///< false: another rank writes, and has the figures
+};
+
+/// Trains into a run folder. @param ranks  who trains with us; null: nobody. @param start  of the budget
+TrainedRun train(const TrainOptions& options, Ranks* ranks, Progress& progress,
+                 std::chrono::steady_clock::time_point start);
+
+}  // namespace splinevox::run

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/bounds/hidden.hpp"
+
+#include "core/parallel.hpp"
+#include "train/refine.hpp"
+
+namespace splinevox {
+namespace {
+
+/// Rays per pixel of all training pictures after which what none has shown is not there to be seen: what is
+/// there is wider than a pixel and in more than one picture.
+constexpr double kEnoughRays = 0.05;
+
+bool enough_rays(const Split& train, std::int64_t rays) {
+  double pixels = 0;
+  for (const Frame& f : train.frames) pixels += double(f.camera.width) * f.camera.height;
+  return double(rays) >= kEnoughRays * pixels;
+}
+
+}  // namespace
+
+bool empty_hidden(const Setting& setting, const TimeWindow& window, Lattices& lattices) {
+  Channels& raw = lattices.model.radiance.raw;
+  Learner& learner = lattices.radiance;
+  const Visible& visible = lattices.visible;
+  bool dropped = false;
+  if (window.whole && enough_rays(setting.train, visible.rays)) {
+    parallel_for(raw.topology->brick_count(), [&](int index) {
+      const int brick = index + 1;
+      for (int i = 0; i < kBrickRows; ++i) {
+        if (visible.rows[brick].test(i)) continue;
+        const std::size_t density = (std::size_t(brick) * kBrickRows + i) * raw.width;
+        raw.values[density] = kEmptyDensity;
+        learner.m[density] = learner.v[density] = 0;
+      }
+    });
+    dropped = drop_empty(raw, {&learner.m, &learner.v});
+  }
+  if (dropped)
+    for (AlignedVector<float>* rows : {&raw.values, &learner.m, &learner.v}) rows->shrink_to_fit();
+  lattices.forget_visible(setting);
+  return dropped;
+}
+
+}  // namespace splinevox

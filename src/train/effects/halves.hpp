@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "splinevox/data/scene.hpp"
+
+namespace splinevox {
+
+/// Training frames divided in two: what the fits see, and what they are compared on.
+struct Halves {
+  Split seen, held;
+};
+
+/// Frames of a split in order of time, as a sequence of its own: (time - start) / length.
+struct Stretch {
+  std::vector<int> frames;
+  double start = 0, length = 1;
+};
+
+/// The middle 80 moments of a long sequence, of more than three times as many, with every picture of them;
+/// none of a short one.
+std::optional<Stretch> middle_stretch(const Split& train);
+
+/// Every fifth frame is held back, or fewer of a long sequence, and the frames in between are seen, or a
+/// share of them that is even in time: what is asked is coarse, and every frame costs its hull and its
+/// occupancy. Pictures are at most 128 pixels wide and high.
+Halves divide(const Split& train, const Stretch& stretch);
+
+}  // namespace splinevox

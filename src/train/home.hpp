@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "train/archive.hpp"
+#include "train/volume.hpp"
+
+namespace splinevox {
+
+/// Where the volume is that a run learns: here, or with the backend that makes its steps. Parameters can be
+/// reached through this class alone, so nobody reads what a step has left behind, and no step is made with
+/// what has been changed since. References are good until the next step.
+class Home {
+ public:
+  Home(Volume volume, std::unique_ptr<StepBackend> backend);
+
+  /// The volume as the steps so far have left it.
+  const Volume& read() const;
+  /// The same, to be changed.
+  Volume& change();
+  StepSums step(const StepInput& in);
+  /// Of the last step, see StepBackend.
+  std::vector<int> bad_rays() { return backend_->bad_rays(); }
+  /// Saves or restores the volume. Throws Error (input) where a restored one does not fit the setting.
+  void archive(Archive& a, const Setting& setting);
+  /// The volume's model at the end of training, whose memory is freed: no step after it.
+  VoxelModel take();
+
+  // What no backend changes is always here.
+  const Occupancy& occupancy() const { return volume_.occupancy; }
+  float march_step() const { return volume_.lattices.model.step; }
+  double moving_share() const { return volume_.moving.share; }
+  const Background& background() const { return volume_.lattices.model.background; }
+  Background& background() { return volume_.lattices.model.background; }
+
+ private:
+  mutable Volume volume_;
+  std::unique_ptr<StepBackend> backend_;
+  mutable bool here_ = true;  ///< the parameters of the last step are in the volume
+  bool sent_ = false;         ///< and the backend has the volume as it is, or went on from it
+};
+
+}  // namespace splinevox

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/occupancy.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "core/parallel.hpp"
+#include "field/lattice/slice.hpp"
+#include "train/refine.hpp"
+#include "train/volume.hpp"
+
+namespace splinevox {
+namespace {
+
+/// Times at most whose occupancy is made by looking.
+constexpr std::size_t kMostLooks = 256;
+
+/// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
+constexpr int kRoom = 16;
+
+/// Share of the occupied cells below which a part on its own does not hold the box open.
+constexpr float kSmallPart = 1 / 300.0f;
+
+void find_active(Volume& volume) {
+  const std::vector<Channels>& levels = volume.lattices.levels;
+  if (levels.empty()) return;
+  Occupancy& o = volume.occupancy;
+  const Topology& t = *levels.back().topology;
+  o.active.rows = rows_near(t, o.ever(), reach_of_vertex(t.lattice));
+  for (std::size_t b = 0; b < volume.moving.rows.size(); ++b) o.active.rows[b] &= volume.moving.rows[b];
+  o.active.rows[0].set_all();
+}
+
+void find_moving_rows(const Setting& setting, Volume& volume) {
+  const std::vector<Channels>& levels = volume.lattices.levels;
+  MovingPart& moving = volume.moving;
+  ActiveRows& active = volume.occupancy.active;
+  moving.rows.clear();
+  active.reach = {};
+  if (moving.cells.cells() == 0 || levels.empty()) return;
+  const Topology& t = *levels.back().topology;
+  moving.rows = rows_near(t, moving.cells, extent_of_vertex(t.lattice));
+  active.reach =
+      reach_of(t, moving.rows, BitGrid(volume.lattices.model.box, setting.config.sampling.occupancy_cells));
+}
+
+}  // namespace
+
+BitGrid Occupancy::ever() const {
+  if (frames.empty()) return hull;
+  BitGrid all = frames.front();
+  for (const BitGrid& frame : frames) all |= frame;
+  return all;
+}
+
+BitGrid motion_cells(const Volume& volume, const TimeWindow& window) {
+  if (volume.moving.cells.cells() > 0) return dilate(volume.moving.cells);
+  const Occupancy& o = volume.occupancy;
+  return o.frames.empty() || !window.whole ? o.hull : dilate(o.ever());
+}
+
+std::vector<BitGrid> frame_occupancies(const Setting& setting, const Volume& volume, const TimeWindow& window,
+                                       float alpha) {
+  const VoxelModel& model = volume.lattices.model;
+  const SamplingConfig& sampling = setting.config.sampling;
+  const std::vector<Frame>& views = setting.train.frames;
+  const OccupancyPyramid canonical(canonical_occupancy(model, sampling.occupancy_cells, alpha, model.step),
+                                   volume.occupancy.active.reach);
+  if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
+  const std::span<const int> trained = window.frames;
+  // Of a long sequence only some times are looked at, and a frame between two of them has what either has.
+  const std::size_t looks = std::min(trained.size(), kMostLooks);
+  const auto rank = [&](std::size_t look) {
+    return looks > 1 ? look * (trained.size() - 1) / (looks - 1) : 0;
+  };
+  std::vector<BitGrid> found(looks), out(views.size());
+  constexpr std::size_t kShare = 8;  // looks that share the memory of a slice
+  parallel_for(int((looks + kShare - 1) / kShare), [&](int group) {
+    MotionSlice slice;
+    for (std::size_t i = group * kShare; i < std::min(looks, (group + 1) * kShare); ++i) {
+      fill_slice(model.motion, stored_weights(model.motion, views[trained[rank(i)]].time), slice,
+                 volume.moving.rows);
+      found[i] = frame_occupancy(model, slice, canonical);
+    }
+  });
+  for (std::size_t i = 0; i < looks; ++i) {
+    out[trained[rank(i)]] = found[i];
+    for (std::size_t r = rank(i) + 1; i + 1 < looks && r < rank(i + 1); ++r)
+      (out[trained[r]] = found[i]) |= found[i + 1];
+  }
+  if (trained.size() == out.size()) return out;
+  // Times yet to be trained: what the nearest one trained holds, with room to move.
+  BitGrid before = out[trained.front()], after = out[trained.back()];
+  for (int cells = sampling.occupancy_cells / kRoom; cells > 0; --cells) {
+    before = dilate(before);
+    after = dilate(after);
+  }
+  const double first = views[trained.front()].time;
+  for (std::size_t f = 0; f < out.size(); ++f)
+    if (out[f].bits.empty()) out[f] = views[f].time < first ? before : after;
+  return out;
+}
+
+void refresh_occupancy(const Setting& setting, Volume& volume, const TimeWindow& window) {
+  Occupancy& o = volume.occupancy;
+  o.frames = frame_occupancies(setting, volume, window, setting.config.sampling.occupancy_alpha);
+  // A time at which nothing is left would never be looked at again: start it over from the hull.
+  for (BitGrid& frame : o.frames)
+    if (frame.count() == 0) frame = o.hull;
+  find_active(volume);
+}
+
+void fit_motion(const Setting& setting, Volume& volume) {
+  find_moving_rows(setting, volume);
+  volume.lattices.sum_levels(volume.moving.rows);
+  find_active(volume);
+}
+
+void tighten_box(const Setting& setting, Volume& volume, const TimeWindow& window) {
+  const Config& config = setting.config;
+  if (!config.grid.box.empty()) return;
+  VoxelModel& model = volume.lattices.model;
+  BitGrid kept =
+      canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.box_alpha, model.step);
+  for (const BitGrid& frame : frame_occupancies(setting, volume, window, config.grid.box_alpha))
+    kept |= frame;
+  Box box = bounding_box(drop_small_parts(kept, kSmallPart), config.grid.box_margin);
+  box.lo = max(box.lo, model.box.lo);
+  box.hi = min(box.hi, model.box.hi);
+  const auto size = [](const Box& b) { return double(b.extent().x) * b.extent().y * b.extent().z; };
+  if (size(box) > 0.9 * size(model.box)) return;
+
+  BitGrid& hull = volume.occupancy.hull;
+  const BitGrid old_hull = hull;
+  hull = BitGrid(box, config.sampling.occupancy_cells);
+  Int3 c;
+  for (c.x = 0; c.x < hull.size.x; ++c.x)
+    for (c.y = 0; c.y < hull.size.y; ++c.y)
+      for (c.z = 0; c.z < hull.size.z; ++c.z)
+        if (old_hull.test(old_hull.index(old_hull.cell_of(hull.center(c))))) hull.set(hull.index(c));
+  model.box = box;
+  if (volume.lattices.levels.empty()) return;
+  const BitGrid near = volume.moving.cells.cells() > 0 ? motion_cells(volume, window) : dilate(hull);
+  volume.lattices.put_on_levels(config.grid.motion, Channels(model.motion.levels[0]), near);
+  fit_motion(setting, volume);
+}
+
+void clear_skipped(const Setting& setting, const Occupancy& occupancy, VoxelModel& model) {
+  if (occupancy.frames.empty()) return;  // nothing was skipped
+  const SamplingConfig& sampling = setting.config.sampling;
+  const BitGrid canonical =
+      canonical_occupancy(model, sampling.occupancy_cells, sampling.occupancy_alpha, model.step);
+  if (canonical.count() == 0) return;
+  Channels& raw = model.radiance.raw;
+  const Topology& t = *raw.topology;
+  parallel_for(t.brick_count(), [&](int index) {
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Vec3 x = t.position(index + 1, i);
+      if (!canonical.test(canonical.index(canonical.cell_of(x))))
+        raw.row(std::size_t(index + 1) * kBrickRows + i)[0] = kEmptyDensity;
+    }
+  });
+  drop_empty(raw);
+}
+
+}  // namespace splinevox

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "render/active_rows.hpp"
+#include "render/occupancy.hpp"
+#include "train/setting.hpp"
+
+namespace splinevox {
+
+struct Volume;
+
+/// Where matter is, to which rays and motion confine themselves.
+struct Occupancy {
+  BitGrid hull;                 ///< over the box: where the scene can be at all
+  std::vector<BitGrid> frames;  ///< of each training frame, or one where nothing moves; none: the hull is all
+  ActiveRows active;            ///< rows of the finest motion level
+
+  /// What rays look into.
+  std::span<const BitGrid> grids() const {
+    return frames.empty() ? std::span<const BitGrid>(&hull, 1) : frames;
+  }
+  /// Which of them in a training frame.
+  int grid_of(int frame) const { return frames.size() > 1 ? frame : 0; }
+  /// Cells that are occupied at any time.
+  BitGrid ever() const;
+};
+
+/// The times that are trained (SamplingConfig::window). Until that is all of them nothing may be taken to be
+/// empty for good.
+struct TimeWindow {
+  std::span<const int> frames;  ///< in order of time
+  bool whole;                   ///< all times are
+};
+
+/// The occupancies of the training frames for the volume as it is: one where nothing moves.
+std::vector<BitGrid> frame_occupancies(const Setting& setting, const Volume& volume, const TimeWindow& window,
+                                       float alpha);
+/// Makes the occupancy anew, and what follows from it.
+void refresh_occupancy(const Setting& setting, Volume& volume, const TimeWindow& window);
+/// The cells near which motion is stored.
+BitGrid motion_cells(const Volume& volume, const TimeWindow& window);
+/// What follows from the finest level's lattice: the rows that move, the sum of the levels, the active rows.
+void fit_motion(const Setting& setting, Volume& volume);
+
+/// Shrinks the box, and every lattice with it, to where the model has matter at some training time. The
+/// occupancy must be refreshed after it.
+void tighten_box(const Setting& setting, Volume& volume, const TimeWindow& window);
+
+/// Empties the canonical cells of a model that the occupancy calls empty: what training skipped it never
+/// looked at again, and leftovers of the first fog would show in a picture. Bricks of which nothing is left
+/// go.
+void clear_skipped(const Setting& setting, const Occupancy& occupancy, VoxelModel& model);
+
+}  // namespace splinevox

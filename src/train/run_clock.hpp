@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "backend/step.hpp"
+#include "math/schedule.hpp"
+#include "splinevox/train/trainer.hpp"
+
+namespace splinevox {
+
+/// How far a run is: its steps, and its seconds.
+struct RunClock {
+  std::int64_t step = 0;        ///< steps made, those discarded included
+  double seconds = 0;           ///< of the budget: loading and earlier sessions included
+  double seconds_at_start = 0;  ///< of those, used before the first step
+  PhaseSeconds phases;
+
+  /// Share of the budget used: of the time, the steps, or whichever of the two is further.
+  double used(const RunConfig& run) const {
+    return further(run.max_time > 0 ? seconds / run.max_time : 0, run);
+  }
+  /// Where the schedules stand, 0..1: by the clock, by the steps, or by whichever of the two is further.
+  double position(const RunConfig& run) const {
+    const bool timed = run.max_time > 0;
+    return further(timed ? clock_progress(seconds, seconds_at_start, run.max_time, run.late_cost) : 0, run);
+  }
+  void spend(double PhaseSeconds::*phase, double time) {
+    phases.*phase += time;
+    seconds += time;
+  }
+  /// A backend's step. What it does not tell apart counts as rays.
+  void spend(const StepSums& sums, double time) {
+    const double rays =
+        time - sums.slice_seconds - sums.scatter_seconds - sums.regularise_seconds - sums.update_seconds;
+    spend(&PhaseSeconds::slices, sums.slice_seconds);
+    spend(&PhaseSeconds::scatter, sums.scatter_seconds);
+    spend(&PhaseSeconds::regularise, sums.regularise_seconds);
+    spend(&PhaseSeconds::update, sums.update_seconds);
+    spend(&PhaseSeconds::rays, rays);
+  }
+
+ private:
+  double further(double by_time, const RunConfig& run) const {
+    const double by_steps = run.max_steps > 0 ? double(step) / run.max_steps : 0;
+    return std::min(std::max(by_time, by_steps), 1.0);
+  }
+};
+
+}  // namespace splinevox

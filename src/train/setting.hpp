@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "train/start.hpp"
+
+namespace splinevox {
+
+/// What a run is given and never changes.
+struct Setting {
+  Setting(const Config& c, const Split& t)
+      : shown(look_at(t)), unit(brightness(c, shown)), config(in_units_of(unit, c)), train(t) {}
+
+  const Shown shown;
+  const float unit;     ///< of brightness; 1 unless the scene is dark
+  const Config config;  ///< in that unit
+  const Split& train;
+};
+
+}  // namespace splinevox

@@ -1,0 +1,22 @@
+# cmake -DROOT=<repository> -P check_public.cmake : public headers stand on their own. They include each other
+# and the standard library, and have no vector types: those would have another layout, or none, in a program
+# that is compiled for another instruction set than the library.
+cmake_minimum_required(VERSION 3.25)
+file(GLOB_RECURSE headers RELATIVE ${ROOT}/include ${ROOT}/include/splinevox/*.hpp)
+foreach(header IN LISTS headers)
+  file(STRINGS ${ROOT}/include/${header} includes REGEX "^[ \t]*#[ \t]*include")
+  foreach(line IN LISTS includes)
+    if(line MATCHES "\"(.*)\"")
+      set(target ${CMAKE_MATCH_1})
+      if(NOT target STREQUAL "splinevox/core/version.hpp" AND NOT target IN_LIST headers)
+        message(SEND_ERROR "include/${header}: ${target} is no public header")
+      endif()
+    elseif(NOT line MATCHES "<[a-z_]+>")
+      message(SEND_ERROR "include/${header}: only the standard library, not ${line}")
+    endif()
+  endforeach()
+  file(READ ${ROOT}/include/${header} text)
+  if(text MATCHES "vector_size|__m128|__m256|__m512|immintrin|Simd<")
+    message(SEND_ERROR "include/${header}: a vector type (${CMAKE_MATCH_0})")
+  endif()
+endforeach()

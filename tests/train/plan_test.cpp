@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/plan.hpp"
+
+#include <doctest/doctest.h>
+
+#include <set>
+#include <string>
+#include <type_traits>
+
+#include "splinevox/data/synth.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+const Split& ball() {
+  static const Dataset data = make_synth("ball", {.frames = 8, .size = 24, .seed = 3});
+  return *data.find("train");
+}
+
+/// A configuration in which nothing ever happens.
+Config eventless() {
+  Config c = preset("draft");
+  visit_config(c, [](const std::string& key, auto& member, const char*, double, double) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(member)>, std::vector<float>>)
+      if (key.ends_with("_start")) member.clear();
+  });
+  return c;
+}
+
+/// A run's volume and plan, as they come to a progress.
+struct Course {
+  Setting setting;
+  Plan plan;
+  Volume volume;
+  TimeWindow window;
+  std::vector<int> frames;
+
+  explicit Course(const Config& config) : setting(config, ball()), volume{start(setting)} {
+    for (int f = 0; f < int(ball().frames.size()); ++f) frames.push_back(f);
+    window = {frames, true};
+  }
+  bool reach(double progress) { return plan.carry_out(setting, progress, progress > 0, window, volume); }
+
+ private:
+  static Volume start(const Setting& setting) {
+    const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.shown);
+    return {Lattices(setting, {}, bounds.box), {bounds.hull, {}, {}}, {}};
+  }
+};
+
+Config eventful() {
+  Config c = preset("draft");
+  c.grid.radiance = {12, 16, 20}, c.grid.radiance_start = {0, 0.3f, 0.6f};
+  c.grid.motion = {4, 8}, c.grid.motion_start = {0.1f, 0.5f};
+  c.grid.empty_start = {0.7f};
+  c.radiance.sh_order = 2, c.radiance.sh_start = {0, 0.4f};
+  c.motion.basis = BasisKind::bspline, c.motion.points = 6, c.motion.halve_start = {0.2f, 0.8f};
+  c.motion.elevate_points.clear(), c.motion.elevate_start.clear();
+  c.motion.rest = 0;
+  return c;
+}
+
+}  // namespace
+
+TEST_SUITE("train/plan") {
+  TEST_CASE("every list of starts in the configuration is an event's, and due when it is reached") {
+    CHECK(Plan().due(eventless(), 1).empty());
+    std::set<std::string> events;
+    int lists = 0;
+    Config keys;
+    visit_config(keys, [&](const std::string& key, auto& of_default, const char*, double, double) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(of_default)>, std::vector<float>>) {
+        if (!key.ends_with("_start")) return;
+        CAPTURE(key);
+        ++lists;
+        Config c = eventless();
+        c.motion.basis = key == "motion.elevate_start" ? BasisKind::bezier : BasisKind::bspline;
+        visit_config(c, [&](const std::string& other, auto& member, const char*, double, double) {
+          if constexpr (std::is_same_v<std::decay_t<decltype(member)>, std::vector<float>>)
+            if (other == key) member = {0.5f};
+        });
+        CHECK(Plan().due(c, 0.49).empty());
+        const auto due = Plan().due(c, 0.5);
+        REQUIRE(due.size() == 1);
+        events.insert(std::string(due[0]));
+      }
+    });
+    CHECK(lists == 6);
+    CHECK(events.size() == 5);  // curves are halved or elevated
+  }
+
+  TEST_CASE("what has happened is due no more, however far the progress jumps") {
+    Course step_by_step(eventful()), at_once(eventful());
+    const Config& config = step_by_step.setting.config;
+    for (const double progress : {0.0, 0.11, 0.21, 0.31, 0.41, 0.51, 0.61, 0.71, 0.81}) {
+      CAPTURE(progress);
+      CHECK_FALSE(step_by_step.plan.due(config, progress).empty());
+      step_by_step.reach(progress);
+      CHECK(step_by_step.plan.due(config, progress).empty());
+      CHECK_FALSE(step_by_step.reach(progress));  // a second time
+    }
+    at_once.reach(0);
+    CHECK(at_once.reach(1));
+    for (const Course* course : {&step_by_step, &at_once}) {
+      const Lattices& l = course->volume.lattices;
+      CHECK(course->plan.due(config, 1).empty());
+      CHECK(course->plan.fits(config, l));
+      CHECK(l.levels.size() == 2);
+      CHECK(l.model.radiance.sh_order == 2);
+      CHECK(l.model.motion.points == 2 * (2 * 6 - 3) - 3);
+      CHECK(l.model.step == config.sampling.step * l.model.radiance.raw.topology->lattice.spacing);
+      CHECK(l.radiance.m.size() == l.model.radiance.raw.values.size());
+      CHECK(l.model.motion.levels.size() == 1);
+      CHECK(l.model.motion.levels[0].width == l.model.motion.width());
+    }
+  }
+
+  TEST_CASE("a plan of another volume or with counts that cannot be does not fit") {
+    Course course(eventful());
+    course.reach(0);
+    course.reach(0.61);
+    const Config& config = course.setting.config;
+    REQUIRE(course.plan.fits(config, course.volume.lattices));
+    Archive saved;
+    course.plan.archive(saved);
+    std::vector<char> bytes;
+    for (const std::string_view piece : saved.pieces()) bytes.insert(bytes.end(), piece.begin(), piece.end());
+    REQUIRE(bytes.size() == sizeof(Plan::Counts));
+    for (std::size_t at = 0; at < bytes.size(); at += sizeof(int)) {
+      CAPTURE(at);
+      for (const int count : {-1, 1000}) {
+        std::vector<char> spoilt = bytes;
+        std::memcpy(spoilt.data() + at, &count, sizeof count);
+        Archive in(spoilt);
+        Plan plan;
+        plan.archive(in);
+        CHECK_FALSE(plan.fits(config, course.volume.lattices));
+      }
+    }
+    course.volume.lattices.levels.pop_back();
+    CHECK_FALSE(course.plan.fits(config, course.volume.lattices));
+  }
+}
