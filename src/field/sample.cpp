@@ -6,16 +6,14 @@
 #include "field/lattice/gather.hpp"
 #include "field/lattice/locate.hpp"
 #include "field/lattice/slice.hpp"
-#include "math/activation.hpp"
-#include "math/light.hpp"
+#include "math/emission.hpp"
+#include "math/warp.hpp"
 
 namespace splinevox {
 namespace {
 
 using Four = Simd<float>::Four;
 using Eight = Simd<float>::Eight;
-
-Vec3 xyz(const Four& v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
@@ -49,12 +47,12 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
   const auto p = gather<Four>(at.rows, at.fraction, position.values.data(), kSliceWidth, 0);
   const auto v = gather<Four>(at.rows, at.fraction, velocity.values.data(), kSliceWidth, 0);
   Activated<float> r{1, 0};
-  if (model.motion.rigidity) r = sigmoid(p.value[3] + model.motion.rigidity_offset);
+  if (model.motion.rigidity) r = rigidity_of(p.value[3], model.motion.rigidity_offset);
   out.rigidity = r.value;
   if (model.motion.light)
     out.light = light_gain(interpolate<Four>(at, position.values.data(), kSliceWidth, 4)[0]).value;
-  out.displacement = r.value * xyz(p.value);
-  out.velocity_to_canonical = r.value * xyz(v.value);
+  out.displacement = displacement_of(p.value, r.value);
+  out.velocity_to_canonical = displacement_of(v.value, r.value);
   // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.
   const float scale = motion_view.inv_spacing;
   const Four* d[3] = {&p.dx, &p.dy, &p.dz};
@@ -76,15 +74,14 @@ FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
   for (int offset = 0; offset < field.raw.width; offset += 8) {
     const Eight v =
         gather<Eight>(at.rows, at.fraction, field.raw.values.data(), field.raw.width, offset).value;
-    for (int i = 0; i < 8; ++i) {
-      const int c = offset + i - 4;
-      if (c >= 0 && c < field.sh_count())
-        out.sh[c] = v[i];
-      else if (c == -4)
-        out.density = field.activation.scale * softplus(v[0] + field.activation.shift).value;
-      else if (c < 0)
-        out.color[c + 3] = sigmoid(v[i]).value;
+    if (offset == 0) {
+      const Emission<float> emission = emission_of<false>(RawSample<float>{v[0], {v[1], v[2], v[3]}},
+                                                          field.activation.scale, field.activation.shift);
+      out.density = emission.sigma;
+      out.color = emission.base;
     }
+    for (int i = 0; i < 8; ++i)
+      if (const int c = offset + i - 4; c >= 0 && c < field.sh_count()) out.sh[c] = v[i];
   }
   return out;
 }

@@ -1,27 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/core/vec3.hpp"
+#include "math/emission.hpp"
 
 namespace splinevox {
 
-/// What a sample gives off, activated: colour base * view * light; each factor with its derivative. A factor
-/// that is off is 1, with derivative 0.
+/// What a step of the march keeps of the light, alpha = 1 - exp(-sigma dt), and what it lets through.
 template <class T>
-struct Emission {
-  Vec3T<T> base, base_slope;
-  T view, view_slope, light, light_slope;
-  T sigma_slope;  ///< d sigma / d raw density
+struct Opacity {
+  T alpha, passed;
 };
-
-/// d loss / d raw values of a sample.
+/// @param sigma  density, 1 / scene unit. @param step  dt, scene units.
 template <class T>
-struct EmissionAdjoint {
-  T density, view, light;
-  Vec3T<T> color;
-};
+SPLINEVOX_INLINE Opacity<T> opacity_of(T sigma, T step) {
+  const T depth = sigma * step;
+  return {one_minus_exp_neg(depth), exp_(-depth)};
+}
 
-/// Adjoint of one sample of the compositing sum of Eq. 1; call from the last sample to the first.
+/// One sample of the compositing sum of Eq. 1, front to back: rgb += w c with w = T_i alpha_i and
+/// c = base light view. Behind it T_{i+1} = T_i passed_i.
+/// @param transmittance  T_i. @returns w
+template <class T>
+SPLINEVOX_INLINE T composite_sample(const Emission<T>& e, T alpha, T transmittance, Vec3T<T>& rgb) {
+  const T w = transmittance * alpha;
+  rgb += (w * (e.light * e.view)) * e.base;
+  return w;
+}
+
+/// Whether a ray ends behind the sample that left this much of it.
+template <class T>
+SPLINEVOX_INLINE bool ray_ends(T transmittance, T stop) {
+  return transmittance < stop;
+}
+
+/// Adjoint of composite_sample, by what the sample gives off; call from the last sample to the first, and
+/// emission_vjp behind it.
 ///
 /// Has no division (numerics H9): g_sigma_i = dt (T_{i+1} c_i . G - S), S += w_i c_i . G, S starting at
 /// T_end background . G. The usual S / (1 - alpha_i) is 0 / 0 from an optical depth of 17.3 on, where alpha
@@ -37,12 +50,11 @@ SPLINEVOX_INLINE EmissionAdjoint<T> composite_vjp(const Emission<T>& e, T w, T n
   const T along = dot(e.base, d_rgb);
   const T factor = e.light * e.view;
   EmissionAdjoint<T> d;
-  const T d_sigma = step * (next * factor * along - behind);
-  d.density = d_sigma * e.sigma_slope;
+  d.density = step * (next * factor * along - behind);
   const T wf = w * factor;
-  for (int c = 0; c < 3; ++c) d.color[c] = wf * d_rgb[c] * e.base_slope[c];
-  d.view = w * along * e.light * e.view_slope;
-  d.light = w * along * e.view * e.light_slope;
+  for (int c = 0; c < 3; ++c) d.color[c] = wf * d_rgb[c];
+  d.view = w * along * e.light;
+  d.light = w * along * e.view;
   return d;
 }
 

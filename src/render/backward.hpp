@@ -26,28 +26,22 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
   Real behind = result.transmittance * dot(input.background, d_rgb);
   for (int i = ray.count - 1; i >= 0; --i) {
     const auto& s = ray.samples[i];
-    const Emission<Real> emission{{ray.base[0][i], ray.base[1][i], ray.base[2][i]},
-                                  {ray.base_slope[0][i], ray.base_slope[1][i], ray.base_slope[2][i]},
-                                  Sh >= 0 ? ray.view[i] : Real(1),
-                                  Sh >= 0 ? ray.view_slope[i] : Real(0),
-                                  Moving ? ray.light[i] : Real(1),
-                                  Moving ? ray.light_slope[i] : Real(0),
-                                  ray.sigma_slope[i]};
+    const Emission<Real> emission = ray.emission(i);
     const Real w = ray.weight[i];
     const Real behind_this = behind;
     behind += composite_share(emission, w, d_rgb);
     if (w < min_weight) continue;
-    const EmissionAdjoint<Real> d =
-        composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind_this, d_rgb);
+    const EmissionAdjoint<Real> d = emission_vjp(
+        emission, composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind_this, d_rgb));
 
     auto& record = out.radiance.emplace_back();
     record.cell = s.radiance_cell;
     record.fraction = s.radiance_fraction;
     Eight g[K::kRegisters];
-    for (int k = 0; k < K::kRegisters; ++k) g[k] = d.view * ray.harmonics[k];
-    g[0][0] = d.density;
-    for (int c = 0; c < 3; ++c) g[0][1 + c] = d.color[c];
-    for (int k = 0; k < K::kRegisters; ++k) store(record.g + 8 * k, g[k]);
+    for (int k = 0; k < K::kRegisters; ++k) {
+      g[k] = row_vjp(d, ray.harmonics[k], k == 0);
+      store(record.g + 8 * k, g[k]);
+    }
 
     if constexpr (Moving) {
       if (s.warp.cell.rests()) continue;
@@ -61,10 +55,7 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
       auto& m = out.motion.emplace_back();
       m.cell = s.warp.cell;
       m.fraction = s.warp.fraction;
-      const Real r = ray.r[i];
-      m.g[0] = r * d_delta.x, m.g[1] = r * d_delta.y, m.g[2] = r * d_delta.z;
-      m.g[3] = ray.r_slope[i] *
-               (d_delta.x * s.warp.motion[0] + d_delta.y * s.warp.motion[1] + d_delta.z * s.warp.motion[2]);
+      displacement_vjp(d_delta, s.warp.motion, ray.r[i], ray.r_slope[i], m.g);
       m.g[4] = d.light;
       for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
       if constexpr (Jet)

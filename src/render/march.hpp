@@ -60,7 +60,7 @@ SPLINEVOX_HD Marched march(const Team& team, const RayInput<float>& ray, const F
   team.each([&](int lane) { rgb[lane] = {}, stored[lane] = 0; });
   const OccupancyView<float>& grid = frame.occupancy;
   const Vec3 o = (ray.origin - grid.origin) * grid.inv_cell, d = ray.direction * (field.step * grid.inv_cell);
-  while (out.transmittance >= stop) {
+  while (!ray_ends(out.transmittance, stop)) {
     while (found - out.shaded < kLanes && next < ray.count) {
       typename Team::template Lanes<bool> hit;
       team.each([&](int lane) {
@@ -92,11 +92,9 @@ SPLINEVOX_HD Marched march(const Team& team, const RayInput<float>& ray, const F
     typename Team::template Lanes<bool> alive;
     team.each([&](int lane) {
       const float t = first * before[lane];
-      alive[lane] = lane < n && t >= stop;
+      alive[lane] = lane < n && !ray_ends(t, stop);
       if (!alive[lane] || !sample[lane].stored) return;
-      const Emission<float>& e = sample[lane].emission;
-      const float w = t * sample[lane].alpha;
-      rgb[lane] += (w * (e.light * e.view)) * e.base;
+      const float w = composite_sample(sample[lane].emission, sample[lane].alpha, t, rgb[lane]);
       ++stored[lane];
       visit(lane, sample[lane], w, int(list.index[out.shaded + lane]));
     });

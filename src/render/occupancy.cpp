@@ -10,6 +10,7 @@
 #include "core/simd.hpp"
 #include "field/lattice/brick_view.hpp"
 #include "math/activation.hpp"
+#include "math/warp.hpp"
 
 namespace splinevox {
 namespace {
@@ -77,8 +78,8 @@ class WarpedCenters {
     Four m{};
     for (int i = 0; i < kCorners; ++i)
       m += w[i] * load<Four>(values_ + std::size_t(rows.row[i]) * kSliceWidth);
-    const float r = rigidity_ ? sigmoid(m[3] + offset_).value : 1.0f;
-    return Vec3{x.position, y.position, z.position} + r * Vec3{m[0], m[1], m[2]};
+    const float r = rigidity_ ? rigidity_of(m[3], offset_).value : 1.0f;
+    return Vec3{x.position, y.position, z.position} + displacement_of(m, r);
   }
 
  private:

@@ -3,6 +3,7 @@
 
 #include "render/field_view.hpp"
 #include "render/march.hpp"
+#include "render/pixel_sums.hpp"
 
 namespace splinevox {
 
@@ -41,31 +42,23 @@ struct PictureKernel {
     RayInput<float> input = clip_ray(ray, box, field.step, 0.5f, {});
     if (input.count > most_samples) input.count = most_samples;  // what the list has room for
     const RowHarmonics<Sh> harmonics(input.direction);
-    typename Team::template Lanes<Vec3> flow;
-    typename Team::template Lanes<float> depth, rigidity, weights;
-    team.each([&](int lane) { flow[lane] = {}, depth[lane] = rigidity[lane] = weights[lane] = 0; });
-    const float start = float(dot(cast<double>(input.origin) - ray.origin, ray.direction));
+    typename Team::template Lanes<PixelSums> sums;
+    team.each([&](int lane) { sums[lane] = {}; });
+    const PixelDepth depth(camera, ray, input);
     const MarchList list(team.scratch(), most_samples);
     typename Team::template Lanes<Shaded<Sh, Moving>> last;
-    const Marched m =
-        march<Sh, Moving>(team, input, field, frame, harmonics, stop, list, last,
-                          [&](int lane, const Shaded<Sh, Moving>& s, float w, int i) {
-                            weights[lane] += w;
-                            depth[lane] += w * (start + float(i) * field.step);
-                            if constexpr (Moving) {
-                              flow[lane] += (w * s.r) * Vec3{s.motion[0], s.motion[1], s.motion[2]};
-                              rigidity[lane] += w * s.r;
-                            }
-                          });
+    const Marched m = march<Sh, Moving>(team, input, field, frame, harmonics, stop, list, last,
+                                        [&](int lane, const Shaded<Sh, Moving>& s, float w, int i) {
+                                          sums[lane].add(w, depth.distance(float(i), field.step));
+                                          if constexpr (Moving) sums[lane].add_motion(w, s.r, s.motion);
+                                        });
     Pixel out;
     out.rgb = m.rgb;
     out.transmittance = m.transmittance;
-    out.flow = team.sum(flow);
-    out.rigidity = team.sum(rigidity);
-    // Depth along the viewing axis: distance times the cosine between ray and axis.
-    const float cosine = float(-dot(ray.direction, camera.axes[2])), all = team.sum(weights),
-                far = team.sum(depth);
-    out.depth = all > 1e-4f ? cosine * far / all : 0;
+    const PixelSums all = team.sum(sums);
+    out.flow = all.flow;
+    out.rigidity = all.rigidity;
+    out.depth = depth.mean(all);
     team.each([&](int lane) {
       if (lane == 0) pixels[std::size_t(y) * camera.width + x] = out;
     });

@@ -10,10 +10,9 @@
 #include "core/simd.hpp"
 #include "field/lattice/gather.hpp"
 #include "field/lattice/slice.hpp"
-#include "math/activation.hpp"
-#include "math/light.hpp"
+#include "math/composite.hpp"
 #include "math/trilinear.hpp"
-#include "math/view_factor.hpp"
+#include "math/warp.hpp"
 #include "render/views.hpp"
 #include "splinevox/field/channels.hpp"
 #include "splinevox/math/sh.hpp"
@@ -96,6 +95,25 @@ class RayKernel {
   AlignedVector<Real> weight, transmittance_next;  ///< T_i alpha_i, T_{i+1}
   AlignedVector<Real> distance;                    ///< sample index along the ray
   Eight harmonics[kRegisters];                     ///< Y_j(direction) in the lanes of the row's coefficients
+
+  /// What sample i of the last ray gives off; its density is not kept.
+  Emission<Real> emission(int i) const {
+    Emission<Real> e;
+    e.sigma_slope = sigma_slope[i];
+    for (int c = 0; c < 3; ++c) {
+      e.base[c] = base[c][i];
+      e.base_slope[c] = base_slope[c][i];
+    }
+    if constexpr (Sh >= 0) {
+      e.view = view[i];
+      e.view_slope = view_slope[i];
+    }
+    if constexpr (Moving) {
+      e.light = light[i];
+      e.light_slope = light_slope[i];
+    }
+    return e;
+  }
 
  private:
   void sh_basis_padded(const Vec& d) {
@@ -217,26 +235,24 @@ class RayKernel {
             const Real (&i)[kChunk], int n, Warped& out, Real (&moved)[3][kChunk]) {
     alignas(64) Real raw_light[kChunk] = {}, raw_r[kChunk] = {};
     if (!gather_motion(ray, field, frame, i, n, out, raw_light)) {
-      std::fill_n(out.r, kChunk, field.rigidity ? sigmoid(field.rigidity_offset).value : Real(1)),
-          std::fill_n(out.r_slope, kChunk, Real(0));
-      std::fill_n(out.light, kChunk, Real(1)), std::fill_n(out.light_slope, kChunk, Real(0));
+      std::fill_n(out.r, kChunk,
+                  field.rigidity ? rigidity_of(Real(0), field.rigidity_offset).value : Real(1));
+      std::fill_n(out.r_slope, kChunk, Real(0));
+      std::fill_n(out.light, kChunk, Real(1));
+      std::fill_n(out.light_slope, kChunk, Real(0));
       return;
     }
-    for (int j = 0; j < kChunk; ++j) {
-      const Activated<Real> s = light_gain(raw_light[j]);
-      out.light[j] = s.value, out.light_slope[j] = s.slope;
-    }
+    activate(raw_light, out.light, out.light_slope, [](Real x) { return light_gain(x); });
     if (field.rigidity) {
       for (int j = 0; j < n; ++j) raw_r[j] = out.motion[j][3];
-      for (int j = 0; j < kChunk; ++j) {
-        const Activated<Real> s = sigmoid(raw_r[j] + field.rigidity_offset);
-        out.r[j] = s.value, out.r_slope[j] = s.slope;
-      }
+      activate(raw_r, out.r, out.r_slope, [&](Real x) { return rigidity_of(x, field.rigidity_offset); });
     } else {
       std::fill_n(out.r, kChunk, Real(1)), std::fill_n(out.r_slope, kChunk, Real(0));
     }
-    for (int j = 0; j < n; ++j)
-      for (int a = 0; a < 3; ++a) moved[a][j] = out.r[j] * out.motion[j][a] * field.radiance.inv_spacing;
+    for (int j = 0; j < n; ++j) {
+      const Vec vertices = displacement_of(out.motion[j], out.r[j]) * field.radiance.inv_spacing;
+      for (int a = 0; a < 3; ++a) moved[a][j] = vertices[a];
+    }
   }
 
   /// Whether any of the first n pending samples reads motion.
@@ -310,6 +326,17 @@ class RayKernel {
     return shade_stored(field, rows, kept, stop);
   }
 
+  /// Values and derivatives of a formula over a chunk.
+  template <class Formula>
+  SPLINEVOX_INLINE static void activate(const Real (&raw)[kChunk], Real* value, Real* slope,
+                                        const Formula& formula) {
+    for (int j = 0; j < kChunk; ++j) {
+      const Activated<Real> s = formula(raw[j]);
+      value[j] = s.value;
+      slope[j] = s.slope;
+    }
+  }
+
   bool shade_stored(const Field& field, const CellRows* rows, int n, Real stop) {
     alignas(64) Real raw[5][kChunk] = {};  // density, r, g, b, view
     for (int j = 0; j < n; ++j) {
@@ -324,40 +351,27 @@ class RayKernel {
       raw[4][j] = view_raw;
     }
 
+    // emission_of, a loop for each part: the compiler does not turn one for all into vector code.
     alignas(64) Real alpha[kChunk], passed[kChunk];
     Real* const at_sigma_slope = sigma_slope.data() + count;
     for (int j = 0; j < kChunk; ++j) {
-      const Activated<Real> s = softplus(raw[0][j] + field.density_shift);
-      const Real depth = field.density_scale * s.value * field.step;
-      at_sigma_slope[j] = field.density_scale * s.slope;
-      alpha[j] = one_minus_exp_neg(depth);
-      passed[j] = exp_(-depth);
+      const Activated<Real> s = density_of(raw[0][j], field.density_scale, field.density_shift);
+      const Opacity<Real> o = opacity_of(s.value, field.step);
+      at_sigma_slope[j] = s.slope;
+      alpha[j] = o.alpha;
+      passed[j] = o.passed;
     }
-    for (int c = 0; c < 3; ++c) {
-      Real* const value = base[c].data() + count;
-      Real* const slope = base_slope[c].data() + count;
-      for (int j = 0; j < kChunk; ++j) {
-        const Activated<Real> s = sigmoid(raw[1 + c][j]);
-        value[j] = s.value, slope[j] = s.slope;
-      }
-    }
-    if constexpr (Sh >= 0) {
-      Real* const value = view.data() + count;
-      Real* const slope = view_slope.data() + count;
-      for (int j = 0; j < kChunk; ++j) {
-        const Activated<Real> s = view_factor(raw[4][j]);
-        value[j] = s.value, slope[j] = s.slope;
-      }
-    }
+    for (int c = 0; c < 3; ++c)
+      activate(raw[1 + c], base[c].data() + count, base_slope[c].data() + count,
+               [](Real x) { return color_of(x); });
+    if constexpr (Sh >= 0)
+      activate(raw[4], view.data() + count, view_slope.data() + count, [](Real x) { return view_factor(x); });
 
     for (int j = 0; j < n; ++j, ++count) {
-      const Real w = transmittance_ * alpha[j];
-      const Real factor = (Moving ? light[count] : Real(1)) * (Sh >= 0 ? view[count] : Real(1));
-      rgb_ += (w * factor) * Vec{base[0][count], base[1][count], base[2][count]};
+      weight[count] = composite_sample(emission(count), alpha[j], transmittance_, rgb_);
       transmittance_ *= passed[j];
-      weight[count] = w;
       transmittance_next[count] = transmittance_;
-      if (transmittance_ < stop) {
+      if (ray_ends(transmittance_, stop)) {
         ++count;
         return true;
       }

@@ -11,6 +11,7 @@
 #include "render/field_view.hpp"
 #include "render/occupancy.hpp"
 #include "render/picture_maker.hpp"
+#include "render/pixel_sums.hpp"
 #include "render/ray_kernel.hpp"
 #include "render/specialise.hpp"
 
@@ -34,26 +35,18 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
           clip_ray(ray, model.box, field.step, 0.5f, model.background.towards(cast<float>(ray.direction)));
       const RayResult<float> result = kernel.forward(input, field, frame, stop);
       const float alpha = 1 - result.transmittance;
-      Vec3 flow{};
-      float depth = 0, rigidity = 0, weights = 0;
-      // Depth along the viewing axis: distance times the cosine between ray and axis.
-      const float cosine = float(-dot(ray.direction, camera.axes[2]));
-      const float start = float(dot(cast<double>(input.origin) - ray.origin, ray.direction));
+      const PixelDepth depth(camera, ray, input);
+      PixelSums sums;
       for (int i = 0; i < kernel.count; ++i) {
         const float w = kernel.weight[i];
-        weights += w;
-        depth += w * (start + kernel.distance[i] * field.step);
-        if constexpr (Moving) {
-          const auto& m = kernel.samples[i].warp.motion;
-          flow += (w * kernel.r[i]) * Vec3{m[0], m[1], m[2]};
-          rigidity += w * kernel.r[i];
-        }
+        sums.add(w, depth.distance(kernel.distance[i], field.step));
+        if constexpr (Moving) sums.add_motion(w, kernel.r[i], kernel.samples[i].warp.motion);
       }
       for (int c = 0; c < 3; ++c) out.rgb.pixel(x, y)[c] = result.rgb[c];
       *out.alpha.pixel(x, y) = alpha;
-      *out.depth.pixel(x, y) = weights > 1e-4f ? cosine * depth / weights : 0;
-      for (int c = 0; c < 3; ++c) out.flow.pixel(x, y)[c] = flow[c];
-      *out.rigidity.pixel(x, y) = rigidity;
+      *out.depth.pixel(x, y) = depth.mean(sums);
+      for (int c = 0; c < 3; ++c) out.flow.pixel(x, y)[c] = sums.flow[c];
+      *out.rigidity.pixel(x, y) = sums.rigidity;
     }
 }
 

@@ -6,9 +6,8 @@
 #include "core/pack.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/composite.hpp"
-#include "math/light.hpp"
 #include "math/trilinear.hpp"
-#include "math/view_factor.hpp"
+#include "math/warp.hpp"
 #include "render/views.hpp"
 #include "splinevox/math/sh.hpp"
 
@@ -56,6 +55,12 @@ struct RowHarmonics {
   SPLINEVOX_INLINE float operator[](int column) const {
     return column >= 4 && column < 4 + kCount ? y[column - 4] : 0.0f;
   }
+  /// Those of pack p of a row.
+  SPLINEVOX_INLINE Pack pack(int p) const {
+    Pack out;
+    SPLINEVOX_UNROLL for (int c = 0; c < Pack::kSize; ++c) out[c] = (*this)[p * Pack::kSize + c];
+    return out;
+  }
 };
 
 /// One sample of a ray, alone: what RayKernel does for many at once, for executors whose lanes are samples.
@@ -66,7 +71,7 @@ template <int Sh, bool Moving>
 struct Shaded {
   static constexpr int kWidth = radiance_width(Sh), kPacks = kWidth / Pack::kSize;
   bool stored;  ///< any corner is; if not, the sample is empty and nothing below but alpha and passed is set
-  float alpha, passed;  ///< 1 - exp(-depth) and exp(-depth) of the step
+  float alpha, passed;  ///< Opacity of the step
   Emission<float> emission;
   Place at;  ///< in the radiance lattice, after the warp
   /// A long row's slopes would not fit into a device's registers: they are gathered again when they are
@@ -86,7 +91,7 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
   Out s;
   s.alpha = 0, s.passed = 1;
   Vec3 moved{};
-  s.emission.light = 1, s.emission.light_slope = 0;
+  Activated<float> gain{1, 0};
   s.r = 1, s.r_slope = 0;
   if constexpr (Moving) {
     s.observed = place_of(field.motion, ray, index, field.step, moved);
@@ -100,13 +105,12 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
       s.motion += w[c] * load_pack(row);
       light += w[c] * row[4];
     }
-    const Activated<float> gain = light_gain(light);
-    s.emission.light = gain.value, s.emission.light_slope = gain.slope;
+    gain = light_gain(light);
     if (field.rigidity) {
-      const Activated<float> r = sigmoid(s.motion[3] + field.rigidity_offset);
+      const Activated<float> r = rigidity_of(s.motion[3], field.rigidity_offset);
       s.r = r.value, s.r_slope = r.slope;
     }
-    SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) moved[a] = s.r * s.motion[a] * field.radiance.inv_spacing;
+    moved = displacement_of(s.motion, s.r) * field.radiance.inv_spacing;
   }
   s.at = place_of(field.radiance, ray, index, field.step, moved);
   const CellRows rows = field.radiance.rows(s.at.cell);
@@ -114,7 +118,7 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
   SPLINEVOX_UNROLL for (int c = 0; c < kCorners; ++c) s.stored |= rows.row[c] >= kBrickRows;
   if (!s.stored) return s;
 
-  float raw[4] = {}, view_raw = 0;
+  RawSample<float> raw;
   SPLINEVOX_UNROLL for (int k = 0; k < Out::kPacks;
                         k +=
                         2) {  // a register of eight is two of four; its lanes are summed in the order of sum8
@@ -125,26 +129,18 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
           gather_pack(rows, s.at.fraction, field.radiance_rows, Out::kWidth, p * Pack::kSize);
       if constexpr (Out::kKeepsSlopes) s.slope[p][0] = v.dx, s.slope[p][1] = v.dy, s.slope[p][2] = v.dz;
       if (p == 0)
-        SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) raw[c] = v.value[c];
+        raw.density = v.value[0], raw.color = {v.value[1], v.value[2], v.value[3]};
       else if constexpr (Sh >= 0)
         SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) sum[c] += v.value[c] * harmonics[p * Pack::kSize + c];
     }
-    if constexpr (Sh >= 0) view_raw += (sum[0] + sum[2]) + (sum[1] + sum[3]);
+    if constexpr (Sh >= 0) raw.view += (sum[0] + sum[2]) + (sum[1] + sum[3]);
   }
-  const Activated<float> density = softplus(raw[0] + field.density_shift);
-  const float depth = field.density_scale * density.value * field.step;
-  s.emission.sigma_slope = field.density_scale * density.slope;
-  s.alpha = one_minus_exp_neg(depth);
-  s.passed = exp_(-depth);
-  SPLINEVOX_UNROLL for (int c = 0; c < 3; ++c) {
-    const Activated<float> color = sigmoid(raw[1 + c]);
-    s.emission.base[c] = color.value, s.emission.base_slope[c] = color.slope;
-  }
-  s.emission.view = 1, s.emission.view_slope = 0;
-  if constexpr (Sh >= 0) {
-    const Activated<float> view = view_factor(view_raw);
-    s.emission.view = view.value, s.emission.view_slope = view.slope;
-  }
+  s.emission = emission_of<(Sh >= 0)>(raw, field.density_scale, field.density_shift);
+  s.emission.light = gain.value;
+  s.emission.light_slope = gain.slope;
+  const Opacity<float> opacity = opacity_of(s.emission.sigma, field.step);
+  s.alpha = opacity.alpha;
+  s.passed = opacity.passed;
   return s;
 }
 
@@ -168,8 +164,7 @@ SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, cons
   const CellRows rows = Moving && !Row::kKeepsSlopes ? field.radiance.rows(s.at.cell) : CellRows{};
   SPLINEVOX_UNROLL for (int p = 0; p < Row::kPacks; ++p) {
     Pack& g = out.radiance[p];
-    SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) g[c] = d.view * harmonics[p * Pack::kSize + c];
-    if (p == 0) g[0] = d.density, g[1] = d.color.x, g[2] = d.color.y, g[3] = d.color.z;
+    g = row_vjp(d, harmonics.pack(p), p == 0);
     if constexpr (Moving) {
       const Pack* slope = s.slope[0];
       Pack again[3];
@@ -188,8 +183,7 @@ SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, cons
     Vec3 delta;
     SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) delta[a] =
         field.radiance.inv_spacing * ((along[a][0] + along[a][2]) + (along[a][1] + along[a][3]));
-    SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) out.motion[a] = s.r * delta[a];
-    out.motion[3] = s.r_slope * (delta.x * s.motion[0] + delta.y * s.motion[1] + delta.z * s.motion[2]);
+    displacement_vjp(delta, s.motion, s.r, s.r_slope, out.motion);
     out.light = d.light;
   }
   return out;

@@ -109,8 +109,9 @@ struct TrainKernel {
         keep[lane] = s.stored && !(w < losses.min_weight);
         shows[lane] = keep[lane] && radiance.seen && w > 0 && !(w < heaviest[lane]);
         if (!keep[lane]) return;
-        const EmissionAdjoint<float> d =
-            composite_vjp(s.emission, w, before[lane] * s.passed, field.step, rest + later[lane], d_rgb);
+        const EmissionAdjoint<float> d = emission_vjp(
+            s.emission,
+            composite_vjp(s.emission, w, before[lane] * s.passed, field.step, rest + later[lane], d_rgb));
         gradient[lane] = sample_vjp(s, d, field, harmonics);
         SPLINEVOX_UNROLL for (const Pack& p : gradient[lane].radiance)
             SPLINEVOX_UNROLL for (const float g : p.v) bad[lane] |= !(g < largest && g > -largest);

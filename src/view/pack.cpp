@@ -7,7 +7,7 @@
 #include "field/columns.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "field/lattice/slice.hpp"
-#include "math/activation.hpp"
+#include "math/composite.hpp"
 #include "render/occupancy.hpp"
 #include "run/edit_session.hpp"
 #include "view/codec.hpp"
@@ -33,8 +33,8 @@ std::vector<RowMask> seen_rows(const RadianceField& field, float step) {
   for (int b = 1; b <= t.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       const float raw = field.raw.row(std::size_t(b) * kBrickRows + i)[0];
-      const float depth = field.activation.scale * softplus(raw + field.activation.shift).value * step;
-      if (!(one_minus_exp_neg(depth) >= kSeenAlpha)) continue;
+      const float density = density_of(raw, field.activation.scale, field.activation.shift).value;
+      if (!(opacity_of(density, step).alpha >= kSeenAlpha)) continue;
       const Int3 v = t.vertex(b, i) + Int3{kBrick, kBrick, kBrick};
       Int3 n;
       for (n.x = v.x - 1; n.x <= v.x + 1; ++n.x)

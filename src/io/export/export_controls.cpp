@@ -5,7 +5,7 @@
 
 #include "io/model/model_grid.hpp"
 #include "io/model/model_meta.hpp"
-#include "math/activation.hpp"
+#include "math/rigidity.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -40,7 +40,7 @@ FileDigest write_controls(const std::string& path, const VoxelModel& model) {
     }
     VdbGrid grid = to_grid(motion.levels[0], column, meta, false);
     if (rigidity) {
-      const auto activate = [&](float raw) { return sigmoid(raw + motion.rigidity_offset).value; };
+      const auto activate = [&](float raw) { return rigidity_of(raw, motion.rigidity_offset).value; };
       for (float& v : grid.values) v = activate(v);
       grid.background.x = activate(grid.background.x);
       grid.meta.erase("rigidity_offset");  // it is in the values

@@ -7,6 +7,7 @@
 #include "core/parallel.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/activation.hpp"
+#include "math/rigidity.hpp"
 
 namespace splinevox {
 namespace {
@@ -47,8 +48,8 @@ void displacement_ranges(const MotionField& motion, const MotionSlice& slice, Ve
       }
   float r_lo = 1, r_hi = 1;
   if (motion.rigidity)
-    r_lo = sigmoid(raw.lo + motion.rigidity_offset).value,
-    r_hi = sigmoid(raw.hi + motion.rigidity_offset).value;
+    r_lo = rigidity_of(raw.lo, motion.rigidity_offset).value,
+    r_hi = rigidity_of(raw.hi, motion.rigidity_offset).value;
   for (int a = 0; a < 3; ++a) {
     out[a] = {std::min(r_lo * base[a].lo, r_hi * base[a].lo), std::max(r_lo * base[a].hi, r_hi * base[a].hi)};
     const float slack = 1e-4f * (std::abs(out[a].lo) + std::abs(out[a].hi));

@@ -7,7 +7,6 @@
 
 #include "core/parallel.hpp"
 #include "field/columns.hpp"
-#include "math/activation.hpp"
 #include "math/rigidity.hpp"
 #include "train/bounds/seen_motion.hpp"
 
@@ -33,7 +32,7 @@ void follow(const Offset& offset, const MotionField& m, Channels& sum) {
       const Vec3 x = sum.topology->position(index + 1, i);
       const float r =
           layout.rigidity
-              ? std::max(sigmoid(row[layout.rigidity_column] + m.rigidity_offset).value, kLeastRigidity)
+              ? std::max(rigidity_of(row[layout.rigidity_column], m.rigidity_offset).value, kLeastRigidity)
               : 1.0f;
       for (int k = 0; k < m.stored_points(); ++k) {
         if (!basis_of(m.basis).is_place(k)) continue;

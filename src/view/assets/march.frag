@@ -170,6 +170,7 @@ void main() {
     if (place.w == 0u) continue;
     vec3 at = (9.0 * vec3(place.xyz) + (u - 8.0 * vec3(brick)) + 0.5) * atlasScale;
     vec4 raw = texture(atlas, at);
+    // emission_of and opacity_of (math/emission.hpp, math/composite.hpp)
     float thickness = densityScale * softplus(raw.x + densityShift) * stepLength;
     if (thickness < 1e-6) continue;
     float passed = exp(-thickness), w = through * (1.0 - passed);
@@ -184,7 +185,7 @@ void main() {
       if (part.a > 0.5) seen = gain * part.rgb;
     }
 #endif
-    rgb += w * seen;
+    rgb += w * seen;  // composite_sample, and PixelSums (render/pixel_sums.hpp)
     weights += w, depth += w * distance;
     flow += w * delta, moves += w * r;
     through *= passed;
@@ -198,6 +199,7 @@ void main() {
   if (alpha <= 1e-3) return;
   vec3 paint;
   if (shown == 1) {
+    // PixelDepth::mean
     float z = weights > 1e-4 ? -dot(direction, axisZ) * depth / weights : 0.0;
     paint = depthRamp((z - depthRange.x) / max(depthRange.y - depthRange.x, 1e-6));
   } else if (shown == 2) {
