@@ -9,6 +9,7 @@
 #include <memory>
 
 #include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
