@@ -71,7 +71,10 @@ nlohmann::json describe(const EffectChoice& choice) {
   return j;
 }
 
-void say(const nlohmann::json& j) { fmt::print("{}\n", j.dump()), std::fflush(stdout); }
+void say(const nlohmann::json& j) {
+  fmt::print("{}\n", j.dump());
+  std::fflush(stdout);
+}
 
 }  // namespace
 
@@ -118,13 +121,21 @@ int main(int argc, char** argv) {
           const std::string effect = to_string(v.effect);
           const bool there = kind.truth.count(effect), on = choice.chosen.has(v.effect);
           ++(there ? present : absent)[effect];
-          if (there != on) ++(there ? missed : switched_on)[effect], same = false;
+          if (there != on) {
+            ++(there ? missed : switched_on)[effect];
+            same = false;
+          }
         }
         nlohmann::json j = describe(choice);
-        j["kind"] = kind.name, j["orbit"] = turns, j["scene"] = scene, j["seed"] = seed, j["right"] = same;
+        j["kind"] = kind.name;
+        j["orbit"] = turns;
+        j["scene"] = scene;
+        j["seed"] = seed;
+        j["right"] = same;
         say(j);
         if (choice.verdicts.empty()) continue;  // nothing was judged
-        right += same, ++all;
+        right += same;
+        ++all;
       }
     }
     nlohmann::json sum{{"right", right}, {"of", all}};

@@ -63,7 +63,10 @@ void run(const Options& options, const Config& base, const std::string& scene, i
   const std::string name = std::filesystem::path(scene).filename().string();
   Config config = base;
   config.run.seed = std::uint64_t(seed);
-  if (options.steps > 0) config.run.max_time = 0, config.run.max_steps = options.steps;
+  if (options.steps > 0) {
+    config.run.max_time = 0;
+    config.run.max_steps = options.steps;
+  }
   const Trained run = train_to_end(config, data);
   const Score held = score(run.model, *data.find(options.split), 1,
                            options.pictures.empty() ? "" : options.pictures + "/" + name);

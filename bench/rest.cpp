@@ -41,7 +41,10 @@ Config config_of(const Config& base, Way way) {
   return c;
 }
 
-void say(const nlohmann::json& j) { fmt::print("{}\n", j.dump()), std::fflush(stdout); }
+void say(const nlohmann::json& j) {
+  fmt::print("{}\n", j.dump());
+  std::fflush(stdout);
+}
 
 /// The box that a run of a quarter of the steps ends with.
 std::vector<float> box_of(Config c, const Dataset& data) {
@@ -101,7 +104,8 @@ int main(int argc, char** argv) {
   try {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
     Config config = preset(preset_name);
-    config.run.max_time = 0, config.run.max_steps = steps;
+    config.run.max_time = 0;
+    config.run.max_steps = steps;
     for (const std::string& scene : scenes) {
       const std::vector<std::string> built_in = synth_scenes();
       const bool made = std::find(built_in.begin(), built_in.end(), scene) != built_in.end();

@@ -28,7 +28,8 @@ inline Trained train_to_end(const Config& config, const Dataset& data) {
   std::int64_t samples = 0, rays = 0;
   while (!trainer.done()) {
     const StepReport report = trainer.step();
-    samples += report.samples, rays += report.rays;
+    samples += report.samples;
+    rays += report.rays;
   }
   return {trainer.model(), processor_seconds() - start, double(samples) / double(rays), trainer.phases(),
           trainer.moving_share()};

@@ -32,7 +32,8 @@ int main(int argc, char** argv) {
                                     : load_dataset(path, {.splits = {"train"}});
 
   Config config = preset("fast");
-  config.run.max_time = 0, config.run.max_steps = kSteps;
+  config.run.max_time = 0;
+  config.run.max_steps = kSteps;
   const Prepared ready = prepare(config, data, {.effects = EffectPolicy::keep});
   Trainer trainer(ready.config, *data.find("train"), data.time_map);
   PhaseSeconds before{};
@@ -40,7 +41,10 @@ int main(int argc, char** argv) {
   while (!trainer.done()) {
     const StepReport report = trainer.step();
     if (report.step == kSteps - kMeasured) before = trainer.phases();
-    if (report.step > kSteps - kMeasured) samples += report.samples, rays += report.rays;
+    if (report.step > kSteps - kMeasured) {
+      samples += report.samples;
+      rays += report.rays;
+    }
   }
   const PhaseSeconds after = trainer.phases();
   const double ray_loop = after.rays + after.scatter - before.rays - before.scatter;

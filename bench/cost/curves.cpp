@@ -62,8 +62,12 @@ std::string curves(const std::vector<std::string>& runs) {
   double t0 = 1e300, t1 = 0, p0 = 1e300, p1 = 0;
   for (const std::string& run : runs) {
     all.push_back(read_curve(run));
-    for (const auto& [t, p] : all.back().points)
-      t0 = std::min(t0, t), t1 = std::max(t1, t), p0 = std::min(p0, p), p1 = std::max(p1, p);
+    for (const auto& [t, p] : all.back().points) {
+      t0 = std::min(t0, t);
+      t1 = std::max(t1, t);
+      p0 = std::min(p0, p);
+      p1 = std::max(p1, p);
+    }
   }
   const std::vector<std::string> names = short_names(runs);
   const Axis x(t0, t1, kLeft, kWidth - kRight), y(p0, p1, kHeight - kBottom, kTop, false);

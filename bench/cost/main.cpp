@@ -138,7 +138,10 @@ int run_suites(Options o) {
   o.suite.where = machine(threads, o.commit);
   const fs::path folder = o.out, lines = folder / "cost.jsonl";
   fs::create_directories(folder);
-  if (o.suite.micro) o.suite.steps = 200, o.suite.seeds = 3;
+  if (o.suite.micro) {
+    o.suite.steps = 200;
+    o.suite.seeds = 3;
+  }
   if (!o.present_only) {
     // Lines of other suites stay, so that suites can be run one after the other.
     std::vector<Record> kept;
@@ -150,8 +153,8 @@ int run_suites(Options o) {
       if (!(out << to_json(r).dump() << "\n" << std::flush))
         fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
       fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value,
-                 r.seconds.value, r.error.value),
-          std::fflush(stdout);
+                 r.seconds.value, r.error.value);
+      std::fflush(stdout);
     };
     for (const Record& r : kept) out << to_json(r).dump() << "\n";
     for (const std::string& suite : o.suites)

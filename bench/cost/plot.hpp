@@ -28,9 +28,13 @@ struct Axis {
   bool log;
   Axis(double least, double most, double a, double b, bool logarithmic = true)
       : lo(least), hi(most), from(a), to(b), log(logarithmic) {
-    if (log) lo = std::log10(lo), hi = std::log10(hi);
+    if (log) {
+      lo = std::log10(lo);
+      hi = std::log10(hi);
+    }
     const double pad = std::max(0.04 * (hi - lo), (log ? 0.15 : 0.5) - 0.5 * (hi - lo));
-    lo -= pad, hi += pad;
+    lo -= pad;
+    hi += pad;
   }
   double at(double v) const { return from + ((log ? std::log10(v) : v) - lo) / (hi - lo) * (to - from); }
   /// 1, 2, 5 times powers of ten on short logarithmic axes, powers on long ones; steps of 1, 2 or 5 on linear

@@ -72,8 +72,10 @@ std::string diagram(const std::vector<Record>& records, const std::string& title
   double t0 = 1e300, t1 = 0, e0 = 1e300, e1 = 0;
   for (const Record& r : records) {
     if (!shown(r)) continue;
-    t0 = std::min(t0, r.seconds.lo), t1 = std::max(t1, r.seconds.hi);
-    e0 = std::min(e0, r.error.lo), e1 = std::max(e1, r.error.hi);
+    t0 = std::min(t0, r.seconds.lo);
+    t1 = std::max(t1, r.seconds.hi);
+    e0 = std::min(e0, r.error.lo);
+    e1 = std::max(e1, r.error.hi);
   }
   if (t1 == 0) return {};
   const Axis x(t0, t1, kLeft, kWidth - kRight), y(e0, e1, kHeight - kBottom, kTop);

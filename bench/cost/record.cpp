@@ -44,13 +44,23 @@ Json to_json(const Record& r) {
 
 Record from_json(const Json& j) {
   Record r;
-  r.suite = j.at("suite"), r.scene = j.at("scene"), r.knob = j.at("knob"), r.value = j.at("value"),
+  r.suite = j.at("suite");
+  r.scene = j.at("scene");
+  r.knob = j.at("knob");
+  r.value = j.at("value");
   r.order = j.at("order");
-  r.error = figure(j.at("error")), r.seconds = figure(j.at("seconds"));
-  r.quality = number(j.at("quality")), r.samples = j.at("samples"), r.memory = j.value("memory", 0.0),
-  r.instructions = j.at("instructions"), r.runs = j.at("runs");
-  r.is_default = j.at("default"), r.expected_dominated = j.at("expected_dominated"),
-  r.failed = j.at("failed"), r.note = j.at("note"), r.where = j.value("where", "");
+  r.error = figure(j.at("error"));
+  r.seconds = figure(j.at("seconds"));
+  r.quality = number(j.at("quality"));
+  r.samples = j.at("samples");
+  r.memory = j.value("memory", 0.0);
+  r.instructions = j.at("instructions");
+  r.runs = j.at("runs");
+  r.is_default = j.at("default");
+  r.expected_dominated = j.at("expected_dominated");
+  r.failed = j.at("failed");
+  r.note = j.at("note");
+  r.where = j.value("where", "");
   return r;
 }
 

@@ -58,8 +58,10 @@ class Shot {
     else
       frame.slice = slice_.data();
     const OccupancyView<float> cells = occupied_.view();
-    frame.occupancy.origin = cast<Real>(cells.origin), frame.occupancy.inv_cell = Real(cells.inv_cell);
-    frame.occupancy.size = cells.size, frame.occupancy.bits = skip ? cells.bits : nullptr;
+    frame.occupancy.origin = cast<Real>(cells.origin);
+    frame.occupancy.inv_cell = Real(cells.inv_cell);
+    frame.occupancy.size = cells.size;
+    frame.occupancy.bits = skip ? cells.bits : nullptr;
     std::vector<double> out(std::size_t(camera_.width) * camera_.height * 3);
     std::vector<double> counts(std::size_t(camera_.height));
     parallel_for(camera_.height, [&](int y) {
@@ -123,11 +125,15 @@ Stage make_stage(const SuiteOptions& o, const std::string& scene) {
   s.data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 64 : 200})
                          : load_dataset(scene, {.splits = {"train", "test"}});
   Config config = preset("fast");
-  config.run.max_time = 0, config.run.max_steps = o.micro ? 300 : 1500;
+  config.run.max_time = 0;
+  config.run.max_steps = o.micro ? 300 : 1500;
   config.radiance.sh_order = kSh;
   if (o.micro) {
-    config.grid.radiance = {24, 48}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8},
-    config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
+    config.grid.radiance = {24, 48};
+    config.grid.radiance_start = {0, .3f};
+    config.grid.motion = {4, 8};
+    config.grid.motion_start = {0, .2f};
+    config.sampling.rays = 1024;
     // In 300 steps a window of time leaves fog at the sides of the box, where rays then end in a jump: no
     // model to measure an order on.
     config.sampling.window = 1;
@@ -223,10 +229,18 @@ void render_suite(const SuiteOptions& o, const Told& told) {
       const Variant& v = list[i];
       Record r;
       const double error = rms(v.work(&r.samples), truth);
-      r.suite = "render", r.scene = stage.name, r.knob = v.knob, r.value = v.value, r.order = v.order;
-      r.error = {error, error, error}, r.seconds = timed[i].seconds, r.instructions = timed[i].instructions,
+      r.suite = "render";
+      r.scene = stage.name;
+      r.knob = v.knob;
+      r.value = v.value;
+      r.order = v.order;
+      r.error = {error, error, error};
+      r.seconds = timed[i].seconds;
+      r.instructions = timed[i].instructions;
       r.runs = rounds;
-      r.is_default = i == 0, r.expected_dominated = v.dominated, r.failed = !std::isfinite(error);
+      r.is_default = i == 0;
+      r.expected_dominated = v.dominated;
+      r.failed = !std::isfinite(error);
       r.note = fmt::format("{:.3f} [{:.3f}, {:.3f}] times the default's time", timed[i].ratio.value,
                            timed[i].ratio.lo, timed[i].ratio.hi);
       told(r);

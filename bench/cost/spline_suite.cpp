@@ -71,7 +71,8 @@ void horner(const float* p, int points, float t, float* out) {
   float power = 1, choose = 1, sum[3];
   for (int a = 0; a < 3; ++a) sum[a] = p[a] * s;
   for (int k = 1; k < n; ++k) {
-    power *= t, choose = choose * float(n - k + 1) / float(k);
+    power *= t;
+    choose = choose * float(n - k + 1) / float(k);
     for (int a = 0; a < 3; ++a) sum[a] = (sum[a] + power * choose * p[3 * k + a]) * s;
   }
   for (int a = 0; a < 3; ++a) out[a] = n > 0 ? sum[a] + power * t * p[3 * n + a] : p[a];
@@ -176,11 +177,15 @@ void spline_suite(const SuiteOptions& o, const Told& told) {
       const double error = error_of(curves, outs[again ? 0 : m]);
       const auto each = [&](double v) { return v / kEach; };
       Record r;
-      r.suite = "spline", r.scene = fmt::format("{} points", points), r.knob = again ? "A/A" : "method",
-      r.value = candidates[m].name, r.order = double(m);
+      r.suite = "spline";
+      r.scene = fmt::format("{} points", points);
+      r.knob = again ? "A/A" : "method";
+      r.value = candidates[m].name;
+      r.order = double(m);
       r.error = {error, error, error};
       r.seconds = {each(timed[m].seconds.value), each(timed[m].seconds.lo), each(timed[m].seconds.hi)};
-      r.instructions = each(timed[m].instructions), r.runs = o.micro ? 5 : o.rounds;
+      r.instructions = each(timed[m].instructions);
+      r.runs = o.micro ? 5 : o.rounds;
       r.is_default = !again && methods()[m].shared;
       r.failed = !std::isfinite(error);
       if (again)

@@ -30,14 +30,20 @@ class InstructionCounter {
     attributes.type = PERF_TYPE_HARDWARE;
     attributes.size = sizeof attributes;
     attributes.config = PERF_COUNT_HW_INSTRUCTIONS;
-    attributes.disabled = 1, attributes.inherit = 1, attributes.exclude_kernel = 1, attributes.exclude_hv = 1;
+    attributes.disabled = 1;
+    attributes.inherit = 1;
+    attributes.exclude_kernel = 1;
+    attributes.exclude_hv = 1;
     file_ = int(syscall(SYS_perf_event_open, &attributes, 0, -1, -1, 0));
   }
   ~InstructionCounter() {
     if (file_ >= 0) close(file_);
   }
   void start() {
-    if (file_ >= 0) ioctl(file_, PERF_EVENT_IOC_RESET, 0), ioctl(file_, PERF_EVENT_IOC_ENABLE, 0);
+    if (file_ >= 0) {
+      ioctl(file_, PERF_EVENT_IOC_RESET, 0);
+      ioctl(file_, PERF_EVENT_IOC_ENABLE, 0);
+    }
   }
   double stop() {
     std::uint64_t count = 0;

@@ -94,11 +94,16 @@ struct Outcome {
 Config config_of(const SuiteOptions& o, const Setting& s, int seed) {
   Config config = preset(s.preset);
   if (!s.halves) config.motion.halve_start.clear();
-  if (o.micro)
-    config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, .3f}, config.grid.motion = {4, 8},
-    config.grid.motion_start = {0, .2f}, config.sampling.rays = 1024;
+  if (o.micro) {
+    config.grid.radiance = {24, 40};
+    config.grid.radiance_start = {0, .3f};
+    config.grid.motion = {4, 8};
+    config.grid.motion_start = {0, .2f};
+    config.sampling.rays = 1024;
+  }
   for (const std::string& change : s.changes) set_config(config, change, "cost");
-  config.run.max_time = 0, config.run.max_steps = std::max(1, int(o.steps * s.steps)),
+  config.run.max_time = 0;
+  config.run.max_steps = std::max(1, int(o.steps * s.steps));
   config.run.seed = std::uint64_t(seed);
   return config;
 }
@@ -166,17 +171,26 @@ void train_suite(const SuiteOptions& o, const std::string& runs, const Told& tol
     for (std::size_t i = 0; i < list.size(); ++i) {
       std::vector<double> error, seconds;
       Record r;
-      for (const Outcome& x : outcomes[i])
-        error.push_back(x.rms), seconds.push_back(x.seconds),
-            r.samples += x.samples / double(outcomes[i].size());
-      r.suite = "train",
+      for (const Outcome& x : outcomes[i]) {
+        error.push_back(x.rms);
+        seconds.push_back(x.seconds);
+        r.samples += x.samples / double(outcomes[i].size());
+      }
+      r.suite = "train";
       r.scene = scene.empty() ? "dancer" : std::filesystem::path(scene).filename().string();
-      r.knob = list[i].knob, r.value = list[i].value, r.order = list[i].order;
-      r.runs = int(error.size()), r.note = failures[i];
-      if (!error.empty())
-        r.error = median_of(error), r.seconds = median_of(seconds), r.quality = decibels(r.error.value);
+      r.knob = list[i].knob;
+      r.value = list[i].value;
+      r.order = list[i].order;
+      r.runs = int(error.size());
+      r.note = failures[i];
+      if (!error.empty()) {
+        r.error = median_of(error);
+        r.seconds = median_of(seconds);
+        r.quality = decibels(r.error.value);
+      }
       r.failed = !failures[i].empty() || !std::isfinite(r.error.value);
-      r.is_default = r.knob == "default", r.expected_dominated = list[i].dominated;
+      r.is_default = r.knob == "default";
+      r.expected_dominated = list[i].dominated;
       told(r);
     }
   }

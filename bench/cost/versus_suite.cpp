@@ -24,9 +24,14 @@ Record point(const std::string& scene, const std::string& system, const std::vec
   std::vector<double> error;
   for (const double v : db) error.push_back(std::pow(10, -v / 20));
   Record r;
-  r.suite = "versus", r.scene = scene, r.knob = system, r.seconds = median_of(seconds),
-  r.order = r.seconds.value, r.runs = int(db.size());
-  r.error = median_of(error), r.quality = -20 * std::log10(r.error.value);
+  r.suite = "versus";
+  r.scene = scene;
+  r.knob = system;
+  r.seconds = median_of(seconds);
+  r.order = r.seconds.value;
+  r.runs = int(db.size());
+  r.error = median_of(error);
+  r.quality = -20 * std::log10(r.error.value);
   return r;
 }
 
@@ -41,14 +46,17 @@ Record voxels(const std::string& path, const Dataset& tests, const std::string& 
     const double start = processor_seconds();
     const Dataset data = load_dataset(path, {.splits = {"train"}});
     Config config = preset(preset_for(steps));
-    config.run.max_time = 0, config.run.max_steps = steps, config.run.seed = std::uint64_t(seed);
+    config.run.max_time = 0;
+    config.run.max_steps = steps;
+    config.run.seed = std::uint64_t(seed);
     const Trained run = train_to_end(prepare(config, data).config, data);
     seconds.push_back(processor_seconds() - start);
     db.push_back(mean_psnr(run.model, *tests.find("test"), stride));
     samples += run.samples_per_ray / seeds;
   }
   Record r = point(scene, "voxels", seconds, db);
-  r.value = fmt::format("{}, {} steps", preset_for(steps), steps), r.samples = samples,
+  r.value = fmt::format("{}, {} steps", preset_for(steps), steps);
+  r.samples = samples;
   r.memory = peak_memory();
   return r;
 }
@@ -96,7 +104,7 @@ Perceptrons perceptrons(const std::string& run) {
                      {double(t.at("seconds")) * double(figures.at("threads"))}, {t.at("psnr")});
     r.where = fmt::format("splinevox-mlp on {}, {} threads, a run of its own", figures.value("device", "cpu"),
                           figures.at("threads").get<int>());
-    r.value = fmt::format("{} steps", t.at("step").get<std::int64_t>()),
+    r.value = fmt::format("{} steps", t.at("step").get<std::int64_t>());
     r.memory = figures.at("peak_memory_bytes");
     out.push_back(r);
   }

@@ -49,9 +49,14 @@ std::string versus_table(const std::vector<Record>& records) {
     std::sort(rows.begin(), rows.end(),
               [](const Record& a, const Record& b) { return a.seconds.value < b.seconds.value; });
   std::string head = "| system |", rule = "| --- |", body;
-  for (const double db : kQualities) head += fmt::format(" {:g} dB after |", db), rule += " --- |";
-  for (const double m : kMinutes)
-    head += fmt::format(" PSNR, {:g} min of {:g} cores |", m, kCores), rule += " --- |";
+  for (const double db : kQualities) {
+    head += fmt::format(" {:g} dB after |", db);
+    rule += " --- |";
+  }
+  for (const double m : kMinutes) {
+    head += fmt::format(" PSNR, {:g} min of {:g} cores |", m, kCores);
+    rule += " --- |";
+  }
   for (const auto& [name, rows] : systems) {
     body += fmt::format("| {} |", name);
     for (const double db : kQualities) {

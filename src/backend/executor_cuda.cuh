@@ -77,7 +77,9 @@ class CudaExecutor {
           size_(std::exchange(other.size_, 0)),
           room_(std::exchange(other.room_, 0)) {}
     Buffer& operator=(Buffer&& other) noexcept {
-      std::swap(data_, other.data_), std::swap(size_, other.size_), std::swap(room_, other.room_);
+      std::swap(data_, other.data_);
+      std::swap(size_, other.size_);
+      std::swap(room_, other.room_);
       return *this;
     }
     T* data() { return data_; }
@@ -97,7 +99,8 @@ class CudaExecutor {
     if (n > buffer.room_) {
       check_cuda(cudaStreamSynchronize(stream_), "waiting");
       cudaFree(buffer.data_);
-      buffer.data_ = nullptr, buffer.size_ = buffer.room_ = 0;
+      buffer.data_ = nullptr;
+      buffer.size_ = buffer.room_ = 0;
       check_cuda(cudaMalloc(reinterpret_cast<void**>(&buffer.data_), n * sizeof(T)),
                  "taking memory of the device");
       buffer.room_ = n;
@@ -163,7 +166,10 @@ class CudaExecutor {
   void for_each(const Kernel& kernel) {
     const std::size_t n = kernel.count();
     if (n == 0) return;
-    each_kernel<<<unsigned((n + 255) / 256), 256, 0, stream_>>>(n, kernel);
+    each_kernel < < < unsigned((n + 255) / 256);
+    256;
+    0;
+    stream_ >>> (n, kernel);
     check_cuda(cudaGetLastError(), "starting a kernel");
   }
   template <class Kernel>
@@ -180,8 +186,10 @@ class CudaExecutor {
       check_cuda(
           cudaFuncSetAttribute(team_kernel<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, int(shared)),
           "asking for shared memory (rays with very many samples)");
-    team_kernel<<<unsigned((n + teams - 1) / teams), dim3(kLanes, unsigned(teams)), shared, stream_>>>(
-        n, kernel, unsigned(scratch_bytes));
+    team_kernel < < < unsigned((n + teams - 1) / teams);
+    dim3(kLanes, unsigned(teams));
+    shared;
+    stream_ >>> (n, kernel, unsigned(scratch_bytes));
     check_cuda(cudaGetLastError(), "starting a kernel");
   }
 

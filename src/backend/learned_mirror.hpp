@@ -15,7 +15,10 @@ struct MergeMaskKernel {
   const std::uint64_t* among;
   std::size_t words;
   SPLINEVOX_HD std::size_t count() const { return words; }
-  SPLINEVOX_HD void operator()(std::size_t i) const { to[i] |= from[i] & among[i], from[i] = 0; }
+  SPLINEVOX_HD void operator()(std::size_t i) const {
+    to[i] |= from[i] & among[i];
+    from[i] = 0;
+  }
 };
 
 /// LearnedRows in an executor's memory, with a gradient.
@@ -40,12 +43,15 @@ struct LearnedMirror {
     run.upload(m, from.m->data(), from.m->size());
     run.upload(v, from.v->data(), from.v->size());
     run.upload(rate, from.rate.data(), from.rate.size());
-    run.resize(gradient, values.size()), run.zero(gradient);
-    run.resize(touched, rows() / 64), run.zero(touched);
+    run.resize(gradient, values.size());
+    run.zero(gradient);
+    run.resize(touched, rows() / 64);
+    run.zero(touched);
     run.upload(visible, reinterpret_cast<const std::uint64_t*>(from.visible.data()),
                from.visible.size() * kBrick);
     tv.assign(from.tv.begin(), from.tv.end());
-    member.clear(), threshold.clear();
+    member.clear();
+    threshold.clear();
     for (const Shrink& group : from.shrink) {
       run.upload(member.emplace_back(), group.member.data(), group.member.size());
       threshold.push_back(group.threshold);
@@ -62,8 +68,10 @@ struct LearnedMirror {
   void prepare(Executor& run, float scale, float share) {
     tv_weight.resize(tv.size());
     varies = false;
-    for (std::size_t k = 0; k < tv.size(); ++k)
-      tv_weight[k] = scale * tv[k] / share, varies |= tv_weight[k] > 0;
+    for (std::size_t k = 0; k < tv.size(); ++k) {
+      tv_weight[k] = scale * tv[k] / share;
+      varies |= tv_weight[k] > 0;
+    }
     run.upload(weight, tv_weight.data(), tv_weight.size());
   }
   void regularise(Executor& run, float share, std::uint64_t draw) {
@@ -86,11 +94,22 @@ struct LearnedMirror {
   }
   void update(Executor& run, const std::int64_t* bad, const MomentFactors& factors, float rate_scale) {
     UpdateKernel k{};
-    k.values = values.data(), k.gradient = gradient.data(), k.m = m.data(), k.v = v.data();
-    k.rate = rate.data(), k.touched = touched.data(), k.bad = bad, k.rows = rows(), k.width = width;
+    k.values = values.data();
+    k.gradient = gradient.data();
+    k.m = m.data();
+    k.v = v.data();
+    k.rate = rate.data();
+    k.touched = touched.data();
+    k.bad = bad;
+    k.rows = rows();
+    k.width = width;
     k.groups = int(member.size());
-    for (int g = 0; g < k.groups; ++g) k.member[g] = member[g].data(), k.threshold[g] = threshold[g];
-    k.factors = factors, k.rate_scale = rate_scale;
+    for (int g = 0; g < k.groups; ++g) {
+      k.member[g] = member[g].data();
+      k.threshold[g] = threshold[g];
+    }
+    k.factors = factors;
+    k.rate_scale = rate_scale;
     run.for_each(k);
     run.zero(touched);
   }

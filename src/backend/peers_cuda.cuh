@@ -53,8 +53,12 @@ struct Nccl {
               "NCCL 2.9 or newer"});
       std::memcpy(&function, &found, sizeof found);  // an object pointer is no function pointer, except here
     };
-    take(get_unique_id, "ncclGetUniqueId"), take(init, "ncclCommInitRank"), take(destroy, "ncclCommDestroy");
-    take(all_reduce, "ncclAllReduce"), take(all_gather, "ncclAllGather"), take(error, "ncclGetErrorString");
+    take(get_unique_id, "ncclGetUniqueId");
+    take(init, "ncclCommInitRank");
+    take(destroy, "ncclCommDestroy");
+    take(all_reduce, "ncclAllReduce");
+    take(all_gather, "ncclAllGather");
+    take(error, "ncclGetErrorString");
   }
 };
 
@@ -82,8 +86,10 @@ class CudaPeers {
     ncclUniqueId id{};
     static_assert(sizeof id % sizeof(std::uint64_t) == 0);
     std::uint64_t words[sizeof id / sizeof(std::uint64_t)] = {};
-    if (ranks.first())
-      nccl_.check(nccl_.get_unique_id(&id), "making an address for all"), std::memcpy(words, &id, sizeof id);
+    if (ranks.first()) {
+      nccl_.check(nccl_.get_unique_id(&id), "making an address for all");
+      std::memcpy(words, &id, sizeof id);
+    }
     ranks.merge(words);  // the others gave zeros
     std::memcpy(&id, words, sizeof id);
     nccl_.check(nccl_.init(&all_, ranks.count(), id, ranks.rank()), "meeting the other devices");

@@ -18,8 +18,10 @@ class HostPeers {
   }
   void sum(HostExecutor&, HostExecutor::Buffer<std::int64_t>& numbers) {
     std::vector<double> mine(numbers.size());  // bits, not values: a double has 53 of them
-    for (std::size_t i = 0; i < mine.size(); ++i)
-      mine[i] = std::bit_cast<double>(numbers.data()[i]), numbers.data()[i] = 0;
+    for (std::size_t i = 0; i < mine.size(); ++i) {
+      mine[i] = std::bit_cast<double>(numbers.data()[i]);
+      numbers.data()[i] = 0;
+    }
     const std::vector<double> all = ranks_.gather(mine);
     for (std::size_t i = 0; i < all.size(); ++i)
       numbers.data()[i % mine.size()] += std::bit_cast<std::int64_t>(all[i]);

@@ -55,8 +55,12 @@ class Pictures final : public PictureMaker {
                 ? background.towards(cast<float>(camera_ray(camera, x + 0.5, y + 0.5).direction))
                 : background.color;
         const Vec3 rgb = p.rgb + p.transmittance * behind;
-        for (int c = 0; c < 3; ++c) out.rgb.data[3 * i + c] = rgb[c], out.flow.data[3 * i + c] = p.flow[c];
-        out.alpha.data[i] = 1 - p.transmittance, out.depth.data[i] = p.depth,
+        for (int c = 0; c < 3; ++c) {
+          out.rgb.data[3 * i + c] = rgb[c];
+          out.flow.data[3 * i + c] = p.flow[c];
+        }
+        out.alpha.data[i] = 1 - p.transmittance;
+        out.depth.data[i] = p.depth;
         out.rigidity.data[i] = p.rigidity;
       }
     });

@@ -125,7 +125,8 @@ class Steps final : public StepBackend {
   using Buffer = typename Executor::template Buffer<T>;
   template <class T>
   void clear(Buffer<T>& buffer, std::size_t n) {
-    run_.resize(buffer, n), run_.zero(buffer);
+    run_.resize(buffer, n);
+    run_.zero(buffer);
   }
   /// All kernels of a step.
   void queue(const StepInput& in, int slots) {
@@ -150,7 +151,8 @@ class Steps final : public StepBackend {
   /// The gradient of all ranks' rays in place of ours. Whole arrays: untouched rows are zero, and picking out
   /// the others would cost more than their bytes do between devices.
   void add_up(LearnedMirror<Executor>& rows) {
-    peers_->sum(run_, rows.gradient), peers_->merge(run_, rows.touched);
+    peers_->sum(run_, rows.gradient);
+    peers_->merge(run_, rows.touched);
   }
   const LearnedMirror<Executor>& finest() const { return levels_.back(); }
   /// The sum of all levels on the finest lattice: with one level, that level.
@@ -179,7 +181,8 @@ class Steps final : public StepBackend {
       run_.upload(weights_, weights.data(), weights.size());
       slice = finest().rows() * kSliceWidth;
       if (slices_.size() != slots * slice) {
-        clear(slices_, slots * slice), clear(slice_gradients_, slots * slice);
+        clear(slices_, slots * slice);
+        clear(slice_gradients_, slots * slice);
         if (deterministic_) clear(slice_fixed_, slots * slice);
         clear(motion_touched_, finest().rows() / 64);
       }

@@ -118,7 +118,10 @@ int eval(const EvalOptions& o) {
   result["eval_device"] = describe(device);
   result["eval_data"] = fs::absolute(data.path).lexically_normal().string();
   MotionScore motion;
-  if (o.truth) motion = score_motion(run.model, truth), result["truth"] = truth_figures(motion);
+  if (o.truth) {
+    motion = score_motion(run.model, truth);
+    result["truth"] = truth_figures(motion);
+  }
   if (!o.otherwise.any()) save(run, result);  // the run keeps figures of its own pictures
   if (o.json)
     fmt::print("{}\n", json_text(result, 2));

@@ -160,11 +160,14 @@ int info(const std::string& path, bool json) {
     fail({path, "there is nothing of that name", "a run, a .vdb file or a data set", "", ""});
   void (*print)(const Json&) = print_dataset;
   Json j;
-  if (!fs::is_directory(path, ignored))
-    j = vdb_json(path), print = print_vdb;
-  else if (fs::exists(path + "/config.toml"))
-    check_run(path), j = run_json(path), print = print_run;
-  else
+  if (!fs::is_directory(path, ignored)) {
+    j = vdb_json(path);
+    print = print_vdb;
+  } else if (fs::exists(path + "/config.toml")) {
+    check_run(path);
+    j = run_json(path);
+    print = print_run;
+  } else
     j = dataset_json(path);
   if (json)
     fmt::print("{}\n", json_text(j, 2));

@@ -61,8 +61,10 @@ Json cameras_json(const Dataset& data) {
       lenses.insert({c.fx, c.fy, c.cx, c.cy, c.lens.k[0], c.lens.k[1], c.lens.k[2], c.lens.k[3], c.lens.p[0],
                      c.lens.p[1], double(c.lens.kind)});
       places.insert({c.position.x, c.position.y, c.position.z, c.axes[2].x, c.axes[2].y, c.axes[2].z});
-      sum -= c.axes[2], ++count;
-      lo = min(lo, c.position), hi = max(hi, c.position);
+      sum -= c.axes[2];
+      ++count;
+      lo = min(lo, c.position);
+      hi = max(hi, c.position);
     }
   const double together = length(sum) / double(std::max<std::size_t>(count, 1));
   Json j{{"places", places.size()},

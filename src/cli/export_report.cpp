@@ -46,7 +46,8 @@ void ExportReport::print_line(const ExportedFrame& f) const {
             {"bytes", f.file.digest.size},
             {"kept", f.kept}};
   line["seconds"] = f.seconds;
-  line["seconds_writing"] = f.seconds_writing, line["cpu_writing"] = f.cpu_writing;
+  line["seconds_writing"] = f.seconds_writing;
+  line["cpu_writing"] = f.cpu_writing;
   if (options_.clusters) {
     line["files"] = Json::array({file_json(f.file)});
     for (const ManifestFile& file : f.beside) line["files"].push_back(file_json(file));

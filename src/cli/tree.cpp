@@ -10,8 +10,11 @@ OptionEntry describe_option(const CLI::Option& o) {
   OptionEntry e;
   for (const std::string& n : o.get_snames()) e.names.push_back("-" + n);
   for (const std::string& n : o.get_lnames()) e.names.push_back("--" + n);
-  e.text = o.get_description(), e.usual = o.get_default_str(), e.group = o.get_group();
-  e.required = o.get_required(), e.repeats = o.get_items_expected_max() > 1;
+  e.text = o.get_description();
+  e.usual = o.get_default_str();
+  e.group = o.get_group();
+  e.required = o.get_required();
+  e.repeats = o.get_items_expected_max() > 1;
   if (o.get_items_expected_max() == 0) return e;
   const std::string type = o.get_type_name();  // NAME, NAME:CHECK, or {CHOICES} anywhere in it
   const std::size_t open = type.find('{'), close = type.find('}'), colon = type.find(':');

@@ -158,7 +158,8 @@ struct FileWriter::State {
 
 FileWriter::FileWriter(const std::string& path, std::uint64_t bytes) : state_(std::make_unique<State>()) {
   State& s = *state_;
-  s.path = s.target = path, s.expected = bytes;
+  s.path = s.target = path;
+  s.expected = bytes;
   struct stat info {};
   mode_t mode = 0666;
   if (::stat(path.c_str(), &info) == 0) {
@@ -188,7 +189,8 @@ FileWriter::~FileWriter() {
 
 void FileWriter::add(std::string_view part) {
   State& s = *state_;
-  s.hash.add(part), s.digest.size += part.size();
+  s.hash.add(part);
+  s.digest.size += part.size();
   if (!write_all(s.file->get(), part)) s.fail(errno);
 }
 

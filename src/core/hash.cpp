@@ -38,7 +38,8 @@ void Hash64::add(const void* data, std::size_t bytes) {
   if (held > 0) {
     const std::size_t taken = std::min(bytes, 32 - held);
     if (taken > 0) std::memcpy(block_ + held, p, taken);
-    p += taken, bytes -= taken;
+    p += taken;
+    bytes -= taken;
     if (held + taken < 32) return;
     absorb(lane_, block_);
   }
@@ -55,7 +56,10 @@ std::uint64_t Hash64::value() const {
   h += total_;
   const unsigned char *p = block_, *end = block_ + total_ % 32;
   for (; p + 8 <= end; p += 8) h = std::rotl(h ^ mix(0, load<std::uint64_t>(p)), 27) * kPrime1 + kPrime4;
-  if (p + 4 <= end) h = std::rotl(h ^ (load<std::uint32_t>(p) * kPrime1), 23) * kPrime2 + kPrime3, p += 4;
+  if (p + 4 <= end) {
+    h = std::rotl(h ^ (load<std::uint32_t>(p) * kPrime1), 23) * kPrime2 + kPrime3;
+    p += 4;
+  }
   for (; p < end; ++p) h = std::rotl(h ^ (*p * kPrime5), 11) * kPrime1;
   h = (h ^ (h >> 33)) * kPrime2;
   h = (h ^ (h >> 29)) * kPrime3;

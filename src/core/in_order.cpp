@@ -39,7 +39,8 @@ void in_order(int n, int at_once, const std::function<void(int i)>& work,
       if (worked.error) std::rethrow_exception(worked.error);
       if (!finish(worked.i)) stopped = true;
     } catch (...) {
-      failed = std::current_exception(), stopped = true;
+      failed = std::current_exception();
+      stopped = true;
     }
   };
   using tbb::filter_mode;

@@ -38,7 +38,8 @@ void in_order(int n, int at_once, const std::function<void(int i)>& work,
         if (error && !failed) std::rethrow_exception(error);
         if (!failed && !finish(i)) stopped = true;
       } catch (...) {
-        failed = std::current_exception(), stopped = true;
+        failed = std::current_exception();
+        stopped = true;
       }
       ++finished;
       turn.notify_all();

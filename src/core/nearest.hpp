@@ -33,7 +33,10 @@ inline std::string nearest(std::string_view word, const std::vector<std::string>
     const std::string_view tail = std::string_view(k).substr(k.rfind('.') + 1);
     const int d =
         std::min(edit_distance(word, k), edit_distance(word, tail) + (tail.size() < k.size() ? 1 : 0));
-    if (best_distance < 0 || d < best_distance) best = k, best_distance = d;
+    if (best_distance < 0 || d < best_distance) {
+      best = k;
+      best_distance = d;
+    }
   }
   return best;
 }

@@ -88,7 +88,8 @@ Lens scale_lens(Lens lens, int width, int height, const std::string& where) {
   for (auto& value : {&lens.fl_x, &lens.cx})
     if (*value) **value *= across;
   if (lens.cy) *lens.cy *= down;
-  lens.w = width, lens.h = height;
+  lens.w = width;
+  lens.h = height;
   return lens;
 }
 
@@ -161,7 +162,10 @@ Camera pinhole(const Lens& stated, const RigidPose& pose, int width, int height,
   check_angle(lens.camera_angle_y, "camera_angle_y", where);
   if (!lens.fl_x && !lens.camera_angle_x)
     fail({where, "there is no focal length", "'camera_angle_x' (radians) or 'fl_x' (pixels)", "neither", ""});
-  if (!lens.scaled) check_size(lens.w, "w", width, where), check_size(lens.h, "h", height, where);
+  if (!lens.scaled) {
+    check_size(lens.w, "w", width, where);
+    check_size(lens.h, "h", height, where);
+  }
   Camera camera{width, height, 0, 0, 0, 0, pose.axes, pose.position, {}};
   camera.fx = lens.fl_x ? *lens.fl_x : focal(*lens.camera_angle_x, width);
   const bool by_angle = !lens.fl_x && lens.camera_angle_y;

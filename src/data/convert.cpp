@@ -49,7 +49,10 @@ Json lens_json(const Camera& c) {
   const bool fisheye = c.lens.kind == Distortion::Kind::fisheye;
   j["camera_model"] = fisheye ? "OPENCV_FISHEYE" : "OPENCV";
   for (std::size_t i = 0; i < 4; ++i) j[fmt::format("k{}", i + 1)] = c.lens.k[i];
-  if (!fisheye) j["p1"] = c.lens.p[0], j["p2"] = c.lens.p[1];
+  if (!fisheye) {
+    j["p1"] = c.lens.p[0];
+    j["p2"] = c.lens.p[1];
+  }
   return j;
 }
 
@@ -85,7 +88,10 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
   for (const auto& [path, frames] : of_film) {
     std::vector<int> wanted;
     std::vector<std::size_t> place;
-    for (const auto& [number, i] : frames) wanted.push_back(number), place.push_back(i);
+    for (const auto& [number, i] : frames) {
+      wanted.push_back(number);
+      place.push_back(i);
+    }
     const PictureSize& size = plan.sizes[place[0]];
     read_film(
         path, {size.width, size.height, wanted.back() + 1}, wanted,

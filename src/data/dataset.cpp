@@ -79,7 +79,10 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts
     std::uint64_t place = 0;
     for (const auto& value : {lens.k1, lens.k2, lens.k3, lens.k4, lens.p1,
                               lens.p2})  // a lens without them has the hash it always had
-      if (++place; value && *value != 0) hash.add(place), hash.add(value);
+      if (++place; value && *value != 0) {
+        hash.add(place);
+        hash.add(value);
+      }
     if (lens.fisheye.value_or(false)) hash.add(std::uint64_t(1));
     hash.add(frame.time);
     hash.add(facts[i].hash);

@@ -60,9 +60,11 @@ SurfaceFrame read_frame(const std::string& path, const Frame& frame, float jump)
   };
   for (int y = 1; y + 1 < position.height; ++y)
     for (int x = 1; x + 1 < position.width; ++x)
-      if (inside(x, y))
-        out.position.push_back(at(position, x, y)), out.rest.push_back(at(rest, x, y)),
-            misses.push_back(miss(x, y));
+      if (inside(x, y)) {
+        out.position.push_back(at(position, x, y));
+        out.rest.push_back(at(rest, x, y));
+        misses.push_back(miss(x, y));
+      }
   if (misses.empty()) return out;
   const auto median = misses.begin() + std::ptrdiff_t(misses.size() / 2);
   std::nth_element(misses.begin(), median, misses.end());

@@ -78,8 +78,10 @@ struct TvKernel {
       const auto read = [&](std::size_t row) {
         return load_pack(k.values + (row < kBrickRows ? own : row) * k.width + offset);
       };
-      self = read(own), x = read(k.lattice.row_of({v.x + 1, v.y, v.z})),
-      y = read(k.lattice.row_of({v.x, v.y + 1, v.z})), z = read(k.lattice.row_of({v.x, v.y, v.z + 1}));
+      self = read(own);
+      x = read(k.lattice.row_of({v.x + 1, v.y, v.z}));
+      y = read(k.lattice.row_of({v.x, v.y + 1, v.z}));
+      z = read(k.lattice.row_of({v.x, v.y, v.z + 1}));
     }
     SPLINEVOX_HD TvTerm<float> at(int c) const {
       return tv_term(self[c], x[c], y[c], z[c], kTvSoftening, PlainRoot());
@@ -124,8 +126,10 @@ struct DecodeKernel {
   SPLINEVOX_HD std::size_t count() const { return rows; }
   SPLINEVOX_HD void operator()(std::size_t row) const {
     if (!test_row(touched, row)) return;
-    for (std::size_t i = row * width; i < (row + 1) * width; ++i)
-      values[i] += float(double(fixed[i]) * unit), fixed[i] = 0;
+    for (std::size_t i = row * width; i < (row + 1) * width; ++i) {
+      values[i] += float(double(fixed[i]) * unit);
+      fixed[i] = 0;
+    }
   }
 };
 
@@ -171,9 +175,12 @@ struct UpdateKernel {
     const bool good = bad[0] == 0 && bad[1] == 0;
     for (int k = 0; k < width; k += 2 * Pack::kSize) {
       const Pack low = load_pack(gradient + first + k), high = load_pack(gradient + first + k + Pack::kSize);
-      if (good && !(width > kLongRow && all_zero(low) && all_zero(high)))
-        step(first, k, low), step(first, k + Pack::kSize, high);
-      store_pack(gradient + first + k, {}), store_pack(gradient + first + k + Pack::kSize, {});
+      if (good && !(width > kLongRow && all_zero(low) && all_zero(high))) {
+        step(first, k, low);
+        step(first, k + Pack::kSize, high);
+      }
+      store_pack(gradient + first + k, {});
+      store_pack(gradient + first + k + Pack::kSize, {});
     }
     if (!good) return;
     for (int g = 0; g < groups; ++g) {
@@ -195,7 +202,9 @@ struct UpdateKernel {
     Pack mm = load_pack(m + first + k), vv = load_pack(v + first + k), pp = load_pack(values + first + k);
     SPLINEVOX_UNROLL for (int c = 0; c < Pack::kSize; ++c)
         adam_step(factors, rate_scale * rate[k + c], g[c], mm[c], vv[c], pp[c], PlainRoot(), PlainFlush());
-    store_pack(m + first + k, mm), store_pack(v + first + k, vv), store_pack(values + first + k, pp);
+    store_pack(m + first + k, mm);
+    store_pack(v + first + k, vv);
+    store_pack(values + first + k, pp);
   }
 };
 

@@ -89,7 +89,10 @@ PendingCheckpoint::PendingCheckpoint(const std::string& path, const CheckpointHe
   put(head, total_size(pieces));
   head += header.kind;
   Hash64 hash;
-  const auto add = [&](std::string_view piece) { hash.add(piece), file_.add(piece); };
+  const auto add = [&](std::string_view piece) {
+    hash.add(piece);
+    file_.add(piece);
+  };
   add(head);
   for (const std::string_view piece : pieces) add(piece);
   std::string tail;

@@ -33,7 +33,9 @@ SPLINEVOX_HD inline T divergence(const MotionJet<T>& m, MotionJetAdjoint<T>& d) 
   const T along = dot(m.d_rho, m.delta);
   d.delta = m.r1 * m.d_rho;
   d.rho = m.r2 * along + m.r1 * div0;
-  d.d_delta[0] = {m.r, 0, 0}, d.d_delta[1] = {0, m.r, 0}, d.d_delta[2] = {0, 0, m.r};
+  d.d_delta[0] = {m.r, 0, 0};
+  d.d_delta[1] = {0, m.r, 0};
+  d.d_delta[2] = {0, 0, m.r};
   d.d_rho = m.r1 * m.delta;
   return m.r1 * along + m.r * div0;
 }

@@ -73,9 +73,11 @@ inline Clustering kmeans(const std::vector<float>& trajectories, const std::vect
       int best = 0;
       for (int c = 0; c < found; ++c) {
         const double d = trajectory_distance(row(i), centroid(c), moments);
-        if (d < a)
-          b = a, a = d, best = c;
-        else if (d < b)
+        if (d < a) {
+          b = a;
+          a = d;
+          best = c;
+        } else if (d < b)
           b = d;
       }
       changed |= best != out.label[i];

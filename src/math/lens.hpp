@@ -91,7 +91,10 @@ SPLINEVOX_HD inline LensRay undistort(const Distortion& lens, LensPoint d) {
   }
   double x = d.x, y = d.y;
   for (int i = 0; i < kRounds; ++i) {
-    if (const double r = std::sqrt(x * x + y * y); r > lens.reach) x *= lens.reach / r, y *= lens.reach / r;
+    if (const double r = std::sqrt(x * x + y * y); r > lens.reach) {
+      x *= lens.reach / r;
+      y *= lens.reach / r;
+    }
     const double q = x * x + y * y, f = lens_factor(lens, q), slope = 2 * lens_factor_slope(lens, q);
     const double p1 = lens.p[0], p2 = lens.p[1];
     const double ex = x * f + 2 * p1 * x * y + p2 * (q + 2 * x * x) - d.x;
@@ -100,7 +103,8 @@ SPLINEVOX_HD inline LensRay undistort(const Distortion& lens, LensPoint d) {
                  yy = f + y * y * slope + 6 * p1 * y + 2 * p2 * x;
     const double xy = x * y * slope + 2 * p1 * x + 2 * p2 * y, det = xx * yy - xy * xy;
     const double sx = (yy * ex - xy * ey) / det, sy = (xx * ey - xy * ex) / det;
-    x -= sx, y -= sy;
+    x -= sx;
+    y -= sy;
     if (!(std::abs(sx) + std::abs(sy) > 1e-15 * (1 + std::abs(x) + std::abs(y)))) break;
   }
   return {x, y, 1};

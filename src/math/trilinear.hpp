@@ -13,8 +13,14 @@ template <class T>
 SPLINEVOX_INLINE constexpr void trilinear_weights(const Vec3T<T>& f, T (&w)[kCorners]) {
   const T gx = T(1) - f.x, gy = T(1) - f.y, gz = T(1) - f.z;
   const T w00 = gx * gy, w01 = gx * f.y, w10 = f.x * gy, w11 = f.x * f.y;
-  w[0] = w00 * gz, w[1] = w00 * f.z, w[2] = w01 * gz, w[3] = w01 * f.z;
-  w[4] = w10 * gz, w[5] = w10 * f.z, w[6] = w11 * gz, w[7] = w11 * f.z;
+  w[0] = w00 * gz;
+  w[1] = w00 * f.z;
+  w[2] = w01 * gz;
+  w[3] = w01 * f.z;
+  w[4] = w10 * gz;
+  w[5] = w10 * f.z;
+  w[6] = w11 * gz;
+  w[7] = w11 * f.z;
 }
 
 /// d weight / d fraction per corner; divide by the lattice spacing for d / d position.

@@ -21,7 +21,11 @@ Camera make_camera(int width, int height, const Doubles& matrix, std::optional<d
   std::array<double, 16> m;
   std::copy_n(matrix.data(), 16, m.begin());
   data::Lens lens;
-  lens.fl_x = fx, lens.fl_y = fy, lens.cx = cx, lens.cy = cy, lens.camera_angle_x = angle_x;
+  lens.fl_x = fx;
+  lens.fl_y = fy;
+  lens.cx = cx;
+  lens.cy = cy;
+  lens.camera_angle_x = angle_x;
   return data::pinhole(lens, data::rigid_pose(m, "Camera"), width, height, "Camera");
 }
 
@@ -41,7 +45,9 @@ std::vector<std::string> split_names(const Dataset& data) {
 
 SynthOptions synth_options(int frames, int size, std::uint64_t seed) {
   SynthOptions o;
-  o.frames = frames, o.size = size, o.seed = seed;
+  o.frames = frames;
+  o.size = size;
+  o.seed = seed;
   return o;
 }
 
@@ -133,7 +139,8 @@ void bind_data(py::module_& m) {
       "load_dataset",
       [](const std::string& path, int downscale, std::vector<std::string> splits) {
         LoadOptions options;
-        options.downscale = downscale, options.splits = std::move(splits);
+        options.downscale = downscale;
+        options.splits = std::move(splits);
         auto data = std::make_shared<Dataset>();
         released([&] { *data = load_dataset(path, options); });
         return data;

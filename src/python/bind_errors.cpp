@@ -24,9 +24,11 @@ void raise(const Error& e) {
                    : e.fault == Fault::output ? g_kinds.output
                                               : g_kinds.numeric;
   const py::object exception = py::reinterpret_borrow<py::object>(kind)(py::str(e.what()));
-  exception.attr("where") = e.problem.where, exception.attr("what") = e.problem.what,
+  exception.attr("where") = e.problem.where;
+  exception.attr("what") = e.problem.what;
   exception.attr("expected") = e.problem.expected;
-  exception.attr("got") = e.problem.got, exception.attr("hint") = e.problem.hint;
+  exception.attr("got") = e.problem.got;
+  exception.attr("hint") = e.problem.hint;
   PyErr_SetObject(kind, exception.ptr());
 }
 

@@ -91,8 +91,12 @@ py::tuple tracked(const std::vector<std::vector<TrackedPoint>>& found, std::size
   float* p = place.mutable_data();
   bool* f = folded.mutable_data();
   for (const auto& row : found)
-    for (const TrackedPoint& t : row)
-      *p++ = t.position.x, *p++ = t.position.y, *p++ = t.position.z, *f++ = t.folded;
+    for (const TrackedPoint& t : row) {
+      *p++ = t.position.x;
+      *p++ = t.position.y;
+      *p++ = t.position.z;
+      *f++ = t.folded;
+    }
   return py::make_tuple(place, folded);
 }
 

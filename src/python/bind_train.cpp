@@ -52,7 +52,8 @@ bool run(Learning& l, const py::object& callback, int every) {
       {
         const std::lock_guard lock(l.mutex);
         if (l.trainer->done()) return;
-        report = l.trainer->step(), done = l.trainer->done();
+        report = l.trainer->step();
+        done = l.trainer->done();
       }
       const bool call = !callback.is_none() && (since % every == 0 || done);
       if (!call && Clock::now() - listened < kListenEvery) continue;
@@ -95,9 +96,14 @@ Config make_config(std::optional<std::string> preset, const std::string& file, c
                    std::optional<std::uint64_t> seed, std::optional<int> downscale,
                    std::optional<std::string> background, const std::string& effects) {
   run::TrainOptions o;
-  o.preset = std::move(preset), o.config_file = file, o.effects = effects, o.max_time = max_time,
+  o.preset = std::move(preset);
+  o.config_file = file;
+  o.effects = effects;
+  o.max_time = max_time;
   o.max_steps = max_steps;
-  o.seed = seed, o.downscale = downscale, o.background = std::move(background);
+  o.seed = seed;
+  o.downscale = downscale;
+  o.background = std::move(background);
   for (const auto& [key, value] : settings) o.sets.push_back(text_of(key) + "=" + text_of(value));
   return run::effective_config(o);
 }

@@ -54,7 +54,10 @@ Corners corners(const Box& box) { return {{{box.lo.x, box.lo.y, box.lo.z}, {box.
 
 void released(const std::function<void()>& work) {
   const py::gil_scoped_release release;
-  run::with_threads(g_threads, [&] { return work(), 0; });
+  run::with_threads(g_threads, [&] {
+    work();
+    return 0;
+  });
 }
 
 void set_threads(int threads) {

@@ -49,7 +49,9 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
       Eight dx{}, dy{}, dz{};
       for (int k = 0; k < K::kRegisters; ++k) {
         const auto v = gather<Eight>(rows, s.radiance_fraction, field.radiance_rows, K::kWidth, 8 * k);
-        dx += g[k] * v.dx, dy += g[k] * v.dy, dz += g[k] * v.dz;
+        dx += g[k] * v.dx;
+        dy += g[k] * v.dy;
+        dz += g[k] * v.dz;
       }
       const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
       auto& m = out.motion.emplace_back();

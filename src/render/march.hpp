@@ -57,7 +57,10 @@ SPLINEVOX_HD Marched march(const Team& team, const RayInput<float>& ray, const F
   int found = 0, next = 0;
   Three rgb;
   typename Team::template Lanes<int> stored;
-  team.each([&](int lane) { rgb[lane] = {}, stored[lane] = 0; });
+  team.each([&](int lane) {
+    rgb[lane] = {};
+    stored[lane] = 0;
+  });
   const OccupancyView<float>& grid = frame.occupancy;
   const Vec3 o = (ray.origin - grid.origin) * grid.inv_cell, d = ray.direction * (field.step * grid.inv_cell);
   while (!ray_ends(out.transmittance, stop)) {
@@ -80,10 +83,13 @@ SPLINEVOX_HD Marched march(const Team& team, const RayInput<float>& ray, const F
     team.sync();
     typename Team::template Lanes<float> before;
     team.each([&](int lane) {
-      if (lane < n)
-        sample[lane] = shade_sample<Sh, Moving>(ray, list.index[out.shaded + lane], field, frame, harmonics);
-      else
-        sample[lane].stored = false, sample[lane].passed = 1;
+      if (lane < n) {
+        sample[lane] = shade_sample < Sh;
+        Moving > (ray, list.index[out.shaded + lane], field, frame, harmonics);
+      } else {
+        sample[lane].stored = false;
+        sample[lane].passed = 1;
+      }
       before[lane] = sample[lane].passed;
       if (lane == 0) list.before[out.shaded / kLanes] = out.transmittance;
     });
@@ -102,7 +108,8 @@ SPLINEVOX_HD Marched march(const Team& team, const RayInput<float>& ray, const F
     typename Team::template Lanes<float> after;
     team.each([&](int lane) { after[lane] = first * before[lane] * sample[lane].passed; });
     out.transmittance = team.at(after, live - 1);
-    out.shaded += n, out.live += live;
+    out.shaded += n;
+    out.live += live;
     if (live < n) break;
   }
   out.rgb = team.sum(rgb);

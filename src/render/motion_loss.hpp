@@ -37,7 +37,9 @@ SPLINEVOX_INLINE MotionJet<Real> motion_jet(const Interpolated& v, Real inv, Rea
     jet.d_delta[j] = inv * Vec3T<Real>{(*slope[j])[0], (*slope[j])[1], (*slope[j])[2]};
     jet.d_rho[j] = inv * (*slope[j])[3];
   }
-  jet.r = r, jet.r1 = r1, jet.r2 = r1 * (1 - 2 * r);
+  jet.r = r;
+  jet.r1 = r1;
+  jet.r2 = r1 * (1 - 2 * r);
   return jet;
 }
 

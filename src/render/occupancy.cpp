@@ -36,7 +36,8 @@ BitGrid dilate_axis(const BitGrid& in, int axis) {
 /// Blocks of n cells an edge with any cell set.
 BitGrid coarsen(const BitGrid& in, int n) {
   BitGrid out;
-  out.origin = in.origin, out.cell = in.cell * float(n);
+  out.origin = in.origin;
+  out.cell = in.cell * float(n);
   for (int a = 0; a < 3; ++a) out.size[a] = (in.size[a] + n - 1) / n;
   out.bits.assign((out.cells() + 31) / 32, 0);
   Int3 c;
@@ -160,12 +161,19 @@ Box bounding_box(const BitGrid& grid, float margin) {
   for (c.x = 0; c.x < grid.size.x; ++c.x)
     for (c.y = 0; c.y < grid.size.y; ++c.y)
       for (c.z = 0; c.z < grid.size.z; ++c.z)
-        if (grid.test(grid.index(c))) lo = min(lo, c), hi = max(hi, c);
-  if (hi.x < 0) lo = {0, 0, 0}, hi = grid.size - Int3{1, 1, 1};
+        if (grid.test(grid.index(c))) {
+          lo = min(lo, c);
+          hi = max(hi, c);
+        }
+  if (hi.x < 0) {
+    lo = {0, 0, 0};
+    hi = grid.size - Int3{1, 1, 1};
+  }
   Box box{grid.origin + grid.cell * cast<float>(lo),
           grid.origin + grid.cell * cast<float>(hi + Int3{1, 1, 1})};
   const float m = margin * box.longest_edge();
-  box.lo -= Vec3{m, m, m}, box.hi += Vec3{m, m, m};
+  box.lo -= Vec3{m, m, m};
+  box.hi += Vec3{m, m, m};
   return box;
 }
 

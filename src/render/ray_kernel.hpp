@@ -49,7 +49,8 @@ class RayKernel {
   /// counted.
   RayResult<Real> forward(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame,
                           Real stop) {
-    count = 0, visited = 0;
+    count = 0;
+    visited = 0;
     transmittance_ = 1;
     rgb_ = {};
     sh_basis_padded(ray.direction);
@@ -138,7 +139,10 @@ class RayKernel {
                     int pending) {
     const int n = std::min(kChunk, ray.count - i0);
     if (!grid.bits) {
-      for (int j = 0; j < n; ++j, ++pending) index_[pending] = i0 + j, reads_[pending] = 1;
+      for (int j = 0; j < n; ++j, ++pending) {
+        index_[pending] = i0 + j;
+        reads_[pending] = 1;
+      }
       return pending;
     }
     std::uint32_t cell[kChunk], hit[kChunk];
@@ -147,7 +151,8 @@ class RayKernel {
     for (int j = 0; j < kChunk; ++j) {
       const Real i = Real(i0 + j);
       int x = int(o.x + i * d.x), y = int(o.y + i * d.y), z = int(o.z + i * d.z);
-      x = std::clamp(x, 0, grid.size.x - 1), y = std::clamp(y, 0, grid.size.y - 1),
+      x = std::clamp(x, 0, grid.size.x - 1);
+      y = std::clamp(y, 0, grid.size.y - 1);
       z = std::clamp(z, 0, grid.size.z - 1);
       cell[j] = std::uint32_t((x * grid.size.y + y) * grid.size.z + z);
       hit[j] = grid.bits[cell[j] >> 5] >> (cell[j] & 31) & 1;
@@ -186,7 +191,7 @@ class RayKernel {
           split((double(ray.origin[a]) - view.origin[a]) * inv, coarse[a], fine[a]);
           split(double(step) * ray.direction[a] * inv, coarse_step[a], fine_step[a]);
         } else {
-          coarse[a] = (ray.origin[a] - view.origin[a]) * view.inv_spacing,
+          coarse[a] = (ray.origin[a] - view.origin[a]) * view.inv_spacing;
           coarse_step[a] = step * ray.direction[a] * view.inv_spacing;
         }
     }
@@ -247,7 +252,8 @@ class RayKernel {
       for (int j = 0; j < n; ++j) raw_r[j] = out.motion[j][3];
       activate(raw_r, out.r, out.r_slope, [&](Real x) { return rigidity_of(x, field.rigidity_offset); });
     } else {
-      std::fill_n(out.r, kChunk, Real(1)), std::fill_n(out.r_slope, kChunk, Real(0));
+      std::fill_n(out.r, kChunk, Real(1));
+      std::fill_n(out.r_slope, kChunk, Real(0));
     }
     for (int j = 0; j < n; ++j) {
       const Vec vertices = displacement_of(out.motion[j], out.r[j]) * field.radiance.inv_spacing;
@@ -268,10 +274,13 @@ class RayKernel {
     }
     for (int j = 0; j < n; ++j) {
       if (!reads_[j]) {
-        out.cell[j] = Cell::at_rest(), out.fraction[j] = {}, out.motion[j] = Four{};
+        out.cell[j] = Cell::at_rest();
+        out.fraction[j] = {};
+        out.motion[j] = Four{};
         continue;
       }
-      out.cell[j] = cell_of(field.motion, at, j), out.fraction[j] = at.at(j);
+      out.cell[j] = cell_of(field.motion, at, j);
+      out.fraction[j] = at.at(j);
       const CellRows rows = field.motion.rows(out.cell[j]);
       Real w[kCorners];
       trilinear_weights(out.fraction[j], w);
@@ -317,8 +326,10 @@ class RayKernel {
       distance[count + kept] = i_real[j];
       if constexpr (Moving) {
         s.warp = {warped.cell[j], warped.fraction[j], warped.motion[j]};
-        light[count + kept] = warped.light[j], light_slope[count + kept] = warped.light_slope[j];
-        r[count + kept] = warped.r[j], r_slope[count + kept] = warped.r_slope[j];
+        light[count + kept] = warped.light[j];
+        light_slope[count + kept] = warped.light_slope[j];
+        r[count + kept] = warped.r[j];
+        r_slope[count + kept] = warped.r_slope[j];
       }
       rows[kept++] = cr;
     }

@@ -23,7 +23,10 @@ template <class Real, int Width, bool Jet>
 struct RayRecords {
   std::vector<Record<Real, Width>> radiance;
   std::vector<Record<Real, kSliceWidth, Jet>> motion;
-  void clear() { radiance.clear(), motion.clear(); }
+  void clear() {
+    radiance.clear();
+    motion.clear();
+  }
 };
 
 }  // namespace splinevox

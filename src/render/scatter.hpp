@@ -70,7 +70,8 @@ class Scatter {
       if (e + kAhead < begin_[bin + 1]) {
         const Entry& next = entries_[e + kAhead];
         const char* record = reinterpret_cast<const char*>(tasks_[next.task].records + next.index);
-        __builtin_prefetch(record), __builtin_prefetch(record + 64);
+        __builtin_prefetch(record);
+        __builtin_prefetch(record + 64);
       }
       const Entry entry = entries_[e];
       add(tasks_[entry.task].records[entry.index], (entry.local >> 8) - 1, (entry.local >> 4 & 15) - 1,
@@ -115,7 +116,8 @@ class Scatter {
     const bool inside = ((x | y | z) >= 0) && x < 7 && y < 7 && z < 7;
     if (inside) {
       const std::uint64_t bits = std::uint64_t(0x303) << (y * 8 + z);
-      touched.word[x] |= bits, touched.word[x + 1] |= bits;
+      touched.word[x] |= bits;
+      touched.word[x + 1] |= bits;
     }
     for (int c = 0; c < kCorners; ++c) {
       const int cx = x + (c >> 2), cy = y + (c >> 1 & 1), cz = z + (c & 1);

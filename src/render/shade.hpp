@@ -89,10 +89,12 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
                                                  const RowHarmonics<Sh>& harmonics) {
   using Out = Shaded<Sh, Moving>;
   Out s;
-  s.alpha = 0, s.passed = 1;
+  s.alpha = 0;
+  s.passed = 1;
   Vec3 moved{};
   Activated<float> gain{1, 0};
-  s.r = 1, s.r_slope = 0;
+  s.r = 1;
+  s.r_slope = 0;
   if constexpr (Moving) {
     s.observed = place_of(field.motion, ray, index, field.step, moved);
     const CellRows rows = field.motion.rows(s.observed.cell);
@@ -108,7 +110,8 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
     gain = light_gain(light);
     if (field.rigidity) {
       const Activated<float> r = rigidity_of(s.motion[3], field.rigidity_offset);
-      s.r = r.value, s.r_slope = r.slope;
+      s.r = r.value;
+      s.r_slope = r.slope;
     }
     moved = displacement_of(s.motion, s.r) * field.radiance.inv_spacing;
   }
@@ -127,10 +130,15 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
       const int p = k + half;
       const TrilinearValue<Pack> v =
           gather_pack(rows, s.at.fraction, field.radiance_rows, Out::kWidth, p * Pack::kSize);
-      if constexpr (Out::kKeepsSlopes) s.slope[p][0] = v.dx, s.slope[p][1] = v.dy, s.slope[p][2] = v.dz;
-      if (p == 0)
-        raw.density = v.value[0], raw.color = {v.value[1], v.value[2], v.value[3]};
-      else if constexpr (Sh >= 0)
+      if constexpr (Out::kKeepsSlopes) {
+        s.slope[p][0] = v.dx;
+        s.slope[p][1] = v.dy;
+        s.slope[p][2] = v.dz;
+      }
+      if (p == 0) {
+        raw.density = v.value[0];
+        raw.color = {v.value[1], v.value[2], v.value[3]};
+      } else if constexpr (Sh >= 0)
         SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) sum[c] += v.value[c] * harmonics[p * Pack::kSize + c];
     }
     if constexpr (Sh >= 0) raw.view += (sum[0] + sum[2]) + (sum[1] + sum[3]);
@@ -173,7 +181,10 @@ SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, cons
       } else {
         const TrilinearValue<Pack> v =
             gather_pack(rows, s.at.fraction, field.radiance_rows, Row::kWidth, p * Pack::kSize);
-        again[0] = v.dx, again[1] = v.dy, again[2] = v.dz, slope = again;
+        again[0] = v.dx;
+        again[1] = v.dy;
+        again[2] = v.dz;
+        slope = again;
       }
       SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) along[a][c] +=
           g[c] * slope[a][c];

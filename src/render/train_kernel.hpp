@@ -77,16 +77,22 @@ struct TrainKernel {
     team.sync();
     typename Team::template Lanes<float> value;
     typename Team::template Lanes<bool> bad;
-    team.each([&](int lane) { value[lane] = 0, bad[lane] = false; });
+    team.each([&](int lane) {
+      value[lane] = 0;
+      bad[lane] = false;
+    });
     for (int first = (m.live - 1) / kLanes * kLanes; m.live > 0 && first >= 0; first -= kLanes) {
       const int n = m.live - first < kLanes ? m.live - first : kLanes;
       const bool gone = first + kLanes < m.live;  // the last chunk is still there
       typename Team::template Lanes<float> before, later, share;
       team.each([&](int lane) {
-        if (lane >= n)
-          sample[lane].stored = false, sample[lane].passed = 1;
-        else if (gone)
-          sample[lane] = shade_sample<Sh, Moving>(ray, list.index[first + lane], field, frame, harmonics);
+        if (lane >= n) {
+          sample[lane].stored = false;
+          sample[lane].passed = 1;
+        } else if (gone) {
+          sample[lane] = shade_sample < Sh;
+          Moving > (ray, list.index[first + lane], field, frame, harmonics);
+        }
         before[lane] = sample[lane].passed;
       });
       team.product_before(before);
@@ -143,13 +149,17 @@ struct TrainKernel {
             float h[3][4] = {};
             value[lane] += motion_loss_sample(jet_of(s, frame), losses.motion, probe, before[lane] * s.alpha,
                                               field.motion.inv_spacing, g, h);
-            SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c)
-                row[8 + 4 * a + c] = h[a][c],
-                                bad[lane] |= !(h[a][c] < largest && h[a][c] > -largest);
+            SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) {
+              row[8 + 4 * a + c] = h[a][c];
+              bad[lane] |= !(h[a][c] < largest && h[a][c] > -largest);
+            }
           }
-          SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) row[c] = g[c],
-                                                       bad[lane] |= !(g[c] < largest && g[c] > -largest);
-          row[4] = gradient[lane].light, bad[lane] |= !(row[4] < largest && row[4] > -largest);
+          SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) {
+            row[c] = g[c];
+            bad[lane] |= !(g[c] < largest && g[c] > -largest);
+          }
+          row[4] = gradient[lane].light;
+          bad[lane] |= !(row[4] < largest && row[4] > -largest);
           place[lane] = s.observed;
         });
         team.sync();

@@ -21,7 +21,10 @@ Json thin(const Series& s, bool log_y) {
   for (std::size_t i = 0; i < s.points.size(); i += stride) {
     double x = 0, y = 0;
     const std::size_t end = std::min(s.points.size(), i + stride);
-    for (std::size_t k = i; k < end; ++k) x += s.points[k].first, y += s.points[k].second;
+    for (std::size_t k = i; k < end; ++k) {
+      x += s.points[k].first;
+      y += s.points[k].second;
+    }
     const double n = double(end - i);
     if (std::isfinite(x) && std::isfinite(y) && (!log_y || y > 0))
       out.push_back({{"x", x / n}, {"y", y / n}});

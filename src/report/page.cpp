@@ -112,7 +112,10 @@ std::string charts(const std::vector<ReportRun>& runs) {
     if (runs[i].metrics.contains("frames"))
       for (const Json& f : runs[i].metrics["frames"])
         view.points.emplace_back(number(f, "time"), number(f, "psnr"));
-    psnr.push_back(batch), psnr.push_back(held), loss.push_back(photo), frames.push_back(view);
+    psnr.push_back(batch);
+    psnr.push_back(held);
+    loss.push_back(photo);
+    frames.push_back(view);
   }
   std::string html = "<div class=\"charts\">";
   html += line_chart({"PSNR against seconds of training", "seconds", "PSNR [dB]"}, psnr);
@@ -164,8 +167,10 @@ std::string phases(const Json& metrics) {
   if (!metrics.contains("phases")) return "";
   std::vector<std::pair<std::string, double>> parts;
   double sum = 0;
-  for (const auto& [name, seconds] : metrics["phases"].items())
-    parts.emplace_back(name, seconds.get<double>()), sum += parts.back().second;
+  for (const auto& [name, seconds] : metrics["phases"].items()) {
+    parts.emplace_back(name, seconds.get<double>());
+    sum += parts.back().second;
+  }
   const double rest = number(metrics, "train_seconds") - sum;
   if (rest > 0) parts.emplace_back("other", rest);
   const std::string still =

@@ -84,8 +84,10 @@ Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraReq
   bool good = rows.is_array() && rows.size() == 4;
   for (std::size_t r = 0; good && r < 4; ++r) {
     good = rows[r].is_array() && rows[r].size() == 4;
-    for (std::size_t c = 0; good && c < 4; ++c)
-      good = rows[r][c].is_number(), matrix[4 * r + c] = good ? rows[r][c].get<double>() : 0;
+    for (std::size_t c = 0; good && c < 4; ++c) {
+      good = rows[r][c].is_number();
+      matrix[4 * r + c] = good ? rows[r][c].get<double>() : 0;
+    }
   }
   if (!good)
     fail({where, "'transform_matrix' is not a matrix", "4 rows of 4 numbers, camera to world", "", ""});

@@ -31,7 +31,10 @@ class PointGrid {
           const auto found = cells_.find(key({c.x + x, c.y + y, c.z + z}));
           if (found == cells_.end()) continue;
           for (const int i : found->second)
-            if (const float d = length(points_[i] - p); d < reach) best = i, reach = d;
+            if (const float d = length(points_[i] - p); d < reach) {
+              best = i;
+              reach = d;
+            }
         }
     return best;
   }
@@ -169,20 +172,25 @@ MotionScore score_motion(const VoxelModel& model, const std::vector<SurfaceFrame
     all.tracked.insert(all.tracked.end(), t.tracked.begin(), t.tracked.end());
     all.tracked_far.insert(all.tracked_far.end(), t.tracked_far.begin(), t.tracked_far.end());
     all.folded += t.folded;
-    all.still += t.still, all.still_moved += t.still_moved, all.moving += t.moving,
-        all.moving_missed += t.moving_missed;
+    all.still += t.still;
+    all.still_moved += t.still_moved;
+    all.moving += t.moving;
+    all.moving_missed += t.moving_missed;
   }
   const auto share = [](std::size_t part, std::size_t whole) {
     return whole ? double(part) / double(whole) : 0.0;
   };
   MotionScore out;
-  out.edge = scorer.edge(), out.voxel = scorer.voxel();
+  out.edge = scorer.edge();
+  out.voxel = scorer.voxel();
   out.canonical = distances(std::move(all.canonical));
   out.folded = share(all.folded, all.tracked.size());
   out.tracked = distances(std::move(all.tracked));
   out.tracked_far = distances(std::move(all.tracked_far));
-  out.still_pairs = all.still, out.still_moved = share(all.still_moved, all.still);
-  out.moving_pairs = all.moving, out.moving_missed = share(all.moving_missed, all.moving);
+  out.still_pairs = all.still;
+  out.still_moved = share(all.still_moved, all.still);
+  out.moving_pairs = all.moving;
+  out.moving_missed = share(all.moving_missed, all.moving);
   return out;
 }
 

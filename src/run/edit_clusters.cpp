@@ -153,8 +153,10 @@ struct ClusterOperations {
     axis[v[0] - 'x'] = 1;
     double share = 0;
     for (std::size_t k = 0; k < s.chosen_.size(); ++k)
-      if (s.chosen_[k])
-        pivot += c.clusters[k].share * cast<double>(c.clusters[k].center), share += c.clusters[k].share;
+      if (s.chosen_[k]) {
+        pivot += c.clusters[k].share * cast<double>(c.clusters[k].center);
+        share += c.clusters[k].share;
+      }
     pivot = share > 0 ? pivot * (1 / share) : pivot;
     if (d.size() == 4) pivot = {d[1], d[2], d[3]};
     return carry(s, "rotate", rotation(axis, d[0], pivot));

@@ -94,15 +94,20 @@ Json effects_json(const Prepared& prepared) {
          {"chosen", set_json(choice.chosen)},
          {"forced", prepared.policy != EffectPolicy::choose}};
   j["view_told_by_time"] = choice.view_told_by_time;
-  j["held_pictures"] = choice.held, j["seconds"] = choice.seconds, j["note"] = choice.note;
+  j["held_pictures"] = choice.held;
+  j["seconds"] = choice.seconds;
+  j["note"] = choice.note;
   j["effects"] = Json::array();
   for (const Effect effect : kAllEffects) {
     Json e{{"effect", to_string(effect)}, {"used", used.has(effect)}};
     if (const EffectVerdict* v = verdict_on(choice, effect)) {
       e["decision"] = name_of(v->decision);
-      e["gain_db"] = v->gain.mean, e["gain_lo"] = finite(v->gain.lo), e["gain_hi"] = finite(v->gain.hi),
+      e["gain_db"] = v->gain.mean;
+      e["gain_lo"] = finite(v->gain.lo);
+      e["gain_hi"] = finite(v->gain.hi);
       e["p"] = v->gain.p;
-      e["time_ratio"] = v->time_ratio, e["bytes_ratio"] = v->bytes_ratio;
+      e["time_ratio"] = v->time_ratio;
+      e["bytes_ratio"] = v->bytes_ratio;
       if (v->where < 1) e["where"] = v->where;
       if (v->far) e["far"] = *v->far;
       e["beside"] = to_string(v->with.without(effect));

@@ -22,7 +22,8 @@ std::pair<float, float> depth_range(const Box& box, const Camera& camera) {
     const Vec3d p{corner & 1 ? box.hi.x : box.lo.x, corner & 2 ? box.hi.y : box.lo.y,
                   corner & 4 ? box.hi.z : box.lo.z};
     const float depth = float(project(camera, p).depth);
-    near = std::min(near, depth), far = std::max(far, depth);
+    near = std::min(near, depth);
+    far = std::max(far, depth);
   }
   return {std::max(near, 0.0f), far};
 }

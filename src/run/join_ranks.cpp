@@ -78,8 +78,10 @@ class MpiRanks final : public Ranks {
 
  private:
   static void pieces(std::span<const std::size_t> ends, std::vector<int>& sizes, std::vector<int>& starts) {
-    for (std::size_t k = 0; k + 1 < ends.size(); ++k)
-      sizes.push_back(int(ends[k + 1] - ends[k])), starts.push_back(int(ends[k]));
+    for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+      sizes.push_back(int(ends[k + 1] - ends[k]));
+      starts.push_back(int(ends[k]));
+    }
   }
   template <class Call>
   void timed(std::size_t bytes, Call&& call) {

@@ -9,11 +9,11 @@
 #include <string>
 
 #include "backend/step.hpp"
+#include "core/ranks.hpp"
 #include "io/checkpoint.hpp"
 #include "run/progress.hpp"
 #include "run/run_folder.hpp"
 #include "splinevox/backend/device.hpp"
-#include "core/ranks.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/train/trainer.hpp"
 

@@ -38,11 +38,19 @@ std::vector<std::uint8_t> clearance(const Picture& image) {
     d = std::min<std::uint8_t>(d, std::uint8_t(std::min(254, int(out[std::size_t(v) * w + u])) + 1));
   };
   for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x)
-      lower(x, y, x - 1, y), lower(x, y, x - 1, y - 1), lower(x, y, x, y - 1), lower(x, y, x + 1, y - 1);
+    for (int x = 0; x < w; ++x) {
+      lower(x, y, x - 1, y);
+      lower(x, y, x - 1, y - 1);
+      lower(x, y, x, y - 1);
+      lower(x, y, x + 1, y - 1);
+    }
   for (int y = h - 1; y >= 0; --y)
-    for (int x = w - 1; x >= 0; --x)
-      lower(x, y, x + 1, y), lower(x, y, x + 1, y + 1), lower(x, y, x, y + 1), lower(x, y, x - 1, y + 1);
+    for (int x = w - 1; x >= 0; --x) {
+      lower(x, y, x + 1, y);
+      lower(x, y, x + 1, y + 1);
+      lower(x, y, x, y + 1);
+      lower(x, y, x - 1, y + 1);
+    }
   return out;
 }
 

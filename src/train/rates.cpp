@@ -22,7 +22,7 @@ constexpr ColumnLearning kLearning[] = {
 static_assert(std::size(kLearning) == std::size(kColumns));
 
 /// What the step of control points is multiplied by. As a run goes on rigidity takes displacements, and so
-/// their steps, to a tenth of what they began with and less (docs/experiments.md, "Without rigidity");
+/// their steps, to a tenth of what they began with and less (docs/experiments/motion.md);
 /// without it a step is a fiftieth of a cell of the finest lattice, where lr_control is 0.01. @param cells
 /// along the longest edge, of that lattice
 float control_share(const MotionField& m, int cells) { return m.rigidity ? 1 : 2.0f / float(cells); }

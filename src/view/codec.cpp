@@ -36,7 +36,8 @@ void append_plane(std::vector<std::uint8_t>& out, std::span<const std::uint16_t>
     if (bits > 8) {
       const auto d = std::int16_t(difference);
       const auto folded = std::uint16_t((d << 1) ^ (d >> 15));
-      out[start + i] = std::uint8_t(folded), out[start + n + i] = std::uint8_t(folded >> 8);
+      out[start + i] = std::uint8_t(folded);
+      out[start + n + i] = std::uint8_t(folded >> 8);
     } else {
       const auto d = std::int8_t(difference);
       out[start + i] = std::uint8_t((d << 1) ^ (d >> 7));

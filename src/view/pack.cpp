@@ -92,7 +92,8 @@ struct StoredColumn {
       each(c, [&](bool used, float v) {
         if (!used || !std::isfinite(v)) return;
         v = std::clamp(v, -limit, limit);
-        q.lo = any ? std::min(q.lo, v) : v, q.hi = any ? std::max(q.hi, v) : v;
+        q.lo = any ? std::min(q.lo, v) : v;
+        q.hi = any ? std::max(q.hi, v) : v;
         any = true;
       });
     return q;
@@ -131,7 +132,8 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
       for (b.z = 0; b.z < t.dims.z; ++b.z)
         if (seen[ring_slot(t, b)].any()) bricks.push_back(b);
   Json out = table_of(w, t, bricks);
-  out["scale"] = field.activation.scale, out["shift"] = field.activation.shift;
+  out["scale"] = field.activation.scale;
+  out["shift"] = field.activation.shift;
   out["sh_order"] = field.sh_order;
   const StoredColumn stored{field, seen, bricks};
   out["columns"] = Json::array();
@@ -177,7 +179,8 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
   out["basis"] = basis_of(motion.basis).name;
   out["time_curve"] = Json::array();
   for (const TimeCurve::Knot& k : motion.time_curve.knots) out["time_curve"].push_back({k.time, k.value});
-  out["points"] = motion.points, out["stored"] = motion.stored_points();
+  out["points"] = motion.points;
+  out["stored"] = motion.stored_points();
   out["displaces"] = motion.displaces;
   out["light"] = motion.light;
   out["rigidity"] = motion.rigidity;

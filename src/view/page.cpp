@@ -44,7 +44,9 @@ void put(std::string& page, const std::string& mark, const std::string& text) {
 
 std::string view_page(const ViewPage& page, const PackedScene& scene) {
   Json header = scene.header;
-  header["name"] = page.name, header["note"] = page.note, header["full_flow"] = page.full_flow;
+  header["name"] = page.name;
+  header["note"] = page.note;
+  header["full_flow"] = page.full_flow;
   header["views"] = Json::array();
   for (const ViewShot& s : page.shots)
     header["views"].push_back({{"name", s.name},

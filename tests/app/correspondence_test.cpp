@@ -76,7 +76,10 @@ TEST_SUITE("app/correspondence") {
     for (int y = 2; y < 8; ++y)
       for (int x = 0; x < 8; ++x) {
         const Vec3d seen = (x >= 5 ? 2.0 : 1.0) * camera_ray(camera, x + 0.5, y + 0.5).direction;
-        for (int c = 0; c < 3; ++c) position.pixel(x, y)[c] = float(seen[c]), rest.pixel(x, y)[c] = 2;
+        for (int c = 0; c < 3; ++c) {
+          position.pixel(x, y)[c] = float(seen[c]);
+          rest.pixel(x, y)[c] = 2;
+        }
       }
     const std::string path = (folder.path() / "truth/r_7_0000.exr").string();
     write_exr(path, {{"position", position, {"X", "Y", "Z"}}, {"rest", rest, {"R", "G", "B", "A"}}});

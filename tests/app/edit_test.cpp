@@ -36,7 +36,8 @@ struct Trained {
 Camera camera() {
   Camera c;
   c.width = c.height = 40;
-  c.fx = c.fy = 60, c.cx = c.cy = 20;
+  c.fx = c.fy = 60;
+  c.cx = c.cy = 20;
   c.axes = {Vec3d{0, 1, 0}, Vec3d{0, 0, 1}, Vec3d{1, 0, 0}};
   c.position = {3, 0, 0};
   return c;

@@ -60,7 +60,8 @@ TEST_SUITE("app/faults") {
     // A draft of a process that lives, and files that only look like one, are somebody's.
     const std::string living = small.path("run") + "/x." + std::to_string(::getpid()) + "-0.tmp",
                       mine = small.path("run") + "/notes.tmp";
-    write_text(living, "living"), write_text(mine, "mine");
+    write_text(living, "living");
+    write_text(mine, "mine");
     CHECK(program({"train", small.data, "--out", small.path("run"), "--resume", "--quiet"}).code == 0);
     CHECK(fs::exists(living));
     CHECK(fs::exists(mine));
@@ -116,8 +117,10 @@ TEST_SUITE("app/faults") {
     for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     // Until one of them is the second: two that arrive together count as one.
-    for (int i = 0; i < 500; ++i)
-      ::kill(started.process(), SIGTERM), std::this_thread::sleep_for(std::chrono::microseconds(50));
+    for (int i = 0; i < 500; ++i) {
+      ::kill(started.process(), SIGTERM);
+      std::this_thread::sleep_for(std::chrono::microseconds(50));
+    }
     CHECK(started.wait().code == 1);
   }
 
@@ -168,7 +171,8 @@ TEST_SUITE("app/faults") {
     int done = 0, refused = 0;
     for (auto& started : all) {
       const Ended e = started->wait();
-      done += e.code == 0, refused += e.code == 2;
+      done += e.code == 0;
+      refused += e.code == 2;
     }
     CHECK(done == 1);
     CHECK(refused == 7);

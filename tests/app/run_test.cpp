@@ -265,7 +265,8 @@ TEST_SUITE("app/run") {
     Json camera = Json::parse(slurp(scene.data + "/transforms_test.json"));
     Json alone = camera["frames"][1];
     if (camera.contains("camera_angle_x")) alone["camera_angle_x"] = camera["camera_angle_x"];
-    alone["w"] = png.width, alone["h"] = png.height;
+    alone["w"] = png.width;
+    alone["h"] = png.height;
     test::write_text(scene.path("camera.json"), alone.dump());
     render("alone", {"--camera", scene.path("camera.json")});
     CHECK(slurp(scene.path("alone") + "/rgb_0001.png") == slurp(scene.path("png") + "/rgb_0002.png"));

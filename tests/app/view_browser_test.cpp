@@ -42,8 +42,12 @@ Bytes unbase64(const std::string& text) {
                   : c == '/'             ? 63
                                          : -1;
     if (v < 0) continue;
-    bits = bits << 6 | std::uint32_t(v), count += 6;
-    if (count >= 8) count -= 8, out.push_back(std::uint8_t(bits >> count));
+    bits = bits << 6 | std::uint32_t(v);
+    count += 6;
+    if (count >= 8) {
+      count -= 8;
+      out.push_back(std::uint8_t(bits >> count));
+    }
   }
   return out;
 }
@@ -223,7 +227,7 @@ TEST_SUITE("app/view") {
   result.slid = [slid(0.05), slid(0.8), slid(0.05)];
   result.weights = [];
   const points = )js" +
-                 points_asked().dump() + R"js(;
+                points_asked().dump() + R"js(;
   const curves = [[], [[0, 0.2], [0.5, 1], [0.5, 0.3], [1, 0]]];
   for (const basis in points) for (const k of points[basis]) for (const time_curve of curves)
     for (const t of [0, 0.1, 0.37, 0.5, 0.99, 1]) {
@@ -274,7 +278,8 @@ TEST_SUITE("app/view") {
         MotionField motion;
         motion.basis = find_basis(j["basis"].get<std::string>())->kind;
         for (const Json& k : j["time_curve"]) motion.time_curve.knots.push_back({k[0], k[1]});
-        motion.points = j["points"], motion.first_point = FirstPoint::free;
+        motion.points = j["points"];
+        motion.first_point = FirstPoint::free;
         const BasisWeights<float> ours = stored_weights(motion, j["t"].get<double>());
         for (std::size_t k = 0; k < j["w"].size(); ++k)
           apart = std::max(apart, std::abs(double(ours[k]) - j["w"][k].get<double>()));

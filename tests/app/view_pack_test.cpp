@@ -150,8 +150,10 @@ TEST_SUITE("app/view_pack") {
           }
       }
     };
-    for (int k = 0; k < 4; ++k)
-      compare(field["control_points"][k], 4 * k), compare(field["light_points"][k], 4 * k + 3);
+    for (int k = 0; k < 4; ++k) {
+      compare(field["control_points"][k], 4 * k);
+      compare(field["light_points"][k], 4 * k + 3);
+    }
     compare(field["rigidity_values"], 16);
     CHECK(wrong == 0);
   }
@@ -194,7 +196,10 @@ TEST_SUITE("app/view_pack") {
     VoxelModel model = test::blob_model(16, {}, 1);
     for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r) {
       float* row = model.radiance.raw.row(r);
-      row[1] = 2, row[4] = 0, row[5] = 3, row[6] = -2,
+      row[1] = 2;
+      row[4] = 0;
+      row[5] = 3;
+      row[6] = -2;
       row[7] = 1;  // odd in the direction: the mean of the factor is that of no harmonics
     }
     const RadianceField matt = without_view(model.radiance);

@@ -50,14 +50,18 @@ struct Scene {
         batch.rays.push_back(clip_ray(ray, model.box, model.step, 0.3f, Vec3{0.2f, 0.5f, 0.8f}));
         batch.targets.push_back({float(0.5 + 0.5 * uniform(random)), 0.4f, 0.9f});
         if (i % 4 == 0) batch.targets.back() = batch.rays.back().background;
-        if (i % 8 == 3)
-          batch.rays.back().background = {1.6f, 1.6f, 0.4f}, batch.targets.back() = {1, 0.7f, 1};  // clipped
+        if (i % 8 == 3) {
+          batch.rays.back().background = {1.6f, 1.6f, 0.4f};
+          batch.targets.back() = {1, 0.7f, 1};
+        }  // clipped
       }
     }
     if (jet)
       losses.motion = {
           .offset = 0.02f, .offset_rigidity = 0.3f, .offset_softening = 1e-3f, .divergence = 0.03f};
-    losses.min_weight = 1e-3f, losses.seen_share = 0.6f, losses.probe_seed = kDraw;
+    losses.min_weight = 1e-3f;
+    losses.seen_share = 0.6f;
+    losses.probe_seed = kDraw;
   }
 
   StepInput input() const {
@@ -101,8 +105,10 @@ void freeze_half(Channels& level, const BitGrid& occupied, ActiveRows& active) {
 double apart(const AlignedVector<float>& a, const AlignedVector<float>& b) {
   REQUIRE(a.size() == b.size());
   double most = 0, largest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    most = std::max(most, double(std::abs(a[i] - b[i]))), largest = std::max(largest, double(std::abs(a[i])));
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    most = std::max(most, double(std::abs(a[i] - b[i])));
+    largest = std::max(largest, double(std::abs(a[i])));
+  }
   REQUIRE(largest > 0);
   return most / largest;
 }

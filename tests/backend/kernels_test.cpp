@@ -55,11 +55,13 @@ double compare(const VoxelModel& model, unsigned seed) {
         worst.see(s.emission.base[c], kernel.base[c][k], 1);
         worst.see(s.emission.base_slope[c], kernel.base_slope[c][k], 1);
       }
-      if constexpr (Sh >= 0)
-        worst.see(s.emission.view, kernel.view[k], 1),
-            worst.see(s.emission.view_slope, kernel.view_slope[k], 1);
+      if constexpr (Sh >= 0) {
+        worst.see(s.emission.view, kernel.view[k], 1);
+        worst.see(s.emission.view_slope, kernel.view_slope[k], 1);
+      }
       if constexpr (Moving) {
-        worst.see(s.emission.light, kernel.light[k], 1), worst.see(s.r, kernel.r[k], 1);
+        worst.see(s.emission.light, kernel.light[k], 1);
+        worst.see(s.r, kernel.r[k], 1);
         for (int c = 0; c < 4; ++c) worst.see(s.motion[c], kernel.samples[k].warp.motion[c], 1);
       }
     }

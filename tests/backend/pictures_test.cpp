@@ -18,9 +18,11 @@ namespace {
 /// A camera that sees the whole box from a little above.
 Camera camera(int width, int height) {
   Camera c;
-  c.width = width, c.height = height;
+  c.width = width;
+  c.height = height;
   c.fx = c.fy = 1.4 * width;
-  c.cx = 0.5 * width, c.cy = 0.5 * height;
+  c.cx = 0.5 * width;
+  c.cy = 0.5 * height;
   c.position = {3.2, 0.5, 1.1};
   const Vec3d back = normalize(c.position), right = normalize(cross(Vec3d{0, 0, 1}, back));
   c.axes = {right, cross(back, right), back};

@@ -29,19 +29,33 @@ const Dataset& moving_ball() {
 /// on the way.
 Config tiny_config(int steps, int sh_order, bool losses) {
   Config c = preset("draft");
-  c.run.max_time = 0, c.run.max_steps = steps, c.run.seed = 7;
+  c.run.max_time = 0;
+  c.run.max_steps = steps;
+  c.run.seed = 7;
   c.radiance.sh_order = sh_order;
-  c.grid.radiance = {16, 28}, c.grid.radiance_start = {0, 0.4f};
-  c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.2f, 0.5f};
-  c.motion.basis = BasisKind::bezier, c.motion.points = 3, c.motion.first_point = FirstPoint::zero;
-  c.motion.elevate_points = {5}, c.motion.elevate_start = {0.6f};
+  c.grid.radiance = {16, 28};
+  c.grid.radiance_start = {0, 0.4f};
+  c.grid.motion = {4, 8, 16};
+  c.grid.motion_start = {0, 0.2f, 0.5f};
+  c.motion.basis = BasisKind::bezier;
+  c.motion.points = 3;
+  c.motion.first_point = FirstPoint::zero;
+  c.motion.elevate_points = {5};
+  c.motion.elevate_start = {0.6f};
   if (losses) {
-    c.loss.offset = 1e-3f, c.loss.divergence = 1e-3f, c.loss.divergence_kind = DivergenceKind::hutchinson;
+    c.loss.offset = 1e-3f;
+    c.loss.divergence = 1e-3f;
+    c.loss.divergence_kind = DivergenceKind::hutchinson;
     c.loss.curve_length = c.loss.curve_rest = 1e-4f;
   }
-  c.loss.tv_density = 1e-4f, c.loss.tv_color = 1e-4f, c.loss.tv_sh = 1e-4f, c.loss.tv_control = 1e-3f,
+  c.loss.tv_density = 1e-4f;
+  c.loss.tv_color = 1e-4f;
+  c.loss.tv_sh = 1e-4f;
+  c.loss.tv_control = 1e-3f;
   c.loss.tv_rigidity = 1e-4f;
-  c.sampling.frames = 4, c.sampling.rays = 1024, c.sampling.occupancy_every = 7;
+  c.sampling.frames = 4;
+  c.sampling.rays = 1024;
+  c.sampling.occupancy_every = 7;
   return c;
 }
 
@@ -117,7 +131,8 @@ TEST_SUITE("backend/step") {
       const std::vector<char> saved = first.save();
       Trainer second(config, train, moving_ball().time_map, 0, nullptr, runner.step(true)),
           cpu(config, train, moving_ball().time_map);
-      second.restore(saved), cpu.restore(saved);
+      second.restore(saved);
+      cpu.restore(saved);
       for (int i = 11; i < 24; ++i) {
         const StepReport a = second.step(), b = cpu.step();
         CHECK(a.loss == doctest::Approx(b.loss).epsilon(1e-2));

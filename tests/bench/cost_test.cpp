@@ -14,9 +14,14 @@ namespace {
 
 Record point(const char* knob, const char* value, double seconds, double error) {
   Record r;
-  r.suite = "render", r.scene = "dancer", r.knob = knob, r.value = value;
-  r.seconds = {seconds, 0.98 * seconds, 1.02 * seconds}, r.error = {error, error, error};
-  r.is_default = r.knob == "default", r.runs = 5;
+  r.suite = "render";
+  r.scene = "dancer";
+  r.knob = knob;
+  r.value = value;
+  r.seconds = {seconds, 0.98 * seconds, 1.02 * seconds};
+  r.error = {error, error, error};
+  r.is_default = r.knob == "default";
+  r.runs = 5;
   return r;
 }
 
@@ -34,12 +39,16 @@ TEST_SUITE("bench/cost") {
     more.push_back(point("broken", "", 0.1, 0.001));
     more.back().failed = true;
     CHECK(pareto_front(more) == pareto_front(records));
-    more.back().failed = false, more.back().scene = "another";
+    more.back().failed = false;
+    more.back().scene = "another";
     CHECK(distance_to_front(more, records[0]) == 1);
   }
   TEST_CASE("a line comes back as it was written") {
     Record r = point("step", "half", 2, 0.0025);
-    r.quality = 31.5, r.samples = 12, r.instructions = 1e9, r.expected_dominated = true,
+    r.quality = 31.5;
+    r.samples = 12;
+    r.instructions = 1e9;
+    r.expected_dominated = true;
     r.note = "a \"note\"";
     CHECK(to_json(from_json(to_json(r))) == to_json(r));
     CHECK_THROWS(from_json(Json::parse("{\"suite\": \"train\"}")));
@@ -48,7 +57,10 @@ TEST_SUITE("bench/cost") {
       "a setting that failed stays: as a line, in the table, as a cross in the diagram, and never on the "
       "front") {
     Record r = point("step", "four times", 0.25, NAN);
-    r.failed = true, r.note = "no < picture", r.quality = NAN, r.where = "here";
+    r.failed = true;
+    r.note = "no < picture";
+    r.quality = NAN;
+    r.where = "here";
     const Record back = from_json(Json::parse(to_json(r).dump()));
     CHECK(std::isnan(back.error.value));
     CHECK(std::isnan(back.quality));
@@ -81,10 +93,15 @@ TEST_SUITE("bench/cost") {
     std::vector<Record> versus;
     const auto add = [&](const char* system, double seconds, double db, double memory) {
       versus.push_back(point(system, "", seconds, std::pow(10, -db / 20)));
-      versus.back().suite = "versus", versus.back().quality = db, versus.back().memory = memory;
+      versus.back().suite = "versus";
+      versus.back().quality = db;
+      versus.back().memory = memory;
     };
-    add("voxels", 100, 30.5, 5e8), add("voxels", 4, 24.5, 4e8), add("voxels", 2, 16, 3e8);
-    add("MLP spline", 120, 13, 2e9), add("MLP spline", 600, 15, 2e9);
+    add("voxels", 100, 30.5, 5e8);
+    add("voxels", 4, 24.5, 4e8);
+    add("voxels", 2, 16, 3e8);
+    add("MLP spline", 120, 13, 2e9);
+    add("MLP spline", 600, 15, 2e9);
     const std::string text = versus_table(versus);
     CHECK(
         text.find("| voxels | 4.0 s | 100.0 s | 100.0 s | 30.50 | 30.50 (100 s) | 30.50 (100 s) | 0.50 |") !=
@@ -92,10 +109,12 @@ TEST_SUITE("bench/cost") {
     CHECK(text.find("| MLP spline | not in 600 s | not in 600 s | not in 600 s | 13.00 | 15.00 | 15.00 (600 "
                     "s) | 2.00 |") != std::string::npos);
     CHECK(text.find("the voxels pass that (16.00 dB) in 2.00 s: 300 times as fast.") != std::string::npos);
-    versus.push_back(versus.back()), versus.back().quality = 35;
+    versus.push_back(versus.back());
+    versus.back().quality = 35;
     CHECK(versus_table(versus).find("do not come to the 35.00 dB") != std::string::npos);
-    versus.push_back(point(kBackgroundAlone, "white", 0, 0.2)), versus.back().suite = "versus",
-                                                                versus.back().quality = 12.5;
+    versus.push_back(point(kBackgroundAlone, "white", 0, 0.2));
+    versus.back().suite = "versus";
+    versus.back().quality = 12.5;
     CHECK(versus_table(versus).find("nothing but the white background has 12.50 dB.") != std::string::npos);
     CHECK(diagram(versus, "").find("background alone") == std::string::npos);
   }

@@ -21,7 +21,11 @@ using Matrix = std::array<double, 16>;
 
 /// The upper 3 x 3 times `factor`, column by column.
 Matrix scaled(Matrix m, double x, double y, double z) {
-  for (std::size_t row = 0; row < 3; ++row) m[4 * row] *= x, m[4 * row + 1] *= y, m[4 * row + 2] *= z;
+  for (std::size_t row = 0; row < 3; ++row) {
+    m[4 * row] *= x;
+    m[4 * row + 1] *= y;
+    m[4 * row + 2] *= z;
+  }
   return m;
 }
 
@@ -148,7 +152,9 @@ TEST_SUITE("data/camera_check") {
 
   TEST_CASE("a frame's own lens beats the file's, field by field; its angle beats the file's focal length") {
     Lens file, frame;
-    file.fl_x = 50, file.fl_y = 51, file.cx = 5;
+    file.fl_x = 50;
+    file.fl_y = 51;
+    file.cx = 5;
     CHECK(merge(file, frame).fl_y == 51);
     frame.cy = 7;
     CHECK(merge(file, frame).cx == 5);

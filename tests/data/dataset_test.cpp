@@ -68,7 +68,11 @@ TEST_SUITE("data/dataset") {
       double x = 0, y = 0, n = 0;
       for (int j = 0; j < 48; ++j)
         for (int i = 0; i < 48; ++i)
-          if (frame.image.pixel(i, j)[3] > 0) x += i + 0.5, y += j + 0.5, n += 1;
+          if (frame.image.pixel(i, j)[3] > 0) {
+            x += i + 0.5;
+            y += j + 0.5;
+            n += 1;
+          }
       CHECK(x / n == doctest::Approx(p.u).epsilon(0.03));
       CHECK(y / n == doctest::Approx(p.v).epsilon(0.03));
     }

@@ -26,7 +26,8 @@ inline std::string jpeg_bytes(const JpegKind& kind = {}) {
   unsigned char* memory = nullptr;
   unsigned long size = 0;
   jpeg_mem_dest(&info, &memory, &size);
-  info.image_width = JDIMENSION(kind.width), info.image_height = JDIMENSION(kind.height),
+  info.image_width = JDIMENSION(kind.width);
+  info.image_height = JDIMENSION(kind.height);
   info.input_components = kind.components;
   info.in_color_space = kind.components == 1 ? JCS_GRAYSCALE : kind.components == 3 ? JCS_RGB : JCS_CMYK;
   jpeg_set_defaults(&info);

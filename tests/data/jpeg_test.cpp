@@ -108,9 +108,10 @@ TEST_SUITE("data/jpeg") {
       text.replace(at, 4, at % 2 ? ".jpg" : "");
     write_text(folder.path() / "transforms.json", text);
     const std::string picture = jpeg_bytes({kWide, kHigh});
-    for (int i = 0; i < kCameras; ++i)
-      fs::remove(folder.path() / "images" / ("frame_" + padded(i) + ".png")),
-          write_text(folder.path() / "images" / ("frame_" + padded(i) + ".jpg"), picture);
+    for (int i = 0; i < kCameras; ++i) {
+      fs::remove(folder.path() / "images" / ("frame_" + padded(i) + ".png"));
+      write_text(folder.path() / "images" / ("frame_" + padded(i) + ".jpg"), picture);
+    }
     const Dataset data = load_dataset(folder.str());
     CHECK_FALSE(data.has_alpha);
     convert_dataset(folder.str(), out.str() + "/c");

@@ -38,13 +38,15 @@ struct TrueCamera {
     if (lens.fisheye) {
       const double a = std::atan(r), bent = a + lens.k1 * std::pow(a, 3) + lens.k2 * std::pow(a, 5) +
                                             lens.k3 * std::pow(a, 7) + lens.k4 * std::pow(a, 9);
-      x *= bent / r, y *= bent / r;
+      x *= bent / r;
+      y *= bent / r;
     } else {
       const double f = 1 + lens.k1 * std::pow(r, 2) + lens.k2 * std::pow(r, 4) + lens.k3 * std::pow(r, 6) +
                        lens.k4 * std::pow(r, 8);
       const double u = x * f + 2 * lens.p1 * x * y + lens.p2 * (r * r + 2 * x * x),
                    v = y * f + lens.p1 * (r * r + 2 * y * y) + 2 * lens.p2 * x * y;
-      x = u, y = v;
+      x = u;
+      y = v;
     }
     return {lens.cx + lens.fx * x, lens.cy + lens.fy * y};
   }
@@ -139,10 +141,10 @@ inline void write_gibson(const fs::path& folder, const Cameras& cameras) {
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     std::array<double, 16> seen{};  // world to camera: the rotation transposed
     for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 3; ++c)
-        seen[std::size_t(4 * r + c)] = cameras[i].world(c, r),
-                                 seen[std::size_t(4 * r + 3)] -=
-                                 cameras[i].world(c, r) * cameras[i].world(c, 3);
+      for (int c = 0; c < 3; ++c) {
+        seen[std::size_t(4 * r + c)] = cameras[i].world(c, r);
+        seen[std::size_t(4 * r + 3)] -= cameras[i].world(c, r) * cameras[i].world(c, 3);
+      }
     seen[15] = 1;
     std::string frame = frame_text("train/frame_" + padded(int(i)) + ".png", "", matrix_text(seen));
     frames.push_back(frame.insert(1, "\"timestep\": " + exactly(3 * cameras[i].time) + ", "));
@@ -203,8 +205,11 @@ inline void write_colmap_text(const fs::path& folder, const Cameras& cameras, co
 inline void write_colmap_binary(const fs::path& folder, const Cameras& cameras, const ColmapLens& lens) {
   write_pictures(folder / "images", int(cameras.size()));
   Bytes list, images, points;
-  append(list, std::uint64_t(1)), append(list, std::uint32_t(1)), append(list, std::int32_t(lens.id)),
-      append(list, std::uint64_t(kWide)), append(list, std::uint64_t(kHigh));
+  append(list, std::uint64_t(1));
+  append(list, std::uint32_t(1));
+  append(list, std::int32_t(lens.id));
+  append(list, std::uint64_t(kWide));
+  append(list, std::uint64_t(kHigh));
   for (const double p : lens.params) append(list, p);
   append(images, std::uint64_t(cameras.size()));
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -213,18 +218,26 @@ inline void write_colmap_binary(const fs::path& folder, const Cameras& cameras, 
     for (const double v : translation_of(cameras[i])) append(images, v);
     append(images, std::uint32_t(1));
     const std::string name = "frame_" + padded(int(i)) + ".png";
-    images.insert(images.end(), name.begin(), name.end()), images.push_back(0);
+    images.insert(images.end(), name.begin(), name.end());
+    images.push_back(0);
     append(images, std::uint64_t(i % 3));
-    for (std::size_t k = 0; k < i % 3; ++k)
-      append(images, 1.5), append(images, 2.5), append(images, std::uint64_t(7));
+    for (std::size_t k = 0; k < i % 3; ++k) {
+      append(images, 1.5);
+      append(images, 2.5);
+      append(images, std::uint64_t(7));
+    }
   }
   append(points, std::uint64_t(20));
   for (int i = 0; i < 20; ++i) {
-    append(points, std::uint64_t(i)), append(points, 0.1 * i - 1), append(points, 0.05 * i),
-        append(points, 1 - 0.1 * i);
+    append(points, std::uint64_t(i));
+    append(points, 0.1 * i - 1);
+    append(points, 0.05 * i);
+    append(points, 1 - 0.1 * i);
     for (int k = 0; k < 3; ++k) points.push_back(9);
-    append(points, 0.5), append(points, std::uint64_t(1)), append(points, std::uint32_t(1)),
-        append(points, std::uint32_t(2));
+    append(points, 0.5);
+    append(points, std::uint64_t(1));
+    append(points, std::uint32_t(1));
+    append(points, std::uint32_t(2));
   }
   write_bytes(folder / "sparse/0/cameras.bin", list);
   write_bytes(folder / "sparse/0/images.bin", images);
@@ -273,7 +286,8 @@ inline std::vector<double> llff_rows(const Cameras& cameras, double picture_scal
     for (int r = 0; r < 3; ++r)
       for (const double v : {-c.world(r, 1), c.world(r, 0), c.world(r, 2), c.world(r, 3), hwf[r]})
         rows.push_back(v);
-    rows.push_back(1.5), rows.push_back(5);
+    rows.push_back(1.5);
+    rows.push_back(5);
   }
   return rows;
 }

@@ -87,8 +87,10 @@ TEST_SUITE("data/readers") {
       CAPTURE(lens.fisheye);
       const TempFolder folder;
       Cameras cameras = true_cameras(lens);
-      for (std::size_t i = 0; i < cameras.size(); ++i)
-        cameras[i].lens.fx += 0.1 * double(i), cameras[i].lens.k1 *= 1 + 0.01 * double(i);
+      for (std::size_t i = 0; i < cameras.size(); ++i) {
+        cameras[i].lens.fx += 0.1 * double(i);
+        cameras[i].lens.k1 *= 1 + 0.01 * double(i);
+      }
       write_nerfstudio(folder.path(), cameras);
       const Dataset data = check_round_trip(folder, cameras, "nerfstudio / instant-ngp");
       CHECK(count_of(data, "train") == 14);
@@ -105,8 +107,12 @@ TEST_SUITE("data/readers") {
   TEST_CASE("nerfstudio: pictures of two sizes, every frame with a lens in pixels") {
     const TempFolder folder;
     Cameras cameras = true_cameras(kUneven);
-    for (std::size_t i = 0; i < cameras.size(); i += 3)
-      cameras[i].lens.wide = 8, cameras[i].lens.high = 14, cameras[i].lens.cx = 3.5, cameras[i].lens.cy = 7.5;
+    for (std::size_t i = 0; i < cameras.size(); i += 3) {
+      cameras[i].lens.wide = 8;
+      cameras[i].lens.high = 14;
+      cameras[i].lens.cx = 3.5;
+      cameras[i].lens.cy = 7.5;
+    }
     write_nerfstudio(folder.path(), cameras);
     for (std::size_t i = 0; i < cameras.size(); i += 3)
       write_png(folder.path() / "images" / ("frame_" + padded(int(i)) + ".png"), flat_png(8, 14));

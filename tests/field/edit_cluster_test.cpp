@@ -31,10 +31,16 @@ VoxelModel two_balls() {
       const Vec3 d = x - (first ? kStillBall : kMovingBall);
       float* row = m.radiance.raw.row(std::size_t(b) * kBrickRows + std::size_t(i));
       row[0] = std::clamp((0.2f - length(d)) / 0.02f, -14.0f, 6.0f);
-      row[1] = 10 * d.x, row[2] = 10 * d.y, row[3] = 10 * d.z;
-      row[4] = 0.1f, row[5] = 0.2f, row[6] = 0.3f, row[7] = 0.4f;
+      row[1] = 10 * d.x;
+      row[2] = 10 * d.y;
+      row[3] = 10 * d.z;
+      row[4] = 0.1f;
+      row[5] = 0.2f;
+      row[6] = 0.3f;
+      row[7] = 0.4f;
     }
-  m.motion.points = 2, m.motion.rigidity = false;
+  m.motion.points = 2;
+  m.motion.rigidity = false;
   m.motion.levels.push_back(make_channels(make_dense_topology(make_lattice(m.box, 12)), m.motion.width(),
                                           std::vector<float>(std::size_t(m.motion.width()), 0.0f).data()));
   Channels& level = m.motion.levels[0];

@@ -143,7 +143,8 @@ TEST_SUITE("field/edit_motion") {
   }
   TEST_CASE("the anchored first moment is canonical, and every moment looks as before") {
     test::BlobMotion way;
-    way.shift = {-0.3f, 0.1f, 0.1f}, way.twist = 0.2f;
+    way.shift = {-0.3f, 0.1f, 0.1f};
+    way.twist = 0.2f;
     VoxelModel model = blob_model(48, way);
     model.motion = converted(model.motion, BasisKind::bspline, 6);
     retime(model.motion, simplified({{0, 0.4}, {0.5, 1}, {1, 0}}));  // begins in the middle of the motion

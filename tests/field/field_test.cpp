@@ -36,7 +36,9 @@ void fill(Channels& c, int column, F&& f) {
 
 MotionField three_levels(unsigned seed) {
   MotionField m;
-  m.basis = BasisKind::bezier, m.points = 5, m.first_point = FirstPoint::zero;
+  m.basis = BasisKind::bezier;
+  m.points = 5;
+  m.first_point = FirstPoint::zero;
   for (int l = 0; l < 3; ++l)
     m.levels.push_back(random_channels(make_dense_topology(make_lattice(kBox, 4 << l)), 16, seed + l, 0.1f));
   return m;
@@ -101,8 +103,11 @@ TEST_SUITE("field/channels") {
 TEST_SUITE("field/slice") {
   TEST_CASE("light without motion: a slice holds the light's curve alone, and its adjoint is the transpose") {
     MotionField m;
-    m.basis = BasisKind::bspline, m.first_point = FirstPoint::free, m.points = 9,
-    m.displaces = m.rigidity = false, m.light = true;
+    m.basis = BasisKind::bspline;
+    m.first_point = FirstPoint::free;
+    m.points = 9;
+    m.displaces = m.rigidity = false;
+    m.light = true;
     CHECK(m.stride() == 1);
     CHECK(m.rigidity_column() == 9);
     m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 4, 1.0f)};
@@ -119,8 +124,8 @@ TEST_SUITE("field/slice") {
         for (int k = 0; k < 9; ++k) light += double(w[k]) * row[k];
         CHECK(out[4] == doctest::Approx(light).epsilon(1e-5));
         for (const int lane : {0, 1, 2, 3}) CHECK(out[lane] == 0);
-        back[std::size_t(i) * kSliceWidth + 4] = float(i), back[std::size_t(i) * kSliceWidth] =
-                                                               7;  // displacement: not stored, not learned
+        back[std::size_t(i) * kSliceWidth + 4] = float(i);
+        back[std::size_t(i) * kSliceWidth] = 7;  // displacement: not stored, not learned
       }
       expand_brick(m, w, RowMask::all(), back.data(), 1, gradient);
       for (int i = 0; i < kBrickRows; ++i)
@@ -239,7 +244,10 @@ TEST_SUITE("field/slice") {
     VoxelModel model;
     model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1, 1);
     MotionField& m = model.motion;
-    m.basis = BasisKind::bspline, m.points = 6, m.first_point = FirstPoint::free, m.rigidity = false,
+    m.basis = BasisKind::bspline;
+    m.points = 6;
+    m.first_point = FirstPoint::free;
+    m.rigidity = false;
     m.light = true;
     m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 2, 0.3f)};
     const BasisWeights<float> w = stored_weights(m, 0.4);
@@ -272,7 +280,9 @@ TEST_SUITE("field/sample") {
     model.radiance.activation = {10, 0};
     model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 10)), 8, 1, 0);
     fill(model.radiance.raw, 0, [](Vec3 x) { return 1 + x.x - 2 * x.y + 0.5f * x.z; });
-    model.motion.points = 3, model.motion.first_point = FirstPoint::free, model.motion.rigidity = false;
+    model.motion.points = 3;
+    model.motion.first_point = FirstPoint::free;
+    model.motion.rigidity = false;
     model.motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 5)), 16, 1, 0)};
     for (int k = 0; k < 3; ++k) fill(model.motion.levels[0], 3 * k, [](Vec3) { return 0.25f; });
     const FrameSampler sampler(model, 0.6);

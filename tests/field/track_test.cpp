@@ -68,7 +68,8 @@ TEST_SUITE("math/inverse_warp") {
 TEST_SUITE("field/track") {
   TEST_CASE("points follow a motion that turns and stretches, both ways in time, and come back") {
     BlobMotion motion;
-    motion.shift = {-0.2f, 0.1f, 0.05f}, motion.twist = 0.4f;
+    motion.shift = {-0.2f, 0.1f, 0.05f};
+    motion.twist = 0.4f;
     const VoxelModel model = blob_model(32, motion);
     const std::vector<Vec3> points = points_inside(200);
     const std::vector<double> times{0.9, 0.0, 0.4, 1.0};
@@ -104,7 +105,8 @@ TEST_SUITE("field/track") {
   }
   TEST_CASE("a track that begins where space is turned inside out is flagged") {
     BlobMotion motion;
-    motion.shift = {}, motion.twist = -4;  // z is scaled by -0.2 at t = 1
+    motion.shift = {};
+    motion.twist = -4;  // z is scaled by -0.2 at t = 1
     const auto tracked = track(blob_model(32, motion), points_inside(50), 1, std::vector<double>{0});
     int folded = 0;
     for (const TrackedPoint& p : tracked[0]) {

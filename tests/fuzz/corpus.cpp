@@ -9,7 +9,10 @@
 #include "fuzz/targets.hpp"
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fprintf(stderr, "fuzz_corpus DIR\n"), 2;
+  if (argc != 2) {
+    std::fprintf(stderr, "fuzz_corpus DIR\n");
+    return 2;
+  }
   for (const splinevox::fuzz::Target& target : splinevox::fuzz::targets()) {
     const std::filesystem::path folder = std::filesystem::path(argv[1]) / target.name;
     std::filesystem::create_directories(folder);

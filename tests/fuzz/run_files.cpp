@@ -46,7 +46,8 @@ int model_vdb(const std::uint8_t* data, std::size_t size) {
 std::vector<std::string> model_seeds() {
   std::vector<std::string> out;
   test::BlobMotion moving;
-  moving.rigidity = true, moving.light = 0.5f;
+  moving.rigidity = true;
+  moving.light = 0.5f;
   for (const bool moves : {false, true}) {
     const std::string file = made_by([&](const std::string& p) {
       save_model(p, test::blob_model(8, moves ? moving : test::BlobMotion{.moves = false}, 1));

@@ -65,7 +65,8 @@ std::vector<std::string> png_seeds() {
   }
   out.push_back(text_of(test::png_bytes(test::flat_png(5, 4))));
   test::TinyPng palette{4, 2, 2, test::PngKind::palette, {0x1b, 0xe4}};
-  palette.palette = {1, 2, 3, 40, 50, 60, 7, 8, 9, 100, 110, 120}, palette.trns = {0, 128};
+  palette.palette = {1, 2, 3, 40, 50, 60, 7, 8, 9, 100, 110, 120};
+  palette.trns = {0, 128};
   out.push_back(text_of(test::png_bytes(palette)));
   return out;
 }

@@ -47,7 +47,10 @@ std::string put(const std::string& name, const std::uint8_t* data, std::size_t s
   while (good && size > 0) {
     const ssize_t n = ::write(file, data, size);
     good = n > 0;
-    if (good) data += n, size -= std::size_t(n);
+    if (good) {
+      data += n;
+      size -= std::size_t(n);
+    }
   }
   if (file >= 0) ::close(file);
   if (!good) throw std::runtime_error("set-up: cannot write " + path);

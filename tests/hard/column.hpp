@@ -22,8 +22,12 @@ struct RayColumn {
       : topology(make_dense_topology({{0, 0, 0}, 1, {samples + 1, 2, 2}})), rows(topology->rows() * kWidth) {
     field.radiance = BrickView<Real>(*topology);
     field.radiance_rows = rows.data();
-    field.density_scale = 1, field.density_shift = 0, field.step = 1;
-    ray.origin = {0, 0, 0}, ray.direction = {1, 0, 0}, ray.count = samples;
+    field.density_scale = 1;
+    field.density_shift = 0;
+    field.step = 1;
+    ray.origin = {0, 0, 0};
+    ray.direction = {1, 0, 0};
+    ray.count = samples;
     ray.background = {Real(0.25), Real(0.5), Real(0.75)};
   }
   Real* row(int x) {
@@ -33,7 +37,10 @@ struct RayColumn {
   /// Raw density and colour at vertex x. The ray runs along an edge, so only this row has weight.
   void set(int x, Real density, Real r, Real g, Real b) {
     Real* to = row(x);
-    to[0] = density, to[1] = r, to[2] = g, to[3] = b;
+    to[0] = density;
+    to[1] = r;
+    to[2] = g;
+    to[3] = b;
   }
 };
 

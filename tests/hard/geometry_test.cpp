@@ -58,11 +58,13 @@ std::optional<ExactInterval> exact_intersect(const int (&lo)[3], const int (&hi)
 VoxelModel in_units(VoxelModel m, float scale) {
   const auto move = [&](Channels& c) {
     Topology t = *c.topology;
-    t.lattice.origin = scale * t.lattice.origin, t.lattice.spacing *= scale;
+    t.lattice.origin = scale * t.lattice.origin;
+    t.lattice.spacing *= scale;
     c.topology = std::make_shared<Topology>(t);
   };
   m.box = {scale * m.box.lo, scale * m.box.hi};
-  m.step *= scale, m.radiance.activation.scale /= scale;
+  m.step *= scale;
+  m.radiance.activation.scale /= scale;
   move(m.radiance.raw);
   for (Channels& level : m.motion.levels) {
     move(level);
@@ -102,7 +104,10 @@ TEST_SUITE("hard/geometry") {
     };
     for (int trial = 0; trial < 1000000; ++trial) {
       int o[3], d[3];
-      for (int a = 0; a < 3; ++a) o[a] = int(random() % 31) - 15, d[a] = int(random() % 21) - 10;
+      for (int a = 0; a < 3; ++a) {
+        o[a] = int(random() % 31) - 15;
+        d[a] = int(random() % 21) - 10;
+      }
       if (d[0] == 0 && d[1] == 0 && d[2] == 0) continue;
       check(o, d);
     }
@@ -135,7 +140,9 @@ TEST_SUITE("hard/geometry") {
     std::vector<float> rows(t->rows() * RayKernel<float, -1>::kWidth, 0.0f);
     for (std::size_t r = 0; r < t->rows(); ++r) rows[r * 8] = -20;
     FieldView<float> field;
-    field.radiance = BrickView<float>(*t), field.radiance_rows = rows.data(), field.density_scale = 1,
+    field.radiance = BrickView<float>(*t);
+    field.radiance_rows = rows.data();
+    field.density_scale = 1;
     field.step = 5e-4f;
     Worst near_error, far_error;
     const Box box{{-1, -1, -1}, {1, 1, 1}};
@@ -230,7 +237,10 @@ TEST_SUITE("hard/geometry") {
       const float y = uniform(random), z = uniform(random);
       float w[8], left = 0, right = 0, total = 0;
       trilinear_weights(Vec3{std::nextafter(1.0f, 0.0f), y, z}, w);
-      for (int c = 0; c < 8; ++c) left += w[c] * corner[c], total += w[c];
+      for (int c = 0; c < 8; ++c) {
+        left += w[c] * corner[c];
+        total += w[c];
+      }
       sum.see(std::abs(double(total) - 1) / kUnit);
       trilinear_weights(Vec3{0, y, z}, w);
       for (int c = 0; c < 8; ++c) right += w[c] * corner[4 + c];
@@ -285,7 +295,11 @@ TEST_SUITE("hard/geometry") {
     };
     const auto scaled = [](double x, double y, double z) {
       Matrix m = orbit_matrix(0.3);
-      for (std::size_t row = 0; row < 3; ++row) m[4 * row] *= x, m[4 * row + 1] *= y, m[4 * row + 2] *= z;
+      for (std::size_t row = 0; row < 3; ++row) {
+        m[4 * row] *= x;
+        m[4 * row + 1] *= y;
+        m[4 * row + 2] *= z;
+      }
       return m;
     };
     const Matrix good[] = {orbit_matrix(0),

@@ -38,7 +38,8 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
   Exact out;
   const std::vector<double> rows(model.radiance.raw.values.begin(), model.radiance.raw.values.end());
   const FieldView<double> field = view_field(model, rows.data(), double(model.step));
-  out.radiance.assign(rows.size(), 0.0), out.motion.assign(level.values.size(), 0.0);
+  out.radiance.assign(rows.size(), 0.0);
+  out.motion.assign(level.values.size(), 0.0);
   for (std::size_t f = 0; f < times.size(); ++f) {
     const auto all = m.basis == BasisKind::bezier ? bernstein_weights(m.points, times[f])
                                                   : bspline_weights(m.points, times[f]);
@@ -109,12 +110,16 @@ TEST_SUITE("hard/gradients") {
       VoxelModel model = blob_model(20, {true, 5, {-0.3f, 0.1f, 0.2f}, 0.2f, true, 0.5f}, 1, 10);
       if (spline) {
         // The same rows read as a B-spline of four points: every number is stored.
-        model.motion.basis = BasisKind::bspline, model.motion.points = 4,
+        model.motion.basis = BasisKind::bspline;
+        model.motion.points = 4;
         model.motion.first_point = FirstPoint::free;
       }
       const Split& train = *ball().find("train");
       SamplingConfig sampling;
-      sampling.frames = 4, sampling.rays = 512, sampling.growth = 1, sampling.carve = 0;
+      sampling.frames = 4;
+      sampling.rays = 512;
+      sampling.growth = 1;
+      sampling.carve = 0;
       const BatchSampler sampler(train, model.box, sampling, 3);
       Batch batch;
       sampler.draw(1, 1, model.step, {}, batch);

@@ -175,14 +175,17 @@ TEST_SUITE("hard/losses") {
       for (Vec3d& d : m.d_delta) d = {uniform(random), uniform(random), uniform(random)};
       m.d_rho = {uniform(random), uniform(random), uniform(random)};
       const auto s = sigmoid(uniform(random));
-      m.r = s.value, m.r1 = s.slope, m.r2 = s.slope * (1 - 2 * s.value);
+      m.r = s.value;
+      m.r1 = s.slope;
+      m.r2 = s.slope * (1 - 2 * s.value);
       MotionJetAdjoint<double> unused;
       const double exact = divergence(m, unused);
       double first = 0, second = 0, shear = 0;
       for (int signs = 0; signs < 8; ++signs) {
         const double q = divergence_probe(
             m, Vec3d{signs & 1 ? 1. : -1., signs & 2 ? 1. : -1., signs & 4 ? 1. : -1.}, unused);
-        first += q / 8, second += q * q / 8;
+        first += q / 8;
+        second += q * q / 8;
       }
       // J = grad (r Delta_0), its symmetric part off the diagonal.
       double j[3][3];

@@ -183,9 +183,10 @@ TEST_SUITE("hard/scenes") {
       Image position{9, 9, 3}, rest{9, 9, 3};
       for (int y = 0; y < 9; ++y)
         for (int x = 0; x < 9; ++x)
-          for (int c = 0; c < 3; ++c)
-            position.pixel(x, y)[c] = float(camera_ray(camera, x + 0.5, y + 0.5).direction[c]),
-                              rest.pixel(x, y)[c] = position.pixel(x, y)[c] - 0.5f;
+          for (int c = 0; c < 3; ++c) {
+            position.pixel(x, y)[c] = float(camera_ray(camera, x + 0.5, y + 0.5).direction[c]);
+            rest.pixel(x, y)[c] = position.pixel(x, y)[c] - 0.5f;
+          }
       (in_rest ? rest : position).pixel(4, 5)[1] = poison;
       std::filesystem::create_directories(folder.path() / "truth");
       write_exr((folder.path() / "truth/r_000_0000.exr").string(),

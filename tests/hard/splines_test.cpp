@@ -25,7 +25,9 @@ using Long = long double;
 struct Curves {
   MotionField motion;
   Curves(BasisKind basis, int points, unsigned seed, bool constant = false) {
-    motion.basis = basis, motion.points = points, motion.first_point = FirstPoint::free;
+    motion.basis = basis;
+    motion.points = points;
+    motion.first_point = FirstPoint::free;
     motion.rigidity = false;
     const std::vector<float> zero(motion.width(), 0.0f);
     motion.levels = {make_channels(make_dense_topology(make_lattice({{0, 0, 0}, {1, 1, 1}}, 4)),
@@ -192,7 +194,8 @@ TEST_SUITE("hard/splines") {
         Long left = 0, right = 0, size = 0;
         curves.at(t, [&](int i, int a, float v) {
           const float g = y[std::size_t(i) * kSliceWidth + a] = uniform(random);
-          left += Long(v) * g, size += std::abs(Long(v) * g);
+          left += Long(v) * g;
+          size += std::abs(Long(v) * g);
         });
         Channels gradient = curves.motion.levels[0];
         std::fill(gradient.values.begin(), gradient.values.end(), 0.0f);
@@ -223,7 +226,10 @@ TEST_SUITE("hard/splines") {
       float p[20], q[20];
       Long first[20];
       for (int k = 0; k < 4; ++k) first[k] = p[k] = uniform(random);
-      for (int points = 4; points < 20; ++points) elevate_bezier(points, p, q), std::copy_n(q, points + 1, p);
+      for (int points = 4; points < 20; ++points) {
+        elevate_bezier(points, p, q);
+        std::copy_n(q, points + 1, p);
+      }
       for (const double t : kTimes) {
         const auto before = exact_weights(BasisKind::bezier, 4, t),
                    after = exact_weights(BasisKind::bezier, 20, t);
@@ -334,7 +340,8 @@ TEST_SUITE("hard/splines") {
             fastest =
                 std::max(fastest, std::abs(Long(curves.point(i, 0, k)) - curves.point(i, 0, k - 1)) * pieces);
         }
-        jump.see(double(std::abs(y)) / kUnit), kink.see(double(std::abs(d) / fastest) / kUnit);
+        jump.see(double(std::abs(y)) / kUnit);
+        kink.see(double(std::abs(d) / fastest) / kUnit);
       }
     }
     measured("H7 jump of position at 252 joints, of 1", jump.value, 4);

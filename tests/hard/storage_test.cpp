@@ -156,7 +156,8 @@ TEST_SUITE("hard/storage") {
     const TempFolder folder;
     const VoxelModel model = trained(short_run(), train());
     const std::string full = folder.str() + "/full.vdb", half = folder.str() + "/half.vdb";
-    save_model(full, model), save_model(half, model, {}, true);
+    save_model(full, model);
+    save_model(half, model, {}, true);
     const Split& held = *ball().find("test");
     const double before = quality(model, held), after = quality(load_model(half), held);
     measured("H25 PSNR lost by halves", before - after, 0.02, "dB");
@@ -176,7 +177,8 @@ TEST_SUITE("hard/storage") {
       tbb::task_arena arena(threads);
       return arena.execute([] {
         Config config = short_run(8);
-        config.loss.offset = 1e-3f, config.loss.divergence = 1e-3f;
+        config.loss.offset = 1e-3f;
+        config.loss.divergence = 1e-3f;
         Trainer trainer(config, train(), {});
         std::vector<double> out;
         while (!trainer.done()) out.push_back(trainer.step().loss);
@@ -250,7 +252,8 @@ TEST_SUITE("hard/storage") {
     VoxelModel one = blob_model(1, {.moves = false});
     for (const float v : render_image(one, camera_at({2.5, 1.5, 1}), 0).rgb.data) REQUIRE(std::isfinite(v));
     Config config = short_run();
-    config.motion.basis = BasisKind::bezier, config.motion.points = 2;
+    config.motion.basis = BasisKind::bezier;
+    config.motion.points = 2;
     measured_least("H32 two control points on a straight line of motion",
                    quality(trained(config, train()), *ball().find("test")), 26, "dB");
   }

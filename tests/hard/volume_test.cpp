@@ -196,7 +196,10 @@ TEST_SUITE("hard/volume") {
         picture.rgba.push_back(c < 3 ? std::uint16_t(random()) : i % 3 == 0 ? 0 : i % 3 == 1 ? 65535 : 32768);
     const Split split{"train", {Frame{"a", camera, 0, picture}}};
     SamplingConfig sampling;
-    sampling.frames = 1, sampling.rays = 256, sampling.growth = 1, sampling.carve = 0;
+    sampling.frames = 1;
+    sampling.rays = 256;
+    sampling.growth = 1;
+    sampling.carve = 0;
     const BatchSampler sampler(split, model.box, sampling, 3);
     Batch batch;
     sampler.draw(0, 1, 0.05f, {}, batch);
@@ -222,7 +225,9 @@ TEST_SUITE("hard/volume") {
         rows[(std::size_t(b) * kBrickRows + i) * kWidth] = raw(v.x, v.y, v.z);
       }
     FieldView<double> field;
-    field.radiance = BrickView<double>(*t), field.radiance_rows = rows.data(), field.density_scale = 1e-3;
+    field.radiance = BrickView<double>(*t);
+    field.radiance_rows = rows.data();
+    field.density_scale = 1e-3;
     const Box box{{0, 0, 0}, {8, 8, 8}};
     const auto exact_depth = [&](const Ray& ray, const Interval& inside) {
       std::vector<double> cuts{inside.near, inside.far};

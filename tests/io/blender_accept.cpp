@@ -19,9 +19,11 @@ constexpr double kShutter = 0.5;  ///< Blender's default too
 
 Camera camera() {
   Camera c;
-  c.width = 240, c.height = 180;
+  c.width = 240;
+  c.height = 180;
   c.fx = c.fy = 310;
-  c.cx = 113, c.cy = 95;  // not the middle: the script must shift the lens
+  c.cx = 113;
+  c.cy = 95;  // not the middle: the script must shift the lens
   c.position = {1.9, -2.2, 1.3};
   c.axes[2] = normalize(c.position - Vec3d{0.15, 0, -0.05});
   c.axes[0] = normalize(cross(Vec3d{0, 0, 1}, c.axes[2]));
@@ -105,8 +107,8 @@ void write_blur(const std::string& folder) {
   for (float& v : mean.rgb.data) v /= kMoments;
   for (float& v : mean.alpha.data) v /= kMoments;
   write_picture(folder + "/blurred.f32", mean);
-  const Vec3d centre = Vec3d{0.1, -0.05, 0} - 0.5 * cast<double>(shift),
-              half = -0.5 * open * cast<double>(shift);
+  const Vec3d centre = Vec3d{0.1, -0.05, 0} - 0.5 * cast<double>(shift);
+  half = -0.5 * open * cast<double>(shift);
   const Vec3d a = pixel_of(camera(), centre - half), b = pixel_of(camera(), centre + half);
   std::ofstream(folder + "/blur.json") << "[" << b.x - a.x << ", " << b.y - a.y << "]\n";
 }

@@ -44,7 +44,9 @@ ColorMesh parse_ply(const std::string& bytes) {
   REQUIRE(bytes.size() == start + end.size() + 15 * vertices + 13 * faces);
   const char* p = bytes.data() + start + end.size();
   ColorMesh mesh;
-  mesh.points.resize(vertices), mesh.colors.resize(vertices), mesh.triangles.resize(faces);
+  mesh.points.resize(vertices);
+  mesh.colors.resize(vertices);
+  mesh.triangles.resize(faces);
   for (std::size_t i = 0; i < vertices; ++i, p += 15) {
     float xyz[3];
     std::memcpy(xyz, p, 12);
@@ -94,12 +96,18 @@ struct Ball {
   VdbGrid density, color;
 
   Ball() {
-    density.name = "density", color.name = "color", color.width = 3;
+    density.name = "density";
+    color.name = "color";
+    color.width = 3;
     const Vec3d origin = centre - Vec3d{0.613, 0.613, 0.613};
-    for (VdbGrid* g : {&density, &color}) g->spacing = spacing, g->origin = origin;
+    for (VdbGrid* g : {&density, &color}) {
+      g->spacing = spacing;
+      g->origin = origin;
+    }
     for (int b = 0; b < 64; ++b) {
       const Int3 leaf = kBrick * Int3{b >> 4, b >> 2 & 3, b & 3};
-      density.leaves.push_back(leaf), color.leaves.push_back(leaf);
+      density.leaves.push_back(leaf);
+      color.leaves.push_back(leaf);
       for (int i = 0; i < 512; ++i) {
         const Int3 v = leaf + Int3{i >> 6, i >> 3 & 7, i & 7};
         const Vec3d x = origin + spacing * Vec3d{double(v.x), double(v.y), double(v.z)};
@@ -118,7 +126,10 @@ void check_closed(const ColorMesh& mesh, int expected_euler) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   std::set<std::uint32_t> used;
   for (const auto& t : mesh.triangles)
-    for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k], t[(k + 1) % 3]}], used.insert(t[k]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      ++edges[{t[k], t[(k + 1) % 3]}];
+      used.insert(t[k]);
+    }
   int open = 0;
   for (const auto& [edge, n] : edges) {
     const auto other = edges.find({edge.second, edge.first});
@@ -201,8 +212,10 @@ TEST_SUITE("io/export_mesh") {
       check_closed(mesh, 2);
       Vec3d lo{9, 9, 9}, hi{-9, -9, -9};
       for (const Vec3& p : mesh.points)
-        for (int a = 0; a < 3; ++a)
-          lo[a] = std::min<double>(lo[a], p[a]), hi[a] = std::max<double>(hi[a], p[a]);
+        for (int a = 0; a < 3; ++a) {
+          lo[a] = std::min<double>(lo[a], p[a]);
+          hi[a] = std::max<double>(hi[a], p[a]);
+        }
       const Vec3 moved = Vec3{0.1f, -0.05f, 0} - float(f) * Vec3{-0.5f, 0.1f, 0.2f};
       const float spacing = model.radiance.raw.topology->lattice.spacing;
       for (int a = 0; a < 3; ++a) CHECK(std::abs((lo[a] + hi[a]) / 2 - moved[a]) < 0.3 * spacing);

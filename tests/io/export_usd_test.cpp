@@ -39,7 +39,8 @@ TEST_SUITE("io/export_usd") {
     options.fps = 29.97;
     double reach = 0;
     export_vdb(model, scratch.folder(), options, [&](const ExportedFrame& f, int, int) {
-      return reach = std::max(reach, f.file.figures.at("velocity_padding")), true;
+      reach = std::max(reach, f.file.figures.at("velocity_padding"));
+      return true;
     });
     CHECK(reach > 1);
     std::string text = slurp(scratch.path("sequence.usda"));

@@ -55,8 +55,10 @@ int __wrap_open(const char* path, int flags, ...) {
   va_end(rest);
   const int fd = __real_open(path, flags, mode);
   std::string name;
-  if (fd >= 0 && (flags & O_CREAT) && inside(path, name))
-    file_of[fd] = files_made, calls.push_back({Call::create, files_made++, name, {}});
+  if (fd >= 0 && (flags & O_CREAT) && inside(path, name)) {
+    file_of[fd] = files_made;
+    calls.push_back({Call::create, files_made++, name, {}});
+  }
   if (fd >= 0 && (flags & O_DIRECTORY) && recorded_folder == path) folder_descriptor = fd;
   return fd;
 }
@@ -108,7 +110,9 @@ class Disk {
   void take(const Call& c) {
     switch (c.kind) {
       case Call::create:
-        synced_.emplace_back(), all_.emplace_back(), change({c.name, c.file});
+        synced_.emplace_back();
+        all_.emplace_back();
+        change({c.name, c.file});
         break;
       case Call::write:
         all_[std::size_t(c.file)] += c.bytes;
@@ -117,7 +121,8 @@ class Disk {
         synced_[std::size_t(c.file)] = all_[std::size_t(c.file)];
         break;
       case Call::sync_folder:
-        names_ = now_, pending_.clear();
+        names_ = now_;
+        pending_.clear();
         break;
       case Call::link:
         change({c.to, now_.at(c.name)});
@@ -163,7 +168,10 @@ class Disk {
     if (!c.gone.empty()) names.erase(c.gone);
     if (!c.name.empty()) names[c.name] = c.file;
   }
-  void change(const Change& c) { apply(c, now_), pending_.push_back(c); }
+  void change(const Change& c) {
+    apply(c, now_);
+    pending_.push_back(c);
+  }
 
   std::vector<std::string> synced_, all_;  ///< bytes of each file
   std::map<std::string, int> names_, now_;
@@ -181,7 +189,8 @@ TEST_SUITE("io/power loss") {
     constexpr int kGenerations = 12;
     for (int g = 1; g <= kGenerations; ++g) {
       CheckpointHeader header;
-      header.step = std::uint64_t(g), header.kind = "trainer";
+      header.step = std::uint64_t(g);
+      header.kind = "trainer";
       write_checkpoint(written.path("checkpoint.bin"), header,
                        std::vector<char>(std::size_t(300 + 40 * g), char('a' + g)));
       calls.push_back({Call::returned, g, {}, {}});

@@ -114,7 +114,9 @@ TEST_SUITE("io/vdb_file") {
   TEST_CASE("half floats are rounded once, and clamped instead of becoming infinite") {
     const Scratch scratch;
     VdbFile file = noisy_file(2, true);
-    file.grids[0].values[0] = 1e9f, file.grids[0].values[1] = -70000.0f, file.grids[0].values[2] = 2.4f;
+    file.grids[0].values[0] = 1e9f;
+    file.grids[0].values[1] = -70000.0f;
+    file.grids[0].values[2] = 2.4f;
     write_vdb(scratch.path("a.vdb"), file);
     VdbFile back = read_vdb(scratch.path("a.vdb"));
     const std::size_t leaf = std::size_t(find_leaf(back.grids[0], {0, 0, 0})) * 512;

@@ -164,7 +164,8 @@ TEST_SUITE("math/kmeans") {
                                    : Vec3{std::cos(6 * s), std::sin(6 * s), 0};
         for (int a = 0; a < 3; ++a) all.push_back(p[a] + noise(random));
       }
-      truth.push_back(kind), weights.push_back(1);
+      truth.push_back(kind);
+      weights.push_back(1);
     }
     for (int t = 0; t < 24; ++t) all.push_back(100);
     weights.push_back(0);

@@ -94,8 +94,10 @@ TEST_SUITE("math/trilinear") {
       trilinear_weight_gradients(f, d);
       for (int c = 0; c < 8; ++c) {
         corner[c] = uniform(random);
-        sum += w[c], linear += w[c] * (2 * (c >> 2) + 3 * (c >> 1 & 1) + 5 * (c & 1));
-        value += corner[c] * w[c], slope += corner[c] * d[c];
+        sum += w[c];
+        linear += w[c] * (2 * (c >> 2) + 3 * (c >> 1 & 1) + 5 * (c & 1));
+        value += corner[c] * w[c];
+        slope += corner[c] * d[c];
       }
       CHECK(sum == doctest::Approx(1).epsilon(1e-14));
       CHECK(linear == doctest::Approx(2 * f.x + 3 * f.y + 5 * f.z).epsilon(1e-13));
@@ -242,7 +244,9 @@ TEST_SUITE("math/losses") {
       for (int j = 0; j < 3; ++j) m.d_delta[j] = {v[3 + 3 * j], v[4 + 3 * j], v[5 + 3 * j]};
       m.d_rho = {v[12], v[13], v[14]};
       const auto s = sigmoid(v[15]);
-      m.r = s.value, m.r1 = s.slope, m.r2 = s.slope * (T(1) - T(2) * s.value);
+      m.r = s.value;
+      m.r1 = s.slope;
+      m.r2 = s.slope * (T(1) - T(2) * s.value);
       return m;
     };
     const auto entry = [](const MotionJetAdjoint<double>& d, int i) {

@@ -70,7 +70,8 @@ TEST_SUITE("mlp/model") {
   TEST_CASE("the divergence loss has the gradient of its value") {
     for (const Kind kind : {Kind::spline, Kind::nr_nerf}) {
       Settings s = preset("paper", kind);
-      s.samples = 6, s.density_noise = 0;
+      s.samples = 6;
+      s.density_noise = 0;
       torch::manual_seed(2);
       MlpModel model(s);
       model->to(torch::kDouble);
@@ -123,7 +124,9 @@ TEST_SUITE("mlp/model") {
     for (const char* name : {"paper", "nerf_atlas"})
       for (const Kind kind : {Kind::spline, Kind::nr_nerf, Kind::t_nerf}) {
         Settings s = preset(name, kind);
-        s.test_at = {1, 2.5}, s.seed = 77, s.cpu_time = true;
+        s.test_at = {1, 2.5};
+        s.seed = 77;
+        s.cpu_time = true;
         write_text(path, settings_text(s));
         CHECK(settings_text(read_settings(path)) == settings_text(s));
       }
@@ -173,7 +176,8 @@ TEST_SUITE("mlp/program") {
   TEST_CASE("train leaves a run that eval and render read and that report shows; the picture is learned") {
     const TempFolder folder;
     SynthOptions synth;
-    synth.frames = 10, synth.size = 24;
+    synth.frames = 10;
+    synth.size = 24;
     write_synth("dancer", folder.str() + "/data", synth);
     for (const char* kind : {"spline", "nr-nerf", "t-nerf"}) {
       CAPTURE(kind);

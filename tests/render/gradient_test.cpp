@@ -43,7 +43,8 @@ struct TinyScene {
     radiance =
         make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // (1, 1, 0) and others absent
     motion = make_dense_topology(coarse);
-    rows.resize(radiance->rows() * kWidth), slice.resize(motion->rows() * kSliceWidth);
+    rows.resize(radiance->rows() * kWidth);
+    slice.resize(motion->rows() * kSliceWidth);
     // Numbers that float holds too, so that both precisions differentiate the same scene.
     for (double& v : rows) v = float(1.5 * uniform(random));
     for (double& v : slice) v = float(0.3 * uniform(random));
@@ -55,7 +56,9 @@ struct TinyScene {
     field.motion = BrickView<double>(*motion);
     field.moving = field.rigidity = true;
     field.rigidity_offset = 0.4;
-    field.density_scale = 3, field.density_shift = -0.5, field.step = kStep;
+    field.density_scale = 3;
+    field.density_shift = -0.5;
+    field.step = kStep;
     frame.slice = slice.data();
     for (int i = 0; i < 6; ++i) {
       RayInput<double> ray;
@@ -65,9 +68,10 @@ struct TinyScene {
       ray.background = {0.3, 0.6, 0.9};
       rays.push_back(ray);
       targets.push_back({0.5 + 0.5 * uniform(random), 0.5, 0.2});
-      if (i == 5)
-        rays.back().background.x = 3,
-        targets.back().x = targets.back().z = 1;  // clipped: brighter in red, darker in blue
+      if (i == 5) {
+        rays.back().background.x = 3;
+        targets.back().x = targets.back().z = 1;
+      }  // clipped: brighter in red, darker in blue
       for (int c = 0; c < 3; ++c) behind.push_back(rays.back().background[c]);
       probes.push_back({1, i % 2 ? -1.0 : 1.0, 1});
     }
@@ -124,7 +128,8 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       for (int a = 0; a < 3; ++a) {
         const double g =
             (at[a] - double(scene.motion->lattice.origin[a])) / double(scene.motion->lattice.spacing);
-        base[a] = int(std::floor(g)), u[a] = T(g - base[a]);
+        base[a] = int(std::floor(g));
+        u[a] = T(g - base[a]);
       }
       trilinear_weights(u, w);
       trilinear_weight_gradients(u, dw);
@@ -135,17 +140,24 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       for (int c = 0; c < 8; ++c) {
         const T* row = slice.data() + mc.row[c] * kSliceWidth;
         const Vec3T<T> d{row[0], row[1], row[2]};
-        jet.delta += w[c] * d, rho += w[c] * row[3], light += w[c] * row[4];
-        for (int j = 0; j < 3; ++j)
-          jet.d_delta[j] += (inv * dw[c][j]) * d, jet.d_rho[j] += inv * dw[c][j] * row[3];
+        jet.delta += w[c] * d;
+        rho += w[c] * row[3];
+        light += w[c] * row[4];
+        for (int j = 0; j < 3; ++j) {
+          jet.d_delta[j] += (inv * dw[c][j]) * d;
+          jet.d_rho[j] += inv * dw[c][j] * row[3];
+        }
       }
       const auto r = sigmoid(rho + T(0.4));
-      jet.r = r.value, jet.r1 = r.slope, jet.r2 = r.slope * (T(1) - T(2) * r.value);
+      jet.r = r.value;
+      jet.r1 = r.slope;
+      jet.r2 = r.slope * (T(1) - T(2) * r.value);
       // Radiance at x + r Delta_0.
       for (int a = 0; a < 3; ++a) {
         const T g = (T(at[a] - double(scene.radiance->lattice.origin[a])) + jet.r * jet.delta[a]) /
                     T(double(scene.radiance->lattice.spacing));
-        base[a] = int(std::floor(value_of(g))), u[a] = g - T(base[a]);
+        base[a] = int(std::floor(value_of(g)));
+        u[a] = g - T(base[a]);
       }
       trilinear_weights(u, w);
       const Corners rc = corners_of(*scene.radiance, base);
@@ -197,12 +209,15 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
   const std::vector<Real> rows(scene.rows.begin(), scene.rows.end()),
       slice(scene.slice.begin(), scene.slice.end());
   FieldView<Real> field;
-  field.radiance = BrickView<Real>(*scene.radiance), field.motion = BrickView<Real>(*scene.motion);
+  field.radiance = BrickView<Real>(*scene.radiance);
+  field.motion = BrickView<Real>(*scene.motion);
   field.radiance_rows = rows.data();
-  field.moving = scene.field.moving, field.rigidity = scene.field.rigidity,
+  field.moving = scene.field.moving;
+  field.rigidity = scene.field.rigidity;
   field.rigidity_offset = Real(scene.field.rigidity_offset);
-  field.density_scale = Real(scene.field.density_scale),
-  field.density_shift = Real(scene.field.density_shift), field.step = Real(kStep);
+  field.density_scale = Real(scene.field.density_scale);
+  field.density_shift = Real(scene.field.density_shift);
+  field.step = Real(kStep);
   FrameView<Real> frame;
   frame.slice = slice.data();
   const MotionLoss<Real> losses{Real(loss.offset), Real(loss.offset_rigidity), Real(loss.offset_softening),
@@ -212,8 +227,10 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
   value = 0;
   for (std::size_t i = 0; i < scene.rays.size(); ++i) {
     RayInput<Real> ray;
-    ray.origin = cast<Real>(scene.rays[i].origin), ray.direction = cast<Real>(scene.rays[i].direction);
-    ray.count = scene.rays[i].count, ray.background = cast<Real>(scene.rays[i].background);
+    ray.origin = cast<Real>(scene.rays[i].origin);
+    ray.direction = cast<Real>(scene.rays[i].direction);
+    ray.count = scene.rays[i].count;
+    ray.background = cast<Real>(scene.rays[i].background);
     const auto result = kernel.forward(ray, field, frame, Real(stop));
     const Vec3T<Real> error = photometric_error(result.rgb, cast<Real>(scene.targets[i]));
     value += dot(error, error);

@@ -17,7 +17,8 @@ VoxelModel slab(float still_from = 2) {
   m.box = {{-1, -0.05f, -0.6f}, {1, 0.05f, 0.6f}};
   m.radiance.raw =
       make_channels(make_dense_topology(make_lattice(m.box, 8)), 8, std::vector<float>(8, 0.0f).data());
-  m.motion.points = 3, m.motion.rigidity = false;
+  m.motion.points = 3;
+  m.motion.rigidity = false;
   m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 16)), m.motion.width(),
                                    std::vector<float>(8, 0.0f).data())};
   Channels& level = m.motion.levels[0];

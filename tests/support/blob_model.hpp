@@ -57,7 +57,9 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
       const Vec3 d = x - centre;
       float* row = m.radiance.raw.row(std::size_t(b) * kBrickRows + i);
       row[0] = std::max(-14.0f, std::min(6.0f, (radius - length(d)) / softness));
-      row[1] = 6 * d.x, row[2] = 1 - 5 * d.y, row[3] = 4 * std::sin(9 * d.z);
+      row[1] = 6 * d.x;
+      row[2] = 1 - 5 * d.y;
+      row[3] = 4 * std::sin(9 * d.z);
       for (int j = 0; j < m.radiance.sh_count(); ++j) row[4 + j] = 0.6f * std::cos(float(j) + 5 * d.x);
     }
   if (!motion.moves) return m;

@@ -92,12 +92,18 @@ inline void put_chunk(Bytes& out, const char* type, const Bytes& body) {
 inline Bytes zlib_stored(const Bytes& raw) {
   Bytes out{0x78, 0x01};
   std::uint32_t a = 1, b = 0;
-  for (std::uint8_t v : raw) a = (a + v) % 65521, b = (b + a) % 65521;
+  for (std::uint8_t v : raw) {
+    a = (a + v) % 65521;
+    b = (b + a) % 65521;
+  }
   std::size_t at = 0;
   do {
     const std::size_t n = std::min<std::size_t>(65535, raw.size() - at);
     out.push_back(at + n == raw.size() ? 1 : 0);
-    for (std::size_t v : {n, ~n}) out.push_back(std::uint8_t(v)), out.push_back(std::uint8_t(v >> 8));
+    for (std::size_t v : {n, ~n}) {
+      out.push_back(std::uint8_t(v));
+      out.push_back(std::uint8_t(v >> 8));
+    }
     out.insert(out.end(), raw.begin() + std::ptrdiff_t(at), raw.begin() + std::ptrdiff_t(at + n));
     at += n;
   } while (at < raw.size());
@@ -197,7 +203,9 @@ inline TinyPng ball_png(int size, double angle_x, const std::array<double, 16>& 
       double d[3], b = 0, c = -0.25, dd = 0;
       for (int k = 0; k < 3; ++k) {
         d[k] = u * m[std::size_t(4 * k)] + v * m[std::size_t(4 * k + 1)] - m[std::size_t(4 * k + 2)];
-        b += d[k] * o[k], c += o[k] * o[k], dd += d[k] * d[k];
+        b += d[k] * o[k];
+        c += o[k] * o[k];
+        dd += d[k] * d[k];
       }
       const double disc = b * b - dd * c;
       if (disc <= 0) continue;

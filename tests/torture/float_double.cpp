@@ -33,17 +33,21 @@ struct MicroScene {
     const Lattice fine{{-1, -1, -1}, 0.25f, {12, 9, 9}}, coarse{{-1, -1, -1}, 0.5f, {9, 5, 5}};
     radiance = make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
     motion = make_dense_topology(coarse);
-    rows.resize(radiance->rows() * kWidth), slice.resize(motion->rows() * kSliceWidth);
+    rows.resize(radiance->rows() * kWidth);
+    slice.resize(motion->rows() * kSliceWidth);
     const Real spread = one_of({0.5f, 1.5f, 8.0f}), moves = one_of({0, 0.03f, 0.3f});
     for (Real& v : rows) v = Real(float(spread * uniform()));
     for (Real& v : slice) v = Real(float(moves * uniform()));
     for (int i = 0; i < kBrickRows; ++i)
       for (int c = 0; c < kWidth; ++c) rows[i * kWidth + c] = c == 0 ? -10 : 0;
     std::fill_n(slice.begin(), kBrickRows * kSliceWidth, Real(0));
-    field.radiance = BrickView<Real>(*radiance), field.radiance_rows = rows.data();
-    field.motion = BrickView<Real>(*motion), field.moving = field.rigidity = true,
+    field.radiance = BrickView<Real>(*radiance);
+    field.radiance_rows = rows.data();
+    field.motion = BrickView<Real>(*motion);
+    field.moving = field.rigidity = true;
     field.rigidity_offset = Real(0.5f);
-    field.density_scale = one_of({0.1f, 3, 100}), field.density_shift = Real(-0.5f),
+    field.density_scale = one_of({0.1f, 3, 100});
+    field.density_shift = Real(-0.5f);
     field.step = Real(0.109375f);
     frame.slice = slice.data();
     for (int i = 0; i < kRays; ++i) {
@@ -73,7 +77,8 @@ void run(std::uint64_t seed, std::vector<double>& colours, std::vector<double>& 
     for (int c = 0; c < 3; ++c) colours.push_back(double(result.rgb[c]));
     backward(kernel, ray, result, scene.field, result.rgb, Real(0), records);
   }
-  gradient.clear(), cells.clear();
+  gradient.clear();
+  cells.clear();
   for (const auto& r : records.radiance) cells.insert(cells.end(), {r.cell.slot, r.cell.local});
   for (const auto& r : records.motion) cells.insert(cells.end(), {r.cell.slot, r.cell.local});
   const auto gather = [&](auto&& scatter, const auto& list, const BrickView<Real>& view, const Topology& t,
@@ -107,7 +112,8 @@ Line try_float_double(const Options& o, double seconds) {
   std::uint64_t kinks = 0;
   while (since(begin) < seconds) {
     const std::uint64_t seed = o.seed + line.tried++;
-    run<float>(seed, c32, g32, cells32), run<double>(seed, c64, g64, cells64);
+    run<float>(seed, c32, g32, cells32);
+    run<double>(seed, c64, g64, cells64);
     double colour = 0, gradient = 0, largest = 0;
     for (const double g : g64) largest = std::max(largest, std::abs(g));
     for (std::size_t i = 0; i < c64.size(); ++i) colour = std::max(colour, std::abs(c32[i] - c64[i]));
@@ -122,9 +128,11 @@ Line try_float_double(const Options& o, double seconds) {
     if (cells32 != cells64) {  // a sample within rounding of a face of its cell, where the derivative of a
                                // trilinear function jumps
       ++kinks;
-      gradient = 0, signs = 0;
+      gradient = 0;
+      signs = 0;
     }
-    worst_colour = std::max(worst_colour, colour), worst_gradient = std::max(worst_gradient, gradient),
+    worst_colour = std::max(worst_colour, colour);
+    worst_gradient = std::max(worst_gradient, gradient);
     wrong_signs += signs;
     if (finite && signs == 0 && colour <= most_colour && gradient <= most_gradient) continue;
     ++line.lost;

@@ -156,18 +156,25 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       const int code = execute(out, file_limit);
       ++line.tried;
       std::string wrong;
-      if (code > 128 || code < 0)
-        wrong = "ended by a signal or not at all", ++(code < 0 ? line.hangs : line.crashes);
+      if (code > 128 || code < 0) {
+        wrong = "ended by a signal or not at all";
+        ++(code < 0 ? line.hangs : line.crashes);
+      }
       for (const auto& [name, digest] : files_of(out)) {
         const auto same = good.find(name);
-        if (name.ends_with(".tmp"))
-          wrong = "left " + name, ++line.lost;
-        else if (!differs_anyway(name) && same != good.end() && !(same->second == digest))
-          wrong = "left " + name + " damaged", ++line.lost;
+        if (name.ends_with(".tmp")) {
+          wrong = "left " + name;
+          ++line.lost;
+        } else if (!differs_anyway(name) && same != good.end() && !(same->second == digest)) {
+          wrong = "left " + name + " damaged";
+          ++line.lost;
+        }
       }
       if (code == 0 && (files_of(out).size() != good.size() ||
-                        (w.listed && Process({o.program, "verify", out + "/out"}, log).wait() != 0)))
-        wrong = "said that all was well and it was not", ++line.lost;
+                        (w.listed && Process({o.program, "verify", out + "/out"}, log).wait() != 0))) {
+        wrong = "said that all was well and it was not";
+        ++line.lost;
+      }
       if (wrong.empty()) return;
       line.note = wrong + " with " + room;
       fs::copy_file(log, o.out + "/disk_" + std::to_string(lines.size()) + ".log",

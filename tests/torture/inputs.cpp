@@ -42,7 +42,8 @@ void keep(const Options& o, const fuzz::Target& target, const char* why, std::ui
   std::uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   const rlimit memory{pages * 4096 + kMemory, RLIM_INFINITY}, no_core{0, 0};
-  ::setrlimit(RLIMIT_AS, &memory), ::setrlimit(RLIMIT_CORE, &no_core);
+  ::setrlimit(RLIMIT_AS, &memory);
+  ::setrlimit(RLIMIT_CORE, &no_core);
   if (!std::freopen("/dev/null", "w", stderr)) ::_exit(3);
   const std::vector<std::string> seeds = target.seeds();
   do {
@@ -58,14 +59,18 @@ void keep(const Options& o, const fuzz::Target& target, const char* why, std::ui
       keep(o, target, "strange", index, file);
     }
     told.began = 0;
-    ++told.tried, ++told.next;
+    ++told.tried;
+    ++told.next;
   } while (!one && now() < until);
   ::_exit(0);
 }
 
 pid_t start(const Options& o, const fuzz::Target& target, Told& told, double until, bool one) {
   const pid_t process = ::fork();
-  if (process == 0) ::setpgid(0, 0), child(o, target, told, until, one);
+  if (process == 0) {
+    ::setpgid(0, 0);
+    child(o, target, told, until, one);
+  }
   return process;
 }
 
@@ -77,7 +82,8 @@ double cost_of(const Options& o, const fuzz::Target& target, Told& told) {
   for (const double end = now() + 60;;) {
     if (::wait4(process, &status, WNOHANG, &usage) == process) break;
     if (now() > end) {
-      ::kill(-process, SIGKILL), ::waitpid(process, &status, 0);
+      ::kill(-process, SIGKILL);
+      ::waitpid(process, &status, 0);
       return kHang + 58;
     }
     ::usleep(10000);
@@ -104,7 +110,8 @@ Line try_inputs(const Options& o, const fuzz::Target& target, double seconds) {
       const double began = told.began;
       if (began > 0 && now() - began > kHang) {
         slow = true;
-        ::kill(-process, SIGKILL), ::waitpid(process, &status, 0);
+        ::kill(-process, SIGKILL);
+        ::waitpid(process, &status, 0);
         break;
       }
       ::usleep(20000);
@@ -122,13 +129,20 @@ Line try_inputs(const Options& o, const fuzz::Target& target, double seconds) {
       });
     };
     if (slow) {
-      if (cost_of(o, target, told) >= kHang) ++line.hangs, save("hang");
+      if (cost_of(o, target, told) >= kHang) {
+        ++line.hangs;
+        save("hang");
+      }
     } else {
-      ++line.crashes, save("crash");
+      ++line.crashes;
+      save("crash");
     }
-    told.next = index + 1, ++told.tried, told.began = 0;
+    told.next = index + 1;
+    ++told.tried;
+    told.began = 0;
   }
-  line.tried = told.tried, line.crashes += told.strange;
+  line.tried = told.tried;
+  line.crashes += told.strange;
   line.seconds = since(begin);
   line.note = std::to_string(told.refused.load()) + " refused";
   if (told.words[0]) line.note += std::string("; threw: ") + told.words;

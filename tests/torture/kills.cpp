@@ -59,9 +59,10 @@ bool kill_while_writing(Process& process, const std::string& folder, int nth) {
       std::memcpy(&event, events + at, sizeof event);
       at += ssize_t(sizeof event + event.len);
     }
-    if (seen >= nth)
-      process.send(SIGKILL), killed = true;
-    else if (process.ended())
+    if (seen >= nth) {
+      process.send(SIGKILL);
+      killed = true;
+    } else if (process.ended())
       break;
     else if (n <= 0)
       ::usleep(100);
@@ -127,13 +128,22 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
           ::usleep(useconds_t(1e6 * moment(random)));
           if (!process.ended()) process.send(SIGTERM);
           code = process.wait();
-          if (code == -1) ++line.hangs, must(false, "it did not end when it was asked to");
-          if (code == kStopped || code == 128 + SIGTERM) code = 0, ++stops;  // the latter: before it listens
+          if (code == -1) {
+            ++line.hangs;
+            must(false, "it did not end when it was asked to");
+          }
+          if (code == kStopped || code == 128 + SIGTERM) {
+            code = 0;
+            ++stops;
+          }  // the latter: before it listens
           break;
         default: {
           const bool killed = kill_while_writing(process, out, 1 + int(random() % kEvents));
           code = process.wait();
-          if (code == -1) ++line.hangs, must(false, "it did not end");
+          if (code == -1) {
+            ++line.hangs;
+            must(false, "it did not end");
+          }
           if (killed && code == 128 + SIGKILL) code = -1;
         }
       }

@@ -90,8 +90,8 @@ int main(int argc, char** argv) {
       text += to_json(l) + "\n";
       splinevox::write_file(o.out + "/torture.jsonl", {text});
       fmt::print("{:<20} {:<16} {:>9} cases, {} crashes, {} hangs, {} lost, {:.1f} s. {}\n", l.trial, l.what,
-                 l.tried, l.crashes, l.hangs, l.lost, l.seconds, l.note),
-          std::fflush(stdout);
+                 l.tried, l.crashes, l.hangs, l.lost, l.seconds, l.note);
+      std::fflush(stdout);
     };
     struct Trial {
       const char* name;
@@ -127,7 +127,10 @@ int main(int argc, char** argv) {
     std::uint64_t bad = 0;
     for (const Line& l : lines) bad += l.crashes + l.hangs + l.lost;
     if (only.empty() && o.seconds >= kHour)
-      for (const std::string& shortfall : too_few(lines)) fmt::print("{}\n", shortfall), ++bad;
+      for (const std::string& shortfall : too_few(lines)) {
+        fmt::print("{}\n", shortfall);
+        ++bad;
+      }
     fmt::print("{} things went wrong; table: {}/torture.md\n", bad, o.out);
     return bad == 0 ? 0 : 1;
   } catch (const std::exception& e) {

@@ -18,7 +18,9 @@ Process::Process(std::vector<std::string> words, const std::string& log, std::in
   process_ = ::fork();
   if (process_ != 0) return;
   const int out = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), in = ::open("/dev/null", O_RDONLY);
-  ::dup2(in, 0), ::dup2(out, 1), ::dup2(out, 2);
+  ::dup2(in, 0);
+  ::dup2(out, 1);
+  ::dup2(out, 2);
   if (file_bytes >= 0) {
     const rlimit limit{rlim_t(file_bytes), rlim_t(file_bytes)};
     ::setrlimit(RLIMIT_FSIZE, &limit);
@@ -40,7 +42,8 @@ int Process::wait(double seconds) {
   const Clock::time_point start = Clock::now();
   while (!ended()) {
     if (since(start) > seconds) {
-      send(SIGKILL), ::waitpid(process_, &status_, 0);
+      send(SIGKILL);
+      ::waitpid(process_, &status_, 0);
       ended_ = true;
       return -1;
     }
@@ -80,7 +83,10 @@ Line in_fork(const std::function<Line()>& work) {
   int status = 0;
   ::waitpid(process, &status, 0);
   Line line;
-  if (status != 0) line.crashes = 1, line.note = "the trial itself ended early";
+  if (status != 0) {
+    line.crashes = 1;
+    line.note = "the trial itself ended early";
+  }
   if (text.empty()) return line;
   const auto j = nlohmann::json::parse(text);
   return {j["trial"], j["what"], j["tried"], j["crashes"], j["hangs"], j["lost"], j["seconds"], j["note"]};

@@ -33,13 +33,19 @@ bool finite(const VoxelModel& model) {
 /// Small, with every term of the loss, and with batches of one size: what grows then should not.
 Config small(std::int64_t steps) {
   Config c = preset("draft");
-  c.run.max_time = 0, c.run.max_steps = int(steps);
-  c.grid.radiance = {12, 20}, c.grid.radiance_start = {0, 0.05f};
-  c.grid.motion = {4, 8}, c.grid.motion_start = {0.02f, 0.08f};
+  c.run.max_time = 0;
+  c.run.max_steps = int(steps);
+  c.grid.radiance = {12, 20};
+  c.grid.radiance_start = {0, 0.05f};
+  c.grid.motion = {4, 8};
+  c.grid.motion_start = {0.02f, 0.08f};
   c.radiance.sh_start = {0, 0.1f};
   c.motion.halve_start = {0.15f};
-  c.loss.offset = 1e-3f, c.loss.divergence = 1e-3f;
-  c.sampling.rays = 128, c.sampling.growth = 1, c.sampling.frames = 2;
+  c.loss.offset = 1e-3f;
+  c.loss.divergence = 1e-3f;
+  c.sampling.rays = 128;
+  c.sampling.growth = 1;
+  c.sampling.frames = 2;
   return c;
 }
 
@@ -59,9 +65,13 @@ Line try_soak(const Options& o, double seconds) {
       const StepReport report = trainer.step();
       bad += report.discarded || !std::isfinite(report.loss);
       // Buffers reach their size with the largest batch seen, which takes a while after the last refinement.
-      if (++done == steps / 2) warm = resident(), half = Clock::now();
+      if (++done == steps / 2) {
+        warm = resident();
+        half = Clock::now();
+      }
     }
-    drift = resident() / warm - 1, each = since(half) / double(steps - steps / 2);
+    drift = resident() / warm - 1;
+    each = since(half) / double(steps - steps / 2);
     bad += !finite(trainer.model());
     return done;
   };

@@ -15,8 +15,11 @@ std::string table(const std::vector<Line>& lines, const Options& o, const std::s
   for (const Line& l : lines) {
     text += fmt::format("| {} | {} | {} | {} | {} | {} | {:.1f} | {} |\n", l.trial, l.what, l.tried,
                         l.crashes, l.hangs, l.lost, l.seconds, l.note);
-    all.tried += l.tried, all.crashes += l.crashes, all.hangs += l.hangs, all.lost += l.lost,
-        all.seconds += l.seconds;
+    all.tried += l.tried;
+    all.crashes += l.crashes;
+    all.hangs += l.hangs;
+    all.lost += l.lost;
+    all.seconds += l.seconds;
   }
   return text + fmt::format("| **all** | | {} | **{}** | **{}** | **{}** | {:.1f} | |\n", all.tried,
                             all.crashes, all.hangs, all.lost, all.seconds);

@@ -51,10 +51,14 @@ Dataset before_sky(int frames, int size) {
 
 Config small_config(int steps) {
   Config c = preset("draft");
-  c.run.max_time = 0, c.run.max_steps = steps;
-  c.grid.radiance = {16, 28}, c.grid.radiance_start = {0, .3f};
-  c.grid.motion = {4, 8}, c.grid.motion_start = {0, .2f};
-  c.sampling.rays = 1024, c.sampling.occupancy_every = 50;
+  c.run.max_time = 0;
+  c.run.max_steps = steps;
+  c.grid.radiance = {16, 28};
+  c.grid.radiance_start = {0, .3f};
+  c.grid.motion = {4, 8};
+  c.grid.motion_start = {0, .2f};
+  c.sampling.rays = 1024;
+  c.sampling.occupancy_every = 50;
   return c;
 }
 
@@ -141,7 +145,9 @@ TEST_SUITE("train/background") {
   }
   TEST_CASE("whether a background is learned is tried like other effects") {
     Config config = preset("fast");
-    config.run.max_time = 0, config.run.max_steps = 8000, config.sampling.rays = 1024;
+    config.run.max_time = 0;
+    config.run.max_steps = 8000;
+    config.sampling.rays = 1024;
     const Dataset data = before_sky(40, 40);
     const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
     CHECK(choice.chosen.order(Effect::background) == 2);

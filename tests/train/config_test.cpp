@@ -180,7 +180,8 @@ TEST_SUITE("train/config") {
     CHECK_NOTHROW(validate(still));
     Config lit;  // light has curves of its own
     lit.motion.enabled = false;
-    lit.motion.points = kMaxPoints, lit.motion.halve_start = {.3f};
+    lit.motion.points = kMaxPoints;
+    lit.motion.halve_start = {.3f};
     CHECK(contains(message([&] { validate(lit); }), "motion."));
   }
 

@@ -23,11 +23,16 @@ const Dataset& ball() {
 
 Config tiny() {
   Config c = preset("draft");
-  c.run.max_time = 0, c.run.max_steps = 60;
-  c.grid.radiance = {12}, c.grid.radiance_start = {0};
-  c.grid.motion = {4}, c.grid.motion_start = {0};
-  c.motion.elevate_points = {}, c.motion.elevate_start = {};
-  c.sampling.rays = 64, c.sampling.frames = 2;
+  c.run.max_time = 0;
+  c.run.max_steps = 60;
+  c.grid.radiance = {12};
+  c.grid.radiance_start = {0};
+  c.grid.motion = {4};
+  c.grid.motion_start = {0};
+  c.motion.elevate_points = {};
+  c.motion.elevate_start = {};
+  c.sampling.rays = 64;
+  c.sampling.frames = 2;
   c.loss.tv_density = c.loss.tv_color = c.loss.tv_sh = 0;
   return c;
 }
@@ -108,7 +113,8 @@ TEST_SUITE("train/discard") {
 
   TEST_CASE("after five in a row the step counter is back at the last good step and an error is thrown") {
     Config config = tiny();
-    config.loss.tv_color = 1e30f, config.loss.tv_share = 1;
+    config.loss.tv_color = 1e30f;
+    config.loss.tv_share = 1;
     Trainer trainer(config, *ball().find("train"), ball().time_map);
     int steps = 0;
     std::string message;

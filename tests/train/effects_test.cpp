@@ -15,7 +15,9 @@ namespace {
 /// A choice in miniature.
 Config short_choice() {
   Config c = preset("fast");
-  c.run.max_time = 0, c.run.max_steps = 8000, c.sampling.rays = 1024;
+  c.run.max_time = 0;
+  c.run.max_steps = 8000;
+  c.sampling.rays = 1024;
   return c;
 }
 
@@ -134,8 +136,10 @@ TEST_SUITE("train/effects") {
     CHECK(told(stands) == 0);
     Dataset rig = make_synth("ball", {.frames = 60, .size = 8});
     std::vector<Frame>& frames = rig.splits[0].frames;
-    for (std::size_t i = 0; i < frames.size(); ++i)
-      frames[i].time = double(i / 6) / 9, frames[i].camera = frames[i % 6].camera;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      frames[i].time = double(i / 6) / 9;
+      frames[i].camera = frames[i % 6].camera;
+    }
     CHECK(told(rig) < 0.2);
   }
   TEST_CASE("light that fades is light, not motion") {
@@ -176,7 +180,8 @@ TEST_SUITE("train/effects") {
     const EffectChoice short_run = choose(data, c);
     CHECK(short_run.trials.empty());
     CHECK(short_run.chosen == effects_of(c).without(Effect::background));
-    c = short_choice(), c.effects.steps = 0;
+    c = short_choice();
+    c.effects.steps = 0;
     CHECK(choose(data, c).trials.empty());
   }
 }

@@ -60,7 +60,8 @@ TEST_SUITE("train/loss_terms") {
 
   TEST_CASE("the fewer bricks a step visits, the larger a weight counts") {
     LossConfig loss = no_loss();
-    loss.tv_color = 1e10f, loss.tv_share = 1;
+    loss.tv_color = 1e10f;
+    loss.tv_share = 1;
     CHECK_FALSE(can_spoil_gradients(loss));
     loss.tv_share = 1e-3f;
     CHECK(can_spoil_gradients(loss));

@@ -6,8 +6,8 @@
 #include <set>
 #include <vector>
 
-#include "math/camera.hpp"
 #include "backend/host/optimiser.hpp"
+#include "math/camera.hpp"
 #include "math/tv.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/sample.hpp"
@@ -106,7 +106,8 @@ TEST_SUITE("train/optimiser") {
     double error = 0, size = 0;
     for (std::size_t i = 0; i < mean.size(); i += 8) {
       const double g = whole.values.values[i];
-      error += (mean[i] - g) * (mean[i] - g), size += g * g;
+      error += (mean[i] - g) * (mean[i] - g);
+      size += g * g;
     }
     CHECK(std::sqrt(error / size) <= 1.5 * std::sqrt(3.0 / draws));
   }
@@ -130,7 +131,8 @@ TEST_SUITE("train/optimiser") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
     Gradient gradient(values);
     MotionField motion;  // a Bezier curve of 5 points, the first pinned
-    motion.points = 5, motion.first_point = FirstPoint::zero;
+    motion.points = 5;
+    motion.first_point = FirstPoint::zero;
     add_curve_prior(values, motion, CurvePrior{.length = 0.5f}, 1.0f, 1, {}, gradient);
     const std::size_t row = kBrickRows + 5;
     const float *p = values.row(row), *g = gradient.values.row(row);
@@ -147,7 +149,8 @@ TEST_SUITE("train/optimiser") {
     MotionField motion;
     motion.points = 5;
     std::vector<RowMask> among(values.topology->bricks.size());
-    among[1].set(5), among[1].set(77);
+    among[1].set(5);
+    among[1].set(77);
     add_curve_prior(values, motion, RestPrior{.weight = 0.5f, .softening = 1e-3f}, 1.0f, 1, among, gradient);
     for (int i = 0; i < kBrickRows; ++i) {
       const float* g = gradient.values.row(kBrickRows + i);
@@ -184,9 +187,10 @@ TEST_SUITE("train/refine") {
         CAPTURE(spline);
         CAPTURE(light);
         MotionField motion;
-        motion.basis = spline ? BasisKind::bspline : BasisKind::bezier,
+        motion.basis = spline ? BasisKind::bspline : BasisKind::bezier;
         motion.first_point = spline ? FirstPoint::free : FirstPoint::zero;
-        motion.points = 4, motion.light = light;
+        motion.points = 4;
+        motion.light = light;
         motion.levels = {random_channels(make_dense_topology(make_lattice(kBox, 4)), motion.width(), 8)};
         MotionField raised = motion;
         elevate(raised);
@@ -235,7 +239,9 @@ TEST_SUITE("train/bounds and batches") {
     CHECK(bounds.box.extent().x < 4);
 
     SamplingConfig config;
-    config.frames = 4, config.rays = 256, config.growth = 1;
+    config.frames = 4;
+    config.rays = 256;
+    config.growth = 1;
     const BatchSampler sampler(train, bounds.box, config, 9);
     Batch a, b;
     std::set<int> used;
@@ -245,7 +251,8 @@ TEST_SUITE("train/bounds and batches") {
       used.insert(a.frames.begin(), a.frames.end());
     }
     CHECK(used.size() == 40);  // one round of the deck shows every frame once
-    sampler.draw(3, 1, 0.02f, {}, a), sampler.draw(3, 1, 0.02f, {}, b);
+    sampler.draw(3, 1, 0.02f, {}, a);
+    sampler.draw(3, 1, 0.02f, {}, b);
     CHECK(a.targets == b.targets);
     sampler.draw(4, 1, 0.02f, {}, b);
     CHECK(a.targets != b.targets);
@@ -258,14 +265,16 @@ TEST_SUITE("train/bounds and batches") {
                             std::vector<std::uint16_t>(4 * frame.image.pixels(), 65535)};
     for (const bool clipped : {true, false}) {
       SamplingConfig as = config;
-      as.clipped = clipped, as.carve = 0;
+      as.clipped = clipped;
+      as.carve = 0;
       BatchSampler(white, bounds.box, as, 9).draw(0, 1, 0.02f, {}, b);
       for (const Vec3& target : b.targets)
         for (int c = 0; c < 3; ++c) CHECK(target[c] == (clipped ? 1.0f : std::nextafter(1.0f, 0.0f)));
     }
 
     // A window of time: the middle frames first, all of them in the end.
-    config.window = 0.25f, config.window_full = 0.5f;
+    config.window = 0.25f;
+    config.window_full = 0.5f;
     const BatchSampler growing(train, bounds.box, config, 9);
     const auto drawn_at = [&](double progress) {
       std::set<double> times;
@@ -286,14 +295,18 @@ TEST_SUITE("train/bounds and batches") {
     for (Frame& frame : together.frames) frame.time = 0;
     const BatchSampler rig(together, bounds.box, config, 9);
     used.clear();
-    for (int step = 0; step < 10; ++step)
-      rig.draw(step, 0, 0.02f, {}, a), used.insert(a.frames.begin(), a.frames.end());
+    for (int step = 0; step < 10; ++step) {
+      rig.draw(step, 0, 0.02f, {}, a);
+      used.insert(a.frames.begin(), a.frames.end());
+    }
     CHECK(used.size() == 40);
     config.window = 1;
 
     // Carving: cameras of other times look past their silhouettes, and the scene is nowhere on those rays at
     // the slot's time.
-    config.rays = 2048, config.carve = 0.9f, config.background = BackgroundKind::fixed;
+    config.rays = 2048;
+    config.carve = 0.9f;
+    config.background = BackgroundKind::fixed;
     const BatchSampler carver(train, bounds.box, config, 9);
     int carved = 0;
     for (int step = 0; step < 4; ++step) {

@@ -51,12 +51,18 @@ struct Course {
 
 Config eventful() {
   Config c = preset("draft");
-  c.grid.radiance = {12, 16, 20}, c.grid.radiance_start = {0, 0.3f, 0.6f};
-  c.grid.motion = {4, 8}, c.grid.motion_start = {0.1f, 0.5f};
+  c.grid.radiance = {12, 16, 20};
+  c.grid.radiance_start = {0, 0.3f, 0.6f};
+  c.grid.motion = {4, 8};
+  c.grid.motion_start = {0.1f, 0.5f};
   c.grid.empty_start = {0.7f};
-  c.radiance.sh_order = 2, c.radiance.sh_start = {0, 0.4f};
-  c.motion.basis = BasisKind::bspline, c.motion.points = 6, c.motion.halve_start = {0.2f, 0.8f};
-  c.motion.elevate_points.clear(), c.motion.elevate_start.clear();
+  c.radiance.sh_order = 2;
+  c.radiance.sh_start = {0, 0.4f};
+  c.motion.basis = BasisKind::bspline;
+  c.motion.points = 6;
+  c.motion.halve_start = {0.2f, 0.8f};
+  c.motion.elevate_points.clear();
+  c.motion.elevate_start.clear();
   c.motion.rest = 0;
   return c;
 }

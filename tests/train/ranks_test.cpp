@@ -98,9 +98,12 @@ const Dataset& scene(bool opaque = false) {
 
 Config small_config(int steps) {
   Config c = preset("draft");
-  c.run.max_time = 0, c.run.max_steps = steps;
-  c.grid.radiance = {12, 20}, c.grid.radiance_start = {0, .5f};
-  c.sampling.rays = 256, c.sampling.occupancy_every = 15;
+  c.run.max_time = 0;
+  c.run.max_steps = steps;
+  c.grid.radiance = {12, 20};
+  c.grid.radiance_start = {0, .5f};
+  c.sampling.rays = 256;
+  c.sampling.occupancy_every = 15;
   return c;
 }
 
@@ -173,7 +176,10 @@ TEST_SUITE("train/ranks") {
               float sum = 0;
               bool any = false;
               for (int r = 0; r < count; ++r)
-                if (touches(r, b, i)) sum += value(r, b, i, c), any = true;
+                if (touches(r, b, i)) {
+                  sum += value(r, b, i, c);
+                  any = true;
+                }
               const Gradient& g = gradients[std::size_t(k)];
               wrong += g.values.row(std::size_t(b) * kBrickRows + std::size_t(i))[c] != sum ||
                        g.touched[std::size_t(b)].test(i) != any;
@@ -186,8 +192,10 @@ TEST_SUITE("train/ranks") {
     const TopologyPtr topology = make_dense_topology(make_lattice({{0, 0, 0}, {1, 1, 1}}, 8));
     const std::vector<float> zero(8, 0.0f);
     std::vector<Gradient> gradients(2, Gradient(make_channels(topology, 8, zero.data())));
-    for (Gradient& g : gradients)
-      g.touched[1].set(5), g.values.row(kBrickRows + 5)[2] = 0.6f * kLargestGradient;
+    for (Gradient& g : gradients) {
+      g.touched[1].set(5);
+      g.values.row(kBrickRows + 5)[2] = 0.6f * kLargestGradient;
+    }
     std::vector<char> good(2, 1);
     together(2, [&](ThreadRanks& ranks) {
       good[std::size_t(ranks.rank())] = sum_over_ranks(ranks, gradients[std::size_t(ranks.rank())]);

@@ -24,9 +24,12 @@ namespace {
 /// A run long enough to tell what moves.
 Config small_config() {
   Config c = preset("draft");
-  c.run.max_time = 0, c.run.max_steps = 600;
-  c.grid.radiance = {24, 40}, c.grid.radiance_start = {0, 0.5f};
-  c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.1f, 0.2f};
+  c.run.max_time = 0;
+  c.run.max_steps = 600;
+  c.grid.radiance = {24, 40};
+  c.grid.radiance_start = {0, 0.5f};
+  c.grid.motion = {4, 8, 16};
+  c.grid.motion_start = {0, 0.1f, 0.2f};
   c.sampling.rays = 1024;
   return c;
 }
@@ -132,7 +135,10 @@ TEST_SUITE("train/rest") {
     const auto truth = [](const Vec3& x) { return Vec3{0.05f + 0.02f * x.y, -0.03f * x.x, 0.01f}; };
     for (std::size_t c = 0; c < cells.cells(); ++c) {
       const Int3 at = cells.cell_at(c);
-      if ((at.x + at.y + at.z) % 5 == 0) cells.set(c), known[c] = truth(cells.center(at));
+      if ((at.x + at.y + at.z) % 5 == 0) {
+        cells.set(c);
+        known[c] = truth(cells.center(at));
+      }
     }
     const Offset offset(cells, known);
     for (std::size_t c = 0; c < cells.cells(); ++c)
@@ -175,7 +181,8 @@ TEST_SUITE("train/rest") {
       });
       const bool within = reach.test(reach.index(reach.cell_of(x)));
       if (reads) CHECK(within);
-      read += reads, reached += within;
+      read += reads;
+      reached += within;
     }
     CHECK(read > 100);
     CHECK(reached < 4 * read);  // a cell of the grid is 0.36 of a vertex' spacing

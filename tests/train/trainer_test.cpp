@@ -29,24 +29,42 @@ const Dataset& moving_ball() {
 /// elevated on the way.
 Config tiny_config(int steps) {
   Config c = preset("draft");
-  c.run.max_time = 0, c.run.max_steps = steps, c.run.seed = 7;
-  c.grid.radiance = {16, 28}, c.grid.radiance_start = {0, 0.4f};
-  c.grid.motion = {4, 8}, c.grid.motion_start = {0.1f, 0.5f};
-  c.motion.basis = BasisKind::bezier, c.motion.points = 3, c.motion.first_point = FirstPoint::zero;
-  c.motion.elevate_points = {5}, c.motion.elevate_start = {0.6f};
-  c.loss.offset = 1e-3f, c.loss.divergence = 1e-3f, c.loss.divergence_kind = DivergenceKind::hutchinson;
-  c.loss.tv_density = 1e-4f, c.loss.tv_color = 1e-4f, c.loss.tv_sh = 1e-4f, c.loss.tv_control = 1e-3f,
+  c.run.max_time = 0;
+  c.run.max_steps = steps;
+  c.run.seed = 7;
+  c.grid.radiance = {16, 28};
+  c.grid.radiance_start = {0, 0.4f};
+  c.grid.motion = {4, 8};
+  c.grid.motion_start = {0.1f, 0.5f};
+  c.motion.basis = BasisKind::bezier;
+  c.motion.points = 3;
+  c.motion.first_point = FirstPoint::zero;
+  c.motion.elevate_points = {5};
+  c.motion.elevate_start = {0.6f};
+  c.loss.offset = 1e-3f;
+  c.loss.divergence = 1e-3f;
+  c.loss.divergence_kind = DivergenceKind::hutchinson;
+  c.loss.tv_density = 1e-4f;
+  c.loss.tv_color = 1e-4f;
+  c.loss.tv_sh = 1e-4f;
+  c.loss.tv_control = 1e-3f;
   c.loss.tv_rigidity = 1e-4f;
   c.loss.curve_length = c.loss.curve_rest = 1e-4f;
-  c.sampling.frames = 4, c.sampling.rays = 1024, c.sampling.occupancy_every = 7;
+  c.sampling.frames = 4;
+  c.sampling.rays = 1024;
+  c.sampling.occupancy_every = 7;
   return c;
 }
 
 /// The same with a B-spline whose spans are halved on the way.
 Config tiny_spline(int steps) {
   Config c = tiny_config(steps);
-  c.motion.basis = BasisKind::bspline, c.motion.points = 6, c.motion.first_point = MotionConfig{}.first_point;
-  c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start = {0.6f};
+  c.motion.basis = BasisKind::bspline;
+  c.motion.points = 6;
+  c.motion.first_point = MotionConfig{}.first_point;
+  c.motion.elevate_points.clear();
+  c.motion.elevate_start.clear();
+  c.motion.halve_start = {0.6f};
   c.loss.curve_knots = 1e-4f;
   return c;
 }
@@ -109,7 +127,8 @@ TEST_SUITE("train/trainer") {
       for (const int at : stops) {
         CAPTURE(at);
         if (at == from) continue;
-        state = run(config, 1 + at % 3, from, state, at), from = at;
+        state = run(config, 1 + at % 3, from, state, at);
+        from = at;
         CHECK(same_parameters(whole, run(config, 1 + (at + 1) % 3, at, state)));
       }
     };
@@ -148,7 +167,8 @@ TEST_SUITE("train/trainer") {
     const auto moved = [&](bool rigidity) {
       config.motion.rigidity = rigidity;
       Trainer trainer(config, *data.find("train"), data.time_map);
-      trainer.step(), trainer.step();
+      trainer.step();
+      trainer.step();
       const VoxelModel model = trainer.model();
       const Channels& level = model.motion.levels[0];
       float most = 0;
@@ -163,9 +183,12 @@ TEST_SUITE("train/trainer") {
   }
   TEST_CASE("a moving ball is learned, and motion is what it takes") {
     Config config = preset("draft");
-    config.run.max_time = 0, config.run.max_steps = 250;
-    config.grid.radiance = {24, 40}, config.grid.radiance_start = {0, 0.3f};
-    config.grid.motion = {4, 8}, config.grid.motion_start = {0.1f, 0.4f};
+    config.run.max_time = 0;
+    config.run.max_steps = 250;
+    config.grid.radiance = {24, 40};
+    config.grid.radiance_start = {0, 0.3f};
+    config.grid.motion = {4, 8};
+    config.grid.motion_start = {0.1f, 0.4f};
     const Dataset& data = moving_ball();
     const auto quality = [&](const Config& c) {
       Trainer trainer(c, *data.find("train"), data.time_map);
@@ -186,7 +209,8 @@ TEST_SUITE("train/trainer") {
     Config config = tiny_spline(60);
     config.loss.tv_density = config.loss.tv_color = config.loss.tv_sh = config.loss.tv_control =
         config.loss.tv_rigidity = 0;
-    config.radiance.sh_order = 3, config.radiance.sh_start = {0.3f, 0.75f, 0.85f};
+    config.radiance.sh_order = 3;
+    config.radiance.sh_start = {0.3f, 0.75f, 0.85f};
     Trainer trainer(config, train, data.time_map);
     int order = 0, joined = 0;
     while (!trainer.done()) {
@@ -209,7 +233,8 @@ TEST_SUITE("train/trainer") {
       const Frame& f = train.frames[5];
       const auto seen = [&](const VoxelModel& m) { return render_image(m, f.camera, f.time).rgb.data; };
       CHECK(seen(after) == seen(before));
-      order = now, ++joined;
+      order = now;
+      ++joined;
     }
     CHECK(joined == 3);
     const VoxelModel model = trainer.model();
@@ -220,9 +245,12 @@ TEST_SUITE("train/trainer") {
   }
   TEST_CASE("matter that no ray shows is emptied, and pictures are as good without it") {
     Config config = preset("draft");
-    config.run.max_time = 0, config.run.max_steps = 250;
-    config.grid.radiance = {24, 72}, config.grid.radiance_start = {0, 0.3f};
-    config.grid.motion = {4, 8}, config.grid.motion_start = {0.1f, 0.4f};
+    config.run.max_time = 0;
+    config.run.max_steps = 250;
+    config.grid.radiance = {24, 72};
+    config.grid.radiance_start = {0, 0.3f};
+    config.grid.motion = {4, 8};
+    config.grid.motion_start = {0.1f, 0.4f};
     const Dataset& data = moving_ball();
     const auto learned = [&](std::vector<float> when) {
       config.grid.empty_start = std::move(when);

@@ -46,12 +46,21 @@ Settings effective(const Options& o) {
   const auto set = [](auto& to, const auto& from) {
     if (from) to = *from;
   };
-  set(s.max_time, o.max_time), set(s.max_steps, o.max_steps), set(s.seed, o.seed),
-      set(s.downscale, o.downscale);
-  set(s.points, o.points), set(s.samples, o.samples), set(s.test_stride, o.stride), set(s.lr, o.lr),
-      set(s.divergence, o.divergence), set(s.offset, o.offset);
+  set(s.max_time, o.max_time);
+  set(s.max_steps, o.max_steps);
+  set(s.seed, o.seed);
+  set(s.downscale, o.downscale);
+  set(s.points, o.points);
+  set(s.samples, o.samples);
+  set(s.test_stride, o.stride);
+  set(s.lr, o.lr);
+  set(s.divergence, o.divergence);
+  set(s.offset, o.offset);
   if (o.max_steps && !o.max_time) s.max_time = 0;
-  if (o.shrink) s.shrink = {*o.shrink}, s.shrink_start = {0};
+  if (o.shrink) {
+    s.shrink = {*o.shrink};
+    s.shrink_start = {0};
+  }
   s.cpu_time = o.cpu_time;
   s.device = o.cpu_time && o.device == "auto" ? "cpu" : o.device;
   if (o.cpu_time && s.device != "cpu")
@@ -109,7 +118,10 @@ int evaluate(const Options& o) {
   const int stride = o.stride.value_or(run.settings.test_stride);
   const Measured m = measure(run.model, run.settings, run.box, *data.find(o.split), stride);
   Json result{{"psnr", m.psnr}, {"split", o.split}, {"stride", stride}, {"frames", m.frames}};
-  if (stride == 1) result["ssim"] = m.ssim, result["ms_ssim"] = m.ms_ssim;
+  if (stride == 1) {
+    result["ssim"] = m.ssim;
+    result["ms_ssim"] = m.ms_ssim;
+  }
   const std::string path = run.path + (o.split == "test" ? "/metrics.json" : "/metrics_" + o.split + ".json");
   if (o.split == "test" && fs::exists(path)) {
     const Json before = run::read_json(path);
@@ -134,7 +146,10 @@ int render(const Options& o) {
   for (const Frame& f : data.find(o.split)->frames) {
     write_png(fmt::format("{}/{}.png", o.out, f.name),
               view_picture(run.model, f, run.box, o.stride.value_or(1)));
-    if (!o.quiet) fmt::print("{}\n", f.name), std::fflush(stdout);
+    if (!o.quiet) {
+      fmt::print("{}\n", f.name);
+      std::fflush(stdout);
+    }
   }
   return 0;
 }
@@ -150,7 +165,8 @@ int splinevox::mlp::run_command_line(int argc, char** argv) {
     verb->add_option("--stride", o.stride, "every n-th pixel of every n-th row is rendered")
         ->check(CLI::PositiveNumber);
     verb->add_option("--device", o.device, "auto, cpu or cuda")->capture_default_str();
-    verb->add_flag("--quiet", o.quiet), verb->add_flag("--json", o.json);
+    verb->add_flag("--quiet", o.quiet);
+    verb->add_flag("--json", o.json);
   };
   CLI::App* t = words.add_subcommand("train", "train one variant");
   common(t);
@@ -158,16 +174,19 @@ int splinevox::mlp::run_command_line(int argc, char** argv) {
   t->add_option("--out", o.out, "run folder")->required();
   t->add_option("--kind", o.kind, "spline, nr-nerf or t-nerf")->capture_default_str();
   t->add_option("--preset", o.preset, "paper or nerf_atlas (its released code)")->capture_default_str();
-  t->add_option("--max-time", o.max_time, "seconds"), t->add_option("--max-steps", o.max_steps);
+  t->add_option("--max-time", o.max_time, "seconds");
+  t->add_option("--max-steps", o.max_steps);
   t->add_flag("--cpu-time", o.cpu_time,
               "every second is one of processor time, divided by the threads: for a machine that has other "
               "work to do");
-  t->add_option("--seed", o.seed), t->add_option("--downscale", o.downscale),
-      t->add_option("--background", o.background);
+  t->add_option("--seed", o.seed);
+  t->add_option("--downscale", o.downscale);
+  t->add_option("--background", o.background);
   t->add_option("--points", o.points, "control points")->check(CLI::Range(2, 20));
   t->add_option("--samples", o.samples, "per ray")->check(CLI::Range(2, 1024));
-  t->add_option("--lr", o.lr), t->add_option("--offset", o.offset),
-      t->add_option("--divergence", o.divergence);
+  t->add_option("--lr", o.lr);
+  t->add_option("--offset", o.offset);
+  t->add_option("--divergence", o.divergence);
   t->add_option("--shrink", o.shrink, "one block size for all stages instead of small pictures first")
       ->check(CLI::PositiveNumber);
   t->add_option("--test-at", o.test_at, "seconds of training at which the test split is measured")
@@ -177,7 +196,8 @@ int splinevox::mlp::run_command_line(int argc, char** argv) {
   for (CLI::App* verb : {e, r}) {
     common(verb);
     verb->add_option("RUN", o.run)->required();
-    verb->add_option("--data", o.dataset), verb->add_option("--split", o.split)->capture_default_str();
+    verb->add_option("--data", o.dataset);
+    verb->add_option("--split", o.split)->capture_default_str();
   }
   r->add_option("--out", o.out, "folder")->required();
   try {

@@ -113,9 +113,10 @@ MlpRun open_run(const std::string& path, const std::string& device) {
                 text("dataset"),
                 std::strtoull(text("fingerprint").c_str(), nullptr, 16),
                 {number(table["record"]["time_origin"]), number(table["record"]["time_scale"])}};
-  for (int a = 0; a < 3; ++a)
-    run.box.lo[a] = float(number(table["record"]["box"][std::size_t(a)])),
+  for (int a = 0; a < 3; ++a) {
+    run.box.lo[a] = float(number(table["record"]["box"][std::size_t(a)]));
     run.box.hi[a] = float(number(table["record"]["box"][std::size_t(a) + 3]));
+  }
   const torch::Device there = torch_device(device);
   run.model = MlpModel(run.settings);
   try {
@@ -141,7 +142,8 @@ Measured measure(MlpModel& model, const Settings& settings, const Box& box, cons
     out.psnr += share * capped_psnr(db);
     if (stride > 1) continue;
     const Image picture = as_image(rgb, f.camera, 1), truth = composite(f.image, background(settings));
-    out.ssim += share * ssim(picture, truth), out.ms_ssim += share * ms_ssim(picture, truth);
+    out.ssim += share * ssim(picture, truth);
+    out.ms_ssim += share * ms_ssim(picture, truth);
   }
   return out;
 }
@@ -188,7 +190,9 @@ Json MlpSession::run() {
     report.progress = used();
     report.loss = step(report.progress);
     seconds_ += now() - start;
-    report.step = ++step_, report.seconds = seconds_, report.rays = rays,
+    report.step = ++step_;
+    report.seconds = seconds_;
+    report.rays = rays;
     report.samples = rays * settings_.samples;
     report.psnr = -10 * std::log10(std::max(1e-10, loss_));
     report.progress = std::min(1.0, used());
@@ -197,7 +201,8 @@ Json MlpSession::run() {
     if (spent + held_seconds_ <= kHeldShare * seconds_) {
       const double before = now();
       show_held();
-      held_seconds_ = now() - before, spent += held_seconds_;
+      held_seconds_ = now() - before;
+      spent += held_seconds_;
     }
     measure_due(false);
   }

@@ -19,17 +19,31 @@ constexpr std::array kNames{"spline", "nr-nerf", "t-nerf"};
 /// directions.
 template <class S, class Visit>
 void visit_settings(S& s, Visit&& visit) {
-  visit("preset", s.preset), visit("points", s.points), visit("samples", s.samples), visit("crops", s.crops),
-      visit("crop", s.crop);
-  visit("lr", s.lr), visit("lr_final", s.lr_final);
-  visit("offset", s.offset), visit("offset_rigidity", s.offset_rigidity), visit("divergence", s.divergence),
-      visit("ramp", s.ramp);
-  visit("view_sees_position", s.view_sees_position), visit("rigidity_scale", s.rigidity_scale),
-      visit("density_noise", s.density_noise);
-  visit("shrink", s.shrink), visit("shrink_start", s.shrink_start);
-  visit("max_time", s.max_time), visit("cpu_time", s.cpu_time), visit("max_steps", s.max_steps),
-      visit("device", s.device), visit("seed", s.seed), visit("downscale", s.downscale);
-  visit("background", s.background), visit("test_at", s.test_at), visit("test_stride", s.test_stride);
+  visit("preset", s.preset);
+  visit("points", s.points);
+  visit("samples", s.samples);
+  visit("crops", s.crops);
+  visit("crop", s.crop);
+  visit("lr", s.lr);
+  visit("lr_final", s.lr_final);
+  visit("offset", s.offset);
+  visit("offset_rigidity", s.offset_rigidity);
+  visit("divergence", s.divergence);
+  visit("ramp", s.ramp);
+  visit("view_sees_position", s.view_sees_position);
+  visit("rigidity_scale", s.rigidity_scale);
+  visit("density_noise", s.density_noise);
+  visit("shrink", s.shrink);
+  visit("shrink_start", s.shrink_start);
+  visit("max_time", s.max_time);
+  visit("cpu_time", s.cpu_time);
+  visit("max_steps", s.max_steps);
+  visit("device", s.device);
+  visit("seed", s.seed);
+  visit("downscale", s.downscale);
+  visit("background", s.background);
+  visit("test_at", s.test_at);
+  visit("test_stride", s.test_stride);
 }
 
 }  // namespace
@@ -48,7 +62,8 @@ Kind kind_of(const std::string& text) {
 
 Settings preset(const std::string& preset_name, Kind kind) {
   Settings s;
-  s.kind = kind, s.preset = preset_name;
+  s.kind = kind;
+  s.preset = preset_name;
   if (preset_name == "paper") return s;
   if (preset_name != "nerf_atlas")
     fail({.where = "--preset",
@@ -59,11 +74,14 @@ Settings preset(const std::string& preset_name, Kind kind) {
   s.points = 6;
   s.lr = kind == Kind::spline ? 3e-4 : 1e-3;
   s.crop = kind == Kind::spline ? 18 : 20;
-  s.offset_rigidity = 3e-3, s.divergence = 0, s.ramp = true;
+  s.offset_rigidity = 3e-3;
+  s.divergence = 0;
+  s.ramp = true;
   s.view_sees_position = true;
   s.rigidity_scale = 0.5;
   s.background = {0, 0, 0};
-  s.shrink = {4, 2, 1}, s.shrink_start = {0, .25, .5};
+  s.shrink = {4, 2, 1};
+  s.shrink_start = {0, .25, .5};
   return s;
 }
 

@@ -69,12 +69,12 @@ struct MotionConfig {
                     ///< 240 moments may be given more (train/effects.hpp)
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
-  bool light = true;               ///< a gain per place and time, with or without motion (math/light.hpp)
-  float initial_rigidity = 0;      ///< raw: r begins at sigmoid(initial_rigidity)
-  std::vector<float> halve_start;  ///< bspline: progress at which every span is halved, K -> 2K - 3, the
-                                   ///< curves staying the same
-  float rest = 0.5f;               ///< share of what is seen that may move for the rest to come to rest
-                      ///< (train/bounds/freeze); 0: nothing does
+  bool light = true;                 ///< a gain per place and time, with or without motion (math/light.hpp)
+  float initial_rigidity = 0;        ///< raw: r begins at sigmoid(initial_rigidity)
+  std::vector<float> halve_start;    ///< bspline: progress at which every span is halved, K -> 2K - 3, the
+                                     ///< curves staying the same
+  float rest = 0.5f;                 ///< share of what is seen that may move for the rest to come to rest
+                                     ///< (train/bounds/freeze); 0: nothing does
   std::vector<int> elevate_points;   ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;  ///< progress at which each happens
 };

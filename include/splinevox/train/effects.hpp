@@ -104,40 +104,47 @@ struct EffectChoice {
   std::string note;              ///< why nothing was tried, or what was settled without a trial; may be empty
 };
 
-/// Decides whether a scene moves, and if it does not whether its light changes, by fitting nested models for
-/// a few hundred steps on small pictures and comparing them on pictures, and so on times, that no fit has
-/// seen. The unit of evidence is the picture: rays of one picture err together, and a test over rays would
-/// see effects that are not there. An effect is on if the lower bound of its gain exceeds effects.min_gain,
-/// off if the upper bound falls short of it; in between it is undecided: light then stays off, the simpler
-/// model, and motion goes by the mean, because a still scene with motion is only dearer and a moving one
-/// without is ruined. Motion that gains nothing on the whole is looked at again where it alone explains what
-/// the fits have seen: of a scene that mostly stands still. Each is judged beside all others, so that nothing
-/// is taken for it that they explain.
+/// Decides whether a scene moves, and if it does not, whether its light changes.
 ///
-/// Pictures may be a film: one camera that moves little while a piece of the curves lasts, and is elsewhere
-/// in the next. What the view changes then changes with time as well, and motion and light explain it as a
-/// camera passes by: a still scene gains by either, and looks wrong from anywhere else. So motion needs a
-/// gain that no still scene has, or to take something far; without either, and light in any case, an effect
-/// that gains is called confounded and stays off, the simpler model.
+/// Nested models are fitted for a few hundred steps on small pictures. They are compared on held-out
+/// pictures, and so at held-out times. The unit of evidence is the picture, because rays of one picture err
+/// together. A test over rays would find effects that are not there.
 ///
-/// A background is there to be learned only behind opaque pictures. It is tried first, so that motion is not
-/// taken for the fog that would stand in for it, and goes by its mean; too few views or steps to try anything
-/// leave it on.
+/// | the gain is | decision |
+/// | --- | --- |
+/// | above effects.min_gain with its lower bound | on |
+/// | below effects.min_gain with its upper bound | off |
+/// | in between | undecided |
 ///
-/// View dependence, rigidity, and light beside motion pay only late in training: fits this short see nothing
-/// of the 2 dB that view dependence is worth on bouncingballs (docs/experiments.md). They stay as the
+/// Undecided light stays off: the simpler model. Undecided motion goes by the mean. A static scene with
+/// motion only costs more, and a moving one without is ruined. Motion that gains nothing on the whole is
+/// compared again where it alone explains the pictures: that finds what moves in a mostly static scene. Each
+/// effect is judged beside all others, so that none is taken for what another explains.
+///
+/// Video: one camera that hardly moves within a piece of the curves and is elsewhere in the next. There the
+/// view changes with time, and motion and light can explain what the view changes. A static scene gains by
+/// them too, and looks wrong from anywhere else. So motion needs a gain that no static scene has, or must
+/// displace something far. Otherwise an effect that gains is called confounded and stays off. Light in a
+/// video always is.
+///
+/// A background can be learned behind opaque pictures only. It is tried first, or motion would be taken for
+/// the fog that stands in for it. It goes by its mean. With too few views or steps for trials it stays on.
+///
+/// View dependence, rigidity, and light beside motion pay late in training, so fits this short cannot judge
+/// them (docs/experiments/effects.md, "Which effects can a fit of 200 steps judge?"). They stay as the
 /// configuration has them.
 ///
-/// A long sequence, of more than 240 moments, may repeat itself faster than the configuration's control
-/// points can follow. Its middle 80 are fitted as a sequence of their own, with the configuration's points
-/// and then with half as many pieces each time, until fewer pieces lose more than effects.min_gain on the
-/// mean; twice the pieces that a unit of time then has are laid out over the whole, counting the halvings to
-/// come. Such a stretch also has a say in whether the scene moves, which pictures far apart in time may not
-/// show. Only for a basis whose pieces join smoothly by construction (Basis::smooth).
+/// A long sequence has more than 240 moments. It may repeat itself faster than the configuration's control
+/// points can follow. So its middle 80 moments are fitted as a sequence of their own:
+///   1. with the configuration's points,
+///   2. with half as many pieces each time, until fewer pieces lose more than effects.min_gain on the mean,
+///   3. twice the pieces that a unit of time then has are laid out over the whole, less halvings to come.
+/// Such a stretch also has a say in whether the scene moves. It is asked for bases alone whose pieces join
+/// smoothly by construction (Basis::smooth).
 ///
-/// A fit takes effects.steps, so the choice does not depend on the machine: two or three fits (one more of
-/// opaque pictures), 2 to 3 seconds on two cores. A run of too few steps for that to be a small part of it
-/// tries nothing: every effect stays.
+/// A fit takes effects.steps, so the choice does not depend on the machine. There are two or three fits, and
+/// one more of opaque pictures: 2 to 3 seconds on two cores. A run too short for that tries nothing and keeps
+/// every effect.
 /// @param told  called after each fit; may be empty.
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& told = {});

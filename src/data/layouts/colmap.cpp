@@ -56,12 +56,23 @@ Lens lens_of(const ColmapCamera& camera, const std::string& where) {
   const bool one_focal = name.rfind("SIMPLE_", 0) == 0 || name.rfind("RADIAL", 0) == 0;
   const std::size_t centre = one_focal ? 1 : 2, rest = centre + 2;
   Lens lens;
-  lens.fl_x = p[0], lens.fl_y = p[one_focal ? 0 : 1], lens.cx = p[centre], lens.cy = p[centre + 1];
-  lens.w = camera.width, lens.h = camera.height, lens.scaled = true;
+  lens.fl_x = p[0];
+  lens.fl_y = p[one_focal ? 0 : 1];
+  lens.cx = p[centre];
+  lens.cy = p[centre + 1];
+  lens.w = camera.width;
+  lens.h = camera.height;
+  lens.scaled = true;
   if (p.size() > rest) lens.k1 = p[rest];
   if (p.size() > rest + 1) lens.k2 = p[rest + 1];
-  if (name == "OPENCV") lens.p1 = p[6], lens.p2 = p[7];
-  if (name == "OPENCV_FISHEYE") lens.k3 = p[6], lens.k4 = p[7];
+  if (name == "OPENCV") {
+    lens.p1 = p[6];
+    lens.p2 = p[7];
+  }
+  if (name == "OPENCV_FISHEYE") {
+    lens.k3 = p[6];
+    lens.k4 = p[7];
+  }
   if (name.ends_with("FISHEYE")) lens.fisheye = true;
   return lens;
 }

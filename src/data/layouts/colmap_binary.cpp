@@ -43,7 +43,10 @@ class Values {
             "copy the file again"});
     return n;
   }
-  void skip(std::uint64_t n) { need(n), at_ += n; }
+  void skip(std::uint64_t n) {
+    need(n);
+    at_ += n;
+  }
   std::string text() {
     const auto* begin = bytes_.data() + at_;
     const void* end = at_ < bytes_.size() ? std::memchr(begin, 0, bytes_.size() - at_) : nullptr;
@@ -80,7 +83,8 @@ void read_binary_cameras(const fs::path& path, ColmapModel& model) {
     camera.kind = find_kind(std::int64_t(kind));
     if (!camera.kind)
       fail({in.where(), "there is no such camera model", "0 to 10", std::to_string(kind), ""});
-    camera.width = double(in.get<std::uint64_t>()), camera.height = double(in.get<std::uint64_t>());
+    camera.width = double(in.get<std::uint64_t>());
+    camera.height = double(in.get<std::uint64_t>());
     for (int i = 0; i < camera.kind->params; ++i)
       camera.params.push_back(in.finite("a parameter of the camera"));
     if (!model.cameras.emplace(id, camera).second)

@@ -25,7 +25,8 @@ class Lines {
       if (at_ >= bytes_.size()) return false;
       const std::string_view rest(reinterpret_cast<const char*>(bytes_.data()) + at_, bytes_.size() - at_);
       line_ = rest.substr(0, rest.find('\n'));
-      at_ += line_.size() + 1, ++number_;
+      at_ += line_.size() + 1;
+      ++number_;
       if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
     } while (!line_.empty() && line_[0] == '#');
     rest_ = line_;
@@ -76,7 +77,8 @@ void read_text_cameras(const fs::path& path, ColmapModel& model) {
     if (!camera.kind)
       fail({lines.where(), "there is no such camera model", "a model of COLMAP's, such as OPENCV",
             in_quotes(name), ""});
-    camera.width = lines.number<double>("the width"), camera.height = lines.number<double>("the height");
+    camera.width = lines.number<double>("the width");
+    camera.height = lines.number<double>("the height");
     for (int i = 0; i < camera.kind->params; ++i)
       camera.params.push_back(lines.number<double>("a parameter of the camera"));
     if (!model.cameras.emplace(id, camera).second)

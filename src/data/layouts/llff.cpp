@@ -41,7 +41,10 @@ RawFrame frame_of(const Row& row, bool llff, const std::string& where) {
   if (!(row.near_far[1] > row.near_far[0] && row.near_far[0] >= 0 && row.near_far[1] < 1e12))
     fail({where, "the depth bounds are out of order", "0 <= near < far",
           number(row.near_far[0]) + " and " + number(row.near_far[1]), ""});
-  frame.lens.fl_x = frame.lens.fl_y = f, frame.lens.w = w, frame.lens.h = h, frame.lens.scaled = true;
+  frame.lens.fl_x = frame.lens.fl_y = f;
+  frame.lens.w = w;
+  frame.lens.h = h;
+  frame.lens.scaled = true;
   return frame;
 }
 
@@ -155,7 +158,8 @@ RawScene pictures_scene(const fs::path& folder, const std::vector<Row>& rows, bo
   std::vector<std::array<double, 2>> depths;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     all.frames.push_back(frame_of(rows[i], llff, where + ", row " + std::to_string(i)));
-    all.frames.back().file_path = names[i], all.frames.back().label = "row " + std::to_string(i);
+    all.frames.back().file_path = names[i];
+    all.frames.back().label = "row " + std::to_string(i);
     depths.push_back(rows[i].near_far);
   }
   const Box box = frusta_box(all, depths);
@@ -202,10 +206,13 @@ RawScene read_dynerf(const fs::path& folder) {
   int fewest = 1 << 30, most = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     RawFrame frame = frame_of(rows[i], true, where + ", row " + std::to_string(i));
-    frame.file_path = names[i], frame.label = "film " + names[i];
-    cameras.frames.push_back(frame), depths.push_back(rows[i].near_far);
+    frame.file_path = names[i];
+    frame.label = "film " + names[i];
+    cameras.frames.push_back(frame);
+    depths.push_back(rows[i].near_far);
     const FilmFacts facts = film_facts(folder / names[i], printable((folder / names[i]).string()));
-    fewest = std::min(fewest, facts.frames), most = std::max(most, facts.frames);
+    fewest = std::min(fewest, facts.frames);
+    most = std::max(most, facts.frames);
     for (frame.film_frame = 0; frame.film_frame < facts.frames; ++frame.film_frame) {
       frame.time = frame.film_frame;
       frame.name = fmt::format("{}_{:04}", fs::path(names[i]).stem().string(), frame.film_frame);

@@ -99,7 +99,8 @@ RawFrame read_camera(const fs::path& folder, const std::string& id, const Frame&
         numbers_in(json{{"orientation", (*rows)[r]}}, "orientation", 3, true, where);
     axes[r] = {v[0], v[1], v[2]};
   }
-  axes[1] = -axes[1], axes[2] = -axes[2];
+  axes[1] = -axes[1];
+  axes[2] = -axes[2];
   const std::vector<double> p = numbers_in(file, "position", 3, true, where),
                             c = numbers_in(file, "principal_point", 2, true, where);
   const std::vector<double> k = numbers_in(file, "radial_distortion", 3, false, where),
@@ -118,7 +119,8 @@ RawFrame read_camera(const fs::path& folder, const std::string& id, const Frame&
                 c[0], c[1], size[0], size[1],
                 k[0], k[1], k[2],    {},
                 t[0], t[1], {},      true};
-  frame.name = id, frame.label = "frame " + id;
+  frame.name = id;
+  frame.label = "frame " + id;
   return frame;
 }
 
@@ -175,7 +177,7 @@ RawScene read_nerfies(const fs::path& folder) {
   if (scene.splits.size() == 1) {
     sort_by_time(scene.splits[0]);
     RawScene held = hold_out(std::move(scene.splits[0]));
-    scene.splits = std::move(held.splits),
+    scene.splits = std::move(held.splits);
     scene.notes.insert(scene.notes.end(), held.notes.begin(), held.notes.end());
   } else {
     scene.notes.push_back("the frames of val_ids are the test split");

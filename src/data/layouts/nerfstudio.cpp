@@ -80,7 +80,8 @@ RawScene read_nerfstudio(const fs::path& folder) {
   std::size_t masked = 0, timed = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     all.frames[i].label = "frame " + std::to_string(i);
-    masked += frames[i].contains("mask_path"), timed += frames[i].contains("time");
+    masked += frames[i].contains("mask_path");
+    timed += frames[i].contains("time");
   }
   if (timed > 0)
     read_times(frames, "time", all);

@@ -74,7 +74,10 @@ NpyTable read_npy(const std::filesystem::path& path, const std::string& where) {
   for (std::size_t i = 0; i < table.values.size(); ++i) {
     float single = 0;
     if (size == 8) std::memcpy(&table.values[i], bytes.data() + start + 8 * i, 8);
-    if (size == 4) std::memcpy(&single, bytes.data() + start + 4 * i, 4), table.values[i] = single;
+    if (size == 4) {
+      std::memcpy(&single, bytes.data() + start + 4 * i, 4);
+      table.values[i] = single;
+    }
     if (!std::isfinite(table.values[i]))
       fail({where, "a number is not finite", "finite numbers",
             number(table.values[i]) + " in row " + std::to_string(i / table.columns), ""});

@@ -129,7 +129,10 @@ std::array<double, 16> matrix_of(const std::array<Vec3d, 3>& columns, const Vec3
 
 Box frusta_box(const RawSplit& split, const std::vector<std::array<double, 2>>& near_far) {
   std::vector<double> nears, fars;
-  for (const auto& [near, far] : near_far) nears.push_back(near), fars.push_back(far);
+  for (const auto& [near, far] : near_far) {
+    nears.push_back(near);
+    fars.push_back(far);
+  }
   const double depths[] = {percentile(nears, 0.1), percentile(fars, 0.9)};
   Box box{{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}};
   for (const RawFrame& f : split.frames) {
@@ -141,7 +144,8 @@ Box frusta_box(const RawSplit& split, const std::vector<std::array<double, 2>>& 
           const double x = (u - f.lens.cx.value_or(0.5 * w)) / fx, y = (v - f.lens.cy.value_or(0.5 * h)) / fy;
           const Vec3 p = cast<float>(f.pose.position +
                                      depth * (x * f.pose.axes[0] - y * f.pose.axes[1] - f.pose.axes[2]));
-          box.lo = min(box.lo, p), box.hi = max(box.hi, p);
+          box.lo = min(box.lo, p);
+          box.hi = max(box.hi, p);
         }
   }
   return box;
@@ -155,7 +159,8 @@ std::optional<Box> points_box(std::vector<Vec3d> points) {
     for (const Vec3d& p : points) values.push_back(p[axis]);
     const double lo = percentile(values, 0.01), hi = percentile(values, 0.99), margin = 0.05 * (hi - lo);
     if (!(hi > lo)) return {};
-    box.lo[axis] = float(lo - margin), box.hi[axis] = float(hi + margin);
+    box.lo[axis] = float(lo - margin);
+    box.hi[axis] = float(hi + margin);
   }
   return box;
 }

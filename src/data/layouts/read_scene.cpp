@@ -114,7 +114,8 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
     return open;
   }
   RawScene scene = layout.read(folder);
-  open.scene.box = scene.box, open.scene.notes = scene.notes;
+  open.scene.box = scene.box;
+  open.scene.notes = scene.notes;
   const std::vector<std::string> chosen = choose_splits(folder, splits_of(folder, &scene), false, options);
   for (RawSplit& split : scene.splits)
     if (std::find(chosen.begin(), chosen.end(), split.name) != chosen.end())

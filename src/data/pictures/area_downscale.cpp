@@ -23,7 +23,8 @@ Image16 area_downscale(Image16 image, int factor) {
 }
 
 Camera area_downscale(Camera camera, int factor) {
-  camera.width /= factor, camera.height /= factor;
+  camera.width /= factor;
+  camera.height /= factor;
   for (double* value : {&camera.fx, &camera.fy, &camera.cx, &camera.cy}) *value /= factor;
   return camera;
 }

@@ -54,7 +54,8 @@ class Reader {
       const ssize_t n = ::read(pipe_, to, size);
       if (n < 0 && errno == EINTR) continue;
       if (n <= 0) return false;
-      to += n, size -= std::size_t(n);
+      to += n;
+      size -= std::size_t(n);
     }
     return true;
   }

@@ -85,7 +85,8 @@ Paths find_paths(const VoxelModel& model, const Lattice& cells) {
     for (const auto& slab : slabs)
       for (const Hit& h : slab) {
         Sum& sum = sums[h.cell * kMoments + std::size_t(m)];
-        sum.weight += h.weight, sum.moved += h.weight * h.moved;
+        sum.weight += h.weight;
+        sum.moved += h.weight * h.moved;
       }
   }
   Paths out;
@@ -94,7 +95,8 @@ Paths find_paths(const VoxelModel& model, const Lattice& cells) {
     float weight = 0;
     for (int m = 0; m < kMoments; ++m) weight += sums[c * kMoments + std::size_t(m)].weight / kMoments;
     if (weight < kLeast) continue;
-    out.cell.push_back(c), out.weight.push_back(weight);
+    out.cell.push_back(c);
+    out.weight.push_back(weight);
     finish(&sums[c * kMoments], voxel, out.path);
   }
   return out;
@@ -129,8 +131,11 @@ double rms_path(const float* path) {
 /// Cosine between two trajectories, in [-1, 1].
 double likeness(const float* a, const float* b) {
   double ab = 0, aa = 0, bb = 0;
-  for (int i = 0; i < kMoments * 3; ++i)
-    ab += double(a[i]) * b[i], aa += double(a[i]) * a[i], bb += double(b[i]) * b[i];
+  for (int i = 0; i < kMoments * 3; ++i) {
+    ab += double(a[i]) * b[i];
+    aa += double(a[i]) * a[i];
+    bb += double(b[i]) * b[i];
+  }
   return aa > 0 && bb > 0 ? ab / std::sqrt(aa * bb) : 0;
 }
 
@@ -157,9 +162,10 @@ MotionClusters find_clusters(const VoxelModel& model, int count) {
   if (count == 0) {
     std::vector<Clustering> tried;
     double highest = -1;
-    for (int k = 2; k <= kMostAuto; ++k)
-      tried.push_back(kmeans(paths.path, paths.weight, kMoments, k)),
-          highest = std::max(highest, tried.back().silhouette);
+    for (int k = 2; k <= kMostAuto; ++k) {
+      tried.push_back(kmeans(paths.path, paths.weight, kMoments, k));
+      highest = std::max(highest, tried.back().silhouette);
+    }
     best = *std::find_if(tried.begin(), tried.end(),
                          [&](const Clustering& c) { return c.silhouette >= highest - kWorth; });
   }
@@ -200,7 +206,9 @@ MotionClusters find_clusters(const VoxelModel& model, int count) {
   for (std::size_t i = 0; i < n; ++i) {
     const auto c = std::size_t(out.label[paths.cell[i]]);
     const double w = paths.weight[i], r = rms_path(path(i));
-    total += w, mass[c] += w, squares[c] += w * r * r;
+    total += w;
+    mass[c] += w;
+    squares[c] += w * r * r;
     place[c] += w * cast<double>(position_of(out.cells, paths.cell[i]));
   }
   for (std::size_t c = 0; c < out.clusters.size(); ++c)

@@ -53,7 +53,9 @@ void scale_motion(MotionField& motion, float factor) {
 MotionField with_points(const MotionField& motion, BasisKind basis, int points, FirstPoint first,
                         const Matrix& map) {
   MotionField out = motion;
-  out.basis = basis, out.points = points, out.first_point = first;
+  out.basis = basis;
+  out.points = points;
+  out.first_point = first;
   const int from = motion.points - motion.stored_points(), to = out.points - out.stored_points();
   const int stride = motion.stride();
   for (std::size_t l = 0; l < motion.levels.size(); ++l) {

@@ -47,9 +47,15 @@ int shown_slabs(const VoxelModel& model, int stride);
 struct DistanceSum {
   double max = 0, squares = 0, weight = 0;
   void add(double distance, double w) {
-    max = std::max(max, distance), squares += w * distance * distance, weight += w;
+    max = std::max(max, distance);
+    squares += w * distance * distance;
+    weight += w;
   }
-  void add(const DistanceSum& o) { max = std::max(max, o.max), squares += o.squares, weight += o.weight; }
+  void add(const DistanceSum& o) {
+    max = std::max(max, o.max);
+    squares += o.squares;
+    weight += o.weight;
+  }
   MotionDifference result() const { return {max, weight > 0 ? std::sqrt(squares / weight) : 0}; }
 };
 

@@ -232,7 +232,8 @@ void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<
     }
     first = i;
   }
-  out.error_max = error.result().max, out.error_rms = error.result().rms;
+  out.error_max = error.result().max;
+  out.error_rms = error.result().rms;
   out.ghosts = error.weight > 0 ? ghosts / error.weight : 0;
 }
 
@@ -249,9 +250,12 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
   for (const Place& p : places) {
     (p.member ? left : rest).push_back(p.x);
     if (p.member) {
-      seen.push_back(carried(p.x)), canonical.push_back(carried(p.canonical));
-      for (const Vec3& q : {seen.back(), canonical.back()})
-        next.box.lo = min(next.box.lo, q - margin), next.box.hi = max(next.box.hi, q + margin);
+      seen.push_back(carried(p.x));
+      canonical.push_back(carried(p.canonical));
+      for (const Vec3& q : {seen.back(), canonical.back()}) {
+        next.box.lo = min(next.box.lo, q - margin);
+        next.box.hi = max(next.box.hi, q + margin);
+      }
     }
   }
   check_room(lattice, next.box);
@@ -279,7 +283,8 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
       if (!rows.empty() && touches(view, rows, p.x)) disturbed += p.weight;
     }
   }
-  out.disturbed = others > 0 ? disturbed / others : 0, out.covered = part > 0 ? covered / part : 0;
+  out.disturbed = others > 0 ? disturbed / others : 0;
+  out.covered = part > 0 ? covered / part : 0;
   if (out.disturbed > limit || out.covered > limit) return out;
   carry_matter(next, model, clusters, chosen, g);
   if (!rows.empty()) {
@@ -306,7 +311,10 @@ PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const 
   const BrickView<float> view(*level.topology);
   double part = 0, disturbed = 0;
   for (const Place& p : places)
-    if (p.member) part += p.weight, disturbed += touches(view, kept, p.x) ? p.weight : 0;
+    if (p.member) {
+      part += p.weight;
+      disturbed += touches(view, kept, p.x) ? p.weight : 0;
+    }
   out.disturbed = part > 0 ? disturbed / part : 0;
   if (out.disturbed > limit) return out;
 
@@ -335,7 +343,8 @@ PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const 
     }
     first = i;
   }
-  out.error_max = error.result().max, out.error_rms = error.result().rms;
+  out.error_max = error.result().max;
+  out.error_rms = error.result().rms;
   model = std::move(next);
   return out;
 }

@@ -68,8 +68,14 @@ struct BrickView {
     CellRows r;
     if (c.interior()) {
       const std::int32_t base = table[c.slot] * kBrickRows + c.local;
-      r.row[0] = base, r.row[1] = base + 1, r.row[2] = base + 8, r.row[3] = base + 9;
-      r.row[4] = base + 64, r.row[5] = base + 65, r.row[6] = base + 72, r.row[7] = base + 73;
+      r.row[0] = base;
+      r.row[1] = base + 1;
+      r.row[2] = base + 8;
+      r.row[3] = base + 9;
+      r.row[4] = base + 64;
+      r.row[5] = base + 65;
+      r.row[6] = base + 72;
+      r.row[7] = base + 73;
       return r;
     }
     const bool ex = c.x() == 7, ey = c.y() == 7, ez = c.z() == 7;

@@ -96,7 +96,8 @@ struct ExpandKernel {
     for (int s = 0; s < slot_count; ++s) {
       float* from = slices + (s * rows + r) * kSliceWidth;
       if (!learned) {
-        store_pack(from, {}), store_pack(from + 4, {});
+        store_pack(from, {});
+        store_pack(from + 4, {});
         continue;
       }
       const Pack g = load_pack(from), scalars = load_pack(from + kSliceScalars);
@@ -111,7 +112,8 @@ struct ExpandKernel {
           if (layout.scalar[i] >= 0) p[layout.scalar[i]] += w * scalars[i];
         }
       }
-      store_pack(from, {}), store_pack(from + 4, {});
+      store_pack(from, {});
+      store_pack(from + 4, {});
     }
   }
 };

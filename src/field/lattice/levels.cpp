@@ -59,8 +59,10 @@ void restrict_brick(const Channels& fine, const std::vector<RowMask>& fine_rows,
         fine_rows[brick].for_each([&](int i) {
           const Int3 v{d.x * kBrick + (i >> 6), d.y * kBrick + (i >> 3 & 7), d.z * kBrick + (i & 7)};
           Int3 lo, hi;  // its coarse vertices inside the brick
-          for (int a = 0; a < 3; ++a)
-            lo[a] = std::max(v[a] >> 1, 0), hi[a] = std::min((v[a] + 1) >> 1, kBrick - 1);
+          for (int a = 0; a < 3; ++a) {
+            lo[a] = std::max(v[a] >> 1, 0);
+            hi[a] = std::min((v[a] + 1) >> 1, kBrick - 1);
+          }
           const float weight = 1.0f / float(1 << ((v.x & 1) + (v.y & 1) + (v.z & 1)));
           const float* from = fine.row(std::size_t(brick) * kBrickRows + i);
           for (int x = lo.x; x <= hi.x; ++x)

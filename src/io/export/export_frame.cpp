@@ -47,7 +47,10 @@ LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice,
   LeafSet set({}, dims);
   std::vector<std::size_t> kept;
   for (std::size_t l = 0; l < candidates.size(); ++l)
-    if (masks[l] != LeafMask{}) set.add(candidates[l], masks[l]), kept.push_back(l);
+    if (masks[l] != LeafMask{}) {
+      set.add(candidates[l], masks[l]);
+      kept.push_back(l);
+    }
   LeafValues out(std::move(set), 1);
   for (std::size_t k = 0; k < kept.size(); ++k)
     std::copy_n(blocks.data() + kept[k] * kBrickRows, kBrickRows, out.at(k, 0));

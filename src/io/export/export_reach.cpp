@@ -14,7 +14,10 @@ namespace {
 
 struct Range {
   float lo = INFINITY, hi = -INFINITY;
-  void add(float v) { lo = std::min(lo, v), hi = std::max(hi, v); }
+  void add(float v) {
+    lo = std::min(lo, v);
+    hi = std::max(hi, v);
+  }
 };
 
 /// Vertices around [lo, hi] along one axis, as indices of a lattice; everything outside reads the background,
@@ -26,7 +29,8 @@ void vertex_range(const Lattice& lattice, int axis, float lo, float hi, int bric
   };
   first = int(std::floor(coordinate(lo) - 1e-3f));
   last = int(std::floor(coordinate(hi) + 1e-3f)) + 1;
-  first = std::max(first, -1), last = std::min(last, bricks * kBrick);
+  first = std::max(first, -1);
+  last = std::min(last, bricks * kBrick);
 }
 
 /// Where Delta can lead from inside a box: the ranges of its three components.
@@ -47,13 +51,15 @@ void displacement_ranges(const MotionField& motion, const MotionSlice& slice, Ve
         raw.add(v[3]);
       }
   float r_lo = 1, r_hi = 1;
-  if (motion.rigidity)
-    r_lo = rigidity_of(raw.lo, motion.rigidity_offset).value,
+  if (motion.rigidity) {
+    r_lo = rigidity_of(raw.lo, motion.rigidity_offset).value;
     r_hi = rigidity_of(raw.hi, motion.rigidity_offset).value;
+  }
   for (int a = 0; a < 3; ++a) {
     out[a] = {std::min(r_lo * base[a].lo, r_hi * base[a].lo), std::max(r_lo * base[a].hi, r_hi * base[a].hi)};
     const float slack = 1e-4f * (std::abs(out[a].lo) + std::abs(out[a].hi));
-    out[a].lo -= slack, out[a].hi += slack;
+    out[a].lo -= slack;
+    out[a].hi += slack;
   }
 }
 

@@ -78,7 +78,10 @@ std::map<std::string, std::string> describe(const VoxelModel& model, const Expor
       {"shutter", text(o.shutter)},
       {"min_alpha", text(o.min_alpha)}};
   if (o.mesh) info["mesh_alpha"] = text(o.mesh_alpha);
-  if (o.sh) info["sh_order"] = std::to_string(model.radiance.sh_order), info["bake_view"] = "none";
+  if (o.sh) {
+    info["sh_order"] = std::to_string(model.radiance.sh_order);
+    info["bake_view"] = "none";
+  }
   if (clusters > 0) info["clusters"] = std::to_string(clusters);
   return info;
 }
@@ -205,7 +208,8 @@ class Sequence {
       const std::map<std::string, double> which =
           parts_ ? std::map<std::string, double>{{"cluster", double(c)}} : std::map<std::string, double>{};
       part.figures.insert(which.begin(), which.end());
-      part.figures["frame"] = out.frame, part.figures["time"] = out.time;
+      part.figures["frame"] = out.frame;
+      part.figures["time"] = out.time;
       const std::string name = prefixes[c] + frame_name(out.frame, profile_);
       files.push_back({name, (profile_.nanovdb ? write_nvdb : write_vdb)(path(name), std::move(part.file)),
                        std::move(part.figures)});
@@ -216,8 +220,9 @@ class Sequence {
                                                                              : ply_bytes(part.mesh)}),
                        which});
       auto& figures = files.back().figures;
-      figures["frame"] = out.frame, figures["time"] = out.time;
-      figures["vertices"] = double(part.mesh.points.size()),
+      figures["frame"] = out.frame;
+      figures["time"] = out.time;
+      figures["vertices"] = double(part.mesh.points.size());
       figures["triangles"] = double(part.mesh.triangles.size());
     }
     out.file = std::move(files[0]);
@@ -352,8 +357,10 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   };
   int done = 0, at_once = options.frames_at_once;
   bool going = true;
-  for (; at_once == 0 && going && done < total && sequence.frame_bytes() == 0; ++done)
-    work(done), going = finish(done);
+  for (; at_once == 0 && going && done < total && sequence.frame_bytes() == 0; ++done) {
+    work(done);
+    going = finish(done);
+  }
   if (at_once == 0) at_once = frames_that_fit(sequence.frame_bytes());
   if (going)
     in_order(

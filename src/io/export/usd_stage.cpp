@@ -20,7 +20,8 @@ std::string indented(const std::string& text) {
   bool fresh = true;
   for (const char c : text) {
     if (fresh && c != '\n') out += "    ";
-    out += c, fresh = c == '\n';
+    out += c;
+    fresh = c == '\n';
   }
   return out;
 }

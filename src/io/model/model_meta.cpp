@@ -176,8 +176,10 @@ VdbMeta motion_meta(const MotionField& motion) {
   meta["rigidity_offset"] = exact_text<float>({motion.rigidity_offset});
   if (!motion.time_curve.identity()) {
     std::vector<double> numbers;
-    for (const TimeCurve::Knot& k : motion.time_curve.knots)
-      numbers.push_back(k.time), numbers.push_back(k.value);
+    for (const TimeCurve::Knot& k : motion.time_curve.knots) {
+      numbers.push_back(k.time);
+      numbers.push_back(k.value);
+    }
     meta["time_curve"] = exact_text(numbers);
   }
   return meta;

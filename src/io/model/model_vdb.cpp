@@ -114,8 +114,10 @@ VdbGrid to_grid(const Channels& channels, const Column& column, const VdbMeta& m
   grid.meta = meta;
   grid.meta["role"] = column.role;
   grid.meta["activation"] = column.activation;
-  if (column.activation != kDensityActivation)
-    grid.meta.erase("activation_scale"), grid.meta.erase("activation_shift");
+  if (column.activation != kDensityActivation) {
+    grid.meta.erase("activation_scale");
+    grid.meta.erase("activation_shift");
+  }
   for (int c = 0; c < column.width; ++c) grid.background[c] = channels.row(0)[column.first + c];
   grid.leaves.reserve(std::size_t(topology.brick_count()));
   for (int b = 1; b <= topology.brick_count(); ++b) grid.leaves.push_back(kBrick * topology.bricks[b]);

@@ -29,7 +29,10 @@ std::uint64_t mapped_now() {
   ::setrlimit(RLIMIT_AS, &memory);
   ::alarm(seconds);
   const int nowhere = ::open("/dev/null", O_WRONLY);  // the C library's last words about a broken heap
-  if (nowhere >= 0) ::dup2(nowhere, 2), ::dup2(nowhere, 1);
+  if (nowhere >= 0) {
+    ::dup2(nowhere, 2);
+    ::dup2(nowhere, 1);
+  }
   const char* text = nullptr;
   std::string held;
   try {
@@ -55,7 +58,8 @@ std::string run_in_child(const std::function<void()>& task, unsigned seconds, st
   const pid_t pid = ::fork();
   if (pid < 0) {
     const int reason = errno;
-    ::close(ends[0]), ::close(ends[1]);
+    ::close(ends[0]);
+    ::close(ends[1]);
     return std::string("no child process: ") + std::strerror(reason);
   }
   if (pid == 0) {

@@ -55,7 +55,10 @@ LeafMask LeafSet::grown_mask(Int3 leaf) const {
 LeafSet LeafSet::grown_once() const {
   if (leaves_.empty()) return *this;
   Int3 lo = leaves_[0], hi = leaves_[0];
-  for (const Int3& leaf : leaves_) lo = min(lo, leaf), hi = max(hi, leaf);
+  for (const Int3& leaf : leaves_) {
+    lo = min(lo, leaf);
+    hi = max(hi, leaf);
+  }
   LeafSet out(lo - Int3{1, 1, 1}, hi - lo + Int3{3, 3, 3});
   std::vector<char> near(out.table_.size(), 0);
   for (const Int3& leaf : leaves_)

@@ -142,7 +142,9 @@ void copy_leaves(Grid& grid, VdbGrid& out) {
   grid.tree().voxelizeActiveTiles(/*threaded=*/false);
   constexpr std::size_t kFloats = 512 * sizeof(typename Grid::ValueType) / sizeof(float);
   const std::size_t leaves = grid.tree().leafCount();
-  out.leaves.reserve(leaves), out.active.reserve(leaves * 8), out.values.resize(leaves * kFloats);
+  out.leaves.reserve(leaves);
+  out.active.reserve(leaves * 8);
+  out.values.resize(leaves * kFloats);
   for (auto leaf = grid.tree().cbeginLeaf(); leaf; ++leaf) {
     const openvdb::Coord at = leaf->origin();
     std::memcpy(out.values.data() + out.leaves.size() * kFloats, leaf->buffer().data(),

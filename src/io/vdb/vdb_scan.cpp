@@ -27,7 +27,10 @@ class Cursor {
     at_ += sizeof v;
     return v;
   }
-  void skip(std::uint64_t n, const char* what) { need(n, what), at_ += n; }
+  void skip(std::uint64_t n, const char* what) {
+    need(n, what);
+    at_ += n;
+  }
   /// A length and as many bytes.
   void text(const char* what) {
     const std::uint32_t n = take<std::uint32_t>(what);

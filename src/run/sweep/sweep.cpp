@@ -109,7 +109,10 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
           if (!names.insert(t.name).second)
             fail({path, "two tasks would have the same folder",
                   "data sets and settings with names of their own", t.name, ""});
-          t.dataset = dataset, t.preset = preset, t.setting = setting, t.seed = seed,
+          t.dataset = dataset;
+          t.preset = preset;
+          t.setting = setting;
+          t.seed = seed;
           t.run = out + "/" + t.name;
           t.train = {"train", dataset, "--out", t.run, "--preset", preset, "--seed", seed, "--resume"};
           for (const std::string& s : sets) t.train.insert(t.train.end(), {"--set", s});
@@ -123,7 +126,8 @@ SweepState state_of(const SweepTask& task) {
   SweepState s;
   const Json j = Json::parse(read_text(task.run + "/metrics.json"), nullptr, false);
   if (!j.is_object() || !j.value("finished", false)) return s;
-  s.trained = true, s.done = j.contains("psnr");
+  s.trained = true;
+  s.done = j.contains("psnr");
   if (s.done) s.metrics = j;
   return s;
 }
@@ -155,8 +159,9 @@ std::string sweep_table(const std::vector<SweepTask>& tasks) {
     ++row.tasks;
     const SweepState s = state_of(t);
     if (!s.done) continue;
-    row.psnr.push_back(recorded(s.metrics, "psnr")), row.ssim += recorded(s.metrics, "ssim"),
-        row.seconds += recorded(s.metrics, "train_seconds");
+    row.psnr.push_back(recorded(s.metrics, "psnr"));
+    row.ssim += recorded(s.metrics, "ssim");
+    row.seconds += recorded(s.metrics, "train_seconds");
   }
   std::string text =
       "| dataset | preset | setting | done | PSNR | SSIM | training s |\n| --- | --- | --- | --- | --- | --- "

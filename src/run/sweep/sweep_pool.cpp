@@ -87,7 +87,10 @@ std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const st
   };
   const auto tell = [&](const SweepTask& t, const std::string& what) {
     ++ended;
-    if (!quiet) fmt::print("{} of {}  {}: {}\n", ended, tasks.size(), t.name, what), std::fflush(stdout);
+    if (!quiet) {
+      fmt::print("{} of {}  {}: {}\n", ended, tasks.size(), t.name, what);
+      std::fflush(stdout);
+    }
   };
   while (!running.empty() || (next < tasks.size() && !stop_asked())) {
     while (next < tasks.size() && int(running.size()) < jobs && !stop_asked()) {

@@ -13,7 +13,7 @@ namespace splinevox {
 /// everything, what is static by a voxel or two, but always by the same. Once all of time is trained, the
 /// displacement of a place over time tells the two apart; then the canonical volume is laid out anew such
 /// that the offset is 0, and where nothing else is left motion is not stored, read or learned
-/// (docs/experiments.md, "At rest").
+/// (docs/experiments/static.md).
 /// @param voxel  of the next stage, scene units
 /// @return the offset at which the canonical volume is to be looked at from now on; none if nothing is
 /// frozen. With one, the occupancy must be refreshed once the volume is laid out anew.

@@ -128,9 +128,13 @@ BitGrid swept_hull(const Split& train, const Box& box, int cells) {
     for (int f = 0; f < n; ++f)
       for (int k = 0; k < count; ++k) {
         View& view = seen[f % window][k];
-        if (f >= window) inside[k] -= view == kInside, outside[k] -= view == kOutside;
+        if (f >= window) {
+          inside[k] -= view == kInside;
+          outside[k] -= view == kOutside;
+        }
         view = (*watches[f])(place[k]);
-        inside[k] += view == kInside, outside[k] += view == kOutside;
+        inside[k] += view == kInside;
+        outside[k] += view == kOutside;
         if (f + 1 >= window && outside[k] == 0 && 2 * inside[k] > window) hull.set(first + k);
       }
   });

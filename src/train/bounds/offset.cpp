@@ -27,7 +27,10 @@ std::vector<Vec3> filled(const BitGrid& cells, std::vector<Vec3> values) {
             for (const int step : {-1, 1}) {
               Int3 at = c;
               at[a] += step;
-              if (at[a] >= 0 && at[a] < cells.size[a]) sum += values[cells.index(at)], ++count;
+              if (at[a] >= 0 && at[a] < cells.size[a]) {
+                sum += values[cells.index(at)];
+                ++count;
+              }
             }
           if (count > 0) next[cells.index(c)] = (1.0f / float(count)) * sum;
         }

@@ -42,8 +42,10 @@ std::vector<ShownCell> shown_by(const VoxelModel& model, const Frame& view, cons
           look.along(ray), composite(view.image, x, y, model.background.towards(cast<float>(ray.direction))));
       look.each_sample([&](const Vec3& position, float w, int i) {
         Shown& cell = cells[grid.index(grid.cell_of(position))];
-        cell.displacement += w * look.displacement(i), cell.error += w * error,
-            cell.light += w * look.light(i), cell.weight += w;
+        cell.displacement += w * look.displacement(i);
+        cell.error += w * error;
+        cell.light += w * look.light(i);
+        cell.weight += w;
       });
     }
   std::vector<ShownCell> out;
@@ -57,7 +59,9 @@ class Moments {
  public:
   void add(const Vec3& value, double weight) {
     const Vec3d v = cast<double>(value);
-    sum_ = sum_ + weight * v, square_ += weight * dot(v, v), weight_ += weight;
+    sum_ = sum_ + weight * v;
+    square_ += weight * dot(v, v);
+    weight_ += weight;
   }
   Vec3 mean() const { return cast<float>((1 / weight_) * sum_); }
   double variance() const { return std::max(0.0, (square_ - dot(sum_, sum_) / weight_) / weight_); }

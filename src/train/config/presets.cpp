@@ -6,7 +6,10 @@ namespace {
 
 /// On finer motion lattices pictures have less to say to a vertex, so what holds its curve together must be
 /// weaker, and what they do not ask for must be told to rest (docs/experiments.md).
-void set_fine_curves(LossConfig& loss) { loss.curve_length = 0.02f, loss.curve_rest = 1e-4f; }
+void set_fine_curves(LossConfig& loss) {
+  loss.curve_length = 0.02f;
+  loss.curve_rest = 1e-4f;
+}
 
 /// What our presets share beyond the defaults: view dependence learns fast, its finer harmonics late (early
 /// they explain motion away), and curves of many points are held together by the length of their polygons,
@@ -16,7 +19,8 @@ void set_fine_curves(LossConfig& loss) { loss.curve_length = 0.02f, loss.curve_r
 Config ours() {
   Config c;
   c.optimiser.lr_sh = 0.05f;
-  c.radiance.sh_order = 2, c.radiance.sh_start = {0, .55f};
+  c.radiance.sh_order = 2;
+  c.radiance.sh_start = {0, .55f};
   c.motion.halve_start = {.3f};
   c.grid.empty_start = {.54f, .7f, .8f};
   c.loss.curve_length = 0.075f;
@@ -76,14 +80,20 @@ constexpr float tv_weight(float theirs, int channels) {
 /// What the published methods share: a Bezier curve, and none of what we added.
 Config published() {
   Config c;
-  c.run.max_time = 600, c.run.late_cost = 1;
+  c.run.max_time = 600;
+  c.run.late_cost = 1;
   c.effects.steps = 0;
   c.run.background_order = -1;
   c.motion.basis = BasisKind::bezier;
-  c.motion.light = false, c.motion.rest = 0;
-  c.optimiser.beta2 = 0.999f, c.optimiser.shrink = 0;
+  c.motion.light = false;
+  c.motion.rest = 0;
+  c.optimiser.beta2 = 0.999f;
+  c.optimiser.shrink = 0;
   c.loss.tv_final = 1;
-  c.sampling.growth = 1, c.sampling.carve = 0, c.sampling.frames = 8, c.sampling.window = 1;
+  c.sampling.growth = 1;
+  c.sampling.carve = 0;
+  c.sampling.frames = 8;
+  c.sampling.window = 1;
   c.sampling.clipped = false;
   return c;
 }
@@ -105,7 +115,8 @@ Config paper() {
   c.loss.offset = motion_weight(30);
   c.loss.offset_rigidity = 0.3f;
   c.loss.divergence = motion_weight(0.3f);
-  c.loss.tv_density = tv_weight(1e-4f, 1), c.loss.tv_rigidity = tv_weight(1e-4f, 1);
+  c.loss.tv_density = tv_weight(1e-4f, 1);
+  c.loss.tv_rigidity = tv_weight(1e-4f, 1);
   c.loss.tv_color = c.loss.tv_sh = tv_weight(1e-4f, 3 + 9);
   c.loss.tv_control = tv_weight(1e-4f, 3 * 5);
   return c;
@@ -132,7 +143,8 @@ Config nerf_atlas() {
   c.optimiser.lr_control = 1e-2f / 2.6f;  // its box is 2.6 wide
   c.optimiser.lr_rigidity = 1e-2f;
   c.optimiser.final_radiance = c.optimiser.final_motion = 5e-3f;
-  c.loss.tv_density = tv_weight(1e-3f, 1), c.loss.tv_rigidity = tv_weight(1e-4f, 1);
+  c.loss.tv_density = tv_weight(1e-3f, 1);
+  c.loss.tv_rigidity = tv_weight(1e-4f, 1);
   c.loss.tv_color = c.loss.tv_sh = tv_weight(1e-4f, 3 + 16);
   c.loss.tv_control = tv_weight(1e-4f, 3 * 3);
   c.loss.offset = motion_weight(30);

@@ -28,7 +28,7 @@ constexpr double kClearGain = 0.5;   // dB there: still scenes come to 0.1 at mo
                                      // moves to 0.9 and more (docs/experiments.md)
 constexpr double kFilm = 0.8;        // of where pictures see the scene from is told by their time
 constexpr double kFilmGain = 1.4;  // dB, of motion in a film: a still scene gains about 1 at most by bending
-                                   // a little with the camera (docs/experiments.md, "Films")
+                                   // a little with the camera (docs/experiments/effects.md)
 constexpr double kFarGain = 0.3;   // dB, if it takes something far, which bending does not:
 constexpr float kFar = 3;          // voxels of a fit's lattice, of 40 to the box
 constexpr double kFarShare = 0.0015;  // of what pictures show
@@ -40,16 +40,23 @@ constexpr double kShortestTime = 25;  // seconds of training, for the same reaso
 Config fit_config(const Config& config, const EffectSet& effects) {
   Config c = config;
   apply(effects, c);
-  c.grid.radiance = {20, 40}, c.grid.radiance_start = {0, 0.25f};
-  c.grid.motion = {4, 8, 16}, c.grid.motion_start = {0, 0.25f, 0.25f};
-  c.radiance.sh_order = order_at(c.radiance, 0), c.radiance.sh_start.clear();
+  c.grid.radiance = {20, 40};
+  c.grid.radiance_start = {0, 0.25f};
+  c.grid.motion = {4, 8, 16};
+  c.grid.motion_start = {0, 0.25f, 0.25f};
+  c.radiance.sh_order = order_at(c.radiance, 0);
+  c.radiance.sh_start.clear();
   c.motion.rest = 0;
-  c.motion.elevate_points.clear(), c.motion.elevate_start.clear(), c.motion.halve_start.clear();
+  c.motion.elevate_points.clear();
+  c.motion.elevate_start.clear();
+  c.motion.halve_start.clear();
   c.grid.empty_start.clear();
   c.loss = for_trials(c.loss);
-  c.sampling.rays = std::min(c.sampling.rays, 2048), c.sampling.growth = 1;
+  c.sampling.rays = std::min(c.sampling.rays, 2048);
+  c.sampling.growth = 1;
   c.sampling.window = 1;  // every fit learns from the same pictures
-  c.sampling.occupancy_cells = 32, c.sampling.occupancy_every = 100;
+  c.sampling.occupancy_cells = 32;
+  c.sampling.occupancy_every = 100;
   return c;
 }
 
@@ -82,10 +89,12 @@ class Ladder {
     if (const int made = find(effects, points); made >= 0) return out_.trials[first_ + std::size_t(made)];
     Config c = fit_config(config_, effects);
     c.motion.points = points;
-    c.run.max_time = 0, c.run.max_steps = config_.effects.steps;
+    c.run.max_time = 0;
+    c.run.max_steps = config_.effects.steps;
     Trainer trainer(c, halves_.seen, time_map_);
     EffectTrial trial;
-    trial.effects = effects, trial.points = points;
+    trial.effects = effects;
+    trial.points = points;
     while (!trainer.done()) trial.steps = int(trainer.step().step);
     trial.seconds = trainer.seconds();
     fits_.push_back({trainer.model(), {}});
@@ -130,7 +139,8 @@ class Ladder {
     double shown = 0, pixels = 0;
     for (std::size_t f = 0; f < held.size(); ++f) {
       const Image truth = picked(composite(held[f].image, moving.model.background.color), where[f]);
-      shown += truth.width, pixels += double(where[f].data.size());
+      shown += truth.width;
+      pixels += double(where[f].data.size());
       if (truth.width < kFewestPixels) continue;
       const auto quality = [&](const Fit& fit) {
         return capped_psnr(psnr(picked(fit.pictures[f], where[f]), truth));
@@ -141,7 +151,8 @@ class Ladder {
     const PairedGain there = paired_gain(gains, level_);
     if (there.mean < kClearGain) return;
     EffectVerdict& v = out_.verdicts.back();
-    v.gain = there, v.where = shown / pixels;
+    v.gain = there;
+    v.where = shown / pixels;
     decide(v);
   }
   /// Whether what the fits have seen is a film: a camera that hardly moves within a piece of the curves and

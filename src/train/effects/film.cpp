@@ -14,7 +14,10 @@ namespace {
 struct Spread {
   double sum = 0, pairs = 0;
   /// All pairs among n unit vectors.
-  void add(const Vec3d& total, double n) { sum += (n * n - dot(total, total)) / 2, pairs += n * (n - 1) / 2; }
+  void add(const Vec3d& total, double n) {
+    sum += (n * n - dot(total, total)) / 2;
+    pairs += n * (n - 1) / 2;
+  }
   double mean() const { return pairs > 0 ? std::max(0.0, sum / pairs) : 0; }
 };
 

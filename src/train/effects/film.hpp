@@ -6,16 +6,19 @@
 
 namespace splinevox {
 
-/// How much of where pictures see the scene from the time tells, 0..1: one less the spread of their
-/// directions among pictures of about the same time, as a share of the spread among all (means of 1 - cos
-/// over pairs of pictures). Near 1 of a film, whose camera passes by; near 0 of cameras that are anywhere at
-/// any time, of a rig that sees every time, and of a camera that stands.
-/// @param middle  of the scene. @param window  in which times are about the same; pictures of neighbouring
-/// times always are
+/// How well the time of a picture tells its viewing direction, 0..1.
+///
+///   1 - (spread of directions among pictures of about the same time) / (spread among all pictures)
+///
+/// A spread is the mean of 1 - cos over pairs of pictures. The result is near 1 for a video whose camera
+/// moves. It is near 0 for cameras that are anywhere at any time, for a rig that sees every time, and for a
+/// camera that stands still.
+/// @param middle  of the scene, scene units
+/// @param window  within which times count as the same; pictures of neighbouring times always do
 double view_told_by_time(const Split& train, const Vec3& middle, double window);
 
-/// Share of what views show, in cells of a 32nd of the box, that a moving model displaces by more than `far`
-/// scene units, on the mean over time.
+/// Share of the visible cells, of 32 along the box, that a moving model displaces by more than `far` scene
+/// units on the mean over time.
 double share_far(const VoxelModel& moving, const Split& views, float far);
 
 }  // namespace splinevox

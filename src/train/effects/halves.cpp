@@ -28,7 +28,8 @@ std::optional<Stretch> middle_stretch(const Split& train) {
   const double start = moments[first], end = moments[first + kStretch - 1];
   std::erase_if(out.frames,
                 [&](int f) { return train.frames[f].time < start || train.frames[f].time > end; });
-  out.start = start, out.length = end - start;
+  out.start = start;
+  out.length = end - start;
   return out;
 }
 

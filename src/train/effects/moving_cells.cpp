@@ -27,7 +27,9 @@ struct Given {
 class Spread {
  public:
   void add(const Vec3& mean) {
-    sum_ = sum_ + cast<double>(mean), square_ += double(dot(mean, mean)), ++times_;
+    sum_ = sum_ + cast<double>(mean);
+    square_ += double(dot(mean, mean));
+    ++times_;
   }
   int times() const { return times_; }
   double variance() const {
@@ -53,7 +55,9 @@ std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const Voxel
                  still_error = photometric_error(still_look.along(ray), target);
       look.each_sample([&](const Vec3& position, float w, int) {
         Given& g = out[grid.index(grid.cell_of(position))];
-        g.moving = g.moving + w * error, g.still = g.still + w * still_error, g.weight += w;
+        g.moving = g.moving + w * error;
+        g.still = g.still + w * still_error;
+        g.weight += w;
       });
     }
   return out;
@@ -68,7 +72,8 @@ double mean_beside(const BitGrid& seen, const std::vector<double>& values, std::
       Int3 at = seen.cell_at(cell);
       at[a] += step;
       if (at[a] < 0 || at[a] >= seen.size[a] || !seen.test(seen.index(at))) continue;
-      sum += values[seen.index(at)], ++count;
+      sum += values[seen.index(at)];
+      ++count;
     }
   return sum / count;
 }
@@ -86,8 +91,10 @@ BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Sp
   for (std::size_t c = 0; c < out.cells(); ++c) {
     Spread errors, still_errors;
     for (const std::vector<Given>& at : given)
-      if (const Given& g = at[c]; g.weight >= kFewestRays)
-        errors.add((1 / g.weight) * g.moving), still_errors.add((1 / g.weight) * g.still);
+      if (const Given& g = at[c]; g.weight >= kFewestRays) {
+        errors.add((1 / g.weight) * g.moving);
+        still_errors.add((1 / g.weight) * g.still);
+      }
     if (errors.times() == 0) continue;
     seen.set(c);
     explained[c] = still_errors.variance() - errors.variance();

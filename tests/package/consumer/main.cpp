@@ -33,7 +33,10 @@ constexpr int kSteps = 40;
 int failed = 0;
 
 void check(bool good, const char* what) {
-  if (!good) std::printf("failed: %s\n", what), ++failed;
+  if (!good) {
+    std::printf("failed: %s\n", what);
+    ++failed;
+  }
 }
 
 /// The same model from a trainer: the data's box and the effects as `train` settles them.
@@ -56,7 +59,10 @@ void train_into(run::TrainOptions options) {
   int steps = 0;
   run::TrainEvents events;
   events.note = [&](const std::string& text) { notes.push_back(text); };
-  events.step = [&](const StepReport& report) { return ++steps, report.step < kSteps / 2; };
+  events.step = [&](const StepReport& report) {
+    ++steps;
+    return report.step < kSteps / 2;
+  };
   const run::TrainEnd half = run::train(options, events);
   check(!half.finished && half.steps == kSteps / 2 && steps == kSteps / 2, "a run stops when it is told to");
   check(!notes.empty(), "a run says what it does");
