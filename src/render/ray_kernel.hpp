@@ -13,6 +13,7 @@
 #include "math/composite.hpp"
 #include "math/trilinear.hpp"
 #include "math/warp.hpp"
+#include "render/ray_course.hpp"
 #include "render/views.hpp"
 #include "splinevox/field/channels.hpp"
 #include "splinevox/math/sh.hpp"
@@ -44,6 +45,7 @@ class RayKernel {
   using Eight = typename Simd<Real>::Eight;
   using Vec = Vec3T<Real>;
   using Field = FieldView<Real, Stored>;
+  using Course = RayCourse<Real>;
 
   /// Marches until the box ends or transmittance falls below `stop`; the sample that crosses is the last one
   /// counted.
@@ -175,31 +177,6 @@ class RayKernel {
   RayResult<Real> finish(const RayInput<Real>& ray) const {
     return {rgb_ + transmittance_ * ray.background, transmittance_};
   }
-
-  /// The coordinates of a ray's samples in a lattice, u_i = (coarse + i coarse_step) + (fine + i fine_step).
-  /// A coordinate of some hundred vertices leaves a float few digits for its fraction, and what rounding
-  /// moves there is multiplied by the slopes of density and displacement: it was nine tenths of the error of
-  /// a gradient (numerics, "Float against double"). The coarse part is a multiple of 2^-14, of which a float
-  /// holds every sum up to 1024 exactly; the fine part is small.
-  struct Course {
-    Vec coarse, fine, coarse_step, fine_step;
-    Course() = default;
-    Course(const BrickView<Real>& view, const RayInput<Real>& ray, Real step) {
-      for (int a = 0; a < 3; ++a)
-        if constexpr (std::is_same_v<Real, float>) {
-          const double inv = view.inv_spacing;
-          split((double(ray.origin[a]) - view.origin[a]) * inv, coarse[a], fine[a]);
-          split(double(step) * ray.direction[a] * inv, coarse_step[a], fine_step[a]);
-        } else {
-          coarse[a] = (ray.origin[a] - view.origin[a]) * view.inv_spacing;
-          coarse_step[a] = step * ray.direction[a] * view.inv_spacing;
-        }
-    }
-    static void split(double u, float& coarse, float& fine) {
-      coarse = float(std::rint(u * 0x1p14) * 0x1p-14);
-      fine = float(u - double(coarse));
-    }
-  };
 
   /// Fractions and cells of kChunk positions in a lattice.
   struct Located {
