@@ -80,7 +80,7 @@ MotionLayout::MotionLayout(const MotionField& motion)
   for (const ColumnFacts& c : kColumns) {
     if (!c.of_motion()) continue;
     const bool stored = motion.*c.stored;
-    if (is_scalar(c)) scalar[c.slice - kSliceScalars] = stored ? stride : -1;
+    if (is_scalar(c)) scalar[scalar_index(c.kind)] = stored ? stride : -1;
     if (c.repeat == Repeat::point)
       stride += stored ? c.width : 0;
     else

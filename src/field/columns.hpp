@@ -135,7 +135,10 @@ constexpr int count_curves(bool scalars_only) {
   for (const ColumnFacts& c : kColumns) n += c.repeat == Repeat::point && (is_scalar(c) || !scalars_only);
   return n;
 }
+/// Number of such a curve among them.
+constexpr int scalar_index(ColumnKind kind) { return facts_of(kind).slice - kSliceScalars; }
 inline constexpr int kCurves = count_curves(false), kScalars = count_curves(true);
+inline constexpr int kLight = scalar_index(ColumnKind::light);
 /// Floats of a row of a slice that have a meaning.
 inline constexpr int kSliceUsed = kSliceScalars + kScalars;
 

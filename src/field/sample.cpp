@@ -50,7 +50,8 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
   if (model.motion.rigidity) r = rigidity_of(p.value[3], model.motion.rigidity_offset);
   out.rigidity = r.value;
   if (model.motion.light)
-    out.light = light_gain(interpolate<Four>(at, position.values.data(), kSliceWidth, 4)[0]).value;
+    out.light =
+        light_gain(interpolate<Four>(at, position.values.data(), kSliceWidth, kSliceScalars)[kLight]).value;
   out.displacement = displacement_of(p.value, r.value);
   out.velocity_to_canonical = displacement_of(v.value, r.value);
   // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.

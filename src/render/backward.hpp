@@ -58,8 +58,8 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
       m.cell = s.warp.cell;
       m.fraction = s.warp.fraction;
       displacement_vjp(d_delta, s.warp.motion, ray.r[i], ray.r_slope[i], m.g);
-      m.g[4] = d.light;
-      for (int k = 5; k < kSliceWidth; ++k) m.g[k] = 0;
+      for (int k = kSliceScalars; k < kSliceWidth; ++k) m.g[k] = 0;
+      m.g[kSliceScalars + kLight] = d.light;
       if constexpr (Jet)
         for (auto& row : m.h)
           for (Real& v : row) v = 0;

@@ -265,7 +265,7 @@ class RayKernel {
       for (int c = 0; c < kCorners; ++c)
         sum += w[c] * load<Eight>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth);
       out.motion[j] = Four{sum[0], sum[1], sum[2], sum[3]};
-      raw_light[j] = sum[4];
+      raw_light[j] = sum[kSliceScalars + kLight];
     }
     return any != 0;
   }

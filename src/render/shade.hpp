@@ -101,13 +101,13 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
     float w[kCorners];
     trilinear_weights(s.observed.fraction, w);
     s.motion = {};
-    float light = 0;
+    Pack scalars{};
     SPLINEVOX_UNROLL for (int c = 0; c < kCorners; ++c) {
       const float* row = frame.slice + std::size_t(rows.row[c]) * kSliceWidth;
       s.motion += w[c] * load_pack(row);
-      light += w[c] * row[4];
+      SPLINEVOX_UNROLL for (int i = 0; i < kScalars; ++i) scalars[i] += w[c] * row[kSliceScalars + i];
     }
-    gain = light_gain(light);
+    gain = light_gain(scalars[kLight]);
     if (field.rigidity) {
       const Activated<float> r = rigidity_of(s.motion[3], field.rigidity_offset);
       s.r = r.value;
@@ -156,8 +156,8 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
 template <int Sh>
 struct SampleGradient {
   Pack radiance[Shaded<Sh, true>::kPacks];
-  Pack motion;  ///< Delta_0 and raw rigidity
-  float light;
+  Pack motion;   ///< Delta_0 and raw rigidity
+  Pack scalars;  ///< the curves of one number
 };
 
 /// From the adjoint of the composite to the rows: harmonics of the view factor, and through the slopes of the
@@ -195,7 +195,7 @@ SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, cons
     SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) delta[a] =
         field.radiance.inv_spacing * ((along[a][0] + along[a][2]) + (along[a][1] + along[a][3]));
     displacement_vjp(delta, s.motion, s.r, s.r_slope, out.motion);
-    out.light = d.light;
+    out.scalars[kLight] = d.light;
   }
   return out;
 }

@@ -158,8 +158,11 @@ struct TrainKernel {
             row[c] = g[c];
             bad[lane] |= !(g[c] < largest && g[c] > -largest);
           }
-          row[4] = gradient[lane].light;
-          bad[lane] |= !(row[4] < largest && row[4] > -largest);
+          SPLINEVOX_UNROLL for (int i = 0; i < kScalars; ++i) {
+            const float s = gradient[lane].scalars[i];
+            row[kSliceScalars + i] = s;
+            bad[lane] |= !(s < largest && s > -largest);
+          }
           place[lane] = s.observed;
         });
         team.sync();

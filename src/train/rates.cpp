@@ -101,7 +101,7 @@ void set_priors(const Config& config, int halvings, Lattices& lattices) {
   }
   for (const ColumnFacts& facts : kColumns) {
     if (!is_scalar(facts) || !(motion.*facts.stored)) continue;
-    const int i = facts.slice - kSliceScalars;
+    const int i = scalar_index(facts.kind);
     curves.scalar[i] = loss.*learning_of(facts.kind).differences;
     curves.lane[i] = layout.scalar[i];
   }

@@ -111,7 +111,7 @@ TEST_SUITE("field/columns") {
       const MotionLayout layout(m);
       for (const Column& c : motion_columns(m))
         if (is_scalar(facts_of(c.kind)))
-          CHECK(c.first % layout.stride == layout.scalar[facts_of(c.kind).slice - kSliceScalars]);
+          CHECK(c.first % layout.stride == layout.scalar[scalar_index(c.kind)]);
     }
   }
 
