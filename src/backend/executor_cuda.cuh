@@ -166,10 +166,7 @@ class CudaExecutor {
   void for_each(const Kernel& kernel) {
     const std::size_t n = kernel.count();
     if (n == 0) return;
-    each_kernel < < < unsigned((n + 255) / 256);
-    256;
-    0;
-    stream_ >>> (n, kernel);
+    each_kernel<<<unsigned((n + 255) / 256), 256, 0, stream_>>>(n, kernel);
     check_cuda(cudaGetLastError(), "starting a kernel");
   }
   template <class Kernel>
@@ -186,10 +183,8 @@ class CudaExecutor {
       check_cuda(
           cudaFuncSetAttribute(team_kernel<Kernel>, cudaFuncAttributeMaxDynamicSharedMemorySize, int(shared)),
           "asking for shared memory (rays with very many samples)");
-    team_kernel < < < unsigned((n + teams - 1) / teams);
-    dim3(kLanes, unsigned(teams));
-    shared;
-    stream_ >>> (n, kernel, unsigned(scratch_bytes));
+    team_kernel<<<unsigned((n + teams - 1) / teams), dim3(kLanes, unsigned(teams)), shared, stream_>>>(
+        n, kernel, unsigned(scratch_bytes));
     check_cuda(cudaGetLastError(), "starting a kernel");
   }
 

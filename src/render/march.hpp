@@ -84,8 +84,7 @@ SPLINEVOX_HD Marched march(const Team& team, const RayInput<float>& ray, const F
     typename Team::template Lanes<float> before;
     team.each([&](int lane) {
       if (lane < n) {
-        sample[lane] = shade_sample < Sh;
-        Moving > (ray, list.index[out.shaded + lane], field, frame, harmonics);
+        sample[lane] = shade_sample<Sh, Moving>(ray, list.index[out.shaded + lane], field, frame, harmonics);
       } else {
         sample[lane].stored = false;
         sample[lane].passed = 1;

@@ -90,8 +90,7 @@ struct TrainKernel {
           sample[lane].stored = false;
           sample[lane].passed = 1;
         } else if (gone) {
-          sample[lane] = shade_sample < Sh;
-          Moving > (ray, list.index[first + lane], field, frame, harmonics);
+          sample[lane] = shade_sample<Sh, Moving>(ray, list.index[first + lane], field, frame, harmonics);
         }
         before[lane] = sample[lane].passed;
       });
@@ -159,9 +158,9 @@ struct TrainKernel {
             bad[lane] |= !(g[c] < largest && g[c] > -largest);
           }
           SPLINEVOX_UNROLL for (int i = 0; i < kScalars; ++i) {
-            const float s = gradient[lane].scalars[i];
-            row[kSliceScalars + i] = s;
-            bad[lane] |= !(s < largest && s > -largest);
+            const float slope = gradient[lane].scalars[i];
+            row[kSliceScalars + i] = slope;
+            bad[lane] |= !(slope < largest && slope > -largest);
           }
           place[lane] = s.observed;
         });

@@ -37,10 +37,18 @@ def chains(text):
     """(start, ends of the parts, end, controlled, returns) of every chain, as offsets."""
     toks = [(t, at) for t, at, kind in tokens_of(text) if kind == "code"]
     match, stack = {}, []
-    for i, (t, _) in enumerate(toks):
-        if t in CLOSE:
+    for i, (t, at) in enumerate(toks):
+        # Template arguments follow their name at once; a comparison has a space before it.
+        if t == "<" and i > 0 and toks[i - 1][1] + len(toks[i - 1][0]) == at and toks[i - 1][0] != "operator":
+            stack.append(i)
+        elif t == ">" and stack and toks[stack[-1]][0] == "<":
+            o = stack.pop()
+            match[o], match[i] = i, o
+        elif t in CLOSE:
             stack.append(i)
         elif t in (")", "]", "}") and stack:
+            while len(stack) > 1 and toks[stack[-1]][0] == "<":  # a comparison after all
+                stack.pop()
             o = stack.pop()
             match[o], match[i] = i, o
     found = []
@@ -74,7 +82,7 @@ def chains(text):
             continue
         parts, start, j = [], i, i
         while j < len(toks) and toks[j][0] not in (";", "}", ")", "]"):
-            if toks[j][0] in CLOSE:
+            if toks[j][0] in CLOSE or (toks[j][0] == "<" and j in match):
                 j = match.get(j, len(toks))
             elif toks[j][0] == ",":
                 parts.append((start, j))
@@ -107,7 +115,7 @@ def expression(toks, match, a, b):
             return False  # `float x`, `const T& x`, `vector<T> x`
         if name and before in (None, "*", "(") or name:
             words += 1
-        if t in CLOSE:
+        if t in CLOSE or (t == "<" and j in match):
             j = match[j]
             t = toks[j][0]
         before = t
