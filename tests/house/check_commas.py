@@ -10,9 +10,14 @@ import sys
 TOKEN = re.compile(
     r'R"(?P<tag>[^ ()\\\t\n]*)\((?:.|\n)*?\)(?P=tag)"'  # raw strings
     r'|"(?:\\.|[^"\\\n])*"|//[^\n]*(?:\\\n[^\n]*)*|/\*(?:.|\n)*?\*/'
-    r"|(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])+'|[A-Za-z_]\w*|\d[\w.']*|\s+|->|<<=|>>=|[-+*/%&|^]=|\+\+|--|==|!=|<=|>=|&&|\|\||::|.")
+    r"|(?<![0-9a-fA-F])'(?:\\.|[^'\\\n])+'|[A-Za-z_]\w*|\d[\w.']*|\s+"
+    r"|->|<<=|>>=|[-+*/%&|^]=|\+\+|--|==|!=|<=|>=|&&|\|\||::|.")
+DIRECTIVE = re.compile(r"[ \t]*#(?:[^\n\\]|\\\n|\\.)*")
 ASSIGN = {"=", "+=", "-=", "*=", "/=", "%=", "&=", "|=", "^=", "<<=", ">>="}
 CONTROL = {"if", "for", "while", "switch", "constexpr"}
+LABELS = {"default", "public", "private", "protected"}
+NO_STATEMENT = {"using", "typedef", "template", "friend", "namespace", "enum", "struct", "class", "case",
+                "static", "const", "constexpr", "auto", "inline", "extern", "throw", "goto"}
 CLOSE = {"(": ")", "[": "]", "{": "}"}
 
 
@@ -20,7 +25,7 @@ def tokens_of(text):
     at, out = 0, []
     line_start = True
     while at < len(text):
-        if line_start and (m := re.compile(r"[ \t]*#(?:[^\n\\]|\\\n|\\.)*").match(text, at)):  # the preprocessor's lines
+        if line_start and (m := DIRECTIVE.match(text, at)):
             out.append((m.group(), at, "space"))
             at, line_start = m.end(), False
             continue
@@ -58,15 +63,27 @@ def chains(text):
         if i == 0:
             return True, False
         p = toks[i - 1][0]
+        if p == "}" and initialises(match.get(i - 1)):
+            return False, False
         if p in (";", "{", "}"):
             return True, False
         if p in ("else", "do"):
             return True, True
         if p == ")" and (o := match.get(i - 1)) is not None and o > 0 and toks[o - 1][0] in CONTROL:
             return True, True
-        if p == ":" and i > 1 and (toks[i - 2][0] in ("default", "public", "private", "protected") or in_case(i - 1)):
+        if p == ":" and i > 1 and (toks[i - 2][0] in LABELS or in_case(i - 1)):
             return True, False
         return False, False
+
+    def initialises(o):
+        """Whether the brace at token o begins a list of values and no block."""
+        if o is None or o == 0:
+            return False
+        before = toks[o - 1][0]
+        block = ("else", "do", "try", "const", "noexcept", "override", "final")
+        if before in (">", ",", "(", "=", "return"):
+            return True
+        return bool(re.match(r"[A-Za-z_]\w*$", before)) and before not in block
 
     def in_case(i):
         j = i - 1
@@ -97,7 +114,8 @@ def chains(text):
         if not expression(toks, match, *first):
             continue
         parts.append((start, j))
-        found.append((toks[i][1], [(toks[a][1], toks[b][1]) for a, b in parts], toks[j][1], controlled, returns))
+        spans = [(toks[a][1], toks[b][1]) for a, b in parts]
+        found.append((toks[i][1], spans, toks[j][1], controlled, returns))
     return found
 
 
@@ -120,8 +138,7 @@ def expression(toks, match, a, b):
             t = toks[j][0]
         before = t
         j += 1
-    if toks[a][0] in ("using", "typedef", "template", "friend", "namespace", "enum", "struct", "class", "case", "static",
-                      "const", "constexpr", "auto", "inline", "extern", "throw", "goto"):
+    if toks[a][0] in NO_STATEMENT:
         return False
     depth0 = [toks[i][0] for i in range(a, j)]
     if ":" in depth0 and "?" not in depth0:
@@ -148,7 +165,8 @@ def main(arguments):
         else:
             for start, *_ in found:
                 line = text.count("\n", 0, start) + 1
-                print(f"{path}:{line}: statements chained by commas: {text[start:text.find(chr(10), start)].strip()}")
+                shown = text[start:text.find("\n", start)].strip()
+                print(f"{path}:{line}: statements chained by commas: {shown}")
     return 0 if fix or bad == 0 else 1
 
 

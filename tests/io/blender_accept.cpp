@@ -108,7 +108,7 @@ void write_blur(const std::string& folder) {
   for (float& v : mean.alpha.data) v /= kMoments;
   write_picture(folder + "/blurred.f32", mean);
   const Vec3d centre = Vec3d{0.1, -0.05, 0} - 0.5 * cast<double>(shift);
-  half = -0.5 * open * cast<double>(shift);
+  const Vec3d half = -0.5 * open * cast<double>(shift);
   const Vec3d a = pixel_of(camera(), centre - half), b = pixel_of(camera(), centre + half);
   std::ofstream(folder + "/blur.json") << "[" << b.x - a.x << ", " << b.y - a.y << "]\n";
 }
