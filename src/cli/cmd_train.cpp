@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
-#include "run/join_ranks.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "run/train.hpp"

@@ -9,7 +9,7 @@
 namespace splinevox {
 
 /// Processes that train one model together: each has all of it, computes its share of every batch, and adds
-/// up the others'. What they send each other goes through here; MPI stands behind it in run/join_ranks.cpp.
+/// up the others'. What they send each other goes through here; MPI stands behind it in cli/join_ranks.cpp.
 /// Every call is made by all ranks, in the same order.
 class Ranks {
  public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run/join_ranks.hpp"
+#include "cli/join_ranks.hpp"
 
 #include <string>
 
@@ -13,7 +13,7 @@
 #include <exception>
 #endif
 
-namespace splinevox::run {
+namespace splinevox::cli {
 
 #ifdef SPLINEVOX_MPI
 namespace {
@@ -113,4 +113,4 @@ std::unique_ptr<Ranks> join_ranks(const char* verb) {
 
 #endif
 
-}  // namespace splinevox::run
+}  // namespace splinevox::cli
