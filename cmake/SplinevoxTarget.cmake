@@ -24,9 +24,9 @@ function(splinevox_target name)
 endfunction()
 
 # splinevox_unity(target folder...): the target's sources of these folders ("." is its own) are compiled as
-# one file, because most of the compiler's work is headers that each would read and instantiate again. Names in
-# their unnamed namespaces must then differ. Not for folders that are all arithmetic: with more of it in sight
-# the compiler may fuse other products and sums.
+# one file, because most of the compiler's work is headers that each would read and instantiate again. Names
+# in their unnamed namespaces must then differ. Not for folders that are all arithmetic: with more of it in
+# sight the compiler may fuse other products and sums.
 function(splinevox_unity target)
   get_target_property(sources ${target} SOURCES)
   string(MAKE_C_IDENTIFIER "${ARGN}" group)

@@ -47,7 +47,7 @@ VoxelModel trained_by_hand(const run::TrainOptions& options) {
   PrepareOptions how;
   how.effects = EffectPolicy::keep;
   const Prepared ready = prepare(run::effective_config(options), data, how);
-  check(ready.used.motion && ready.brightness == 1, "effects are kept");
+  check(ready.used.has(Effect::motion) && ready.brightness == 1, "effects are kept");
   Trainer trainer(ready.config, *data.find("train"), data.time_map);
   while (!trainer.done()) trainer.step();
   return trainer.model();
