@@ -26,6 +26,8 @@ inline constexpr int kSliceScalars = 4;  ///< where the curves of one number beg
 
 /// All there is to know of a kind of column, but for how it is learned (train/rates.hpp).
 struct ColumnFacts {
+  using Switch = bool MotionField::*;
+
   ColumnKind kind;
   const char* name;   ///< of its grid, before the number if there are several
   const char* array;  ///< of its view in Python
@@ -39,10 +41,10 @@ struct ColumnFacts {
   const char* about;       ///< for people who look at the array: what follows its shape
 
   // Of a column of motion only.
-  bool MotionField::*stored = nullptr;  ///< whether a model has it; null: a column of radiance
-  int slice = -1;                       ///< its place in a row of a slice (lattice/slice.hpp)
-  const char* file_switch = nullptr;    ///< metadata that says whether a file has it
-  std::optional<bool> unsaid = {};      ///< what a file without that means; none: there is no such file
+  Switch stored = nullptr;            ///< whether a model has it; null: a column of radiance
+  int slice = -1;                     ///< its place in a row of a slice (lattice/slice.hpp)
+  const char* file_switch = nullptr;  ///< metadata that says whether a file has it
+  std::optional<bool> unsaid = {};    ///< what a file without that means; none: there is no such file
 
   constexpr bool of_motion() const { return stored != nullptr; }
 };
