@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/command.hpp"
+#include "cli/options.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/scene.hpp"
@@ -18,6 +19,7 @@ Action convert_command(CLI::App& verb) {
   struct Options {
     std::string dataset, out;
     std::vector<double> shift;
+    DatasetRules rules;
     bool quiet = false;
   };
   auto o = std::make_shared<Options>();
@@ -31,6 +33,7 @@ Action convert_command(CLI::App& verb) {
       ->delimiter(',')
       ->expected(3)
       ->allow_extra_args(false);
+  add_rules(verb, o->rules);
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   return [o] {
     for (const double v : o->shift)
@@ -44,7 +47,7 @@ Action convert_command(CLI::App& verb) {
           pictures = total;
           if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
         },
-        o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]});
+        o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]}, o->rules);
     if (!o->quiet) fmt::print("{}: {} pictures; splinevox info {}\n", o->out, pictures, o->out);
     return 0;
   };

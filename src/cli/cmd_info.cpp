@@ -8,6 +8,7 @@
 
 #include "cli/command.hpp"
 #include "cli/dataset_info.hpp"
+#include "cli/options.hpp"
 #include "run/run_folder.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -154,7 +155,7 @@ void print_run(const Json& j) {
   print_vdb(j["model"]);
 }
 
-int info(const std::string& path, bool json) {
+int info(const std::string& path, const DatasetRules& rules, bool pixels, bool json) {
   std::error_code ignored;
   if (!fs::exists(path, ignored))
     fail({path, "there is nothing of that name", "a run, a .vdb file or a data set", "", ""});
@@ -168,7 +169,7 @@ int info(const std::string& path, bool json) {
     j = run_json(path);
     print = print_run;
   } else
-    j = dataset_json(path);
+    j = dataset_json(path, rules, pixels);
   if (json)
     fmt::print("{}\n", json_text(j, 2));
   else
@@ -181,12 +182,16 @@ int info(const std::string& path, bool json) {
 Action info_command(CLI::App& verb) {
   struct Options {
     std::string path;
-    bool json = false;
+    DatasetRules rules;
+    bool pixels = false, json = false;
   };
   auto o = std::make_shared<Options>();
   verb.add_option("RUN|FILE.vdb|DATASET", o->path, "a run, any VDB file, or a data set")->required();
+  add_rules(verb, o->rules);
+  verb.add_flag("--pixels", o->pixels,
+                "of a data set: decode every picture too, for what headers do not tell (empty or damaged ones)");
   verb.add_flag("--json", o->json, "the same as JSON");
-  return [o] { return info(o->path, o->json); };
+  return [o] { return info(o->path, o->rules, o->pixels, o->json); };
 }
 
 }  // namespace splinevox::cli

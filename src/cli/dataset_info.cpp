@@ -82,15 +82,13 @@ std::string text_of(const Json& corner) {
 
 }  // namespace
 
-Json dataset_json(const std::string& path) {
-  const Dataset data = load_dataset(path, {.films = false});
+Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixels) {
+  const Dataset data = load_dataset(path, {.rules = rules, .pixels = pixels});
   Json splits = Json::array();
-  bool seen = true;
   for (const Split& s : data.splits) {
     std::set<double> times;
     for (const Frame& f : s.frames) times.insert(f.time);
     const Frame& first = s.frames.front();
-    seen = seen && first.image.has_values();
     splits.push_back({{"name", s.name},
                       {"frames", s.frames.size()},
                       {"width", first.camera.width},
@@ -101,12 +99,12 @@ Json dataset_json(const std::string& path) {
   Json j{{"dataset", data.path},
          {"format", data.format},
          {"alpha", data.has_alpha},
-         {"pictures_read", seen},
-         {"fingerprint", fmt::format("{:016x}", data.fingerprint)},
+         {"pictures_read", pixels},
          {"time_map", {{"origin", data.time_map.origin}, {"scale", data.time_map.scale}}},
          {"splits", splits},
          {"cameras", cameras_json(data)},
          {"notes", data.notes}};
+  if (pixels) j["fingerprint"] = fmt::format("{:016x}", data.fingerprint);
   if (data.box)
     j["box"] = {{data.box->lo.x, data.box->lo.y, data.box->lo.z},
                 {data.box->hi.x, data.box->hi.y, data.box->hi.z}};
@@ -116,9 +114,9 @@ Json dataset_json(const std::string& path) {
 void print_dataset(const Json& j) {
   const bool alpha = j["alpha"].get<bool>();
   fmt::print("{}: {}, {}\n", j["dataset"].get<std::string>(), j["format"].get<std::string>(),
-             !j["pictures_read"].get<bool>() ? "films"
-             : alpha                         ? "pictures with alpha"
-                                             : "opaque pictures");
+             !alpha                         ? "opaque pictures"
+             : j["pictures_read"].get<bool>() ? "pictures with alpha"
+                                              : "pictures with a channel for alpha");
   for (const Json& s : j["splits"])
     fmt::print("  {:<6} {:>5} frames of {}x{}, model times {:.4f} to {:.4f}, {} moments\n",
                s["name"].get<std::string>(), s["frames"].get<int>(), s["width"].get<int>(),

@@ -66,9 +66,22 @@ void add_otherwise(CLI::App& verb, Otherwise& o) {
                   "white, black or R,G,B in 0..1, if not what it was in training");
 }
 
+void add_rules(CLI::App& verb, DatasetRules& rules) {
+  verb.add_option("--times", rules.times,
+                  "when pictures were taken, where the data does not say: none (all of one moment), order (evenly, "
+                  "in the order of names), name:GROUP (a group of digits in the names, 1 the first, -1 the last) "
+                  "or FILE (a name and a number per line)")
+      ->type_name("WHEN");
+  verb.add_option("--missing", rules.missing,
+                  "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "
+                  "skipped up to a tenth of all")
+      ->type_name("{skip,refuse}");
+}
+
 void add_train_options(CLI::App& verb, TrainVerb& o) {
   verb.add_option("DATASET", o.dataset,
                   "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
+  add_rules(verb, o.rules);
   verb.add_option("--out", o.out, "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview)");
   verb.add_option("--preset", o.preset, preset_help())->type_name(preset_names());
   verb.add_option("--config", o.config_file, "TOML file over the preset");

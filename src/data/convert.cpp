@@ -10,6 +10,7 @@
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/film_read.hpp"
+#include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_write.hpp"
@@ -77,7 +78,9 @@ std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < names.size(); ++i)
     paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i],
-                                plan.film() ? ".png" : plan.paths[i].extension().string()));
+                                plan.film() || plan.asked[i] != 1
+                                    ? ".png"
+                                    : plan.paths[i].extension().string()));
   return paths;
 }
 
@@ -94,7 +97,7 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
     }
     const PictureSize& size = plan.sizes[place[0]];
     read_film(
-        path, {size.width, size.height, wanted.back() + 1}, wanted,
+        path, size, wanted,
         [&](std::size_t k, Image16&& image) {
           const std::vector<char> png = png_of(image);
           write_file((folder / to[place[k]]).string(), {std::string_view(png.data(), png.size())});
@@ -107,15 +110,15 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
 }  // namespace
 
 void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress,
-                     const Vec3d& shift) {
+                     const Vec3d& shift, const DatasetRules& rules) {
   const fs::path folder(target);
   check_target(path, folder);
-  OpenScene open = open_scene(path, {});
+  OpenScene open = open_scene(path, {.rules = rules});
   std::vector<PicturePlan> plans;
   std::vector<Json> files;
   int done = 0, total = 0;
   for (const RawSplit& raw : open.scene.splits) {
-    plans.push_back(plan_pictures(path, raw, 1));
+    plans.push_back(plan_pictures(path, raw, 1, open.scene.upright));
     const PicturePlan& plan = plans.back();
     const std::vector<std::string> to = targets(raw, plan);
     Json frames = Json::array();
@@ -150,7 +153,13 @@ void convert_dataset(const std::string& path, const std::string& target, const C
       continue;
     }
     for (std::size_t i = 0; i < to.size(); ++i) {
-      write_file((folder / to[i]).string(), {read_file(plans[s].paths[i].string())});
+      const fs::path& from = plans[s].paths[i];
+      if (plans[s].asked[i] != 1) {  // no reader shall wonder again
+        const std::vector<char> png = png_of(turned(read_picture(from), plans[s].turns[i]));
+        write_file((folder / to[i]).string(), {std::string_view(png.data(), png.size())});
+      } else {
+        write_file((folder / to[i]).string(), {read_file(from.string())});
+      }
       count();
     }
   }

@@ -8,7 +8,7 @@
 #include "data/layouts/read_scene.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/pictures.hpp"
-#include "data/time_map.hpp"
+#include "data/times/time_map.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
 #include "splinevox/data/scene.hpp"
@@ -53,6 +53,18 @@ void note_cameras(const RawSplit& raw, std::vector<std::string>& notes) {
     notes.push_back(raw.name + ": " + std::to_string(count) + " of " + std::to_string(raw.frames.size()) +
                     " camera matrices were off rigid by up to " + fmt::format("{:.2g}", worst) +
                     " and were made orthonormal");
+}
+
+void note_turns(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes) {
+  const auto turns = [](int t) { return t != 1; };
+  const auto turned = std::count_if(plan.turns.begin(), plan.turns.end(), turns),
+             not_turned = std::count_if(plan.asked.begin(), plan.asked.end(), turns) - turned;
+  const std::string all = " of " + std::to_string(plan.turns.size()) + " pictures ";
+  if (turned > 0)
+    notes.push_back(raw.name + ": " + std::to_string(turned) + all + "are turned upright, as their EXIF says");
+  if (not_turned > 0)
+    notes.push_back(raw.name + ": " + std::to_string(not_turned) + all +
+                    "are taken as stored, not turned as their EXIF says: their cameras are for the stored pixels");
 }
 
 void note_pictures(const Split& split, const std::vector<PictureFacts>& facts, bool PictureFacts::*odd,
@@ -139,15 +151,18 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   dataset.time_map = map_of(open, options, dataset.notes);
   std::vector<PicturePlan> plans;
   for (const RawSplit& split : raw) {
-    plans.push_back(plan_pictures(folder, split, options.downscale));
+    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright));
+    note_turns(split, plans.back(), dataset.notes);
     dataset.splits.push_back(frames_of(split, plans.back(), dataset.time_map));
     note_times(split, dataset.time_map, dataset.notes);
     note_cameras(split, dataset.notes);
   }
-  if (!options.films) std::erase_if(plans, [](const PicturePlan& plan) { return plan.film(); });
-  check_memory(plans);
-  if (plans.size() < raw.size()) return dataset;
   note_sizes(plans, raw, dataset.notes);
+  if (!options.pixels) {
+    for (const PicturePlan& plan : plans) dataset.has_alpha |= plan.alpha;
+    return dataset;
+  }
+  check_memory(plans);
   for (std::size_t s = 0; s < raw.size(); ++s) {
     const auto facts = fill_pictures(dataset.splits[s], plans[s], dataset.notes);
     if (raw[s].name == "train") dataset.fingerprint = fingerprint_of(raw[s], facts);

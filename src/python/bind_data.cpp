@@ -137,16 +137,20 @@ void bind_data(py::module_& m) {
 
   m.def(
       "load_dataset",
-      [](const std::string& path, int downscale, std::vector<std::string> splits) {
+      [](const std::string& path, int downscale, std::vector<std::string> splits, const std::string& times,
+         const std::string& missing) {
         LoadOptions options;
         options.downscale = downscale;
         options.splits = std::move(splits);
+        options.rules = {times, missing};
         auto data = std::make_shared<Dataset>();
         released([&] { *data = load_dataset(path, options); });
         return data;
       },
-      "Reads a data set folder as the command line does. splits: which; none = all.", py::arg("path"),
-      py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{});
+      "Reads a data set folder as the command line does. splits: which; none = all. times, missing: as "
+      "--times and --missing.",
+      py::arg("path"), py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{},
+      py::arg("times") = "", py::arg("missing") = "");
   m.def(
       "make_synth",
       [](const std::string& scene, int frames, int size, std::uint64_t seed) {

@@ -55,9 +55,9 @@ std::string record_text(const RunRecord& record) {
   return fmt::format(
       "\n[record]  # written by the program, not read as configuration\n"
       "splinevox = {}\ncompiler = {}\ndataset = {}\nfingerprint = \"{:016x}\"\n"
-      "time_origin = {}\ntime_scale = {}\n",
+      "time_origin = {}\ntime_scale = {}\ntimes = {}\nmissing = {}\n",
       quoted(record.version), quoted(record.compiler), quoted(record.dataset), record.fingerprint,
-      record.time_map.origin, record.time_map.scale);
+      record.time_map.origin, record.time_map.scale, quoted(record.rules.times), quoted(record.rules.missing));
 }
 
 void read_run_config(const std::string& run, Config& config, RunRecord& record) {
@@ -73,8 +73,12 @@ void read_run_config(const std::string& run, Config& config, RunRecord& record) 
             "the file that the run wrote, unchanged"});
     return *value;
   };
-  record = {
-      text("splinevox"), text("compiler"), text("dataset"), 0, {number("time_origin"), number("time_scale")}};
+  record = {text("splinevox"),
+            text("compiler"),
+            text("dataset"),
+            0,
+            {number("time_origin"), number("time_scale")},
+            {text("times"), text("missing")}};
   record.fingerprint = std::strtoull(text("fingerprint").c_str(), nullptr, 16);
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "data/times/settle.hpp"
 #include "run/train.hpp"
 
 #include <fmt/format.h>
@@ -34,6 +35,17 @@ void check_same_run(const RunFolder& folder, const Config& saved, const Config& 
           fmt::format("{} (fingerprint {:016x}, the run has {:016x})", data.path, data.fingerprint,
                       record.fingerprint),
           "another folder for --out"});
+}
+
+/// The rules asked for, else those of the run to go on with. A file of times gets its full path: later verbs may
+/// be called from elsewhere.
+DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
+  DatasetRules rules = o.rules;
+  if (rules.times.empty()) rules.times = record.rules.times;
+  if (rules.missing.empty()) rules.missing = record.rules.missing;
+  if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
+    rules.times = fs::absolute(rules.times).lexically_normal().string();
+  return rules;
 }
 
 void greet(const Dataset& data, const Config& c, Device device, Progress& progress) {
@@ -106,6 +118,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   load.downscale = config.run.downscale;
   load.splits = {"train"};
   load.if_there = {"val"};
+  load.rules = rules_of(o, record);
   const Dataset data = load_dataset(o.dataset, load);
   if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
   if (finished) {
@@ -117,7 +130,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   if (!checkpoint) {
     config = settle(asked, o.effects != "auto", data, folder, writes, progress);
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
-              data.fingerprint, data.time_map};
+              data.fingerprint, data.time_map, load.rules};
     if (writes) {
       std::error_code ignored;
       for (const char* name : {"metrics.json", kManifestName, kAskedConfig})

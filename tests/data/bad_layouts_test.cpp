@@ -36,11 +36,11 @@ class Set {
   void replace(const std::string& file, const std::string& bad, const std::vector<std::string>& parts) const {
     const std::string good = text_of(path() / file);
     write_text(path() / file, bad);
-    expect_error([&] { load_dataset(folder_.str()); }, parts);
+    expect_error([&] { load_dataset(folder_.str(), {.rules = {.missing = "refuse"}}); }, parts);
     write_text(path() / file, good);
   }
   void expect(const std::vector<std::string>& parts) const {
-    expect_error([&] { load_dataset(folder_.str()); }, parts);
+    expect_error([&] { load_dataset(folder_.str(), {.rules = {.missing = "refuse"}}); }, parts);
   }
   /// Whatever bytes are damaged, there is an input error or a data set.
   void damage(const std::string& file, int trials) const {

@@ -100,13 +100,25 @@ TEST_SUITE("data/dataset") {
     CHECK(noted(dataset, "test: 1 of 2 frames lie outside the train split's times"));
   }
 
-  TEST_CASE("without any time the index is taken, and said") {
+  TEST_CASE("without any time the numbers in the names are taken, and said; --times decides otherwise") {
     const TempFolder folder;
     write_split(folder, "train", {"", "", ""});
     const Dataset dataset = load_dataset(folder.str());
     CHECK(dataset.splits[0].frames[1].time == 0.5);
     CHECK(dataset.splits[0].frames[2].time == 1);
-    CHECK(noted(dataset, "train: no frame has a 'time'; frame i of 3 is taken at i / 2"));
+    CHECK(noted(dataset, "the data has no times, so they are those in the names"));
+    const auto with = [&](const std::string& times) {
+      return load_dataset(folder.str(), {.rules = {.times = times}});
+    };
+    CHECK(with("none").time_map.scale == 0);
+    CHECK(noted(with("none"), "all pictures are of one moment (--times none)"));
+    CHECK(with("order").splits[0].frames[1].time == 0.5);
+    CHECK(with("name:-1").splits[0].frames[1].time == 0.5);
+    write_text(folder.path() / "when.csv", "r_0,5\nr_1,6\nr_2,9\n");
+    CHECK(with((folder.path() / "when.csv").string()).splits[0].frames[1].time == doctest::Approx(0.25));
+    expect_error([&] { with("name:x"); }, {"--times: this is no group of digits", "'name:x'"});
+    expect_error([&] { with("name:9"); }, {"this name has no such group of digits"});
+    expect_error([&] { with("sometimes"); }, {"sometimes: the file does not exist"});
   }
 
   TEST_CASE("a single frame has time 0 and nothing moves") {

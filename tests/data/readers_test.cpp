@@ -186,7 +186,51 @@ TEST_SUITE("data/readers") {
     CHECK(listed.notes[0] == "times are those of times.txt");
     fs::remove(folder.path() / "times.txt");
     CHECK(load_dataset(folder.str()).notes[0] ==
-          "there is no times.txt: the last number in a picture's name is its time");
+          "the data has no times, so they are those in the names: 'images/frame_0000.png' is at 0, "
+          "'images/frame_0015.png' at 15 (the only number that counts up)");
+  }
+
+  TEST_CASE("what is missing is counted: a tenth is left out with a note, more only if told to") {
+    const TempFolder folder;
+    write_nerfstudio(folder.path(), true_cameras(kBent));
+    const auto all = [&](const std::string& rule) {
+      const Dataset data = load_dataset(folder.str(), {.rules = {.missing = rule}});
+      return std::pair(count_of(data, "train") + count_of(data, "test"), data.notes);
+    };
+    CHECK(all("refuse").first == kCameras);
+    fs::remove(folder.path() / "images/frame_0003.png");
+    const auto [count, notes] = all("");
+    CHECK(count == kCameras - 1);
+    CHECK(notes[0].find("1 of 16 pictures are missing and left out") == 0);
+    expect_error([&] { all("refuse"); }, {"frame 3: the image is missing", "--missing skip"});
+    expect_error([&] { all("sometimes"); }, {"--missing: there is no such rule"});
+    fs::remove(folder.path() / "images/frame_0009.png");
+    expect_error([&] { all(""); }, {"frame 3: the image is missing", "2 of 16 frames are like this",
+                                    "--missing skip to go on without 2 of 16"});
+    CHECK(all("skip").first == kCameras - 2);
+    const fs::path file = folder.path() / "transforms.json";
+    std::ifstream in(file);
+    std::string text((std::istreambuf_iterator<char>(in)), {});
+    const std::size_t at = text.find("[[", text.find("transform_matrix"));
+    text.replace(at, text.find(',', at) - at, "[[1e300");
+    write_text(file, text);
+    const auto [left, said] = all("skip");
+    CHECK(left == kCameras - 3);
+    CHECK(said[1].find("1 of 16 frames have no usable camera and are left out") == 0);
+  }
+
+  TEST_CASE("a rig's first and last moment always train, and so do those of a short film") {
+    for (const int count : {3, 5, 6, 7, 13, 16}) {
+      const TempFolder folder;
+      write_nerfstudio(folder.path(), true_cameras(kBent, count));
+      const Dataset data = load_dataset(folder.str());
+      const Split& train = *data.find("train");
+      CHECK(train.frames.front().time == 0);
+      CHECK(train.frames.back().time == 1);
+      if (const Split* test = data.find("test"); test)
+        for (const Frame& frame : test->frames) CHECK((frame.time > 0 && frame.time < 1));
+      CHECK((data.find("test") != nullptr) == (count >= 5));
+    }
   }
 
   TEST_CASE("NeRFlow: degrees, world to camera, step numbers") {
@@ -330,7 +374,7 @@ TEST_SUITE("data/readers") {
     const Dataset again = load_dataset(out.str() + "/converted");
     CHECK(again.find("train")->frames[6].image == data.find("train")->frames[6].image);
     CHECK(again.find("train")->frames[6].camera.fx == 11);
-    CHECK_FALSE(load_dataset(folder.str(), {.films = false}).find("train")->frames[0].image.has_values());
+    CHECK_FALSE(load_dataset(folder.str(), {.pixels = false}).find("train")->frames[0].image.has_values());
     CHECK(load_dataset(folder.str(), {.downscale = 2}).find("test")->frames[0].image.width == 6);
     write_bytes(folder.path() / "cam02.mp4", {1, 2, 3});
     expect_error([&] { load_dataset(folder.str()); }, {"cam02.mp4: this is no film that ffprobe can read"});

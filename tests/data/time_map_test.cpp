@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/time_map.hpp"
+#include "data/times/time_map.hpp"
 
 #include <doctest/doctest.h>
 
@@ -51,12 +51,9 @@ TEST_SUITE("data/time_map") {
     CHECK(notes[0] == "train: times from 10 to 20 are mapped to 0 to 1, in every split");
   }
 
-  TEST_CASE("times made from indices are not mapped again") {
-    Notes notes;
-    const RawSplit train = split_of("train", {10, 20});
-    RawSplit test = split_of("test", {0, 1});
-    test.timed = false;
-    CHECK(model_time(test, 1, choose_time_map(&train, {train, test}, notes)) == 1);
+  TEST_CASE("times within a small part of [0, 1] are mapped onto all of it") {
+    CHECK(fit_time_map({0.4, 0.45})(0.45) == doctest::Approx(1));
+    CHECK(fit_time_map({0.4, 0.45})(0.4) == 0);
   }
 
   TEST_CASE("without a train split, times must lie in [0, 1]") {

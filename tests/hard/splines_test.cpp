@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "data/time_map.hpp"
+#include "data/times/time_map.hpp"
 #include "field/lattice/slice.hpp"
 #include "hard/measured.hpp"
 #include "math/bernstein.hpp"

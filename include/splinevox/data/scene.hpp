@@ -32,7 +32,9 @@ struct Dataset {
   std::string path;
   std::vector<Split> splits;  ///< those that exist on disk, train first
   TimeMap time_map;
-  bool has_alpha = false;  ///< any training pixel with alpha < 1 (any pixel read, if train was not)
+  /// Any training pixel with alpha < 1 (any pixel read, if train was not); where pixels were not read, whether
+  /// any picture has a channel for it.
+  bool has_alpha = false;
   int downscale = 1;
   std::uint64_t fingerprint = 0;  ///< hash of lenses, poses, times and pixels of train; 0 if not read
   std::vector<std::string>
@@ -48,12 +50,24 @@ struct Dataset {
   }
 };
 
+/// How a folder is understood where it leaves room for it.
+struct DatasetRules {
+  /// Where times come from: empty = the data's own, else times.txt, else the names; "none" = all pictures are
+  /// of one moment; "order" = evenly in the order of names; "name:GROUP" = a group of digits, from 1 at the left
+  /// or -1 at the right; else a file with a picture's name and a number per line.
+  std::string times = {};
+  /// What becomes of frames whose picture is missing or whose camera is no camera: "skip" = they are left out;
+  /// "refuse" = an error; empty = left out if they are a tenth of all or fewer, else an error.
+  std::string missing = {};
+};
+
 struct LoadOptions {
   int downscale = 1;                       ///< KxK blocks of the stored straight RGBA are averaged, >= 1
   std::vector<std::string> splits = {};    ///< which to read; empty = all that exist
   std::vector<std::string> if_there = {};  ///< which to read beside them where they exist
   std::optional<TimeMap> time_map = {};    ///< the run's map; absent = take it from the train split
-  bool films = true;  ///< false: frames of films are measured, not decoded; they have no picture
+  DatasetRules rules = {};
+  bool pixels = true;  ///< false: pictures are measured by their headers, not decoded; frames have none
 };
 
 /// The layouts that are recognised, in the order in which a folder is tried.
@@ -63,17 +77,17 @@ std::vector<std::string> dataset_formats();
 /// completely; nothing is returned of a set with a fault. Where the data names no test split, every eighth
 /// picture is one.
 ///
-/// Times: a train split within [0, 1] is taken as it is, any other has its range mapped to [0, 1], and the
-/// same map serves every split. A split without any 'time' gets index / (n - 1). If train is not asked for
-/// and options give no map, its times are read for the map, its pictures are not. Throws Error (Fault::input)
-/// naming file, frame and field; of several bad pictures always the first.
+/// Times: a train split that fills a quarter of [0, 1] or more is taken as it is, any other has its range
+/// mapped to [0, 1], and the same map serves every split. If train is not asked for and options give no map,
+/// its times are read for the map, its pictures are not. Throws Error (Fault::input) naming file, frame and
+/// field; of several bad pictures always the first.
 Dataset load_dataset(const std::string& path, const LoadOptions& options = {});
 
 /// Told after every finished picture, from one thread.
 using ConvertProgress = std::function<void(int done, int total)>;
 
-/// Writes a data set of any layout as a D-NeRF folder: transforms_{train,val,test}.json and pictures, which
-/// are copied byte for byte where they are files. What D-NeRF's own files cannot say stands in further fields
+/// Writes a data set of any layout as a D-NeRF folder: transforms_{train,val,test}.json and pictures. Files are
+/// copied byte for byte, but for those that their EXIF turns: they become PNG, upright as their cameras are. What D-NeRF's own files cannot say stands in further fields
 /// that load_dataset reads: lenses per frame, distortion, the box. Times and cameras are those of the source
 /// to the last bit of a double.
 ///
@@ -83,6 +97,6 @@ using ConvertProgress = std::function<void(int done, int total)>;
 /// coordinates of a map must come nearer
 ///               to the origin first (numerics H14). Stands in the files as `shift`.
 void convert_dataset(const std::string& path, const std::string& folder, const ConvertProgress& progress = {},
-                     const Vec3d& shift = {});
+                     const Vec3d& shift = {}, const DatasetRules& rules = {});
 
 }  // namespace splinevox

@@ -20,6 +20,7 @@ struct RunRecord {
   std::string dataset;            ///< absolute path
   std::uint64_t fingerprint = 0;  ///< of the training data
   TimeMap time_map;
+  DatasetRules rules;  ///< how the data was understood
 };
 
 /// A run as eval, render and report read it: the folder that `splinevox train` or `edit` made.

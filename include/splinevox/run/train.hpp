@@ -21,6 +21,7 @@ struct TrainOptions {
   std::string effects = "auto";           ///< those the scene calls for; "all"; or a list of effect_names()
   std::optional<std::string> preset;      ///< absent: that of the run to go on with, or "fast"
   std::optional<std::string> background;  ///< "white", "black" or "R,G,B" in 0..1
+  DatasetRules rules;                     ///< how the data set is understood; a file of times by any path
   std::vector<std::string> sets;          ///< "group.key=value", over the file
   std::optional<double> max_time;         ///< seconds, loading included
   std::optional<int> max_steps;           ///< alone, the same seed gives the same bits

@@ -100,19 +100,21 @@ RawFrame frame_of(const ColmapModel& model, const ColmapImage& image, const std:
   const std::array<Vec3d, 3> rows = rows_of(image.rotation, where);
   const Vec3d& t = image.translation;
   RawFrame frame;
-  frame.matrix = matrix_of({rows[0], -rows[1], -rows[2]}, -(t.x * rows[0] + t.y * rows[1] + t.z * rows[2]));
-  frame.pose = rigid_pose(frame.matrix, where);
+  set_pose(frame, matrix_of({rows[0], -rows[1], -rows[2]}, -(t.x * rows[0] + t.y * rows[1] + t.z * rows[2])),
+           where);
   frame.lens = lens_of(camera->second, where);
   frame.file_path = pictures + image.name;
   frame.label = "image " + printable(image.name);
   return frame;
 }
 
-/// What stands before an image's name to give its path in the folder.
-std::string picture_prefix(const fs::path& folder, const std::string& name, const std::string& where) {
-  for (const char* prefix : {"images/", "input/", "rgb/", "", "images_2/", "images_4/", "images_8/"})
-    if (is_there(folder / (prefix + name))) return prefix;
-  fail({where, "the pictures are not there", in_quotes("images/" + name),
+/// What stands before an image's name to give its path in the folder: where the first one that exists lies.
+std::string picture_prefix(const fs::path& folder, const std::vector<ColmapImage>& images,
+                           const std::string& where) {
+  for (const ColmapImage& image : images)
+    for (const char* prefix : {"images/", "input/", "rgb/", "", "images_2/", "images_4/", "images_8/"})
+      if (is_there(folder / (prefix + image.name))) return prefix;
+  fail({where, "the pictures are not there", in_quotes("images/" + images[0].name),
         "no such file, nor in input, rgb, the folder itself or images_2, _4, _8",
         "copy the pictures beside the model"});
 }
@@ -139,17 +141,18 @@ RawScene read_colmap(const fs::path& folder) {
   if (model.images.empty()) fail({model.where, "the model has no images", "at least one", "none", ""});
   std::sort(model.images.begin(), model.images.end(),
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
-  const std::string prefix = picture_prefix(folder, model.images[0].name, model.where);
-  RawSplit all{"train", model.where, true, {}};
+  const std::string prefix = picture_prefix(folder, model.images, model.where);
+  RawSplit all{"train", model.where, false, {}};
   for (const ColmapImage& image : model.images) all.frames.push_back(frame_of(model, image, prefix));
   std::vector<std::string> notes;
   if (prefix.rfind("images_", 0) == 0)
     notes.push_back("pictures are those of " + prefix.substr(0, prefix.size() - 1));
-  find_times(folder, all, notes);
-  sort_by_time(all);
-  RawScene scene = hold_out(std::move(all));
+  RawScene scene;
+  scene.splits.push_back(std::move(all));
+  scene.one_list = true;
+  scene.upright = false;  // COLMAP takes pictures as they are stored
   scene.box = points_box(std::move(model.points));
-  scene.notes.insert(scene.notes.begin(), notes.begin(), notes.end());
+  scene.notes = std::move(notes);
   return scene;
 }
 

@@ -66,10 +66,7 @@ RawScene read_gibson(const fs::path& folder) {
     std::error_code ignored;
     if (fs::exists(file_of(folder, name), ignored)) scene.splits.push_back(read_split(folder, name));
   }
-  if (scene.splits.size() == 1) {
-    sort_by_time(scene.splits[0]);
-    scene = hold_out(std::move(scene.splits[0]));
-  }
+  scene.one_list = scene.splits.size() == 1;
   scene.notes.push_back("camera_angle_x was taken as degrees, transform_matrix as world to camera (NeRFlow)");
   return scene;
 }

@@ -32,8 +32,7 @@ RawFrame frame_of(const Row& row, bool llff, const std::string& where) {
   for (std::size_t c = 0; c < 3; ++c) columns[c] = {row.pose[c], row.pose[5 + c], row.pose[10 + c]};
   if (llff) columns = {columns[1], -columns[0], columns[2]};
   RawFrame frame;
-  frame.matrix = matrix_of(columns, {row.pose[3], row.pose[8], row.pose[13]});
-  frame.pose = rigid_pose(frame.matrix, where);
+  set_pose(frame, matrix_of(columns, {row.pose[3], row.pose[8], row.pose[13]}), where);
   const double h = row.pose[4], w = row.pose[9], f = row.pose[14];
   if (!(h >= 1 && w >= 1 && h <= 65536 && w <= 65536))
     fail({where, "the camera's picture size is out of range", "1 to 65536 pixels a side",
@@ -163,11 +162,13 @@ RawScene pictures_scene(const fs::path& folder, const std::vector<Row>& rows, bo
     depths.push_back(rows[i].near_far);
   }
   const Box box = frusta_box(all, depths);
-  find_times(folder, all, notes);
-  sort_by_time(all);
-  RawScene scene = hold_out(std::move(all));
+  all.timed = false;
+  RawScene scene;
+  scene.splits.push_back(std::move(all));
+  scene.one_list = true;
+  scene.upright = false;  // poses by COLMAP
   scene.box = box;
-  scene.notes.insert(scene.notes.begin(), notes.begin(), notes.end());
+  scene.notes = std::move(notes);
   return scene;
 }
 
@@ -195,7 +196,8 @@ RawScene read_nrnerf(const fs::path& folder) {
   return pictures_scene(folder, rows, false, where);
 }
 
-/// Every film is a camera that stands still, the first of them the test view; a frame's time is its number.
+/// Every film is a camera that stands still, the first of them the test view. A frame's time is its time
+/// stamp, in frames of the first film.
 RawScene read_dynerf(const fs::path& folder) {
   std::string where;
   const std::vector<Row> rows = read_poses_bounds(folder, where);
@@ -204,6 +206,7 @@ RawScene read_dynerf(const fs::path& folder) {
   RawSplit train{"train", where, true, {}}, test{"test", where, true, {}}, cameras{"train", where, true, {}};
   std::vector<std::array<double, 2>> depths;
   int fewest = 1 << 30, most = 0;
+  double rate = 1;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     RawFrame frame = frame_of(rows[i], true, where + ", row " + std::to_string(i));
     frame.file_path = names[i];
@@ -211,10 +214,12 @@ RawScene read_dynerf(const fs::path& folder) {
     cameras.frames.push_back(frame);
     depths.push_back(rows[i].near_far);
     const FilmFacts facts = film_facts(folder / names[i], printable((folder / names[i]).string()));
-    fewest = std::min(fewest, facts.frames);
-    most = std::max(most, facts.frames);
-    for (frame.film_frame = 0; frame.film_frame < facts.frames; ++frame.film_frame) {
-      frame.time = frame.film_frame;
+    if (i == 0) rate = facts.rate;
+    fewest = std::min(fewest, facts.frames());
+    most = std::max(most, facts.frames());
+    for (frame.film_frame = 0; frame.film_frame < facts.frames(); ++frame.film_frame) {
+      const double time = rate * facts.times[std::size_t(frame.film_frame)], whole = std::round(time);
+      frame.time = std::abs(time - whole) < 1e-6 ? whole : time;
       frame.name = fmt::format("{}_{:04}", fs::path(names[i]).stem().string(), frame.film_frame);
       (i == 0 && rows.size() > 1 ? test : train).frames.push_back(frame);
     }
@@ -222,9 +227,8 @@ RawScene read_dynerf(const fs::path& folder) {
   RawScene scene;
   if (fewest < most)
     scene.notes.push_back("films have from " + std::to_string(fewest) + " to " + std::to_string(most) +
-                          " frames; frame k of each is taken at the same time");
+                          " frames; their first frames are taken at the same time");
   scene.box = frusta_box(cameras, depths);
-  sort_by_time(train);
   scene.splits.push_back(std::move(train));
   if (!test.frames.empty()) {
     scene.notes.push_back(names[0] + " is the test split");

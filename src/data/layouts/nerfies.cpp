@@ -112,8 +112,7 @@ RawFrame read_camera(const fs::path& folder, const std::string& id, const Frame&
   if (const double skew = number_in(file, "skew", where, 0); skew != 0)
     fail({where, "a lens with skew is not supported", "'skew' 0 or absent", number(skew), ""});
   RawFrame frame;
-  frame.matrix = matrix_of(axes, scene.scale * (Vec3d{p[0], p[1], p[2]} - scene.center));
-  frame.pose = rigid_pose(frame.matrix, where);
+  set_pose(frame, matrix_of(axes, scene.scale * (Vec3d{p[0], p[1], p[2]} - scene.center)), where);
   const double f = number_in(file, "focal_length", where);
   frame.lens = {{},   {},   f,       f * number_in(file, "pixel_aspect_ratio", where, 1),
                 c[0], c[1], size[0], size[1],
@@ -175,10 +174,7 @@ RawScene read_nerfies(const fs::path& folder) {
   if (scene.splits.empty() || scene.splits[0].name != "train")
     fail({where, "there are no training frames", "names in 'train_ids'", "none", ""});
   if (scene.splits.size() == 1) {
-    sort_by_time(scene.splits[0]);
-    RawScene held = hold_out(std::move(scene.splits[0]));
-    scene.splits = std::move(held.splits);
-    scene.notes.insert(scene.notes.end(), held.notes.begin(), held.notes.end());
+    scene.one_list = true;
   } else {
     scene.notes.push_back("the frames of val_ids are the test split");
   }
@@ -194,6 +190,7 @@ RawScene read_nerfies(const fs::path& folder) {
                        (Vec3d{table.at(i, 0), table.at(i, 1), table.at(i, 2)} - frame_of_scene.center));
     scene.box = points_box(std::move(points));
   }
+  scene.upright = false;
   const RawSplit& train = scene.splits[0];
   if (!scene.box && frame_of_scene.near_far)
     scene.box = frusta_box(train, std::vector(train.frames.size(), *frame_of_scene.near_far));

@@ -77,20 +77,21 @@ RawScene read_nerfstudio(const fs::path& folder) {
   RawSplit all = read_frames(file, where);
   const json& frames = frames_of(file, where);
   std::vector<std::string> notes;
-  std::size_t masked = 0, timed = 0;
+  std::size_t masked = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     all.frames[i].label = "frame " + std::to_string(i);
     masked += frames[i].contains("mask_path");
-    timed += frames[i].contains("time");
   }
-  if (timed > 0)
-    read_times(frames, "time", all);
-  else
-    find_times(folder, all, notes);
-  sort_by_time(all);
+  read_times(frames, "time", all);
   if (masked > 0) notes.push_back("masks are not read: " + std::to_string(masked) + " frames name one");
   const std::map<std::string, std::string> split_of = read_split_lists(file, where);
-  RawScene scene = split_of.empty() ? hold_out(std::move(all)) : by_lists(std::move(all), split_of);
+  RawScene scene;
+  if (split_of.empty()) {
+    scene.splits.push_back(std::move(all));
+    scene.one_list = true;
+  } else {
+    scene = by_lists(std::move(all), split_of);
+  }
   scene.notes.insert(scene.notes.begin(), notes.begin(), notes.end());
   scene.box = read_scene_box(file, where);
   return scene;

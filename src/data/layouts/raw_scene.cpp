@@ -2,60 +2,14 @@
 #include "data/layouts/raw_scene.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <map>
-#include <sstream>
 
-#include "data/file_bytes.hpp"
+
 #include "data/message_text.hpp"
-#include "splinevox/core/error.hpp"
 
 namespace splinevox::data {
 namespace {
 
-namespace fs = std::filesystem;
 constexpr std::size_t kEvery = 8;  // the custom of LLFF and of NR-NeRF
-
-/// The last run of digits in a file's name, as a number.
-std::optional<double> last_number(const std::string& path) {
-  const std::string stem = fs::path(path).stem().string();
-  const std::size_t end = stem.find_last_of("0123456789");
-  if (end == std::string::npos) return {};
-  const std::size_t before = stem.find_last_not_of("0123456789", end),
-                    begin = before == std::string::npos ? 0 : before + 1;
-  double value = 0;
-  std::from_chars(stem.data() + begin, stem.data() + end + 1, value);
-  return value <= 1e12 ? std::optional(value) : std::nullopt;
-}
-
-std::map<std::string, double> read_times_file(const fs::path& path, const std::string& where) {
-  const std::vector<std::uint8_t> bytes = read_bytes(path, where, 64u << 20);
-  std::istringstream text(std::string(bytes.begin(), bytes.end()));
-  std::map<std::string, double> times;
-  std::string line;
-  for (int number_of_line = 1; std::getline(text, line); ++number_of_line) {
-    line = line.substr(0, line.find('#'));
-    const std::size_t last = line.find_last_not_of(" \t\r,");
-    if (last == std::string::npos) continue;
-    line.resize(last + 1);
-    const std::size_t gap = line.find_last_of(" \t,");
-    double time = 0;
-    const char* begin = gap == std::string::npos ? line.data() : line.data() + gap + 1;
-    const auto [end, error] = std::from_chars(begin, line.data() + line.size(), time);
-    const std::size_t name_end =
-        gap == std::string::npos ? std::string::npos : line.find_last_not_of(" \t,", gap);
-    if (error != std::errc() || end != line.data() + line.size() || name_end == std::string::npos ||
-        !(std::abs(time) <= 1e12))
-      fail({where + ", line " + std::to_string(number_of_line), "this is no time",
-            "a picture's name and a number, as in 'frame_0007.png 0.25'", in_quotes(line), ""});
-    const std::string name = line.substr(0, name_end + 1);
-    if (!times.emplace(name, time).second)
-      fail({where + ", line " + std::to_string(number_of_line), "this picture has a time already",
-            "each picture once", in_quotes(name), ""});
-  }
-  return times;
-}
 
 double percentile(std::vector<double> values, double share) {
   const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1) + 0.5);
@@ -65,50 +19,86 @@ double percentile(std::vector<double> values, double share) {
 
 }  // namespace
 
-RawScene hold_out(RawSplit all) {
-  RawSplit train{"train", all.file, all.timed, {}}, test{"test", all.file, all.timed, {}};
-  for (std::size_t i = 0; i < all.frames.size(); ++i) {
-    if (all.frames[i].label.empty()) all.frames[i].label = "frame " + std::to_string(i);
-    (i % kEvery == kEvery / 2 ? test : train).frames.push_back(std::move(all.frames[i]));
+void set_pose(RawFrame& frame, const std::array<double, 16>& matrix, const std::string& where) {
+  frame.matrix = matrix;
+  try {
+    frame.pose = rigid_pose(matrix, where);
+  } catch (const Error& error) {
+    frame.fault = error;
   }
-  RawScene scene{{std::move(train)}};
-  if (test.frames.empty()) return scene;
+}
+
+void leave_out(RawScene& scene, const DatasetRules& rules,
+               const std::function<std::optional<Error>(const RawFrame&, const std::string&)>& there) {
+  if (!rules.missing.empty() && rules.missing != "skip" && rules.missing != "refuse")
+    fail({"--missing", "there is no such rule", "skip or refuse", in_quotes(rules.missing), ""});
+  std::optional<Error> first;
+  std::size_t all = 0, missing = 0, faulty = 0;
+  for (RawSplit& split : scene.splits)
+    for (std::size_t i = 0; i < split.frames.size(); ++i, ++all) {
+      RawFrame& frame = split.frames[i];
+      const bool bad_camera = frame.fault.has_value();
+      if (!bad_camera) frame.fault = there(frame, split.where(i));
+      if (!frame.fault) continue;
+      (bad_camera ? faulty : missing) += 1;
+      if (!first) first = frame.fault;
+    }
+  const std::size_t out = missing + faulty;
+  if (out == 0) return;
+  const std::string count = std::to_string(out) + " of " + std::to_string(all);
+  if (out == all || rules.missing == "refuse" || (rules.missing.empty() && out * 10 > all)) {
+    Problem problem = first->problem;
+    if (out > 1 || all > 10) problem.got += (problem.got.empty() ? "" : "; ") + count + " frames are like this";
+    if (out < all) problem.hint += (problem.hint.empty() ? "" : ", or ") + ("--missing skip to go on without " + count);
+    fail(problem);
+  }
+  for (RawSplit& split : scene.splits) {
+    for (std::size_t i = 0; i < split.frames.size(); ++i)  // numbers as in the file
+      if (split.frames[i].label.empty()) split.frames[i].label = "frame " + std::to_string(i);
+    std::erase_if(split.frames, [](const RawFrame& frame) { return frame.fault.has_value(); });
+    if (split.frames.empty())
+      fail({split.file, "every frame of the " + split.name + " split would be left out", "pictures and cameras",
+            "none that can be used", ""});
+  }
+  if (missing > 0)
+    scene.notes.push_back(std::to_string(missing) + " of " + std::to_string(all) +
+                          " pictures are missing and left out (" + first->problem.where + ", ...)");
+  if (faulty > 0)
+    scene.notes.push_back(std::to_string(faulty) + " of " + std::to_string(all) +
+                          " frames have no usable camera and are left out (" + first->problem.where + ": " +
+                          first->problem.what + ")");
+}
+
+void hold_out(RawScene& scene) {
+  RawSplit all = std::move(scene.splits.at(0));
+  scene.one_list = false;
+  sort_by_time(all);
+  const std::size_t n = all.frames.size();
+  const double first = n > 0 ? all.frames.front().time : 0, last = n > 0 ? all.frames.back().time : 0;
+  constexpr std::ptrdiff_t kManyCameras = 4;  // a moment with as many keeps some for training
+  const auto seen_at = [&](double time) {
+    return std::count_if(all.frames.begin(), all.frames.end(), [&](const RawFrame& f) { return f.time == time; });
+  };
+  const bool first_may = seen_at(first) >= kManyCameras, last_may = seen_at(last) >= kManyCameras;
+  const auto may_test = [&](std::size_t i) {
+    const double time = all.frames[i].time;
+    return (time > first || first_may) && (time < last || last_may);
+  };
+  std::vector<bool> tests(n, false);
+  for (std::size_t block = 0; block < n; block += kEvery)
+    for (const std::size_t in_block : {4, 3, 2, 1, 5, 6, 7}) {  // the middle, or near it
+      const std::size_t i = block + in_block;
+      if (block + kEvery / 2 >= n || i >= n || !may_test(i)) continue;
+      tests[i] = true;
+      break;
+    }
+  RawSplit train{"train", all.file, all.timed, {}}, test{"test", all.file, all.timed, {}};
+  for (std::size_t i = 0; i < n; ++i) (tests[i] ? test : train).frames.push_back(std::move(all.frames[i]));
+  scene.splits = {std::move(train)};
+  if (test.frames.empty()) return;
   scene.notes.push_back("the data names no test split: every eighth picture in the order of time is one, " +
                         std::to_string(test.frames.size()) + " in all");
   scene.splits.push_back(std::move(test));
-  return scene;
-}
-
-void find_times(const fs::path& folder, RawSplit& split, std::vector<std::string>& notes) {
-  std::error_code ignored;
-  const fs::path file = folder / "times.txt";
-  if (fs::exists(file, ignored)) {
-    const std::string where = printable(file.string());
-    const std::map<std::string, double> times = read_times_file(file, where);
-    for (RawFrame& frame : split.frames) {
-      const fs::path path(frame.file_path);
-      auto found = times.end();
-      for (const std::string& name : {frame.file_path, path.filename().string(), path.stem().string()})
-        if (found == times.end()) found = times.find(name);
-      if (found == times.end())
-        fail({where, "a picture has no time", "a line for each picture",
-              "none for " + in_quotes(frame.file_path), ""});
-      frame.time = found->second;
-    }
-    notes.push_back("times are those of times.txt");
-    split.timed = true;
-    return;
-  }
-  std::sort(split.frames.begin(), split.frames.end(),
-            [](const RawFrame& a, const RawFrame& b) { return a.file_path < b.file_path; });
-  split.timed = std::all_of(split.frames.begin(), split.frames.end(),
-                            [](const RawFrame& f) { return last_number(f.file_path).has_value(); });
-  const double last = double(std::max<std::size_t>(split.frames.size() - 1, 1));
-  for (std::size_t i = 0; i < split.frames.size(); ++i)
-    split.frames[i].time = split.timed ? *last_number(split.frames[i].file_path) : double(i) / last;
-  notes.push_back(split.timed ? "there is no times.txt: the last number in a picture's name is its time"
-                              : "there is no times.txt and not every name has a number: pictures follow each "
-                                "other evenly in the order of their names");
 }
 
 void sort_by_time(RawSplit& split) {
@@ -136,6 +126,7 @@ Box frusta_box(const RawSplit& split, const std::vector<std::array<double, 2>>& 
   const double depths[] = {percentile(nears, 0.1), percentile(fars, 0.9)};
   Box box{{1e30f, 1e30f, 1e30f}, {-1e30f, -1e30f, -1e30f}};
   for (const RawFrame& f : split.frames) {
+    if (f.fault) continue;
     const double fx = f.lens.fl_x.value_or(1), fy = f.lens.fl_y.value_or(fx), w = f.lens.w.value_or(1),
                  h = f.lens.h.value_or(1);
     for (const double depth : depths)

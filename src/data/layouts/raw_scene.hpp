@@ -3,32 +3,39 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "data/camera_check.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/core/vec3.hpp"
+#include "splinevox/data/scene.hpp"
 
 namespace splinevox::data {
 
 /// One frame as a reader understood it: checked, its picture not yet looked for.
 struct RawFrame {
   std::string file_path;            ///< as written: a picture, or a film
-  double time = 0;                  ///< the data's own time, or index / (n - 1) where the file has none
+  double time = 0;                  ///< the data's own, if the split is timed; else settle_times gives it
   std::array<double, 16> matrix{};  ///< camera to world, row-major, OpenGL axes
   RigidPose pose;
   Lens lens;
   int film_frame = -1;     ///< which picture of a film, from 0; -1: file_path is a picture
   std::string name = {};   ///< as reports show it; empty: the file's name without folder and extension
   std::string label = {};  ///< how messages name it; empty: by its number
+  std::optional<Error> fault = {};  ///< what is wrong with its camera, for leave_out
 };
+
+/// Sets a frame's matrix and pose. A matrix that is no camera becomes the frame's fault.
+void set_pose(RawFrame& frame, const std::array<double, 16>& matrix, const std::string& where);
 
 /// One part of a data set: a transforms file, or some of the frames of another layout.
 struct RawSplit {
   std::string name;   ///< "train", "val" or "test"
   std::string file;   ///< how messages name the file the cameras come from
-  bool timed = true;  ///< false: the data has no times, those here are indices
+  bool timed = true;  ///< whether the data gives its frames times
   std::vector<RawFrame> frames;
 
   /// "lego/transforms_train.json, frame 12"
@@ -42,18 +49,21 @@ struct RawSplit {
 /// What a reader understood of a folder.
 struct RawScene {
   std::vector<RawSplit> splits;  ///< train first
+  bool one_list = false;         ///< the data names no splits: `splits` has one with all frames, to be divided
   std::optional<Box> box = {};   ///< where the scene lies, scene units
   std::vector<std::string> notes = {};
+  bool upright = true;  ///< whether the program that made the cameras obeys EXIF's orientation
 };
 
-/// Puts every eighth frame, in the order of `all`, into a test split and the others into train; says so in
-/// notes.
-RawScene hold_out(RawSplit all);
+/// Leaves out frames that are faulty or whose picture `there` does not find, and says how many. Throws the
+/// first one's Error where `rules` or their number forbid it.
+void leave_out(RawScene& scene, const DatasetRules& rules,
+               const std::function<std::optional<Error>(const RawFrame&, const std::string& where)>& there);
 
-/// Gives frames their times: from times.txt in the folder (a picture's name and a number per line, # begins a
-/// comment), else from the last number in every picture's name, else from the order of names. Says which in
-/// notes. Throws Error (Fault::input).
-void find_times(const std::filesystem::path& folder, RawSplit& split, std::vector<std::string>& notes);
+/// Divides a scene that has one list: every eighth frame in the order of time becomes the test split, the
+/// others train. The first and the last moment always train: pictures of theirs are held out only where four
+/// or more cameras see them. Says so in notes.
+void hold_out(RawScene& scene);
 
 /// Sorts frames by time, then by picture and place in the film.
 void sort_by_time(RawSplit& split);

@@ -7,6 +7,7 @@
 
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
+#include "data/times/settle.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -21,6 +22,10 @@ constexpr const char* kLookedFor =
     "transform_train.json (NeRFlow), dataset.json with camera/ (Nerfies, HyperNeRF), precomputed.json "
     "(NR-NeRF), poses_bounds.npy (LLFF; with "
     "cam*.mp4 DyNeRF), sparse/0/cameras.bin or .txt (COLMAP)";
+
+bool named(const std::vector<std::string>& list, const std::string& split) {
+  return std::find(list.begin(), list.end(), split) != list.end();
+}
 
 bool has_split(const fs::path& folder, const std::string& split) {
   std::error_code ignored;
@@ -68,9 +73,6 @@ const Layout& recognise(const fs::path& folder) {
 /// The splits to read, train first.
 std::vector<std::string> choose_splits(const fs::path& folder, const std::vector<std::string>& there,
                                        bool dnerf, const LoadOptions& options) {
-  const auto named = [](const std::vector<std::string>& list, const std::string& split) {
-    return std::find(list.begin(), list.end(), split) != list.end();
-  };
   for (const std::string& split : options.splits) {
     if (std::find(std::begin(kSplits), std::end(kSplits), split) == std::end(kSplits))
       fail(
@@ -98,25 +100,52 @@ std::vector<std::string> splits_of(const fs::path& folder, const RawScene* scene
   return there;
 }
 
+/// The splits that are needed: those asked for and the train split, whose times serve all. Where they have no
+/// times of their own, all, because names are understood over the whole set.
+RawScene read_dnerf(const fs::path& folder, const LoadOptions& options, const TimesChoice& times) {
+  const std::vector<std::string> there = splits_of(folder, nullptr);
+  const std::vector<std::string> chosen = choose_splits(folder, there, true, options);
+  const auto read = [&](const auto& wanted) {
+    RawScene scene;
+    for (const std::string& name : there)
+      if (wanted(name))
+        scene.splits.push_back(read_transforms(folder, name, name == "train" ? &scene.box : nullptr));
+    return scene;
+  };
+  const bool map = !options.time_map && !named(chosen, "train");
+  RawScene scene = read([&](const std::string& name) {
+    return named(chosen, name) || (map && name == "train");
+  });
+  const bool timed = std::all_of(scene.splits.begin(), scene.splits.end(),
+                                 [](const RawSplit& split) { return split.timed; });
+  if (scene.splits.size() < there.size() && !(timed && times.source == TimesChoice::Source::automatic))
+    scene = read([](const std::string&) { return true; });
+  return scene;
+}
+
 }  // namespace
 
 namespace data {
 
 OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
+  const TimesChoice times = parse_times(options.rules.times);
   const Layout& layout = recognise(folder);
+  RawScene scene = layout.read ? layout.read(folder) : read_dnerf(folder, options, times);
+  const fs::path root = fs::canonical(folder);
+  leave_out(scene, options.rules, [&](const RawFrame& frame, const std::string& where) {
+    return find_image(root, frame.file_path, where) ? std::nullopt
+                                                    : std::optional(image_missing(frame.file_path, where));
+  });
+  settle_times(folder, times, scene.splits, scene.notes);
+  if (layout.read)
+    for (RawSplit& split : scene.splits) sort_by_time(split);
+  if (scene.one_list) hold_out(scene);
   OpenScene open{layout.name, {}, {}};
-  if (!layout.read) {
-    for (const std::string& split : choose_splits(folder, splits_of(folder, nullptr), true, options))
-      open.scene.splits.push_back(
-          read_transforms(folder, split, split == "train" ? &open.scene.box : nullptr));
-    if (!options.time_map && open.scene.splits[0].name != "train" && has_split(folder, "train"))
-      open.train = read_transforms(folder, "train");
-    return open;
-  }
-  RawScene scene = layout.read(folder);
   open.scene.box = scene.box;
   open.scene.notes = scene.notes;
-  const std::vector<std::string> chosen = choose_splits(folder, splits_of(folder, &scene), false, options);
+  open.scene.upright = scene.upright;
+  const std::vector<std::string> there = splits_of(folder, layout.read ? &scene : nullptr);
+  const std::vector<std::string> chosen = choose_splits(folder, there, !layout.read, options);
   for (RawSplit& split : scene.splits)
     if (std::find(chosen.begin(), chosen.end(), split.name) != chosen.end())
       open.scene.splits.push_back(std::move(split));

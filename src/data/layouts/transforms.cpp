@@ -113,7 +113,6 @@ void read_times(const json& frames, const char* field, RawSplit& split) {
   std::size_t timed = 0;
   for (const json& frame : frames) timed += frame.contains(field) ? 1 : 0;
   split.timed = timed > 0;
-  const double last = double(std::max<std::size_t>(frames.size() - 1, 1));
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto time = number_field(frames[i], field, split.where(i));
     if (split.timed && !time)
@@ -122,7 +121,7 @@ void read_times(const json& frames, const char* field, RawSplit& split) {
             "give every frame a time, or none"});
     if (time && !(std::abs(*time) <= 1e12))
       fail({split.where(i), name + " is not finite or too large", "at most 1e12", number(*time), ""});
-    split.frames[i].time = split.timed ? *time : double(i) / last;
+    split.frames[i].time = time.value_or(0);
   }
 }
 
@@ -146,8 +145,7 @@ RawSplit read_frames(const json& file, const std::string& where) {
     if (!frame.is_object()) fail({at, "this is not a frame", "an object", shown(frame), ""});
     RawFrame raw;
     raw.file_path = read_file_path(frame, at);
-    raw.matrix = read_matrix(frame, at);
-    raw.pose = rigid_pose(raw.matrix, at);
+    set_pose(raw, read_matrix(frame, at), at);
     raw.lens = merge(shared, read_lens(frame, at));
     split.frames.push_back(std::move(raw));
   }
@@ -187,8 +185,8 @@ std::optional<Box> read_scene_box(const json& file, const std::string& where) {
   return box;
 }
 
-std::filesystem::path locate_image(const std::filesystem::path& root, const std::string& file_path,
-                                   const std::string& where) {
+std::optional<std::filesystem::path> find_image(const std::filesystem::path& root,
+                                                const std::string& file_path, const std::string& where) {
   namespace fs = std::filesystem;
   if (file_path.find('\0') != std::string::npos)
     fail({where, "'file_path' holds a zero byte", "the picture's path within the folder",
@@ -205,8 +203,13 @@ std::filesystem::path locate_image(const std::filesystem::path& root, const std:
             in_quotes(file_path), "copy the picture into the folder"});
     if (fs::is_regular_file(path, error)) return path;
   }
-  fail({where, "the image is missing", in_quotes(file_path) + ", also with .png, .jpg or .jpeg added",
-        "no such file", "check 'file_path' and that the pictures were copied"});
+  return {};
+}
+
+Error image_missing(const std::string& file_path, const std::string& where) {
+  return Error({where, "the image is missing", in_quotes(file_path) + ", also with .png, .jpg or .jpeg added",
+                "no such file", "check 'file_path' and that the pictures were copied"},
+               Fault::input);
 }
 
 }  // namespace splinevox::data

@@ -33,16 +33,19 @@ Lens read_lens(const nlohmann::json& object, const std::string& where);
 std::array<double, 16> read_matrix(const nlohmann::json& frame, const std::string& where);
 std::string read_file_path(const nlohmann::json& frame, const std::string& where);
 const nlohmann::json& frames_of(const nlohmann::json& file, const std::string& where);
-/// Fills in the times: all frames have one, or none has and the index stands in for it.
+/// Fills in the times: all frames have one, or none has and the split is not timed.
 void read_times(const nlohmann::json& frames, const char* field, RawSplit& split);
 /// All frames of a file but their times: matrices are camera to world, OpenGL axes.
 RawSplit read_frames(const nlohmann::json& file, const std::string& where);
 /// @}
 
 /// The picture a frame names: file_path itself, or with .png, .jpg or .jpeg added. Must lie in the folder,
-/// links resolved.
-/// @param root  the folder in canonical form. @return an absolute path. Throws Error (Fault::input).
-std::filesystem::path locate_image(const std::filesystem::path& root, const std::string& file_path,
-                                   const std::string& where);
+/// links resolved, and must not be a device or pipe.
+/// @param root  the folder in canonical form. @return an absolute path; empty if there is no such picture.
+/// Throws Error (Fault::input).
+std::optional<std::filesystem::path> find_image(const std::filesystem::path& root,
+                                                const std::string& file_path, const std::string& where);
+/// What to say of a picture that find_image does not find.
+Error image_missing(const std::string& file_path, const std::string& where);
 
 }  // namespace splinevox::data

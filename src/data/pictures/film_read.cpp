@@ -2,14 +2,18 @@
 #include "data/pictures/film_read.hpp"
 
 #include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <cmath>
 #include <cstring>
-#include <sstream>
+#include <string_view>
 
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
@@ -48,9 +52,17 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
   ~Reader() { finish(); }
 
-  /// Fills the buffer; false if the output ended before.
+  /// Fills the buffer; false if the output ended before, or nothing came for a minute.
   bool read(char* to, std::size_t size) {
+    constexpr int kPatience = 60'000;  // milliseconds
     while (size > 0) {
+      pollfd pipe{pipe_, POLLIN, 0};
+      const int ready = ::poll(&pipe, 1, kPatience);
+      if (ready < 0 && errno == EINTR) continue;
+      if (ready <= 0) {
+        ::kill(process_, SIGKILL);
+        return false;
+      }
       const ssize_t n = ::read(pipe_, to, size);
       if (n < 0 && errno == EINTR) continue;
       if (n <= 0) return false;
@@ -75,53 +87,116 @@ class Reader {
   int pipe_ = -1;
 };
 
-/// The number behind "key=" in lines of them; 0 if there is none.
-int value_of(const std::string& lines, const std::string& key) {
-  std::istringstream in(lines);
-  for (std::string line; std::getline(in, line);)
-    if (line.rfind(key + "=", 0) == 0) {
-      int value = 0;
-      std::from_chars(line.data() + key.size() + 1, line.data() + line.size(), value);
-      return value;
-    }
-  return 0;
+/// A call of ffmpeg's programs on a stranger's file: containers that hold their film themselves, no network.
+/// A playlist in place of a film could name any file of the machine.
+std::vector<std::string> words_of(const char* program, std::vector<std::string> arguments) {
+  std::vector<std::string> words{program, "-v", "error", "-protocol_whitelist", "file", "-format_whitelist",
+                                 "mov,matroska,avi,mpegts,mpeg,h264,hevc,ivf,ogg,flv,asf,mxf,m4v,mpegvideo"};
+  words.insert(words.end(), std::make_move_iterator(arguments.begin()),
+               std::make_move_iterator(arguments.end()));
+  return words;
+}
+
+/// What ffprobe prints of a film's stream and its packets.
+struct ProbeText {
+  int width = 0, height = 0;
+  std::vector<double> stamps;  ///< of packets that are shown; seconds
+  std::size_t without = 0;     ///< packets that are shown and have no time stamp
+};
+
+/// Lines such as "packet|pts_time=0.033333|flags=K__" and "stream|width=64|height=48".
+void read_line(std::string_view line, ProbeText& text) {
+  const auto value_of = [&](std::string_view key) -> std::string_view {
+    const std::size_t at = line.find(key);
+    if (at == std::string_view::npos) return {};
+    const std::string_view rest = line.substr(at + key.size());
+    return rest.substr(0, rest.find('|'));
+  };
+  const auto number_of = [&](std::string_view key, auto& value) {
+    const std::string_view digits = value_of(key);
+    return std::from_chars(digits.data(), digits.data() + digits.size(), value).ec == std::errc();
+  };
+  if (line.starts_with("stream|")) {
+    number_of("|width=", text.width);
+    number_of("|height=", text.height);
+  }
+  if (!line.starts_with("packet|")) return;
+  if (value_of("|flags=").find('D') != std::string_view::npos) return;  // decoded for others, never shown
+  double stamp = 0;
+  if (number_of("|pts_time=", stamp))
+    text.stamps.push_back(stamp);
+  else
+    ++text.without;
+}
+
+/// Seconds from the first frame on, put onto an even rate where they lie close to one.
+std::vector<double> even_times(std::vector<double> stamps) {
+  constexpr double kOff = 0.05;  // of a frame
+  std::sort(stamps.begin(), stamps.end());
+  const double first = stamps.front();
+  for (double& s : stamps) s -= first;
+  if (stamps.size() < 2) return stamps;
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < stamps.size(); ++i) gaps.push_back(stamps[i] - stamps[i - 1]);
+  std::nth_element(gaps.begin(), gaps.begin() + std::ptrdiff_t(gaps.size() / 2), gaps.end());
+  double gap = gaps[gaps.size() / 2];
+  if (!(gap > 0)) return stamps;
+  gap = stamps.back() / std::max(1.0, std::round(stamps.back() / gap));  // over all of the film it is finer
+  const double rate = std::round(1000 / gap) / 1000;
+  if (std::abs(rate * stamps.back() - std::round(stamps.back() / gap)) < kOff) gap = 1 / rate;
+  const auto even = [&](double s) { return std::abs(s / gap - std::round(s / gap)) < kOff; };
+  if (!std::all_of(stamps.begin(), stamps.end(), even)) return stamps;
+  for (double& s : stamps) s = std::round(s / gap) * gap;
+  return stamps;
 }
 
 }  // namespace
 
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where) {
+  constexpr std::size_t kMostFrames = 10'000'000, kLongestLine = 10'000;
   file_size_of(path, where);
-  Reader probe(
-      {"ffprobe", "-v", "error", "-select_streams", "v:0", "-count_packets", "-show_entries",
-       "stream=width,height,nb_read_packets", "-of", "default=noprint_wrappers=1", "file:" + path.string()},
-      where);
-  std::string lines;
-  for (char c; lines.size() < 10000 && probe.read(&c, 1);) lines += c;
-  const FilmFacts facts{value_of(lines, "width"), value_of(lines, "height"),
-                        value_of(lines, "nb_read_packets")};
-  if (!probe.finish() || facts.width < 1 || facts.height < 1 || facts.frames < 1)
+  Reader probe(words_of("ffprobe", {"-select_streams", "v:0", "-show_entries",
+                                    "stream=width,height:packet=pts_time,flags", "-of", "compact",
+                                    "file:" + path.string()}),
+               where);
+  ProbeText text;
+  std::string line;
+  for (char c; probe.read(&c, 1) && text.stamps.size() < kMostFrames;) {
+    if (c != '\n') {
+      if (line.size() < kLongestLine) line += c;
+      continue;
+    }
+    read_line(line, text);
+    line.clear();
+  }
+  const bool ended_well = probe.finish();
+  if (text.stamps.empty())  // raw streams have no time stamps: their frames follow each other evenly
+    for (std::size_t i = 0; i < text.without; ++i) text.stamps.push_back(double(i));
+  if (!ended_well || text.width < 1 || text.height < 1 || text.stamps.empty())
     fail({where, "this is no film that ffprobe can read", "a video stream with at least one frame", "none",
           "copy the file again"});
-  if (facts.width > 65536 || facts.height > 65536 || double(facts.width) * facts.height > double(1 << 28))
+  if (text.width > 65536 || text.height > 65536 || double(text.width) * text.height > double(1 << 28))
     fail({where, "the film's size is out of range", "1 to 65536 pixels a side and at most 2^28 in all",
-          std::to_string(facts.width) + " x " + std::to_string(facts.height), ""});
-  return facts;
+          std::to_string(text.width) + " x " + std::to_string(text.height), ""});
+  std::vector<double> times = even_times(std::move(text.stamps));
+  const double rate = times.back() > 0 ? double(times.size() - 1) / times.back() : 1;
+  return {text.width, text.height, rate, std::move(times)};
 }
 
-void read_film(const std::filesystem::path& path, const FilmFacts& facts, const std::vector<int>& wanted,
+void read_film(const std::filesystem::path& path, const PictureSize& size, const std::vector<int>& wanted,
                const std::function<void(std::size_t, Image16&&)>& take, const std::string& where) {
-  Reader film({"ffmpeg", "-v", "error", "-noautorotate", "-i", "file:" + path.string(), "-map", "0:v:0", "-f",
-               "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"},
+  Reader film(words_of("ffmpeg", {"-noautorotate", "-i", "file:" + path.string(), "-map", "0:v:0", "-f",
+                                  "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"}),
               where);
-  std::vector<char> rgb(std::size_t(facts.width) * facts.height * 3);
+  std::vector<char> rgb(std::size_t(size.width) * std::size_t(size.height) * 3);
   std::size_t next = 0;
   for (int i = 0; next < wanted.size(); ++i) {
     if (!film.read(rgb.data(), rgb.size()))
       fail({where, "the film ends early",
-            "frame " + std::to_string(wanted[next]) + " of " + std::to_string(facts.frames),
+            "frame " + std::to_string(wanted[next]),
             std::to_string(i) + " frames that ffmpeg could decode", "copy the file again"});
     if (i != wanted[next]) continue;
-    Image16 image{facts.width, facts.height, {}};
+    Image16 image{size.width, size.height, {}};
     image.rgba.resize(image.pixels() * 4, 65535);
     for (std::size_t p = 0; p < image.pixels(); ++p)
       for (std::size_t c = 0; c < 3; ++c)

@@ -7,22 +7,28 @@
 #include <vector>
 
 #include "splinevox/core/image.hpp"
+#include "splinevox/data/image_read.hpp"
 
 namespace splinevox::data {
 
 struct FilmFacts {
   int width = 0, height = 0;  ///< pixels as stored, before any rotation a player would do
-  int frames = 0;
+  double rate = 1;            ///< frames a second, on the mean
+  std::vector<double> times;  ///< of each frame that is shown, seconds from the first, ascending
+  int frames() const { return int(times.size()); }
 };
 
-/// Size and number of frames of a film's first video stream, asked of ffprobe. Throws Error (Fault::input) if
-/// the file is no film or larger than PNGs may be (splinevox/data/image_read.hpp), or there is no ffprobe.
+/// Size and time stamps of a film's first video stream, asked of ffprobe, which reads no picture. What an edit
+/// list hides (films cut without encoding again) is left out, as ffmpeg leaves it out. Time stamps within a
+/// twentieth of a frame of an even rate are put onto that rate, so that films of one rate share their moments.
+/// Throws Error (Fault::input) if the file is no film or larger than PNGs may be
+/// (splinevox/data/image_read.hpp), or there is no ffprobe.
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where);
 
 /// Decodes a film with ffmpeg, frame by frame, opaque RGBA, and hands over those that are wanted.
 /// @param wanted  numbers from 0, ascending. @param take  called with the place in `wanted` and the picture.
 /// Throws Error (Fault::input) if ffmpeg fails or the film ends before the last of them.
-void read_film(const std::filesystem::path& path, const FilmFacts& facts, const std::vector<int>& wanted,
+void read_film(const std::filesystem::path& path, const PictureSize& size, const std::vector<int>& wanted,
                const std::function<void(std::size_t, Image16&&)>& take, const std::string& where);
 
 }  // namespace splinevox::data

@@ -29,8 +29,15 @@ JpegDecoder::~JpegDecoder() { jpeg_destroy_decompress(&info_); }
 bool JpegDecoder::begin() {
   if (setjmp(jump_) != 0) return false;
   jpeg_mem_src(&info_, bytes_.data(), static_cast<unsigned long>(bytes_.size()));
+  jpeg_save_markers(&info_, JPEG_APP0 + 1, 0xffff);
   jpeg_read_header(&info_, TRUE);
   return true;
+}
+
+std::span<const std::uint8_t> JpegDecoder::app1() const {
+  for (const jpeg_marker_struct* m = info_.marker_list; m != nullptr; m = m->next)
+    if (m->marker == JPEG_APP0 + 1 && m->data_length > 4 && m->data[0] == 'E') return {m->data, m->data_length};
+  return {};
 }
 
 bool JpegDecoder::read(std::uint8_t* rgb) {

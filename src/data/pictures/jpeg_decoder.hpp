@@ -25,6 +25,8 @@ class JpegDecoder {
 
   /// Reads everything before the pixels. False if it cannot.
   bool begin();
+  /// The EXIF block, after begin(); empty if there is none.
+  std::span<const std::uint8_t> app1() const;
   /// Reads all pixels as 8-bit RGB. @param rgb  width * height * 3 bytes.
   bool read(std::uint8_t* rgb);
   int width() const { return int(info_.image_width); }

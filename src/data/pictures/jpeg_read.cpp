@@ -3,6 +3,7 @@
 
 #include "data/file_bytes.hpp"
 #include "data/pictures/jpeg_decoder.hpp"
+#include "data/pictures/picture_header.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
 
@@ -11,6 +12,7 @@ namespace {
 
 constexpr std::uint64_t kPackBound =
     4096;  ///< pixels per file byte; an 8 x 8 block takes a bit at the least, arithmetic coding less
+constexpr std::uintmax_t kJpegFirstBytes = std::uintmax_t(1) << 15;  ///< enough for nearly every header
 constexpr std::uintmax_t kJpegHeaderBytes =
     std::uintmax_t(4) << 20;  ///< previews and colour profiles may stand before the size
 
@@ -56,15 +58,23 @@ Image16 read_jpeg(const std::filesystem::path& path, const std::string& where) {
   return image;
 }
 
-PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where) {
+data::PictureHeader data::read_picture_header(const std::filesystem::path& path, const std::string& where) {
   const std::string name = where.empty() ? path.string() : where;
   if (!is_jpeg(path, name)) {
     const PngHeader header = read_png_header(path, where);
-    return {header.width, header.height};
+    return {{header.width, header.height}, header.samples == 2 || header.samples == 4, 1};
   }
-  const std::vector<std::uint8_t> bytes = data::read_bytes(path, name, data::kLargestFile, kJpegHeaderBytes);
-  data::JpegDecoder decoder(bytes);
-  return check_jpeg(decoder, data::file_size_of(path, name), name);
+  const std::uintmax_t size = file_size_of(path, name);
+  std::vector<std::uint8_t> bytes = read_bytes(path, name, kLargestFile, kJpegFirstBytes);
+  if (bytes.size() < size && !JpegDecoder(bytes).begin())  // a preview or a profile stands before the size
+    bytes = read_bytes(path, name, kLargestFile, kJpegHeaderBytes);
+  JpegDecoder decoder(bytes);
+  const PictureSize stored = check_jpeg(decoder, size, name);
+  return {stored, false, exif_orientation(decoder.app1())};
+}
+
+PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where) {
+  return data::read_picture_header(path, where).size;
 }
 
 Image16 read_picture(const std::filesystem::path& path, const std::string& where) {

@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 
 #include "core/parallel.hpp"
@@ -16,6 +18,7 @@
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/film_read.hpp"
+#include "data/pictures/picture_header.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_read.hpp"
 
@@ -76,32 +79,64 @@ std::string size_text(const PictureSize& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
-PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale) {
+namespace {
+
+/// How far a lens is from being that of a picture of this size; 0 fits. Nothing if the lens does not say.
+std::optional<double> misfit(const Lens& lens, const PictureSize& size) {
+  const double w = size.width, h = size.height;
+  if (lens.w && lens.h && *lens.w > 0 && *lens.h > 0)
+    return lens.scaled ? std::abs(std::log(*lens.w / *lens.h * h / w))
+                       : std::abs(*lens.w - w) + std::abs(*lens.h - h);
+  if (lens.camera_angle_x && lens.camera_angle_y)
+    return std::abs(std::log(std::tan(*lens.camera_angle_x / 2) / std::tan(*lens.camera_angle_y / 2) * h / w));
+  if (lens.cx && lens.cy) return std::abs(2 * *lens.cx - w) + std::abs(2 * *lens.cy - h);
+  return {};
+}
+
+/// The orientation to obey: the picture's, if its camera is for the upright picture.
+int turn_of(const PictureHeader& header, const Lens& lens, bool upright) {
+  if (header.orientation == 1) return 1;
+  const PictureSize after = turned(header.size, header.orientation);
+  const auto as_stored = misfit(lens, header.size), as_turned = misfit(lens, after);
+  const bool obey = as_stored && as_turned && *as_stored != *as_turned ? *as_turned < *as_stored : upright;
+  return obey ? header.orientation : 1;
+}
+
+}  // namespace
+
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
+                          bool upright) {
   const std::filesystem::path root = std::filesystem::canonical(folder);
   PicturePlan plan;
   plan.downscale = downscale;
   std::map<std::filesystem::path, FilmFacts> films;
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
-    plan.paths.push_back(locate_image(root, split.frames[i].file_path, split.where(i)));
+    const std::string& file = split.frames[i].file_path;
+    const auto path = find_image(root, file, split.where(i));
+    if (!path) throw image_missing(file, split.where(i));
+    plan.paths.push_back(*path);
     const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
     plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
     plan.film_frame.push_back(split.frames[i].film_frame);
-    PictureSize header;
+    PictureHeader header;
     if (plan.film()) {
       if (!films.count(plan.paths[i])) films[plan.paths[i]] = film_facts(plan.paths[i], plan.where[i]);
-      header = {films[plan.paths[i]].width, films[plan.paths[i]].height};
+      header.size = {films[plan.paths[i]].width, films[plan.paths[i]].height};
     } else {
-      header = read_picture_size(plan.paths[i], plan.where[i]);
+      header = read_picture_header(plan.paths[i], plan.where[i]);
     }
-    plan.sizes.push_back(header);
-    const PictureSize& first = plan.sizes[0];
-    const bool differs = header != first;
-    if (i == 0 || differs) check_divides(plan, i);
     const Lens& lens = split.frames[i].lens;
+    plan.alpha |= header.alpha;
+    plan.turns.push_back(turn_of(header, lens, upright));
+    plan.asked.push_back(header.orientation);
+    plan.sizes.push_back(turned(header.size, plan.turns.back()));
+    const PictureSize &first = plan.sizes[0], &size = plan.sizes.back();
+    const bool differs = size != first;
+    if (i == 0 || differs) check_divides(plan, i);
     if (differs && !(lens.fl_x && lens.w && lens.h))  // which pinhole compares with the picture
       fail({plan.where[i], "the images of a split differ in size",
             size_text(first) + " as in " + printable(plan.paths[0].filename().string()),
-            size_text(header) + " in " + printable(plan.paths[i].filename().string()),
+            size_text(size) + " in " + printable(plan.paths[i].filename().string()),
             "render or crop them to one size, or give every frame its lens in pixels (w, h, fl_x, fl_y, cx, "
             "cy)"});
   }
@@ -134,7 +169,7 @@ std::vector<Picture> decode_films(const PicturePlan& plan) {
     for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
     const PictureSize& size = plan.sizes[frames[0]];
     read_film(
-        path, {size.width, size.height, wanted.back() + 1}, wanted,
+        path, size, wanted,
         [&, &list = frames](std::size_t k, Image16&& image) {
           images[list[k]] = area_downscale(std::move(image), plan.downscale);
         },
@@ -174,7 +209,7 @@ std::vector<Picture> decode(const PicturePlan& plan) {
   if (plan.film()) return decode_films(plan);
   std::vector<Picture> images(plan.paths.size());
   for_each_frame(images.size(), [&](std::size_t i) {
-    images[i] = area_downscale(read_picture(plan.paths[i], plan.where[i]), plan.downscale);
+    images[i] = area_downscale(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.downscale);
   });
   return images;
 }

@@ -16,7 +16,10 @@ namespace splinevox::data {
 struct PicturePlan {
   std::vector<std::filesystem::path> paths;
   std::vector<std::string> where;  ///< how errors name each
-  std::vector<PictureSize> sizes;  ///< stored pixels
+  std::vector<PictureSize> sizes;  ///< pixels, after turning
+  std::vector<int> asked;          ///< EXIF's orientation, 1 where there is none
+  std::vector<int> turns;          ///< the same where it is obeyed, else 1: cameras are for the stored pixels
+  bool alpha = false;              ///< some file has a channel for it
   int downscale = 1;
   std::vector<int> film_frame;  ///< as in RawFrame
   bool film() const { return !film_frame.empty() && film_frame[0] >= 0; }
@@ -33,7 +36,9 @@ std::string size_text(const PictureSize& size);
 /// picture is missing, not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame
 /// 0's though its lens does not say what size it is for (w, h, fl_x): an angle of view means nothing for a
 /// picture that was cropped.
-PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale);
+/// @param upright  whether cameras are for pictures turned by EXIF where neither sizes nor angles tell.
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
+                          bool upright);
 
 /// Throws Error (Fault::input) if the pictures of all plans together exceed the machine's memory.
 void check_memory(const std::vector<PicturePlan>& plans);

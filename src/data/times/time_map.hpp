@@ -9,8 +9,9 @@
 
 namespace splinevox::data {
 
-/// The map a train split's raw times call for: the identity if they lie in [0, 1] already (the convention of
-/// D-NeRF), else their range onto [0, 1]. A range below 1e-9 gives scale 0: nothing moves. (numerics H6)
+/// The map a train split's raw times call for: the identity if they lie in [0, 1] already and fill a quarter of
+/// it or more (the convention of D-NeRF), else their range onto [0, 1]. A range below 1e-9 gives scale 0:
+/// nothing moves. (numerics H6)
 TimeMap fit_time_map(const std::vector<double>& raw);
 
 /// The map of a data set, from its train split.
@@ -19,10 +20,9 @@ TimeMap fit_time_map(const std::vector<double>& raw);
 TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits,
                         std::vector<std::string>& notes);
 
-/// A frame's time in the model's [0, 1]. Times made from indices are there already.
+/// A frame's time in the model's [0, 1].
 inline double model_time(const RawSplit& split, std::size_t frame, const TimeMap& map) {
-  const double time = split.frames[frame].time;
-  return map.scale == 0 ? 0 : split.timed ? map(time) : time;
+  return map.scale == 0 ? 0 : map(split.frames[frame].time);
 }
 
 /// One line for each thing about a split's times that a user may want to know.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/time_map.hpp"
+#include "data/times/time_map.hpp"
 
 #include <algorithm>
 
@@ -8,6 +8,9 @@
 
 namespace splinevox::data {
 namespace {
+
+/// Of 0..1: control points are spread over all of it, so a scene in less of it would hardly have any.
+constexpr double kSmallPart = 0.25;
 
 bool in_unit(double t) { return t >= 0 && t <= 1; }
 
@@ -27,7 +30,7 @@ TimeMap fit_time_map(const std::vector<double>& raw) {
   if (raw.empty()) return {};
   const auto [lo, hi] = std::minmax_element(raw.begin(), raw.end());
   if (*hi - *lo < 1e-9) return {*lo, 0};
-  if (in_unit(*lo) && in_unit(*hi)) return {};
+  if (in_unit(*lo) && in_unit(*hi) && *hi - *lo >= kSmallPart) return {};
   return {*lo, 1 / (*hi - *lo)};
 }
 
@@ -56,11 +59,6 @@ TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& spli
 
 void note_times(const RawSplit& split, const TimeMap& map, std::vector<std::string>& notes) {
   const std::size_t n = split.frames.size();
-  if (!split.timed) {
-    notes.push_back(split.name + ": no frame has a 'time'; frame i of " + std::to_string(n) +
-                    " is taken at i / " + std::to_string(std::max<std::size_t>(n - 1, 1)));
-    return;
-  }
   std::vector<double> times = times_of(split);
   if (!std::is_sorted(times.begin(), times.end()))
     notes.push_back(split.name + ": frames are not in the order of time");

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "splinevox/core/image.hpp"
+#include "splinevox/data/image_read.hpp"
+
+namespace splinevox::data {
+
+/// What a picture's file says before any pixel is decoded.
+struct PictureHeader {
+  PictureSize size;      ///< as stored
+  bool alpha = false;    ///< there is a channel for it
+  int orientation = 1;   ///< EXIF's: how to turn the stored picture to see it upright, 1 to 8; 1 = not at all
+};
+
+/// Reads the header of a PNG or a JPEG. Throws Error (Fault::input).
+PictureHeader read_picture_header(const std::filesystem::path& path, const std::string& where = "");
+
+/// The orientation in the EXIF block of a JPEG's APP1 marker; 1 if there is none or it makes no sense.
+int exif_orientation(std::span<const std::uint8_t> app1);
+
+/// The size of a picture once it is turned.
+PictureSize turned(const PictureSize& stored, int orientation);
+
+/// A picture turned as EXIF's orientation says (Exif 2.32, 4.6.4, tag 0x0112).
+Image16 turned(Image16 image, int orientation);
+
+}  // namespace splinevox::data
