@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
   config.effects.steps = steps;
   try {
     for (const std::string& scene : scenes) {
-      const Dataset data = load_dataset(scene, {.splits = {"train"}});
+      Dataset data = load_dataset(scene, {.splits = {"train"}});
       nlohmann::json j = describe(prepare(config, data).effects);
       j["scene"] = std::filesystem::path(scene).filename().string();
       say(j);
@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
       for (int seed = 1; seed <= seeds; ++seed) {
         const double turns = orbit != 0 ? orbit : kind.orbits[std::size_t(seed) % kind.orbits.size()];
         const std::string scene = kind.scenes[std::size_t(seed) % kind.scenes.size()];
-        const Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames,
+        Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames,
                                                 .size = size,
                                                 .seed = std::uint64_t(seed),
                                                 .orbit = turns,

@@ -47,13 +47,13 @@ void say(const nlohmann::json& j) {
 }
 
 /// The box that a run of a quarter of the steps ends with.
-std::vector<float> box_of(Config c, const Dataset& data) {
+std::vector<float> box_of(Config c, Dataset& data) {
   c.run.max_steps /= 4;
   const Box box = train_to_end(c, data).model.box;
   return {box.lo.x, box.lo.y, box.lo.z, box.hi.x, box.hi.y, box.hi.z};
 }
 
-void measure(const Config& base, const std::string& name, const Dataset& data, int seeds) {
+void measure(const Config& base, const std::string& name, Dataset& data, int seeds) {
   std::vector<double> psnr[kWays], ratio[kWays];
   for (int seed = 1; seed <= seeds; ++seed) {
     Trained runs[kWays];
@@ -109,7 +109,7 @@ int main(int argc, char** argv) {
     for (const std::string& scene : scenes) {
       const std::vector<std::string> built_in = synth_scenes();
       const bool made = std::find(built_in.begin(), built_in.end(), scene) != built_in.end();
-      const Dataset data =
+      Dataset data =
           made ? make_synth(scene, {}) : load_dataset(scene, {.downscale = 1, .splits = {"train", "test"}});
       Config c = config;
       if (same_box) c.grid.box = box_of(config, data);

@@ -21,7 +21,7 @@ struct Trained {
 };
 
 /// With the effects of the configuration, untried.
-inline Trained train_to_end(const Config& config, const Dataset& data) {
+inline Trained train_to_end(const Config& config, Dataset& data) {
   const double start = processor_seconds();
   const Prepared ready = prepare(config, data, {.effects = EffectPolicy::keep});
   Trainer trainer(ready.config, *data.find("train"), data.time_map);

@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
   const std::string path = argc > 1 && *argv[1] ? argv[1] : root ? std::string(root) + "/dnerf_trex" : "";
   const int threads = argc > 2 ? std::atoi(argv[2]) : 1;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
+  Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
                                     : load_dataset(path, {.splits = {"train"}});
 
   Config config = preset("fast");

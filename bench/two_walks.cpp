@@ -27,7 +27,7 @@ struct Run {
   double loss = 0;     ///< of the last step
 };
 
-Run train(const Config& config, const Dataset& data, std::unique_ptr<StepBackend> backend) {
+Run train(const Config& config, Dataset& data, std::unique_ptr<StepBackend> backend) {
   Trainer trainer(config, *data.find("train"), data.time_map, 0, nullptr, std::move(backend));
   Run out;
   const std::clock_t start = std::clock();
@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
   const std::string path = argc > 1 && *argv[1] ? argv[1] : root ? std::string(root) + "/dnerf_trex" : "";
   const int threads = argc > 2 ? std::atoi(argv[2]) : 1;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
+  Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
                                     : load_dataset(path, {.splits = {"train"}});
 
   Config asked = preset("fast");

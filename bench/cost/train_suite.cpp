@@ -108,7 +108,7 @@ Config config_of(const SuiteOptions& o, const Setting& s, int seed) {
   return config;
 }
 
-Outcome train(const Dataset& data, const Config& config) {
+Outcome train(Dataset& data, const Config& config) {
   const Trained run = train_to_end(config, data);
   return {std::pow(10, -mean_psnr(run.model, *data.find("test")) / 20), run.seconds, run.samples_per_ray};
 }
@@ -125,7 +125,7 @@ class Finished {
       if (const Json j = Json::parse(line, nullptr, false); j.is_object())
         known_[j.at("key")] = {j.at("rms"), j.at("seconds"), j.at("samples")};
   }
-  Outcome run(const Dataset& data, const std::string& scene, const Config& config) {
+  Outcome run(Dataset& data, const std::string& scene, const Config& config) {
     const std::string key = where_ + "\n" + scene + "\n" + write_config(config);
     if (const auto it = known_.find(key); it != known_.end()) return it->second;
     const Outcome x = train(data, config);
@@ -151,7 +151,7 @@ double decibels(double rms) { return -20 * std::log10(rms); }
 void train_suite(const SuiteOptions& o, const std::string& runs, const Told& told) {
   Finished finished(runs, o.where);
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
-    const Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200})
+    Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200})
                                        : load_dataset(scene, {.splits = {"train", "test"}});
     std::vector<Setting> list = settings(o.micro);
     if (!o.knobs.empty())

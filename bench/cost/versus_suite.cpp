@@ -44,7 +44,7 @@ Record voxels(const std::string& path, const Dataset& tests, const std::string& 
   double samples = 0;
   for (int seed = 1; seed <= seeds; ++seed) {
     const double start = processor_seconds();
-    const Dataset data = load_dataset(path, {.splits = {"train"}});
+    Dataset data = load_dataset(path, {.splits = {"train"}});
     Config config = preset(preset_for(steps));
     config.run.max_time = 0;
     config.run.max_steps = steps;

@@ -108,7 +108,7 @@ Config make_config(std::optional<std::string> preset, const std::string& file, c
   return run::effective_config(o);
 }
 
-Prepared prepared(const Config& config, const Dataset& data, bool choose) {
+Prepared prepared(const Config& config, Dataset& data, bool choose) {
   Prepared out;
   released(
       [&] { out = prepare(config, data, {.effects = choose ? EffectPolicy::choose : EffectPolicy::keep}); });

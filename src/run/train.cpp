@@ -61,7 +61,7 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
 
 /// The configuration made ready for the data; writes effects.json. What the user listed is measured, not
 /// changed.
-Config settle(const Config& asked, bool forced, const Dataset& data, const RunFolder& folder, bool writes,
+Config settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
               Progress& progress) {
   PrepareOptions options;
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
@@ -119,7 +119,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   load.splits = {"train"};
   load.if_there = {"val"};
   load.rules = rules_of(o, record);
-  const Dataset data = load_dataset(o.dataset, load);
+  Dataset data = load_dataset(o.dataset, load);
   if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
   if (finished) {
     progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));
@@ -127,7 +127,9 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     return {folder.path(), figures, TrainedRun::End::was_finished, writes};
   }
   greet(data, config, device, progress);
-  if (!checkpoint) {
+  if (checkpoint) {
+    cut_ground(config, data);
+  } else {
     config = settle(asked, o.effects != "auto", data, folder, writes, progress);
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
               data.fingerprint, data.time_map, load.rules};

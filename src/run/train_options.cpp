@@ -75,6 +75,7 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   if (o.background) {
     c.run.background = parse_background(*o.background);
     c.run.background_order = -1;
+    if (c.sampling.background == BackgroundKind::random) c.sampling.background = BackgroundKind::ground;
   }
   validate(c);
   return c;

@@ -154,7 +154,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.targets.resize(out.rays.size());
   out.tasks.clear();
   const int per_frame = patches * 4;
-  const bool random = config_.background == BackgroundKind::random && !background.learned();
+  const bool random = config_.background != BackgroundKind::fixed && !background.learned(),
+             opaque_random = random && config_.background != BackgroundKind::ground;
   // A target of 1 is a lower bound (65535 times the float 1 / 65535 is 1); the float before it is as good a
   // target as any other.
   const float most = config_.clipped ? std::numeric_limits<float>::infinity() : std::nextafter(1.0f, 0.0f);
@@ -178,11 +179,12 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const int x = std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1);
         const int y = std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1);
         const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
-        const Vec3 behind = random ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
+        const auto rgba = frame.image.pixel(x, y);
+        const Vec3 behind = (rgba[3] == 65535 ? opaque_random : random)
+                                ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
                                                        ray_rng.uniform(4 * r + 2)}
                                    : background.towards(cast<float>(ray.direction));
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
-        const auto rgba = frame.image.pixel(x, y);
         const float alpha = rgba[3] * (1 / 65535.0f);
         for (int c = 0; c < 3; ++c)
           out.targets[r][c] = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);

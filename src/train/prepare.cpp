@@ -5,6 +5,8 @@
 
 #include "core/process.hpp"
 #include "splinevox/core/error.hpp"
+#include "train/bounds/ground.hpp"
+#include "train/check_cameras.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/start.hpp"
 
@@ -23,6 +25,45 @@ bool takes_box(const Config& config, const Dataset& data) {
   return !data.has_alpha && data.box && config.grid.box.empty();
 }
 
+/// The ground behind opaque pictures: looked for, or of the colour that the configuration names, and cut out of
+/// them if what is left makes silhouettes that meet.
+void settle_ground(Config& config, Dataset& data, const std::function<void(std::string)>& note) {
+  const bool named = config.sampling.background == BackgroundKind::ground;
+  const auto stand_on = [&](const Vec3& colour) {
+    config.run.background = {colour.x, colour.y, colour.z};
+    config.run.background_order = -1;
+    config.sampling.background = BackgroundKind::ground;
+  };
+  if (data.ground) {  // cut out before
+    if (named || config.run.find_ground) stand_on(*data.ground);
+    return;
+  }
+  if (data.has_alpha) {  // silhouettes are known: what is opaque is so before any background
+    if (named) config.sampling.background = BackgroundKind::random;
+    return;
+  }
+  Split& train = *data.find("train");
+  const std::vector<float>& c = config.run.background;
+  const std::optional<Vec3> colour = named                    ? std::optional(Vec3{c[0], c[1], c[2]})
+                                     : config.run.find_ground ? find_ground(train)
+                                                              : std::nullopt;
+  if (!colour) return;
+  constexpr double kLeastCut = 0.02, kAgrees = 0.9;
+  const double cut = cut_ground(train, *colour);
+  std::vector<Camera> cameras;
+  for (const Frame& f : train.frames) cameras.push_back(f.camera);
+  if (cut < kLeastCut || cut == 1 || explained_by_hull(train, cameras) < kAgrees) {
+    undo_cut(train);
+    return;
+  }
+  data.ground = colour;
+  data.has_alpha = true;
+  stand_on(*colour);
+  note(fmt::format("the pictures stand on a plain ground of ({:.2f}, {:.2f}, {:.2f}): it is cut out, {:.0f}% of "
+                   "all pixels (--set run.find_ground=0 otherwise)",
+                   colour->x, colour->y, colour->z, 100 * cut));
+}
+
 EffectChoice kept(const Config& config) {
   EffectChoice out;
   out.chosen = effects_of(config);
@@ -32,7 +73,12 @@ EffectChoice kept(const Config& config) {
 
 }  // namespace
 
-Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions& options) {
+void cut_ground(const Config& prepared, Dataset& data) {
+  Config same = prepared;
+  settle_ground(same, data, [](const std::string&) {});
+}
+
+Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& options) {
   const Split& train = train_split(data);
   Prepared out;
   out.config = config;
@@ -44,6 +90,7 @@ Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions
     tell(text);
     out.notes.push_back(std::move(text));
   };
+  settle_ground(out.config, data, note);
   if (takes_box(config, data)) {
     const Box& b = *data.box;
     out.config.grid.box = {b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z};
@@ -52,6 +99,8 @@ Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions
                     "grid.box=... for another)",
                     b.extent().x, b.extent().y, b.extent().z));
   }
+  if (data.has_alpha && out.config.grid.box.empty()) check_silhouettes(train, note);
+  out.parallax = check_parallax(out.config, train, note);
   out.brightness = brightness(out.config, look_at(train));
   if (out.brightness < 1)
     note(fmt::format("dark pictures: colours are trained in units of {:.3g}", out.brightness));
@@ -61,6 +110,7 @@ Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions
     if (config.effects.steps > 0) tell("trying out which effects the scene calls for");
     out.effects = choose_effects(out.config, train, data.time_map, options.tried);
     release_freed_memory();  // of the fits
+    if (!data.has_alpha) check_fits(train, out.effects, note);
   }
   if (options.effects == EffectPolicy::choose) {
     apply(out.effects.chosen, out.config);

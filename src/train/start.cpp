@@ -88,7 +88,7 @@ float brightness(const Config& config, const Shown& shown) {
   if (!shown.dark()) return 1;
   const std::vector<float>& b = config.run.background;
   const float behind =
-      config.sampling.background == BackgroundKind::fixed ? *std::max_element(b.begin(), b.end()) : 0;
+      config.sampling.background != BackgroundKind::random ? *std::max_element(b.begin(), b.end()) : 0;
   return std::max({shown.brightest, behind, kLeast});
 }
 

@@ -54,6 +54,13 @@ class Picture {
     return {p[0], p[1], p[2], p[3]};
   }
   std::array<std::uint16_t, 4> pixel(int x, int y) const { return pixel(std::size_t(y) * width + x); }
+  /// Changes the alpha of one pixel. @param alpha  0 or 65535
+  void set_alpha(std::size_t i, std::uint16_t alpha) {
+    if (!narrow_.empty())
+      narrow_[4 * i + 3] = std::uint8_t(alpha >> 8);
+    else
+      wide_[4 * i + 3] = alpha;
+  }
   Image16 unpacked() const;
   friend bool operator==(const Picture&, const Picture&) = default;
 

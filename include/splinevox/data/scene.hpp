@@ -43,6 +43,13 @@ struct Dataset {
   std::optional<Box> box =
       {};  ///< where the scene lies, from its points or depth bounds, if the data says; scene units
 
+  /// Colour of the plain ground that prepare (train/prepare.hpp) cut out of the train split's opaque pictures:
+  /// their pixels of it have alpha 0.
+  std::optional<Vec3> ground = {};
+
+  Split* find(const std::string& split) {
+    return const_cast<Split*>(static_cast<const Dataset*>(this)->find(split));
+  }
   const Split* find(const std::string& split) const {
     for (const Split& s : splits)
       if (s.name == split) return &s;

@@ -13,7 +13,9 @@ namespace splinevox {
 
 enum class OptimiserKind { adam, rmsprop };
 enum class DivergenceKind { analytic, hutchinson };
-enum class BackgroundKind { fixed, random };  ///< what training composites rays and targets over
+/// What training composites rays and targets over: run.background; a colour drawn for every ray; or the first
+/// behind opaque pixels, which may show it, and the second behind transparent ones.
+enum class BackgroundKind { fixed, random, ground };
 
 /// Length and repeatability of a run.
 struct RunConfig {
@@ -28,6 +30,7 @@ struct RunConfig {
   std::vector<float> background{1, 1, 1};  ///< colour behind the scene, [3] in [0, 1]
   int background_order =
       2;  ///< of the harmonics of a colour learned behind opaque pictures, 0..3; -1: run.background
+  bool find_ground = true;  ///< whether a plain ground behind opaque pictures is looked for and cut out
 };
 
 /// Lattices, coarse to fine over the run.
@@ -174,6 +177,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("run.background", c.run.background, "r, g, b behind the scene", 0, 1);
   visit("run.background_order", c.run.background_order,
         "harmonics of a colour learned behind opaque pictures, -1 = run.background", -1, 3);
+  visit("run.find_ground", c.run.find_ground,
+        "whether a plain ground behind opaque pictures is looked for and cut out", 0, 1);
   visit("grid.radiance", c.grid.radiance, "cells along the longest edge, per stage", 8, 1024);
   visit("grid.radiance_start", c.grid.radiance_start, "progress at which each stage begins", 0, 1);
   visit("grid.motion", c.grid.motion, "cells along the longest edge, per motion level", 1, 512);
@@ -265,7 +270,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
   visit("sampling.min_weight", c.sampling.min_weight,
         "samples with a smaller share in the pixel get no gradient", 0, 0.1);
-  visit("sampling.background", c.sampling.background, "fixed or random", 0, 1);
+  visit("sampling.background", c.sampling.background, "fixed, random, or ground (fixed behind opaque pixels, random behind transparent ones)", 0, 1);
   visit("sampling.clipped", c.sampling.clipped, "what pictures show as 1 is 1 or more", 0, 1);
   visit("sampling.occupancy_cells", c.sampling.occupancy_cells, "cells of the space-time occupancy", 8, 256);
   visit("sampling.occupancy_every", c.sampling.occupancy_every, "steps between occupancy refreshes", 1, 1e6);

@@ -30,6 +30,7 @@ struct Prepared {
   EffectPolicy policy = EffectPolicy::choose;  ///< as it was asked for
   EffectChoice effects;  ///< what was tried and found; kept effects: no trial, and they are `chosen`
   EffectSet used;        ///< what of them the model will have
+  double parallax = 0;   ///< the largest angle between two views of the scene, degrees
   float brightness = 1;  ///< the unit that the trainer takes, in (0, 1]; 1 unless the pictures are dark
   std::vector<std::string> notes;  ///< what was settled and why, a line each, to show
 };
@@ -41,8 +42,21 @@ struct Prepared {
 /// (Dataset::box) and the configuration names no box, the data's becomes `grid.box`. Trial fits are made in
 /// it.
 ///
-/// A prepared configuration may be prepared again: its box stays.
+/// The ground: opaque pictures of something before one plain colour are cut out. Pixels that show nothing but
+/// that colour get alpha 0 in the train split, and `run.background` becomes the colour. It is looked for unless
+/// `run.find_ground` is off. With `sampling.background=ground` (what `--background` asks for) the colour is
+/// `run.background`. What is cut must leave silhouettes that meet, else nothing is.
+///
+/// The cameras: silhouettes must meet where cameras look. Where they would with matrices of another kind, that
+/// is an error; other doubts are notes.
+///
+/// A prepared configuration may be prepared again: its box and ground stay.
 /// Throws Error (Fault::input) if there is no train split, and what Trainer throws.
-Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions& options = {});
+/// @param data  its train split may get alpha, once
+Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& options = {});
+
+/// Cuts the ground out of data that was loaded again, as prepare did when it made `prepared`: for a run that
+/// goes on.
+void cut_ground(const Config& prepared, Dataset& data);
 
 }  // namespace splinevox

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "core/parallel.hpp"
@@ -21,11 +23,11 @@ constexpr double kSurround = 8;
 /// Cube around the point nearest to all viewing axes: what the pictures show of it if the cameras look at it.
 /// If most look away from it they stand inside what they see, which a cube between them would not hold
 /// (numerics H28).
-Box camera_cube(const Split& train) {
+Box camera_cube(const std::vector<Camera>& cameras) {
   Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Frame& f : train.frames) {
-    const Vec3d z = f.camera.axes[2], p = f.camera.position;
+  for (const Camera& c : cameras) {
+    const Vec3d z = c.axes[2], p = c.position;
     const Eigen::Vector3d axis(z.x, z.y, z.z), position(p.x, p.y, p.z);
     const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
     a += across;
@@ -36,15 +38,15 @@ Box camera_cube(const Split& train) {
   std::vector<double> reach;
   double spread = 0;
   std::size_t away = 0;
-  for (const Frame& f : train.frames) {
-    const double half = std::max(f.camera.width / f.camera.fx, f.camera.height / f.camera.fy) / 2;
-    const Vec3d outwards = f.camera.position - center;
+  for (const Camera& c : cameras) {
+    const double half = std::max(c.width / c.fx, c.height / c.fy) / 2;
+    const Vec3d outwards = c.position - center;
     reach.push_back(length(outwards) * half);
     spread = std::max(spread, length(outwards));
-    away += dot(outwards, f.camera.axes[2]) <= 0;
+    away += dot(outwards, c.axes[2]) <= 0;
   }
   std::nth_element(reach.begin(), reach.begin() + reach.size() / 2, reach.end());
-  const bool inside = 2 * away > train.frames.size();
+  const bool inside = 2 * away > cameras.size();
   // Cameras all in one point say nothing of lengths: any will do.
   const double r = !inside                          ? std::max(1e-6, 1.1 * reach[reach.size() / 2])
                    : spread > 1e-9 * length(center) ? kSurround * spread
@@ -83,8 +85,8 @@ enum View : char { kOutside, kInside, kUnseen };
 /// shows only part.
 class Watch {
  public:
-  Watch(const Frame& frame, const BitGrid& grid)
-      : camera_(frame.camera), silhouette_(frame.image, grow(frame.camera, grid)) {}
+  Watch(const Camera& camera, const Picture& image, const BitGrid& grid)
+      : camera_(camera), silhouette_(image, grow(camera, grid)) {}
 
   View operator()(const Vec3d& x) const {
     const Projection p = project(camera_, x);
@@ -107,7 +109,7 @@ class Watch {
 };
 
 /// Cells that in some window of neighbouring times no view sees outside the silhouette and most see inside.
-BitGrid swept_hull(const Split& train, const Box& box, int cells) {
+BitGrid swept_hull(const Split& train, const std::vector<Camera>& cameras, const Box& box, int cells) {
   const std::vector<int> by_time = frames_by_time(train);
   const int n = int(by_time.size());
   // A window is a twentieth of the frames: longer clips what moves fast, shorter leaves the hull loose.
@@ -115,7 +117,10 @@ BitGrid swept_hull(const Split& train, const Box& box, int cells) {
   const int window = std::min(n, std::clamp(n / 20, 3, kLongest));
   BitGrid hull(box, cells);
   std::vector<std::unique_ptr<const Watch>> watches(n);
-  parallel_for(n, [&](int f) { watches[f] = std::make_unique<const Watch>(train.frames[by_time[f]], hull); });
+  parallel_for(n, [&](int f) {
+    const int i = by_time[f];
+    watches[f] = std::make_unique<const Watch>(cameras[i], train.frames[i].image, hull);
+  });
   // By words, each of which one thread owns, and through all times at once: only the views of a window are
   // kept.
   parallel_for(int(hull.bits.size()), [&](int word) {
@@ -141,15 +146,110 @@ BitGrid swept_hull(const Split& train, const Box& box, int cells) {
   return hull;
 }
 
+std::vector<Camera> cameras_of(const Split& train) {
+  std::vector<Camera> cameras;
+  for (const Frame& f : train.frames) cameras.push_back(f.camera);
+  return cameras;
+}
+
+/// Whether a ray meets a set cell.
+bool meets(const BitGrid& hull, const Ray& ray) {
+  const Vec3d lo = cast<double>(hull.origin), hi = lo + double(hull.cell) * cast<double>(cast<float>(hull.size));
+  double enter = 0, leave = 1e300;
+  for (int a = 0; a < 3; ++a) {
+    const double one = (lo[a] - ray.origin[a]) / ray.direction[a], two = (hi[a] - ray.origin[a]) / ray.direction[a];
+    enter = std::max(enter, std::min(one, two));
+    leave = std::min(leave, std::max(one, two));
+  }
+  const double step = 0.5 * double(hull.cell);
+  for (double t = enter; t <= leave; t += step)
+    if (hull.test(hull.index(hull.cell_of(cast<float>(ray.origin + t * ray.direction))))) return true;
+  return false;
+}
+
+constexpr int kCoarse = 48;  ///< cells of a first hull along an edge
+
 }  // namespace
 
+Box camera_cube(const Split& train) { return camera_cube(cameras_of(train)); }
+
+double explained_by_hull(const Split& train, const std::vector<Camera>& cameras) {
+  const BitGrid hull = swept_hull(train, cameras, camera_cube(cameras), kCoarse);
+  if (hull.count() == 0) return 0;
+  constexpr int kPictures = 64, kAcross = 24;  // looked at, and pixels along a side of each
+  const int every = std::max(1, int(train.frames.size()) / kPictures);
+  const int count = (int(train.frames.size()) + every - 1) / every;
+  std::vector<int> shown(count), met(count);
+  parallel_for(count, [&](int k) {
+    const Picture& image = train.frames[k * every].image;
+    for (int v = 0; v < kAcross; ++v)
+      for (int u = 0; u < kAcross; ++u) {
+        const int x = (2 * u + 1) * image.width / (2 * kAcross), y = (2 * v + 1) * image.height / (2 * kAcross);
+        if (image.pixel(x, y)[3] < 32768) continue;
+        ++shown[k];
+        met[k] += meets(hull, camera_ray(cameras[k * every], x + 0.5, y + 0.5)) ? 1 : 0;
+      }
+  });
+  const double all = std::accumulate(shown.begin(), shown.end(), 0.0);
+  return all > 0 ? std::accumulate(met.begin(), met.end(), 0.0) / all : 0;
+}
+
+std::vector<OtherCameras> other_cameras(const Split& train) {
+  const auto changed = [&](const auto& change) {
+    std::vector<Camera> cameras = cameras_of(train);
+    for (Camera& c : cameras) change(c);
+    return cameras;
+  };
+  const auto flip = [](Camera& c) {
+    c.axes[1] = -c.axes[1];
+    c.axes[2] = -c.axes[2];
+  };
+  const auto invert = [](Camera& c) {
+    const std::array<Vec3d, 3> a = c.axes;
+    const Vec3d p = c.position;
+    for (int k = 0; k < 3; ++k) c.axes[k] = {a[0][k], a[1][k], a[2][k]};
+    c.position = {-dot(a[0], p), -dot(a[1], p), -dot(a[2], p)};
+  };
+  return {{"camera to world with OpenCV's axes (y down, z forwards)", changed(flip)},
+          {"world to camera", changed(invert)},
+          {"world to camera with OpenCV's axes (y down, z forwards)", changed([&](Camera& c) {
+             invert(c);
+             flip(c);
+           })}};
+}
+
+double parallax(const Split& train, const Box& box) {
+  const Vec3d middle = cast<double>(box.center());
+  std::vector<Vec3d> towards;
+  double furthest_off = 0, spread = 0;
+  for (const Frame& f : train.frames) {
+    const Vec3d off = f.camera.position - middle;
+    furthest_off = std::max(furthest_off, length(off));
+    spread = std::max(spread, length(f.camera.position - train.frames.front().camera.position));
+    if (length(off) > 0) towards.push_back(normalize(off));
+  }
+  if (towards.empty() || spread <= 1e-9 * furthest_off) return 0;
+  double least = 1;
+  Vec3d furthest = towards.front();  // two sweeps find nearly the widest pair
+  for (int sweep = 0; sweep < 2; ++sweep) {
+    const Vec3d from = furthest;
+    for (const Vec3d& t : towards)
+      if (dot(from, t) < least) {
+        least = dot(from, t);
+        furthest = t;
+      }
+  }
+  return std::acos(std::clamp(least, -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
 SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float margin) {
-  Box box = camera_cube(train);
+  const std::vector<Camera> cameras = cameras_of(train);
+  Box box = camera_cube(cameras);
   if (has_alpha) {
-    const BitGrid coarse = swept_hull(train, box, 48);
+    const BitGrid coarse = swept_hull(train, cameras, box, kCoarse);
     if (coarse.count() > 0) {
       box = bounding_box(coarse, margin);
-      const BitGrid hull = swept_hull(train, box, cells);
+      const BitGrid hull = swept_hull(train, cameras, box, cells);
       if (hull.count() > 0) return {box, dilate(hull)};
     }
   }

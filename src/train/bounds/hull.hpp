@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <vector>
+
 #include "render/occupancy.hpp"
 #include "splinevox/data/scene.hpp"
 
@@ -21,5 +23,25 @@ struct SceneBounds {
 /// @param cells   of the returned hull along the longest edge.
 /// @param margin  added around the hull's box, share of its longest edge.
 SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float margin);
+
+/// A cube around the point nearest to all viewing axes, as large as the views are there.
+Box camera_cube(const Split& train);
+
+/// The share of what the silhouettes show that their hull can show, 0..1: of pixels with alpha, whose rays meet
+/// a cell that views of about the same time agree on. Near 1 where cameras belong to the pictures; far below
+/// where they do not, because silhouettes of other cameras meet nowhere.
+/// @param cameras  instead of the split's own, one per frame.
+double explained_by_hull(const Split& train, const std::vector<Camera>& cameras);
+
+/// Cameras that others may have been written for: the same numbers with other axes, or the other way round.
+struct OtherCameras {
+  const char* what;  ///< what the matrices seem to be
+  std::vector<Camera> cameras;
+};
+std::vector<OtherCameras> other_cameras(const Split& train);
+
+/// How far apart the cameras see the middle of the box, degrees: the largest angle between two of its views.
+/// Below one the depth of a static scene is not determined.
+double parallax(const Split& train, const Box& box);
 
 }  // namespace splinevox

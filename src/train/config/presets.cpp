@@ -84,6 +84,7 @@ Config published() {
   c.run.late_cost = 1;
   c.effects.steps = 0;
   c.run.background_order = -1;
+  c.run.find_ground = false;
   c.motion.basis = BasisKind::bezier;
   c.motion.light = false;
   c.motion.rest = 0;

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "splinevox/data/scene.hpp"
+#include "splinevox/train/config.hpp"
+#include "splinevox/train/effects.hpp"
+
+namespace splinevox {
+
+/// Below this angle between its views, degrees, the depth of a static scene is not determined.
+constexpr double kLeastParallax = 1;
+
+/// Whether the silhouettes of the train split meet where its cameras look. If they do not, and would with
+/// cameras written in another way, throws Error (Fault::input) naming that way; else says that they do not.
+/// @param note  hears it
+void check_silhouettes(const Split& train, const std::function<void(std::string)>& note);
+
+/// The largest angle between two views of the scene, degrees; says so where it is below kLeastParallax.
+/// @param config  whose box the scene lies in, if it has one
+double check_parallax(const Config& config, const Split& train, const std::function<void(std::string)>& note);
+
+/// Whether any trial fit shows held-out pictures better than one colour per picture would.
+void check_fits(const Split& train, const EffectChoice& effects, const std::function<void(std::string)>& note);
+
+}  // namespace splinevox
