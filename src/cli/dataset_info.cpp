@@ -85,12 +85,12 @@ std::string text_of(const Json& corner) {
 Json dataset_json(const std::string& path) {
   const Dataset data = load_dataset(path, {.films = false});
   Json splits = Json::array();
-  bool seen = true;
+  bool read = true;
   for (const Split& s : data.splits) {
     std::set<double> times;
     for (const Frame& f : s.frames) times.insert(f.time);
     const Frame& first = s.frames.front();
-    seen = seen && first.image.has_values();
+    read = read && first.image.has_values();
     splits.push_back({{"name", s.name},
                       {"frames", s.frames.size()},
                       {"width", first.camera.width},
@@ -101,7 +101,7 @@ Json dataset_json(const std::string& path) {
   Json j{{"dataset", data.path},
          {"format", data.format},
          {"alpha", data.has_alpha},
-         {"pictures_read", seen},
+         {"pictures_read", read},
          {"fingerprint", fmt::format("{:016x}", data.fingerprint)},
          {"time_map", {{"origin", data.time_map.origin}, {"scale", data.time_map.scale}}},
          {"splits", splits},

@@ -38,7 +38,7 @@ Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions
   out.config = config;
   out.policy = options.effects;
   const auto tell = [&](const std::string& text) {
-    if (options.told) options.told(text);
+    if (options.on_note) options.on_note(text);
   };
   const auto note = [&](std::string text) {
     tell(text);
@@ -52,21 +52,21 @@ Prepared prepare(const Config& config, const Dataset& data, const PrepareOptions
                     "grid.box=... for another)",
                     b.extent().x, b.extent().y, b.extent().z));
   }
-  out.brightness = brightness(out.config, look_at(train));
+  out.brightness = brightness(out.config, picture_stats(train));
   if (out.brightness < 1)
     note(fmt::format("dark pictures: colours are trained in units of {:.3g}", out.brightness));
   if (options.effects == EffectPolicy::keep) {
     out.effects = kept(out.config);
   } else {
     if (config.effects.steps > 0) tell("trying out which effects the scene calls for");
-    out.effects = choose_effects(out.config, train, data.time_map, options.tried);
+    out.effects = choose_effects(out.config, train, data.time_map, options.on_trial);
     release_freed_memory();  // of the fits
   }
   if (options.effects == EffectPolicy::choose) {
     apply(out.effects.chosen, out.config);
     out.config.motion.points = out.effects.points;
   }
-  out.used = shown_in(effects_of(out.config), !data.has_alpha);
+  out.used = learnable_in(effects_of(out.config), !data.has_alpha);
   return out;
 }
 

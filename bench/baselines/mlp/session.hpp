@@ -50,7 +50,7 @@ class MlpSession {
  private:
   double step(double progress);
   void measure_due(bool all);
-  void show_held();
+  void show_held_out();
   void report_line(const Json& line) const;
   void save() const;
 
@@ -63,7 +63,7 @@ class MlpSession {
   MlpModel model_;
   torch::optim::Adam optimiser_;
   std::int64_t step_ = 0;
-  double seconds_ = 0, held_psnr_, held_seconds_ = 0, loss_ = 0;
+  double seconds_ = 0, held_out_psnr_, held_out_seconds_ = 0, loss_ = 0;
   std::size_t tested_ = 0;  ///< entries of settings.test_at done
   Json tests_ = Json::array();
 };
