@@ -68,18 +68,18 @@ void run(const Options& options, const Config& base, const std::string& scene, i
     config.run.max_steps = options.steps;
   }
   const Trained run = train_to_end(config, data);
-  const Score held = score(run.model, *data.find(options.split), 1,
-                           options.pictures.empty() ? "" : options.pictures + "/" + name);
+  const Score held_out = score(run.model, *data.find(options.split), 1,
+                               options.pictures.empty() ? "" : options.pictures + "/" + name);
   const Split& train = *data.find("train");
-  const Score seen = score(run.model, train, std::max<std::size_t>(1, train.frames.size() / 20), "");
+  const Score trained = score(run.model, train, std::max<std::size_t>(1, train.frames.size() / 20), "");
   const PhaseSeconds& s = run.phases;
   const nlohmann::json line{
       {"scene", name},
       {"seed", seed},
       {"set", options.changes},
-      {"psnr", held.mean},
-      {"worst", held.worst},
-      {"train_psnr", seen.mean},
+      {"psnr", held_out.mean},
+      {"worst", held_out.worst},
+      {"train_psnr", trained.mean},
       {"samples_per_ray", run.samples_per_ray},
       {"seconds", run.seconds},
       {"phases", fmt::format("slices {:.1f} rays {:.1f} scatter {:.1f} regularise {:.1f} update {:.1f} "

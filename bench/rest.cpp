@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What motion costs where only a part of a scene moves: two built-in scenes, or those named, trained without
-// motion, with motion that comes to rest where nothing moves, and with motion everywhere. PSNR on the test
+// motion, with motion that is frozen in static regions, and with motion everywhere. PSNR on the test
 // split and processor seconds of training.
 //
 //   taskset -c 0 bench_rest [NAME|DATASET]... [--preset fast] [--steps 2400] [--seeds 3] [--same-box]
@@ -31,12 +31,12 @@ using namespace splinevox;
 
 namespace {
 
-enum Way { still, at_rest, everywhere, kWays };
+enum Way { without, frozen, everywhere, kWays };
 constexpr const char* kNames[kWays] = {"no motion", "at rest", "everywhere"};
 
 Config config_of(const Config& base, Way way) {
   Config c = base;
-  if (way == still) c.motion.enabled = c.motion.rigidity = c.motion.light = false;
+  if (way == without) c.motion.enabled = c.motion.rigidity = c.motion.light = false;
   if (way == everywhere) c.motion.rest = 0;
   return c;
 }
@@ -59,7 +59,7 @@ void measure(const Config& base, const std::string& name, Dataset& data, int see
     Trained runs[kWays];
     {
       std::vector<std::jthread> threads;
-      for (const Way way : {still, at_rest, everywhere})
+      for (const Way way : {without, frozen, everywhere})
         threads.emplace_back([&, way] {
           Config c = config_of(base, way);
           c.run.seed = std::uint64_t(seed);
@@ -68,10 +68,10 @@ void measure(const Config& base, const std::string& name, Dataset& data, int see
           runs[way].seconds = thread_seconds() - start;
         });
     }
-    for (const Way way : {still, at_rest, everywhere}) {
+    for (const Way way : {without, frozen, everywhere}) {
       const Trained& run = runs[way];
       psnr[way].push_back(mean_psnr(run.model, *data.find("test")));
-      ratio[way].push_back(run.seconds / runs[still].seconds);
+      ratio[way].push_back(run.seconds / runs[without].seconds);
       say({{"scene", name},
            {"seed", seed},
            {"motion", kNames[way]},
@@ -81,7 +81,7 @@ void measure(const Config& base, const std::string& name, Dataset& data, int see
     }
   }
   nlohmann::json j{{"scene", name}};
-  for (const Way way : {still, at_rest, everywhere})
+  for (const Way way : {without, frozen, everywhere})
     j[kNames[way]] = {{"psnr", cost::median_of(psnr[way]).value},
                       {"times_no_motion", cost::median_of(ratio[way]).value}};
   say(j);

@@ -27,7 +27,7 @@ Curve read_curve(const std::string& run) {
       c.points.emplace_back(j["seconds"], j["held_psnr"]);
   }
   if (c.points.empty())
-    fail({run, "this run has measured no held view", "metrics.jsonl with 'held_psnr'", "", ""});
+    fail({run, "this run has measured no held-out view", "metrics.jsonl with 'held_psnr'", "", ""});
   return c;
 }
 
@@ -72,7 +72,7 @@ std::string curves(const std::vector<std::string>& runs) {
   const std::vector<std::string> names = short_names(runs);
   const Axis x(t0, t1, kLeft, kWidth - kRight), y(p0, p1, kHeight - kBottom, kTop, false);
   std::string svg = open_diagram(
-      "PSNR of a held view against seconds of training", x, y,
+      "PSNR of a held-out view against seconds of training", x, y,
       [](double v) { return fmt::format("{:g} s", v); }, [](double v) { return fmt::format("{:g} dB", v); });
   double row = kTop + 8;
   for (std::size_t i = 0; i < all.size(); ++i) {

@@ -148,7 +148,7 @@ int run_suites(Options o) {
     for (const Record& r : read_lines(lines))
       if (std::find(o.suites.begin(), o.suites.end(), r.suite) == o.suites.end()) kept.push_back(r);
     std::ofstream out(lines);
-    const Told told = [&](Record r) {
+    const OnRecord on_record = [&](Record r) {
       if (r.where.empty()) r.where = o.suite.where;
       if (!(out << to_json(r).dump() << "\n" << std::flush))
         fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
@@ -158,10 +158,10 @@ int run_suites(Options o) {
     };
     for (const Record& r : kept) out << to_json(r).dump() << "\n";
     for (const std::string& suite : o.suites)
-      suite == "spline"   ? spline_suite(o.suite, told)
-      : suite == "render" ? render_suite(o.suite, told)
-      : suite == "versus" ? versus_suite(o.suite, o.mlp, told)
-                          : train_suite(o.suite, (folder / "train_runs.jsonl").string(), told);
+      suite == "spline"   ? spline_suite(o.suite, on_record)
+      : suite == "render" ? render_suite(o.suite, on_record)
+      : suite == "versus" ? versus_suite(o.suite, o.mlp, on_record)
+                          : train_suite(o.suite, (folder / "train_runs.jsonl").string(), on_record);
   }
   const std::vector<Record> records = read_lines(lines);
   present(folder, records);
@@ -203,7 +203,7 @@ int main(int argc, char** argv) {
   cost->add_option("--commit", o.commit, "of this program, for every line");
   std::vector<std::string> runs;
   CLI::App* curve =
-      words.add_subcommand("curves", "PSNR of the held view against seconds of training, as a picture");
+      words.add_subcommand("curves", "PSNR of the held-out view against seconds of training, as a picture");
   curve->add_option("RUN", runs, "runs")->required();
   curve->add_option("--out", o.out, "SVG file")->required();
   try {

@@ -180,7 +180,7 @@ std::vector<Variant> variants(bool micro) {
 
 }  // namespace
 
-void render_suite(const SuiteOptions& o, const Told& told) {
+void render_suite(const SuiteOptions& o, const OnRecord& on_record) {
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     const Stage stage = make_stage(o, scene);
     const Frame& frame = stage.frame();
@@ -243,7 +243,7 @@ void render_suite(const SuiteOptions& o, const Told& told) {
       r.failed = !std::isfinite(error);
       r.note = fmt::format("{:.3f} [{:.3f}, {:.3f}] times the default's time", timed[i].ratio.value,
                            timed[i].ratio.lo, timed[i].ratio.hi);
-      told(r);
+      on_record(r);
     }
   }
 }

@@ -160,7 +160,7 @@ double error_of(const Curves& c, const std::vector<float>& out) {
 
 }  // namespace
 
-void spline_suite(const SuiteOptions& o, const Told& told) {
+void spline_suite(const SuiteOptions& o, const OnRecord& on_record) {
   const std::vector<int> lengths = o.micro ? std::vector{4, 12} : std::vector{2, 4, 5, 8, 12, 16, 32, 64};
   for (const int points : lengths) {
     const Curves curves = make_curves(points);
@@ -191,7 +191,7 @@ void spline_suite(const SuiteOptions& o, const Told& told) {
       if (again)
         r.note = fmt::format("the default against itself: {:.3f} [{:.3f}, {:.3f}] times",
                              timed[m].ratio.value, timed[m].ratio.lo, timed[m].ratio.hi);
-      told(r);
+      on_record(r);
     }
   }
 }

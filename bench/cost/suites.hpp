@@ -19,17 +19,17 @@ struct SuiteOptions {
   std::string where;  ///< machine, threads, compiler and commit
 };
 
-/// Told every finished record.
-using Told = std::function<void(Record)>;
+/// Called after every finished record.
+using OnRecord = std::function<void(Record)>;
 
 /// Evaluating a curve of K points: error in units of float rounding of the largest coordinate against long
 /// double, nanoseconds per 3-vector. Methods: De Casteljau, Bernstein weights per curve, weights shared by
 /// all curves of one time, Horner, forward differences along equally spaced times.
-void spline_suite(const SuiteOptions& o, const Told& told);
+void spline_suite(const SuiteOptions& o, const OnRecord& on_record);
 
 /// Rendering a trained model: root mean square colour error against a double-precision reference, seconds a
 /// frame. The reference is Richardson's extrapolation of the midpoint rule at 1/32 and 1/64 of a march step.
-void render_suite(const SuiteOptions& o, const Told& told);
+void render_suite(const SuiteOptions& o, const OnRecord& on_record);
 /// Order of convergence of the renderer in double precision between steps of 1/4 and 1/16: 2 for the midpoint
 /// rule.
 double render_order(const SuiteOptions& o);
@@ -38,7 +38,7 @@ double render_order(const SuiteOptions& o);
 /// processor seconds of training. The other presets run with as many steps. Every seed is a run; all settings
 /// of one seed run before the next seed does.
 /// @param runs  file with a line for every finished run; those it has are not made again.
-void train_suite(const SuiteOptions& o, const std::string& runs, const Told& told);
+void train_suite(const SuiteOptions& o, const std::string& runs, const OnRecord& on_record);
 
 /// Voxels beside perceptrons on the same scenes: root mean square colour error of the test views against
 /// processor seconds, summed over cores. The voxels run once for each of versus_steps, each a run of its own
@@ -47,6 +47,6 @@ void train_suite(const SuiteOptions& o, const std::string& runs, const Told& tol
 /// of the test views that the perceptrons were; o.seeds runs of each number of steps.
 /// @param runs  finished splinevox-mlp runs with --cpu-time and --test-at; every scene of theirs must be
 /// among o.scenes.
-void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, const Told& told);
+void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, const OnRecord& on_record);
 
 }  // namespace splinevox::cost

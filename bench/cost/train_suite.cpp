@@ -148,7 +148,7 @@ double decibels(double rms) { return -20 * std::log10(rms); }
 
 }  // namespace
 
-void train_suite(const SuiteOptions& o, const std::string& runs, const Told& told) {
+void train_suite(const SuiteOptions& o, const std::string& runs, const OnRecord& on_record) {
   Finished finished(runs, o.where);
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200})
@@ -191,7 +191,7 @@ void train_suite(const SuiteOptions& o, const std::string& runs, const Told& tol
       r.failed = !failures[i].empty() || !std::isfinite(r.error.value);
       r.is_default = r.knob == "default";
       r.expected_dominated = list[i].dominated;
-      told(r);
+      on_record(r);
     }
   }
 }

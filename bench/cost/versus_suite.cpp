@@ -113,7 +113,7 @@ Perceptrons perceptrons(const std::string& run) {
 
 }  // namespace
 
-void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, const Told& told) {
+void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, const OnRecord& on_record) {
   std::vector<Record> others;
   int stride = runs.empty() ? 1 : perceptrons(runs.front()).stride;
   for (const std::string& run : runs) {
@@ -128,7 +128,7 @@ void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, c
     const Dataset tests = load_dataset(path, {.splits = {"test"}});
     const auto tell = [&](Record r) {
       r.note = stride > 1 ? fmt::format("every {}th pixel and row of the test views", stride) : "";
-      told(r);
+      on_record(r);
     };
     tell(nothing(tests, scene, stride));
     for (const int steps : o.versus_steps) tell(voxels(path, tests, scene, steps, o.seeds, stride));

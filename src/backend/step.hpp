@@ -32,10 +32,10 @@ struct LearnedRows {
   AlignedVector<float>*m, *v;       ///< moments
   std::span<const float> rate, tv;  ///< [width] learning rates and weights of total variation; 0 in padding
   std::span<const Shrink> shrink;   ///< at most UpdateKernel::kGroups
-  /// [bricks + 1] rows that rays have shown, over many steps; empty: not kept. A ray shows the rows around
-  /// those of its samples whose weight T alpha is at least min_weight and RayLosses::seen_share of its
-  /// largest: of smoke every sample, of a surface none behind it; of fog none, where the picture has nothing
-  /// but background (has_matter).
+  /// [bricks + 1] visible rows, over many steps; empty: not kept. A ray makes the rows around a sample
+  /// visible if its weight T alpha is at least min_weight and RayLosses::visible_share of the largest. That
+  /// is every sample of smoke, and none behind a surface. Where the picture has nothing but background
+  /// (has_matter) no sample counts, so fog there is not visible.
   std::span<RowMask> visible;
 };
 
@@ -47,9 +47,9 @@ struct StepModel {
   std::vector<LearnedRows> levels;  ///< empty: nothing changes over time
   const ActiveRows* active;         ///< of the finest level
   std::span<const BitGrid> occupancy;
-  CurvePrior curves;      ///< of each level
-  RestPrior rest;         ///< of the sum of all levels
-  bool may_spoil = true;  ///< priors and total variation alone could make a gradient unusable
+  CurvePrior curves;         ///< of each level
+  StaticPrior static_prior;  ///< of the sum of all levels
+  bool may_spoil = true;     ///< priors and total variation alone could make a gradient unusable
 };
 
 /// Rays [first, last) of a batch, all of one slot: a piece of work.

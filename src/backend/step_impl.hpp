@@ -277,8 +277,8 @@ class Steps final : public StepBackend {
     run_.for_each(
         MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), active_.data(), rows / 64});
     if (peers_) add_up(levels_.back());
-    levels_.back().hold_curves(run_, model_.model->motion, model_.rest, in.tv_share, in.draw + levels_.size(),
-                               collapsed(), active_.data());
+    levels_.back().hold_curves(run_, model_.model->motion, model_.static_prior, in.tv_share,
+                               in.draw + levels_.size(), collapsed(), active_.data());
     for (std::size_t l = levels_.size() - 1; l > 0; --l)
       run_.for_each(RestrictKernel{levels_[l].gradient.data(), levels_[l].touched.data(),
                                    levels_[l - 1].gradient.data(), levels_[l - 1].touched.data(),

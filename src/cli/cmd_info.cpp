@@ -115,7 +115,7 @@ Json run_json(const std::string& path) {
   if (fs::exists(path + "/" + kEditHistory))
     j["edited"] = read_json(path + "/" + kEditHistory).value("history", Json::array());
   if (fs::exists(path + "/metrics.json")) j["metrics"] = read_json(path + "/metrics.json");
-  Json curve = Json::array();  // what was seen of the held view
+  Json curve = Json::array();  // PSNR of the held-out view over training
   for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
     const Json l = Json::parse(line, nullptr, false);
     if (l.is_object() && l.contains("held_view"))
@@ -141,7 +141,7 @@ void print_run(const Json& j) {
              j["preset"].get<std::string>(), j["seed"].get<std::uint64_t>(), j["version"].get<std::string>());
   fmt::print("data {}, downscale {}\n", j["dataset"].get<std::string>(), j["downscale"].get<int>());
   if (j.contains("edited")) print_history(j["edited"]);
-  if (!j["held_view"].empty()) fmt::print("held view:");
+  if (!j["held_view"].empty()) fmt::print("held-out view:");
   for (const Json& p : j["held_view"])
     fmt::print("  {:.0f} s {:.1f} dB", p["seconds"].get<double>(), p["psnr"].get<double>());
   if (!j["held_view"].empty()) fmt::print("\n");

@@ -24,12 +24,12 @@ void summarise(const Json& j, const std::string& run) {
   fmt::print("seconds:");
   for (const auto& [name, seconds] : j["phases"].items())
     fmt::print(" {} {:.1f}", name, seconds.get<double>());
-  fmt::print(", held view {:.1f}, loading {:.1f}, saving {:.1f}\n", j["held_view_seconds"].get<double>(),
+  fmt::print(", held-out view {:.1f}, loading {:.1f}, saving {:.1f}\n", j["held_view_seconds"].get<double>(),
              j["load_seconds"].get<double>(), j["save_seconds"].get<double>());
   fmt::print("peak memory {:.2f} GB\n", j["peak_memory_bytes"].get<double>() / 1e9);
   if (j.contains("held"))
     fmt::print("{} {}: PSNR {:.2f} dB\n",
-               j["held"]["of_training_split"].get<bool>() ? "training view" : "held view",
+               j["held"]["of_training_split"].get<bool>() ? "training view" : "held-out view",
                j["held"]["view"].get<std::string>(), j["held"]["psnr"].get<double>());
   fmt::print("model: {}/model.vdb\n", run);
 }

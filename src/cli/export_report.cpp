@@ -61,7 +61,7 @@ void ExportReport::print_line(const ExportedFrame& f) const {
 }
 
 void ExportReport::summarise(const ExportResult& result, const std::string& folder, int processes,
-                             bool seen_from) const {
+                             bool view_dependent) const {
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   fmt::print("{}: {} frames, {:.1f} MB, profile {}", folder, result.frames.size(), bytes_ / 1e6,
              options_.profile);
@@ -98,7 +98,7 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
         "motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are "
         "written: a larger --voxel-size or a smaller --shutter gives it whole\n",
         short_);
-  if (seen_from && !options_.sh && options_.profile != "unreal")
+  if (view_dependent && !options_.sh && options_.profile != "unreal")
     fmt::print("colours are means over all directions; --sh keeps how they change with the view\n");
   if (options_.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", folder);
 }

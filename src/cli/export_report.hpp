@@ -17,9 +17,10 @@ class ExportReport {
   ExportReport(Talk talk, const ExportOptions& options);
   /// One more of `total` frames is there.
   void add(const ExportedFrame& frame, int done, int total);
-  /// After the last one. @param processes  that made the frames @param seen_from  the model's colours change
-  /// with the view
-  void summarise(const ExportResult& result, const std::string& folder, int processes, bool seen_from) const;
+  /// After the last one. @param processes  that made the frames @param view_dependent  the model's colours
+  /// change with the view
+  void summarise(const ExportResult& result, const std::string& folder, int processes,
+                 bool view_dependent) const;
 
  private:
   void print_line(const ExportedFrame& frame) const;

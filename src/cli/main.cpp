@@ -22,7 +22,7 @@ struct Verb {
 
 constexpr Verb kVerbs[] = {
     {"train", "reconstruct a moving scene from posed pictures", train_command},
-    {"eval", "compare renders of a run with held-back pictures", eval_command},
+    {"eval", "compare renders of a run with held-out pictures", eval_command},
     {"render", "pictures or a film of a run", render_command},
     {"track", "carry points of one time to other times", track_command},
     {"edit", "change the motion of a run: time, size, basis, moving parts", edit_command},

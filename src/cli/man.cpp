@@ -99,7 +99,7 @@ std::string man_page(const CLI::App& app, const std::string& version) {
   page +=
       ".SH DESCRIPTION\nTurns pictures of a moving scene, with cameras and times, into a sparse OpenVDB "
       "volume whose motion is a spline: density, colour, "
-      "and per voxel the control points of its curve. It plays at any time, is measured against held\\-back "
+      "and per voxel the control points of its curve. It plays at any time, is measured against held\\-out "
       "views, and is exported as an animated VDB sequence with velocities.\n.SH VERBS\n";
   for (const VerbEntry& v : describe(app)) {
     page += fmt::format(".SS {}\n{}\n.PP\n{}\n", literal(v.name), lines(v.summary), synopsis(v));

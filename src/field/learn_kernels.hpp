@@ -96,7 +96,7 @@ struct CurvePriorKernel {
   float* gradient;  ///< added to
   std::uint64_t* touched;
   std::size_t rows;
-  const std::uint64_t* among;  ///< rows that may be looked at; null: all
+  const std::uint64_t* among;  ///< rows that the prior acts on; null: all
   int width, stride, stored_points;
   bool pinned;  ///< see curve_length_vjp
   Prior prior;

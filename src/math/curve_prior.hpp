@@ -24,10 +24,9 @@ struct CurvePrior {
   }
 };
 
-/// What lets a place rest whose motion the pictures do not ask for: along stripes, say. It belongs to the
-/// motion as a whole. Weighed on each level of a sum, a fine level would pay for undoing what a coarse one
-/// does next to it.
-struct RestPrior {
+/// Keeps a place static whose motion no picture asks for: along stripes, say. It acts on the motion as a
+/// whole. On each level of a sum, a fine level would pay for undoing what a coarse one does next to it.
+struct StaticPrior {
   float weight = 0;     ///< of the length of a curve, 1 / scene unit
   float softening = 0;  ///< > 0 with weight; curves much shorter than it pay by their square, scene units
 
@@ -55,13 +54,13 @@ SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_poin
 }
 
 /// weight * (sqrt(S + s^2) - s), S = sum_k |p_{k+1} - p_k|^2 and s the softening; adds its gradient, at most
-/// twice as long as the weight however far the curve leads: a curve rests or moves as a whole (group lasso:
-/// Yuan and Lin 2006).
+/// twice as long as the weight however far the curve leads: a curve is static or moves as a whole (group
+/// lasso: Yuan and Lin 2006).
 ///
 /// @param row, pinned  as of curve_length_vjp
 template <class T>
-SPLINEVOX_HD inline T curve_rest_vjp(const T* row, int stride, int stored_points, bool pinned, T weight,
-                                     T softening, T* gradient) {
+SPLINEVOX_HD inline T static_curve_vjp(const T* row, int stride, int stored_points, bool pinned, T weight,
+                                       T softening, T* gradient) {
   using std::sqrt;
   T squares = 0;
   for (int k = pinned ? 0 : 1; k < stored_points; ++k)
@@ -110,9 +109,9 @@ SPLINEVOX_HD inline T knot_jumps_vjp(const T* row, int stride, int points, int s
 }
 
 /// Adds the gradient of a prior on one row's curve. @param share  of the bricks that are visited in a step
-SPLINEVOX_HD inline void curve_prior_vjp(const RestPrior& prior, const float* row, int stride,
+SPLINEVOX_HD inline void curve_prior_vjp(const StaticPrior& prior, const float* row, int stride,
                                          int stored_points, bool pinned, float share, float* gradient) {
-  curve_rest_vjp(row, stride, stored_points, pinned, prior.weight / share, prior.softening, gradient);
+  static_curve_vjp(row, stride, stored_points, pinned, prior.weight / share, prior.softening, gradient);
 }
 SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* row, int stride,
                                          int stored_points, bool pinned, float share, float* gradient) {

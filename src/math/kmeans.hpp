@@ -30,7 +30,7 @@ struct Clustering {
 };
 
 /// k-means (Lloyd) from k-means++ seeds (Arthur, Vassilvitskii 2007); the draws are functions of `seed`
-/// alone. Cluster 0 is fixed: it stands still, its centroid is zero.
+/// alone. Cluster 0 is fixed: it is static, its centroid is zero.
 ///
 /// The silhouette is the simplified one (Hruschka et al. 2004): the weighted mean of (b - a) / max(a, b), a
 /// the distance to the own centroid and b to the nearest other.

@@ -182,8 +182,8 @@ void bind_trainer(py::module_& m) {
             alone(l, [&](const Trainer& t) { share = t.moving_share(); });
             return share;
           },
-          "of what training pictures show, what was moving when the rest came to rest; 1: motion is learned "
-          "everywhere")
+          "share of what is visible that was moving when the static regions were frozen; 1: motion is "
+          "learned everywhere")
       .def("model", &model_of, "The model as it is now: a copy.")
       .def(
           "save",

@@ -20,7 +20,7 @@ struct GradientRows {
   std::int64_t* fixed = nullptr;              ///< [rows * width] used instead of values; null: values are
   std::uint64_t* touched = nullptr;           ///< [rows / 64] one bit per row: RowMask's words
   int width = 0;
-  std::uint64_t* seen = nullptr;  ///< [rows / 64] the same for Gradient::seen; null: not kept
+  std::uint64_t* visible = nullptr;  ///< [rows / 64] the same for LearnedRows::visible; null: not kept
 
   SPLINEVOX_HD void add(std::size_t i, float x) const {
     if (fixed)
@@ -43,21 +43,21 @@ struct Stage {
 /// Adds what the lanes staged to columns [offset, offset + used) of the rows around their places: corner c
 /// receives w_c g, with Slopes also sum_j (d w_c / d f_j) h[j] in the first four columns.
 ///
-/// Eight lanes take one column each and walk eight samples in order. Successive samples of a ray share cells,
-/// so they are summed while the cell stays the same; then one addition per corner covers a row's 32 bytes
-/// with eight neighbouring lanes.
+/// Eight lanes take one column each and go through eight samples in order. Successive samples of a ray share
+/// cells, so they are summed while the cell stays the same; then one addition per corner covers a row's 32
+/// bytes with eight neighbouring lanes.
 /// @param keep  lanes that have something, one bit each.   @param mark  whether to mark the rows touched, and
-/// those around the lanes of `shown` as seen.
+/// those around the lanes of `visible` as visible.
 template <bool Slopes, bool Jet, class Team>
 SPLINEVOX_HD void accumulate(const Team& team, const BrickView<float>& view,
                              const typename Team::template Lanes<Place>& places, std::uint32_t keep,
-                             std::uint32_t shown, const Stage<Jet>& stage, int offset, int used, bool mark,
+                             std::uint32_t visible, const Stage<Jet>& stage, int offset, int used, bool mark,
                              const GradientRows& out) {
   team.each([&](int lane) {
     const int column = lane & 7, first = lane & ~7;
     float sum[kCorners] = {};
     Cell run{-1, 0};
-    std::uint32_t shows = 0;
+    std::uint32_t any_visible = 0;
     const auto flush = [&] {
       const CellRows rows = view.rows(run);
       std::int32_t own = 0;
@@ -68,16 +68,16 @@ SPLINEVOX_HD void accumulate(const Team& team, const BrickView<float>& view,
         sum[c] = 0;
       }
       if (mark && own >= kBrickRows) atomic_or(out.touched + (own >> 6), std::uint64_t(1) << (own & 63));
-      if (mark && shows && own >= kBrickRows)
-        atomic_set(out.seen + (own >> 6), std::uint64_t(1) << (own & 63));
-      shows = 0;
+      if (mark && any_visible && own >= kBrickRows)
+        atomic_set(out.visible + (own >> 6), std::uint64_t(1) << (own & 63));
+      any_visible = 0;
     };
     for (int j = 0; j < Stage<Jet>::kColumns; ++j) {
       const Place at = team.at(places, first + j);
       if (!(keep >> (first + j) & 1)) continue;
       if (run.slot >= 0 && (run.slot != at.cell.slot || run.local != at.cell.local)) flush();
       run = at.cell;
-      shows |= shown >> (first + j) & 1;
+      any_visible |= visible >> (first + j) & 1;
       float w[kCorners];
       trilinear_weights(at.fraction, w);
       const float* row = stage.row(first + j);

@@ -44,7 +44,7 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
     }
 
     if constexpr (Moving) {
-      if (s.warp.cell.rests()) continue;
+      if (s.warp.cell.is_frozen()) continue;
       const CellRows rows = field.radiance.rows(s.radiance_cell);
       Eight dx{}, dy{}, dz{};
       for (int k = 0; k < K::kRegisters; ++k) {

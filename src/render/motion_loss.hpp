@@ -24,7 +24,7 @@ SPLINEVOX_HD inline Vec3 draw_probe(std::uint64_t seed, std::size_t ray) {
   return {bits & 1 ? 1.0f : -1.0f, bits & 2 ? 1.0f : -1.0f, bits & 4 ? 1.0f : -1.0f};
 }
 
-/// What the motion losses look at, from the slice as it was interpolated.
+/// The inputs of the motion losses, from the slice as it was interpolated.
 /// @param v    Delta_0 and raw rigidity, and their derivatives along the fractions of a cell.   @param inv  1
 /// / spacing of the motion lattice.
 /// @param r    sigmoid of raw rigidity.   @param r1  its derivative.

@@ -78,7 +78,7 @@ class RayKernel {
 
   /// Where a sample lies in the motion lattice, and what it read there.
   struct Warp {
-    Cell cell;  ///< Cell::at_rest(): nothing was read, motion is 0
+    Cell cell;  ///< Cell::frozen(): nothing was read, motion is 0
     Vec fraction;
     Four motion;  ///< Delta_0 and raw rigidity
   };
@@ -251,7 +251,7 @@ class RayKernel {
     }
     for (int j = 0; j < n; ++j) {
       if (!reads_[j]) {
-        out.cell[j] = Cell::at_rest();
+        out.cell[j] = Cell::frozen();
         out.fraction[j] = {};
         out.motion[j] = Four{};
         continue;

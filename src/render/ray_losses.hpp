@@ -9,9 +9,9 @@ namespace splinevox {
 /// What training asks of every ray.
 struct RayLosses {
   float stop = 0, min_weight = 0;  ///< as SamplingConfig
-  float seen_share = 1;            ///< of Gradient::seen
-  float faintest = kHalfLevel;     ///< what a picture shows beyond the background: has_matter. In the unit of
-                                   ///< brightness of the scene
+  float visible_share = 1;         ///< of LearnedRows::visible
+  float faintest = kHalfLevel;  ///< difference from the background that counts as matter: has_matter. In the
+                                ///< unit of brightness of the scene
   MotionLoss<float> motion;
   std::uint64_t probe_seed = 0;
 };

@@ -50,19 +50,19 @@ struct TrainKernel {
     const MarchList list(team.scratch() + Stage<Jet>::kBytes + kLanes * sizeof(float), most_samples);
     typename Team::template Lanes<Radiance> sample;
     // In memory, because they live as long as the ray, and registers are few: the lanes' largest weights,
-    // then what is enough to show.
+    // then the weight from which on a sample is visible.
     float* const heaviest = reinterpret_cast<float*>(team.scratch() + Stage<Jet>::kBytes);
     team.each([&](int lane) { heaviest[lane] = 0; });
     const Marched m = march<Sh, Moving>(team, ray, field, frame, harmonics, losses.stop, list, sample,
                                         [&](int lane, auto&&, float w, int) {
                                           if (w > heaviest[lane]) heaviest[lane] = w;
                                         });
-    if (radiance.seen) {
+    if (radiance.visible) {
       typename Team::template Lanes<float> most;
       team.each([&](int lane) { most[lane] = heaviest[lane]; });
       const float all = team.max(most), never = 2;  // no weight is beyond 1
       const float enough =
-          has_matter(targets[index], ray.background, losses.faintest) ? losses.seen_share * all : never;
+          has_matter(targets[index], ray.background, losses.faintest) ? losses.visible_share * all : never;
       team.each([&](int lane) { heaviest[lane] = enough; });
     }
     const Vec3 error = photometric_error(m.rgb + m.transmittance * ray.background, targets[index]),
@@ -112,7 +112,7 @@ struct TrainKernel {
         const Radiance& s = sample[lane];
         const float w = s.stored ? before[lane] * s.alpha : 0.0f;
         keep[lane] = s.stored && !(w < losses.min_weight);
-        shows[lane] = keep[lane] && radiance.seen && w > 0 && !(w < heaviest[lane]);
+        shows[lane] = keep[lane] && radiance.visible && w > 0 && !(w < heaviest[lane]);
         if (!keep[lane]) return;
         const EmissionAdjoint<float> d = emission_vjp(
             s.emission,
@@ -122,7 +122,7 @@ struct TrainKernel {
             SPLINEVOX_UNROLL for (const float g : p.v) bad[lane] |= !(g < largest && g > -largest);
         place[lane] = s.at;
       });
-      const std::uint32_t kept = team.ballot(keep), shown = team.ballot(shows);
+      const std::uint32_t kept = team.ballot(keep), visible = team.ballot(shows);
       SPLINEVOX_UNROLL for (int k = 0; k < Radiance::kWidth; k += 8) {
         team.sync();
         team.each([&](int lane) {
@@ -132,7 +132,7 @@ struct TrainKernel {
         });
         team.sync();
         constexpr int kUsed = 4 + RowHarmonics<Sh>::kCount;
-        accumulate<false>(team, field.radiance, place, kept, shown, stage, k, kUsed - k < 8 ? kUsed - k : 8,
+        accumulate<false>(team, field.radiance, place, kept, visible, stage, k, kUsed - k < 8 ? kUsed - k : 8,
                           k == 0, radiance);
       }
       if constexpr (Moving) {

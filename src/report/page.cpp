@@ -97,13 +97,13 @@ std::string charts(const std::vector<ReportRun>& runs) {
     const int colour = int(i % 8);
     const std::string prefix = runs.size() > 1 ? runs[i].name + ", " : "";
     Series batch{prefix + "training rays", colour, Series::Mark::faint_line, {}};
-    Series held{prefix + "held view", colour, Series::Mark::dots, {}};
+    Series held_out{prefix + "held-out view", colour, Series::Mark::dots, {}};
     Series photo{runs.size() > 1 ? runs[i].name : "photometric loss", colour, Series::Mark::line, {}};
     Series view{runs.size() > 1 ? runs[i].name : "one view", colour, Series::Mark::dots, {}};
     for (const Json& j : runs[i].lines) {
       const double s = number(j, "seconds");
       if (j.contains("held_view")) {
-        held.points.emplace_back(s, number(j, "held_psnr"));
+        held_out.points.emplace_back(s, number(j, "held_psnr"));
       } else if (j.contains("loss")) {
         batch.points.emplace_back(s, number(j, "psnr"));
         photo.points.emplace_back(s, number(j, "loss"));
@@ -113,7 +113,7 @@ std::string charts(const std::vector<ReportRun>& runs) {
       for (const Json& f : runs[i].metrics["frames"])
         view.points.emplace_back(number(f, "time"), number(f, "psnr"));
     psnr.push_back(batch);
-    psnr.push_back(held);
+    psnr.push_back(held_out);
     loss.push_back(photo);
     frames.push_back(view);
   }
@@ -173,13 +173,13 @@ std::string phases(const Json& metrics) {
   }
   const double rest = number(metrics, "train_seconds") - sum;
   if (rest > 0) parts.emplace_back("other", rest);
-  const std::string still =
-      metrics.contains("moving_share")
-          ? fmt::format(
-                "<p class=\"note\">{:.0f}% of what the pictures show moves or changes; where the rest stands "
-                "still, motion came to rest and was no longer learned.</p>",
-                100 * number(metrics, "moving_share"))
-          : "";
+  const std::string still = metrics.contains("moving_share")
+                                ? fmt::format(
+                                      "<p class=\"note\">{:.0f}% of what is visible moves or changes. The "
+                                      "rest is static: its motion was "
+                                      "frozen and no longer learned.</p>",
+                                      100 * number(metrics, "moving_share"))
+                                : "";
   return "<h3>Where the time went</h3>" + stacked_bar(parts, "s") + still;
 }
 

@@ -38,7 +38,7 @@ std::vector<double> parse_times(const std::string& text) {
   return times;
 }
 
-/// Round the middle of the box once, z upwards, far enough that all of the box is seen.
+/// Round the middle of the box once, z upwards, far enough that all of the box is visible.
 std::vector<Shot> orbit(const VoxelModel& model, const CameraRequest& request, int count) {
   const int size = request.size > 0 ? request.size : 400;
   const double half = kOrbitView / 2 * std::numbers::pi / 180,

@@ -53,7 +53,7 @@ class PointGrid {
   std::unordered_map<std::uint64_t, std::vector<int>> cells_;
 };
 
-/// One surface point of a frame, seen in another one too.
+/// One surface point of a frame that is visible in another one too.
 struct Pair {
   int point;  ///< of the frame
   int other;  ///< of the other frame
@@ -116,7 +116,7 @@ class Scorer {
 
  private:
   /// Canonical places and displacements of one point (its pairs are the last of each list) at the times it is
-  /// seen.
+  /// visible.
   void compare(int f, const Vec3& x, bool still, const std::vector<std::vector<Pair>>& pairs, int point,
                Tally& out) const {
     const Vec3 here = samplers_[f]->warp(x).displacement;

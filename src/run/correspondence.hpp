@@ -17,8 +17,8 @@ struct Distances {
 
 /// How well a model's motion agrees with true surface points.
 ///
-/// A pair is one surface point seen at two times: two pixels whose rest positions agree within `kSameRest` of
-/// the box.
+/// A pair is one surface point that is visible at two times: two pixels whose rest positions agree within
+/// `kSameRest` of the box.
 struct MotionScore {
   double edge = 0;        ///< longest edge of the box, scene units: 100%
   double voxel = 0;       ///< of the radiance lattice, scene units

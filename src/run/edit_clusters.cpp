@@ -15,7 +15,7 @@ constexpr double kMostDisturbed =
 constexpr double kMostShared =
     0.15;  ///< share of a part that may keep its old time, where it is joined to others
 
-/// Colours of --paint, in the order of the clusters: what stands still is grey.
+/// Colours of --paint, in the order of the clusters: the static one is grey.
 constexpr Vec3 kPalette[] = {{0.6f, 0.6f, 0.6f},    {0.86f, 0.37f, 0.0f},  {0.0f, 0.45f, 0.70f},
                              {0.0f, 0.62f, 0.45f},  {0.94f, 0.89f, 0.26f}, {0.80f, 0.47f, 0.65f},
                              {0.34f, 0.71f, 0.91f}, {0.1f, 0.1f, 0.1f}};

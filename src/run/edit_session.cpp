@@ -38,7 +38,7 @@ constexpr double kMostAnchorError = 1;  ///< voxels in the mean square beyond wh
 /// The motion field of a model in which something changes over time.
 MotionField& changing(VoxelModel& model, const char* name) {
   if (model.motion.levels.empty())
-    wrong_edit(name, "nothing changes over time in this run", "a run with motion or light", "a still model",
+    wrong_edit(name, "nothing changes over time in this run", "a run with motion or light", "a static model",
                "splinevox info RUN shows what a model has");
   return model.motion;
 }

@@ -47,7 +47,7 @@ const std::vector<EditOperation>& edit_operations();
 /// Those on parts of the model; edit_operations() has them too.
 std::vector<EditOperation> cluster_operations();
 
-/// Every chosen cluster in a colour of its own; what stands still is grey.
+/// Every chosen cluster in a colour of its own; the static one is grey.
 void paint_parts(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen);
 /// A copy of the model with all of them painted: the layer "cluster".
 VoxelModel painted(const VoxelModel& model, const MotionClusters& clusters);

@@ -50,8 +50,7 @@ const EffectVerdict* verdict_on(const EffectChoice& choice, Effect effect) {
   return found;
 }
 
-/// What is to be said beside the effects: the choice's own note, and of effects that a film may only seem to
-/// have and that are not used.
+/// Notes beside the effects: the choice's own, and the confounded effects of a video that are not used.
 std::vector<std::string> notes_on(const Json& effects) {
   std::vector<std::string> notes;
   if (const std::string note = effects.value("note", ""); !note.empty()) notes.push_back(note);
@@ -70,8 +69,8 @@ std::vector<std::string> notes_on(const Json& effects) {
   }
   if (any)
     notes.push_back(
-        "a film: what changes may come with the camera as well as with time, and is taken to be still; if it "
-        "is not, say so: --effects " +
+        "a video: changes may come from the camera as well as from time, and the scene is taken to be "
+        "static; if it is not, say so: --effects " +
         named);
   return notes;
 }
@@ -94,7 +93,7 @@ Json effects_json(const Prepared& prepared) {
          {"chosen", set_json(choice.chosen)},
          {"forced", prepared.policy != EffectPolicy::choose}};
   j["view_told_by_time"] = choice.view_told_by_time;
-  j["held_pictures"] = choice.held;
+  j["held_pictures"] = choice.held_out;
   j["seconds"] = choice.seconds;
   j["note"] = choice.note;
   j["effects"] = Json::array();
@@ -160,7 +159,7 @@ std::string effects_line(const Json& effects) {
 std::string effects_table(const Json& effects) {
   if (!effects.is_object() || !effects.contains("effects")) return {};
   std::string html =
-      "<h3>Effects</h3><table><tr><th>effect</th><th>used</th><th>decision</th><th>gain on held "
+      "<h3>Effects</h3><table><tr><th>effect</th><th>used</th><th>decision</th><th>gain on held-out "
       "pictures</th><th>between</th><th>time a step</th><th>memory</th></tr>";
   for (const Json& e : effects["effects"]) {
     html += fmt::format("<tr><td>{}</td><td>{}</td>", escape(e.value("effect", "")),

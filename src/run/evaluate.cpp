@@ -42,7 +42,7 @@ View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& fra
 }
 
 Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
-                const std::function<void(const Frame&, const View&)>& seen) {
+                const std::function<void(const Frame&, const View&)>& on_view) {
   Scores out;
   out.split = split.name;
   std::vector<double> psnrs;
@@ -54,7 +54,7 @@ Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
     psnrs.push_back(v.psnr);
     out.ssim += v.ssim;
     out.ms_ssim += v.ms_ssim;
-    if (seen) seen(frame, v);
+    if (on_view) on_view(frame, v);
   }
   const double n = double(split.frames.size());
   out.psnr = mean_psnr(psnrs);

@@ -57,7 +57,7 @@ void Progress::tell(const StepReport& report) {
   if (events_.step && !events_.step(report)) stop_ = true;
 }
 
-Json Progress::step(const StepReport& r, double held_psnr) {
+Json Progress::step(const StepReport& r, double held_out_psnr) {
   if (since_ < 0) since_ = r.seconds;  // the time before the first step is not its own
   last_ = r;
   ++steps_;
@@ -65,16 +65,16 @@ Json Progress::step(const StepReport& r, double held_psnr) {
   samples_ += r.samples;
   loss_ += r.loss;
   squared_error_ += double(r.rays) * std::pow(10, -r.psnr / 10);
-  return r.seconds - since_ < kReportEvery && r.progress < 1 ? Json() : report(held_psnr);
+  return r.seconds - since_ < kReportEvery && r.progress < 1 ? Json() : report(held_out_psnr);
 }
 
-Json Progress::rest(double held_psnr) { return steps_ > 0 ? report(held_psnr) : Json(); }
+Json Progress::unreported(double held_out_psnr) { return steps_ > 0 ? report(held_out_psnr) : Json(); }
 
-Json Progress::report(double held_psnr) {
+Json Progress::report(double held_out_psnr) {
   const double loss = loss_ / double(steps_), took = last_.seconds - since_;
   Json j{{"step", last_.step}, {"seconds", last_.seconds}, {"progress", last_.progress}, {"loss", loss}};
   j["psnr"] = capped_psnr(-10 * std::log10(squared_error_ / double(rays_)));
-  if (std::isfinite(held_psnr)) j["held_psnr"] = held_psnr;
+  if (std::isfinite(held_out_psnr)) j["held_psnr"] = held_out_psnr;
   j.update({{"rays", rays_},
             {"samples", samples_},
             {"rays_per_second", took > 1e-6 ? double(rays_) / took : 0.0}});
@@ -92,11 +92,11 @@ void Progress::draw(const Json& j) {
   if (talk_ == Talk::lines && last_.seconds - spoken_ < kLineEvery && progress < 1) return;
   spoken_ = last_.seconds;
   const double left = progress > 1e-3 ? last_.seconds * (1 - progress) / progress : 0;
-  const std::string held =
+  const std::string held_out =
       j.contains("held_psnr") ? fmt::format("{:.1f}", j["held_psnr"].get<double>()) : "-";
   const std::string text =
-      fmt::format("step {:>6}  loss {:.2e}  PSNR {} held, {:.1f} rays  {:.0f} krays/s  {} left", last_.step,
-                  j["loss"].get<double>(), held, j["psnr"].get<double>(),
+      fmt::format("step {:>6}  loss {:.2e}  PSNR {} held-out, {:.1f} rays  {:.0f} krays/s  {} left",
+                  last_.step, j["loss"].get<double>(), held_out, j["psnr"].get<double>(),
                   j["rays_per_second"].get<double>() / 1e3, progress > 1e-3 ? duration(left) : "?");
   if (talk_ == Talk::bar) {
     try_print(stderr, fmt::format("\r\033[K{:3.0f}% {} {}", 100 * progress, bar(progress, 24), text));

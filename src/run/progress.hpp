@@ -32,9 +32,9 @@ class Progress {
   void announce(const std::string& text);
   /// One step was done. Returns the averaged report when one is due (every half second; JSON and plain lines
   /// less often), else null: what metrics.jsonl gets.
-  Json step(const StepReport& report, double held_psnr);
+  Json step(const StepReport& report, double held_out_psnr);
   /// The report that is not due yet, if any step was made since the last one.
-  Json rest(double held_psnr);
+  Json unreported(double held_out_psnr);
   /// Ends the line that the bar is drawn on.
   void finish();
   Talk talk() const { return talk_; }
@@ -44,7 +44,7 @@ class Progress {
   bool stop_asked() const { return stop_; }
 
  private:
-  Json report(double held_psnr);
+  Json report(double held_out_psnr);
   void draw(const Json& report);
 
   Talk talk_;

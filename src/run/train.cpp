@@ -65,8 +65,8 @@ Config settle(const Config& asked, bool forced, Dataset& data, const RunFolder& 
               Progress& progress) {
   PrepareOptions options;
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
-  options.told = [&](const std::string& text) { progress.note(text); };
-  options.tried = [&](const EffectTrial& t) {
+  options.on_note = [&](const std::string& text) { progress.note(text); };
+  options.on_trial = [&](const EffectTrial& t) {
     progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s",
                               to_string(t.effects), t.mean(), t.steps, t.seconds));
   };
@@ -90,7 +90,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
                  std::chrono::steady_clock::time_point start) {
   const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
   std::unique_ptr<StepBackend> steps =
-      make_step(device, o.deterministic, ranks);  // what it lacks is told first
+      make_step(device, o.deterministic, ranks);  // so that a lacking device fails first
   const bool writes = !ranks || ranks->first();
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
   if (folder.has(kEditHistory))

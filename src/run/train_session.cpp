@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 namespace splinevox::run {
 namespace {
 
-constexpr double kHeldShare = 0.025;       // of training time, for pictures of the held view
+constexpr double kHeldOutShare = 0.025;    // of training time, for pictures of the held-out view
 constexpr double kCheckpointShare = 0.02;  // of training time at most
 
 /// A stable hash of a text (FNV-1a, 64 bit).
@@ -81,9 +81,9 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
                setup_.ranks, std::move(setup_.steps)) {
   if (setup_.resume) resume();
   const Split* split = setup_.data.find("val");
-  held_is_training_ = !split || split->frames.empty();
-  if (held_is_training_) split = setup_.data.find("train");
-  held_ = split->frames[split->frames.size() / 2];
+  no_held_out_ = !split || split->frames.empty();
+  if (no_held_out_) split = setup_.data.find("train");
+  held_out_ = split->frames[split->frames.size() / 2];
 }
 
 double TrainSession::clock() const {
@@ -105,9 +105,9 @@ Json TrainSession::run() {
   while (go_on()) {
     step();
     if (!writes()) continue;
-    if (held_view_due(last_.seconds)) {
+    if (held_out_view_due(last_.seconds)) {
       const double start = clock();
-      render_held_view(trainer_.model(), start);
+      render_held_out_view(trainer_.model(), start);
     }
     if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
       finish_checkpoint();
@@ -116,7 +116,7 @@ Json TrainSession::run() {
     if (due && !writing_.valid()) start_checkpoint();
   }
   if (!writes()) return figures();
-  report(progress_.rest(held_psnr_));
+  report(progress_.unreported(held_out_psnr_));
   progress_.finish();
   const double start = clock();
   finish_checkpoint();
@@ -128,7 +128,7 @@ Json TrainSession::run() {
                                         {"dataset", fs::path(setup_.data.path).filename().string()}});
   finish_checkpoint();
   saving_ = clock() - start;
-  if (!interrupted_) render_held_view(model, clock());
+  if (!interrupted_) render_held_out_view(model, clock());
   save_manifest(digest);
   return figures();
 }
@@ -149,7 +149,7 @@ void TrainSession::step() {
   rays_ += last_.rays;
   samples_ += last_.samples;
   progress_.tell(last_);
-  if (!last_.discarded) return report(progress_.step(last_, held_psnr_));
+  if (!last_.discarded) return report(progress_.step(last_, held_out_psnr_));
   ++discarded_;
   report(discarded_json(last_, *setup_.data.find("train")));
   progress_.note(fmt::format("step {} was not finite ({} rows, {} rays) and is discarded", last_.step,
@@ -186,18 +186,21 @@ void TrainSession::report(const Json& line) {
 }
 
 /// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
-bool TrainSession::held_view_due(double seconds) const {
+bool TrainSession::held_out_view_due(double seconds) const {
   if (last_.stage_changed) return false;  // the step that just refined was slow already
-  const double expected =
-      held_cost_ > 0 ? held_cost_ : 1e-6 * double(held_->image.width) * held_->image.height * 2;
-  return held_spent_ + expected < kHeldShare * seconds && last_.progress > 0.02 && last_.progress < 0.98;
+  const double expected = held_out_cost_ > 0
+                              ? held_out_cost_
+                              : 1e-6 * double(held_out_->image.width) * held_out_->image.height * 2;
+  return held_out_spent_ + expected < kHeldOutShare * seconds && last_.progress > 0.02 &&
+         last_.progress < 0.98;
 }
 
-void TrainSession::render_held_view(const VoxelModel& model, double start) {
-  if (held_step_ == double(last_.step)) return;
-  const Image picture = clamped(make_renderer(model, setup_.device).render(held_->camera, held_->time).rgb);
-  held_psnr_ = capped_psnr(psnr(picture, composite(held_->image, model.background.color)));
-  held_step_ = double(last_.step);
+void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
+  if (held_out_step_ == double(last_.step)) return;
+  const Image picture =
+      clamped(make_renderer(model, setup_.device).render(held_out_->camera, held_out_->time).rgb);
+  held_out_psnr_ = capped_psnr(psnr(picture, composite(held_out_->image, model.background.color)));
+  held_out_step_ = double(last_.step);
   const std::string folder = setup_.folder.file("preview");
   std::error_code ignored;
   fs::create_directories(folder, ignored);
@@ -205,12 +208,12 @@ void TrainSession::render_held_view(const VoxelModel& model, double start) {
   const std::string path = fmt::format("{}/step_{:06}.png", folder, last_.step);
   if (!std::ofstream(path, std::ios::binary).write(png.data(), std::streamsize(png.size())).flush())
     fs::remove(path, ignored);
-  held_cost_ = clock() - start;
-  held_spent_ += held_cost_;
+  held_out_cost_ = clock() - start;
+  held_out_spent_ += held_out_cost_;
   report({{"step", last_.step},
           {"seconds", last_.seconds},
-          {"held_psnr", held_psnr_},
-          {"held_view", held_->name}});
+          {"held_psnr", held_out_psnr_},
+          {"held_view", held_out_->name}});
 }
 
 void TrainSession::resume() {
@@ -298,8 +301,8 @@ Json TrainSession::figures() const {
   j["loss"] = last_.loss;
   if (discarded_ > 0) j["discarded_steps"] = discarded_;
   if (lines_lost_ > 0) j["metrics_lines_lost"] = lines_lost_;
-  if (std::isfinite(held_psnr_))
-    j["held"] = {{"view", held_->name}, {"psnr", held_psnr_}, {"of_training_split", held_is_training_}};
+  if (std::isfinite(held_out_psnr_))
+    j["held"] = {{"view", held_out_->name}, {"psnr", held_out_psnr_}, {"of_training_split", no_held_out_}};
   j["phases"] = {{"slices", p.slices},         {"rays", p.rays},     {"scatter", p.scatter},
                  {"regularise", p.regularise}, {"update", p.update}, {"occupancy", p.occupancy},
                  {"refine", p.refine}};
@@ -315,7 +318,7 @@ Json TrainSession::figures() const {
   j["rays_per_second"] = double(rays_) / all;
   j["samples_per_second"] = double(samples_) / all;
   j["load_seconds"] = setup_.seconds_used;
-  j["held_view_seconds"] = held_spent_;
+  j["held_view_seconds"] = held_out_spent_;
   j["save_seconds"] = saving_;
   j["peak_memory_bytes"] = peak_memory();
   return j;

@@ -19,7 +19,7 @@
 
 namespace splinevox::run {
 
-/// Trains into a run folder: steps, reports, pictures of a held view, checkpoints, the final files.
+/// Trains into a run folder: steps, reports, pictures of a held-out view, checkpoints, the final files.
 class TrainSession {
  public:
   struct Setup {
@@ -47,9 +47,9 @@ class TrainSession {
   void step();
   void report(const Json& line);
   void save_replay();
-  bool held_view_due(double seconds) const;
+  bool held_out_view_due(double seconds) const;
   /// @param start  when this began, the making of the model included
-  void render_held_view(const VoxelModel& model, double start);
+  void render_held_out_view(const VoxelModel& model, double start);
   void resume();
   CheckpointHeader header() const;
   void start_checkpoint();
@@ -60,10 +60,10 @@ class TrainSession {
   Setup setup_;
   Progress& progress_;
   Trainer trainer_;
-  std::optional<Frame> held_;  ///< a view that training does not see, or the first it does
-  bool held_is_training_ = false;
-  double held_psnr_ = std::numeric_limits<double>::quiet_NaN();
-  double held_cost_ = 0, held_spent_ = 0, held_step_ = -1;
+  std::optional<Frame> held_out_;  ///< a held-out view, or a training view if there is none
+  bool no_held_out_ = false;
+  double held_out_psnr_ = std::numeric_limits<double>::quiet_NaN();
+  double held_out_cost_ = 0, held_out_spent_ = 0, held_out_step_ = -1;
   double stepped_at_ = 0;  ///< when the last step ended
   double checkpoint_at_ = 0, checkpoint_cost_ = 0, saving_ = 0;
   std::future<FileDigest> writing_;  ///< a checkpoint on its way to the disk

@@ -17,7 +17,7 @@ StepModel step_model(Volume& volume) {
   out.active = &volume.occupancy.active;
   out.occupancy = volume.occupancy.grids();
   out.curves = l.curves;
-  out.rest = l.rest;
+  out.static_prior = l.static_prior;
   out.may_spoil = l.may_spoil;
   return out;
 }

@@ -8,9 +8,10 @@
 
 namespace splinevox {
 
-/// Where the volume is that a run learns: here, or with the backend that makes its steps. Parameters can be
-/// reached through this class alone, so nobody reads what a step has left behind, and no step is made with
-/// what has been changed since. References are good until the next step.
+/// The volume that a run learns, wherever its parameters are: in this class, or in the memory of the backend
+/// that makes the steps. Parameters can be reached through this class alone. It downloads them before they
+/// are read and uploads them after a change, so neither side ever works on an old copy. References are good
+/// until the next step.
 class Home {
  public:
   Home(Volume volume, std::unique_ptr<StepBackend> backend);
@@ -27,7 +28,7 @@ class Home {
   /// The volume's model at the end of training, whose memory is freed: no step after it.
   VoxelModel take();
 
-  // What no backend changes is always here.
+  // What no backend changes needs no download.
   const Occupancy& occupancy() const { return volume_.occupancy; }
   float march_step() const { return volume_.lattices.model.step; }
   double moving_share() const { return volume_.moving.share; }
@@ -38,7 +39,7 @@ class Home {
   mutable Volume volume_;
   std::unique_ptr<StepBackend> backend_;
   mutable bool here_ = true;  ///< the parameters of the last step are in the volume
-  bool sent_ = false;         ///< and the backend has the volume as it is, or went on from it
+  bool sent_ = false;         ///< the backend has this volume, or what its steps have made of it
 };
 
 }  // namespace splinevox

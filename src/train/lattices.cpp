@@ -33,7 +33,7 @@ BitGrid moved(const BitGrid& grid, const Offset& offset) {
 Lattices::Lattices(const Setting& setting, const TimeMap& time_map, const Box& box) {
   const Config& c = setting.config;
   model.box = box;
-  model.background = starting_background(c, setting.train, setting.shown);
+  model.background = starting_background(c, setting.train, setting.stats);
   model.time_map = time_map;
   model.radiance.sh_order = order_at(c.radiance, 0);
   MotionField& m = model.motion;
@@ -52,7 +52,7 @@ void Lattices::start_radiance(const Setting& setting, const BitGrid& cells) {
   // alpha).
   model.radiance.activation.scale = 1 / model.step;
   model.radiance.activation.shift = float(inverse_softplus(optical_depth(c.radiance.initial_alpha)));
-  const std::vector<float> row = first_row(model.radiance, c.radiance, setting.shown);
+  const std::vector<float> row = first_row(model.radiance, c.radiance, setting.stats);
   model.radiance.raw = make_channels(bricks_near(lattice, cells), int(row.size()), row.data());
   for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(i)[0] = kEmptyDensity;
   radiance = Learner(model.radiance.raw);
@@ -69,7 +69,7 @@ void Lattices::refine_radiance(const Setting& setting, int cells, const BitGrid&
                    [&](Vec3 x) { return x + offset->at(x); });
   else
     raw = resample(raw, bricks_near(lattice, matter));
-  if (prune && drop_empty(raw)) raw.values.shrink_to_fit();
+  if (prune && prune_empty(raw)) raw.values.shrink_to_fit();
   model.step = setting.config.sampling.step * lattice.spacing;
   radiance = Learner(raw);
   forget_visible(setting);

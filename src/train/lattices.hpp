@@ -12,10 +12,10 @@
 
 namespace splinevox {
 
-/// Canonical rows that rays have shown.
+/// Canonical rows that are visible in training pictures.
 struct Visible {
   std::vector<RowMask> rows;  ///< LearnedRows::visible of the radiance; empty: not kept
-  std::int64_t rays = 0;      ///< that have looked since the rows were begun
+  std::int64_t rays = 0;      ///< drawn since the rows were begun
 };
 
 /// The lattices that are learned: the canonical radiance, and the motion as a sum of levels.
@@ -28,17 +28,17 @@ struct Lattices {
   Visible visible;
   std::vector<Channels> levels;  ///< active motion levels, coarse to fine; the learned parameters
   std::vector<Learner> level_learners;
-  CurvePrior curves;       ///< of each level
-  RestPrior rest;          ///< of their sum
-  bool may_spoil = false;  ///< StepModel::may_spoil
+  CurvePrior curves;         ///< of each level
+  StaticPrior static_prior;  ///< of their sum
+  bool may_spoil = false;    ///< StepModel::may_spoil
 
   /// Longest edge of the box, scene units: the unit of lr_control.
   float edge() const { return model.box.longest_edge(); }
 
   void start_radiance(const Setting& setting, const BitGrid& cells);
   /// Puts the radiance on another lattice, in bricks near the cells, and forgets its moments.
-  /// @param cells   along the longest edge. @param offset  at which the old lattice is looked at, if any
-  /// @param prune   let go of the bricks in which nothing is left
+  /// @param cells   along the longest edge. @param offset  at which the old lattice is resampled, if any
+  /// @param prune   drop the bricks in which nothing is left
   void refine_radiance(const Setting& setting, int cells, const BitGrid& matter,
                        const std::optional<Offset>& offset, bool prune);
   /// Harmonics up to an order from now on, those that join as 0 in rows as wide as it takes: every picture
@@ -56,7 +56,7 @@ struct Lattices {
   /// Makes the sum of the levels, in which what is frozen is zero. @param moving  MovingPart::rows
   void sum_levels(std::span<const RowMask> moving);
   void forget_sum() { model.motion.levels.clear(); }
-  /// Begins to look anew for what rays show; only a run that empties what they do not show asks.
+  /// Begins anew to collect visible rows. Does nothing in a run that never empties what is not visible.
   void forget_visible(const Setting& setting);
 };
 

@@ -32,14 +32,14 @@ Vec3 border_color(const Split& train) {
 
 }  // namespace
 
-bool learns_background(const Config& config, const Shown& shown) {
-  return config.run.background_order >= 0 && !shown.see_through;
+bool learns_background(const Config& config, const PictureStats& stats) {
+  return config.run.background_order >= 0 && !stats.see_through;
 }
 
-Background starting_background(const Config& config, const Split& train, const Shown& shown) {
+Background starting_background(const Config& config, const Split& train, const PictureStats& stats) {
   const std::vector<float>& c = config.run.background;
   Background out{.color = {c[0], c[1], c[2]}};
-  if (!learns_background(config, shown)) return out;
+  if (!learns_background(config, stats)) return out;
   constexpr float kEnd =
       1 / 512.0f;  // half a step of 8 bits: neither black nor white is in reach of a sigmoid
   out.order = config.run.background_order;

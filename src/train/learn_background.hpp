@@ -14,11 +14,11 @@ struct BackgroundLearner {
 
 /// Whether a colour is learned behind these pictures: the configuration wants one and they are opaque.
 /// Pictures with alpha say that there is nothing behind.
-bool learns_background(const Config& config, const Shown& shown);
+bool learns_background(const Config& config, const PictureStats& stats);
 
 /// One colour before training, that along the borders of the pictures: what is there is more often behind
 /// than what is in the middle.
-Background starting_background(const Config& config, const Split& train, const Shown& shown);
+Background starting_background(const Config& config, const Split& train, const PictureStats& stats);
 
 /// One step on the harmonics; `color` follows their band 0.
 void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient,

@@ -8,12 +8,12 @@
 
 namespace splinevox {
 
-/// One model at one time, seen along rays.
+/// One model at one time, sampled along rays.
 /// @tparam Sh  the model's order of harmonics
 template <int Sh>
 class Look {
  public:
-  /// @param occupancy  of that time; null: rays look everywhere
+  /// @param occupancy  of that time; null: rays are sampled everywhere
   Look(const VoxelModel& model, double time, const BitGrid* occupancy = nullptr)
       : model_(model),
         slice_(model.motion.levels.empty() ? MotionSlice{}

@@ -12,7 +12,7 @@
 namespace splinevox {
 namespace {
 
-/// Times at most whose occupancy is made by looking.
+/// Times at most whose occupancy is computed.
 constexpr std::size_t kMostLooks = 256;
 
 /// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
@@ -68,7 +68,7 @@ std::vector<BitGrid> frame_occupancies(const Setting& setting, const Volume& vol
                                    volume.occupancy.active.reach);
   if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
   const std::span<const int> trained = window.frames;
-  // Of a long sequence only some times are looked at, and a frame between two of them has what either has.
+  // Of a long sequence only some times are computed, and a frame between two of them has what either has.
   const std::size_t looks = std::min(trained.size(), kMostLooks);
   const auto rank = [&](std::size_t look) {
     return looks > 1 ? look * (trained.size() - 1) / (looks - 1) : 0;
@@ -104,7 +104,7 @@ std::vector<BitGrid> frame_occupancies(const Setting& setting, const Volume& vol
 void refresh_occupancy(const Setting& setting, Volume& volume, const TimeWindow& window) {
   Occupancy& o = volume.occupancy;
   o.frames = frame_occupancies(setting, volume, window, setting.config.sampling.occupancy_alpha);
-  // A time at which nothing is left would never be looked at again: start it over from the hull.
+  // A time at which nothing is left would never be sampled again: start it over from the hull.
   for (BitGrid& frame : o.frames)
     if (frame.count() == 0) frame = o.hull;
   find_active(volume);
@@ -160,7 +160,7 @@ void clear_skipped(const Setting& setting, const Occupancy& occupancy, VoxelMode
         raw.row(std::size_t(index + 1) * kBrickRows + i)[0] = kEmptyDensity;
     }
   });
-  drop_empty(raw);
+  prune_empty(raw);
 }
 
 }  // namespace splinevox

@@ -36,7 +36,7 @@ struct Event {
   const char* what;
   const Starts& (*starts)(const Config&);  ///< progress at which it happens, in order
   int Counts::*count;                      ///< times it has happened
-  /// Before the occupancy is looked at: whether bricks went. null: nothing to do.
+  /// Before the occupancy is used: whether bricks were pruned. null: nothing to do.
   bool (*clear)(const Moment&);
   /// Where new bricks are laid out. null: nothing to do. @param times  that it is to have happened
   Leaves (*lay_out)(const Moment&, int times);
@@ -87,7 +87,7 @@ Leaves begin_stages(const Moment& m, int times) {
   if (m.begun)
     offset = freeze(m.setting, m.volume, m.window, l.edge() / float(grid.radiance[std::size_t(times - 1)]));
   const Leaves leaves = offset ? Leaves::places : Leaves::lattices;
-  if (offset) {  // levels cost little now, and static is told from moving as finely as they are
+  if (offset) {  // all levels, which cost little now: what is static is laid out as finely as they are
     m.counts.levels = int(grid.motion.size());
     add_levels(m, m.counts.levels);
   }
@@ -97,7 +97,7 @@ Leaves begin_stages(const Moment& m, int times) {
     else
       l.refine_radiance(m.setting, grid.radiance[std::size_t(stage)], matter(m), offset,
                         m.window.whole && grid.prune_alpha > 0);
-    offset.reset();  // the lattice has been looked at through it
+    offset.reset();  // the lattice has been resampled at it
   }
   return leaves;
 }

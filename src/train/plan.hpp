@@ -16,7 +16,7 @@ class Plan {
   /// than they have.
   std::vector<std::string_view> due(const Config& config, double progress) const;
 
-  /// Lets what is due happen. True if a lattice changed, or bricks went.
+  /// Runs the events that are due. True if a lattice changed, or bricks were pruned.
   /// @param begun  steps have been made, so the volume says something of where matter is
   bool carry_out(const Setting& setting, double progress, bool begun, const TimeWindow& window,
                  Volume& volume);

@@ -84,7 +84,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
   out.config = config;
   out.policy = options.effects;
   const auto tell = [&](const std::string& text) {
-    if (options.told) options.told(text);
+    if (options.on_note) options.on_note(text);
   };
   const auto note = [&](std::string text) {
     tell(text);
@@ -101,14 +101,14 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
   }
   if (data.has_alpha && out.config.grid.box.empty()) check_silhouettes(train, note);
   out.parallax = check_parallax(out.config, train, note);
-  out.brightness = brightness(out.config, look_at(train));
+  out.brightness = brightness(out.config, picture_stats(train));
   if (out.brightness < 1)
     note(fmt::format("dark pictures: colours are trained in units of {:.3g}", out.brightness));
   if (options.effects == EffectPolicy::keep) {
     out.effects = kept(out.config);
   } else {
     if (config.effects.steps > 0) tell("trying out which effects the scene calls for");
-    out.effects = choose_effects(out.config, train, data.time_map, options.tried);
+    out.effects = choose_effects(out.config, train, data.time_map, options.on_trial);
     release_freed_memory();  // of the fits
     if (!data.has_alpha) check_fits(train, out.effects, note);
   }
@@ -116,7 +116,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     apply(out.effects.chosen, out.config);
     out.config.motion.points = out.effects.points;
   }
-  out.used = shown_in(effects_of(out.config), !data.has_alpha);
+  out.used = learnable_in(effects_of(out.config), !data.has_alpha);
   return out;
 }
 

@@ -60,11 +60,11 @@ void set_motion_rates(const MotionField& motion, const OptimiserConfig& optimise
 const ColumnLearning& learning_of(ColumnKind kind) { return kLearning[int(kind)]; }
 
 std::vector<float> first_row(const RadianceField& radiance, const RadianceConfig& config,
-                             const Shown& shown) {
+                             const PictureStats& stats) {
   std::vector<float> row(radiance_width(radiance.sh_order), 0.0f);
   for (const Column& c : radiance_columns(radiance))
     std::fill_n(row.begin() + c.first, c.width, facts_of(c.kind).first);
-  const Vec3 color = starting_color(config, shown);
+  const Vec3 color = starting_color(config, stats);
   for (int a = 0; a < 3; ++a) row[first_column(ColumnKind::color) + a] = color[a];
   if (radiance.sh_order >= 0) row[first_column(ColumnKind::sh)] = config.initial_sh;
   return row;
@@ -87,8 +87,8 @@ void set_rates(const Config& config, Lattices& lattices) {
 }
 
 void set_priors(const Config& config, int halvings, Lattices& lattices) {
-  constexpr float kKnotSoftening = 3e-5f;  // edges of the box: a hundredth of a voxel
-  constexpr float kRestSoftening = 3e-4f;  // the same: what a step of the optimiser leaves at the end
+  constexpr float kKnotSoftening = 3e-5f;    // edges of the box: a hundredth of a voxel
+  constexpr float kStaticSoftening = 3e-4f;  // the same: what a step of the optimiser leaves at the end
   static_assert(kScalars <= CurvePrior::kScalars);
   const float edge = lattices.edge();
   const LossConfig loss = in_scene_units(config.loss, edge);
@@ -108,7 +108,7 @@ void set_priors(const Config& config, int halvings, Lattices& lattices) {
   curves.spacing = 1 << halvings;
   curves.softening = kKnotSoftening * edge;
   lattices.curves = curves;
-  lattices.rest = {motion.displaces ? loss.curve_rest : 0, kRestSoftening * edge};
+  lattices.static_prior = {motion.displaces ? loss.curve_rest : 0, kStaticSoftening * edge};
   lattices.may_spoil = can_spoil_gradients(loss);
 }
 

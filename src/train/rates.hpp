@@ -19,7 +19,8 @@ struct ColumnLearning {
 const ColumnLearning& learning_of(ColumnKind kind);
 
 /// The row that radiance begins with, [width].
-std::vector<float> first_row(const RadianceField& radiance, const RadianceConfig& config, const Shown& shown);
+std::vector<float> first_row(const RadianceField& radiance, const RadianceConfig& config,
+                             const PictureStats& stats);
 
 /// Learning rate and total variation of every column, for the lattices as they are, and the groups of motion
 /// that shrink. Padding has none.

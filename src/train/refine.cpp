@@ -11,7 +11,7 @@
 
 namespace splinevox {
 
-bool drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside) {
+bool prune_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside) {
   constexpr float kRounding = 1e-3f;  // of what has been resampled
   const std::vector<std::int32_t> kept = bricks_above(raw, kEmptyDensity + kRounding);
   if (kept.empty() || int(kept.size()) == raw.topology->brick_count()) return false;

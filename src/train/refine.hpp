@@ -15,9 +15,9 @@ namespace splinevox {
 /// learn back from.
 inline constexpr float kEmptyDensity = -10;
 
-/// Lets go of the bricks in whose cells nothing is left, here and in arrays of rows beside them: pictures
-/// stay as they are but for the millionth of light that an empty step takes. Returns whether any went.
-bool drop_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside = {});
+/// Prunes the bricks in whose cells nothing is left, here and in arrays of rows beside them. Pictures stay as
+/// they are but for the millionth of light that an empty step takes. Returns whether any were pruned.
+bool prune_empty(Channels& raw, std::initializer_list<AlignedVector<float>*> beside = {});
 
 /// Bricks of a lattice that come within one vertex of a set cell.
 TopologyPtr bricks_near(const Lattice& lattice, const BitGrid& cells);

@@ -8,9 +8,9 @@ namespace splinevox {
 /// What a run is given and never changes.
 struct Setting {
   Setting(const Config& c, const Split& t)
-      : shown(look_at(t)), unit(brightness(c, shown)), config(in_units_of(unit, c)), train(t) {}
+      : stats(picture_stats(t)), unit(brightness(c, stats)), config(in_units_of(unit, c)), train(t) {}
 
-  const Shown shown;
+  const PictureStats stats;
   const float unit;     ///< of brightness; 1 unless the scene is dark
   const Config config;  ///< in that unit
   const Split& train;

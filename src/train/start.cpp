@@ -47,7 +47,7 @@ void check_place(const Box& box, int cells) {
                     text(c), -c.x, -c.y, -c.z)});
 }
 
-SceneBounds bounds_of(const Config& config, const Split& train, const Shown& shown) {
+SceneBounds bounds_of(const Config& config, const Split& train, const PictureStats& stats) {
   const std::vector<float>& b = config.grid.box;
   if (b.size() == 6) {
     const Box box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
@@ -55,13 +55,13 @@ SceneBounds bounds_of(const Config& config, const Split& train, const Shown& sho
     std::fill(all.bits.begin(), all.bits.end(), ~0u);
     return {box, all};
   }
-  return find_bounds(train, shown.see_through, config.sampling.occupancy_cells, config.grid.box_margin);
+  return find_bounds(train, stats.see_through, config.sampling.occupancy_cells, config.grid.box_margin);
 }
 
 }  // namespace
 
-Shown look_at(const Split& train) {
-  Shown out;
+PictureStats picture_stats(const Split& train) {
+  PictureStats out;
   Vec3d sum{};
   double weights = 0;
   for (const Frame& f : train.frames)
@@ -77,19 +77,19 @@ Shown look_at(const Split& train) {
   return out;
 }
 
-SceneBounds starting_bounds(const Config& config, const Split& train, const Shown& shown) {
-  const SceneBounds bounds = bounds_of(config, train, shown);
+SceneBounds starting_bounds(const Config& config, const Split& train, const PictureStats& stats) {
+  const SceneBounds bounds = bounds_of(config, train, stats);
   check_place(bounds.box, config.grid.radiance.back());
   return bounds;
 }
 
-float brightness(const Config& config, const Shown& shown) {
+float brightness(const Config& config, const PictureStats& stats) {
   constexpr float kLeast = 1e-3f;  // a black scene has no brightness of its own
-  if (!shown.dark()) return 1;
+  if (!stats.dark()) return 1;
   const std::vector<float>& b = config.run.background;
   const float behind =
       config.sampling.background != BackgroundKind::random ? *std::max_element(b.begin(), b.end()) : 0;
-  return std::max({shown.brightest, behind, kLeast});
+  return std::max({stats.brightest, behind, kLeast});
 }
 
 Config in_units_of(float brightness, Config config) {
@@ -98,13 +98,13 @@ Config in_units_of(float brightness, Config config) {
   return config;
 }
 
-Vec3 starting_color(const RadianceConfig& config, const Shown& shown) {
+Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats) {
   constexpr float kDarkest = 1e-5f;
-  if (!shown.dark()) return {};
+  if (!stats.dark()) return {};
   const float view = config.sh_order >= 0 ? view_factor(float(kSh0) * config.initial_sh).value : 1;
   Vec3 raw;
   for (int c = 0; c < 3; ++c) {
-    const float share = std::clamp(shown.mean[c] / view, kDarkest, 0.5f);
+    const float share = std::clamp(stats.mean[c] / view, kDarkest, 0.5f);
     raw[c] = logit(share);
   }
   return raw;

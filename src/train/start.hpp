@@ -6,25 +6,25 @@
 
 namespace splinevox {
 
-/// What the training pictures show. Colours are weighted by alpha, from every 16th pixel.
-struct Shown {
+/// Statistics of the training pictures. Colours are weighted by alpha, from every 16th pixel.
+struct PictureStats {
   Vec3 mean{0.5f, 0.5f, 0.5f};
   float brightest = 0;       ///< of any channel
   bool see_through = false;  ///< some pixel of them all is transparent
   bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
 };
-Shown look_at(const Split& train);
+PictureStats picture_stats(const Split& train);
 
 /// Where the scene may be, before anything is known of it: the box of the configuration, or what cameras and
 /// silhouettes say. Throws Error (Fault::input) if it lies so far from the origin that floats cannot tell its
 /// cells apart.
-SceneBounds starting_bounds(const Config& config, const Split& train, const Shown& shown);
+SceneBounds starting_bounds(const Config& config, const Split& train, const PictureStats& stats);
 
-/// The unit of brightness that a scene is trained in: 1, or if what the pictures show is darker than 0.03 on
-/// average, the brightest value in them or of a fixed background. Random backgrounds go no higher: against 0
-/// to 1 the silhouettes of a scene of 0.01 would be 10^4 times as loud as all that its colours say (numerics
+/// The unit of brightness that a scene is trained in: 1, or for pictures darker than 0.03 on average
+/// the brightest value in them or of a fixed background. Random backgrounds go no higher: against 0 to 1
+/// the silhouettes of a scene of 0.01 would be 10^4 times as loud as all that its colours say (numerics
 /// H30).
-float brightness(const Config& config, const Shown& shown);
+float brightness(const Config& config, const PictureStats& stats);
 
 /// The weights of the regularisers and Adam's epsilon times the square of the unit, as the loss and its
 /// gradients are.
@@ -33,6 +33,6 @@ Config in_units_of(float brightness, Config config);
 /// Raw colour before training: 0, half way up. A scene darker than 0.03 on average begins at its mean: from
 /// half way the rates would need hundreds of steps down, and what they do not reach lights up its
 /// surroundings through interpolation, fifty times as bright as the scene (numerics H30).
-Vec3 starting_color(const RadianceConfig& config, const Shown& shown);
+Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats);
 
 }  // namespace splinevox

@@ -18,7 +18,7 @@ SamplingConfig sampling_of(const Config& config) {
 }
 
 Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
-  const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.shown);
+  const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
   return {Lattices(setting, time_map, bounds.box), {bounds.hull, {}, {}}, {}};
 }
 
@@ -58,7 +58,7 @@ RayLosses Trainer::State::ray_losses() const {
   RayLosses losses;
   losses.stop = c.sampling.stop;
   losses.min_weight = c.sampling.min_weight;
-  losses.seen_share = c.grid.seen_share;
+  losses.visible_share = c.grid.seen_share;
   losses.faintest = kHalfLevel * setting.unit;
   losses.motion.offset = float(c.loss.offset * ramp);
   losses.motion.offset_rigidity = c.loss.offset_rigidity;

@@ -32,9 +32,9 @@ struct Trainer::State {
   std::vector<StepReport> discarded;  ///< the last steps, as far as they were discarded in a row
 
   TimeWindow window() const { return {sampler.window(progress), sampler.whole(progress)}; }
-  /// Lets happen what the progress asks for. True if a lattice changed, or bricks went.
+  /// Runs the events that are due at the progress. True if a lattice changed, or bricks were pruned.
   bool refine(double progress_now);
-  /// Whether it is time for another look at where matter is: twice as often while the window of time grows.
+  /// Whether the occupancy is due for a refresh: twice as often while the window of time grows.
   bool occupancy_is_due() const;
   void refresh_occupancy() { splinevox::refresh_occupancy(setting, home.change(), window()); }
   /// The rays of the next step.

@@ -10,7 +10,7 @@ namespace splinevox {
 /// Where motion is learned. The rest is frozen: it has none (bounds/freeze.hpp).
 struct MovingPart {
   BitGrid cells;     ///< of the box; no cells: everywhere
-  double share = 1;  ///< of what pictures show, when the rest was last frozen
+  double share = 1;  ///< of what is visible, when motion was last frozen
   std::vector<RowMask>
       rows;  ///< rows of the finest level within reach of the cells, [bricks + 1]; empty: all
 };

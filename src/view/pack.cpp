@@ -18,23 +18,23 @@ namespace {
 
 constexpr int kOccupancyCells = 64;
 constexpr float kOccupancyAlpha = 1e-3f;  ///< as the renderer
-constexpr float kSeenAlpha =
+constexpr float kVisibleAlpha =
     2e-4f;                         ///< per step; below it 300 samples together hide 6% of what is behind them
 constexpr float kColourLimit = 8;  ///< raw colours beyond it are black or white to 1/3000
 
 Json triple(const auto& v) { return Json::array({v.x, v.y, v.z}); }
 
-/// Per slot of the table: rows within one vertex of anything to see. Cells with nothing to see at any corner
-/// stay without: an interpolated density is never above the largest one at the corners.
-std::vector<RowMask> seen_rows(const RadianceField& field, float step) {
+/// Per slot of the table: rows within one vertex of a visible density. Cells without one at any corner have
+/// none: an interpolated density is never above the largest one at the corners.
+std::vector<RowMask> visible_rows(const RadianceField& field, float step) {
   const Topology& t = *field.raw.topology;
-  std::vector<RowMask> seen(t.table.size());
+  std::vector<RowMask> visible(t.table.size());
   const Int3 limit = kBrick * t.dims;
   for (int b = 1; b <= t.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       const float raw = field.raw.row(std::size_t(b) * kBrickRows + i)[0];
       const float density = density_of(raw, field.activation.scale, field.activation.shift).value;
-      if (!(opacity_of(density, step).alpha >= kSeenAlpha)) continue;
+      if (!(opacity_of(density, step).alpha >= kVisibleAlpha)) continue;
       const Int3 v = t.vertex(b, i) + Int3{kBrick, kBrick, kBrick};
       Int3 n;
       for (n.x = v.x - 1; n.x <= v.x + 1; ++n.x)
@@ -42,10 +42,10 @@ std::vector<RowMask> seen_rows(const RadianceField& field, float step) {
           for (n.z = v.z - 1; n.z <= v.z + 1; ++n.z) {
             if (n.x >= limit.x || n.y >= limit.y || n.z >= limit.z) continue;
             const RingVertex at = ring_vertex(n);
-            seen[ring_slot(t, at.brick)].set(at.row);
+            visible[ring_slot(t, at.brick)].set(at.row);
           }
     }
-  return seen;
+  return visible;
 }
 
 /// Collects planes of numbers and says where each is.
@@ -69,11 +69,11 @@ Json table_of(Writer& w, const Topology& t, const std::vector<Int3>& ring_bricks
           {"places", w.plane(at, 16)}};
 }
 
-/// One column of the seen rows of all packed bricks; a row that nothing sees repeats the one before, which
-/// costs nothing.
+/// One column of the visible rows of all packed bricks; a row that is not visible repeats the one before,
+/// which costs nothing.
 struct StoredColumn {
   const RadianceField& field;
-  const std::vector<RowMask>& seen;
+  const std::vector<RowMask>& visible;
   const std::vector<Int3>& bricks;
 
   template <class Visit>
@@ -82,7 +82,7 @@ struct StoredColumn {
     for (const Int3& b : bricks) {
       const std::size_t slot = ring_slot(t, b);
       for (int i = 0; i < kBrickRows; ++i)
-        visit(seen[slot].test(i), field.raw.row(std::size_t(t.table[slot]) * kBrickRows + i)[column]);
+        visit(visible[slot].test(i), field.raw.row(std::size_t(t.table[slot]) * kBrickRows + i)[column]);
     }
   }
   Quantiser range(int first, int last, float limit, int bits) const {
@@ -124,18 +124,18 @@ static_assert(std::size(kPackings) == std::size_t(ColumnKind::control), "one for
 
 Json pack_radiance(Writer& w, const RadianceField& field, float step, const ViewQuality& quality) {
   const Topology& t = *field.raw.topology;
-  const std::vector<RowMask> seen = seen_rows(field, step);
+  const std::vector<RowMask> visible = visible_rows(field, step);
   std::vector<Int3> bricks;
   Int3 b;
   for (b.x = 0; b.x < t.dims.x; ++b.x)
     for (b.y = 0; b.y < t.dims.y; ++b.y)
       for (b.z = 0; b.z < t.dims.z; ++b.z)
-        if (seen[ring_slot(t, b)].any()) bricks.push_back(b);
+        if (visible[ring_slot(t, b)].any()) bricks.push_back(b);
   Json out = table_of(w, t, bricks);
   out["scale"] = field.activation.scale;
   out["shift"] = field.activation.shift;
   out["sh_order"] = field.sh_order;
-  const StoredColumn stored{field, seen, bricks};
+  const StoredColumn stored{field, visible, bricks};
   out["columns"] = Json::array();
   const std::vector<Column> columns = radiance_columns(field);
   for (auto first = columns.begin(); first != columns.end();) {  // those of a kind share their range
@@ -154,8 +154,8 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
   return out;
 }
 
-/// Cells of observed space that hold matter at some time, and their neighbours: what moves less than a cell
-/// between two of the times looked at is not missed.
+/// Cells of observed space that hold matter at some time, and their neighbours: matter that moves less than a
+/// cell between two samples of time is not missed.
 BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
   const OccupancyPyramid canonical(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step));
   const int times = std::max(64, 4 * motion.points);
@@ -194,7 +194,7 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
       const bool inside = v.x < t.lattice.size.x && v.y < t.lattice.size.y && v.z < t.lattice.size.z;
       if (inside && ever.any(t.position(b, i) - reach, t.position(b, i) + reach)) read[b].set(i);
     }
-  /// Signed numbers with one scale: 0 stays 0, so that what does not move stands still. A row that is not
+  /// Signed numbers with one scale: 0 stays 0, so that static matter stays static. A row that is not
   /// read repeats the one before.
   const auto add = [&](int first, int count) {
     float largest = 0;

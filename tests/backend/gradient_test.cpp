@@ -60,7 +60,7 @@ struct Scene {
       losses.motion = {
           .offset = 0.02f, .offset_rigidity = 0.3f, .offset_softening = 1e-3f, .divergence = 0.03f};
     losses.min_weight = 1e-3f;
-    losses.seen_share = 0.6f;
+    losses.visible_share = 0.6f;
     losses.probe_seed = kDraw;
   }
 
@@ -122,7 +122,7 @@ TEST_SUITE("backend/gradient") {
     constexpr float kTv = 1e-3f;
     constexpr CurvePrior kCurves{
         .length = 1e-2f, .scalar = {2e-2f}, .lane = {3}, .knots = 1e-2f, .spacing = 2, .softening = 1e-3f};
-    constexpr RestPrior kRest{.weight = 1e-2f, .softening = 1e-3f};
+    constexpr StaticPrior kStaticPrior{.weight = 1e-2f, .softening = 1e-3f};
     for (const test::Runner& runner : test::runners()) {
       double worst = 0;
       for (int sh = -1; sh <= 3; ++sh)
@@ -158,7 +158,7 @@ TEST_SUITE("backend/gradient") {
             now.active = &active;
             now.occupancy = {&scene.occupied, 1};
             now.curves = kCurves;
-            now.rest = kRest;
+            now.static_prior = kStaticPrior;
             const StepInput in = scene.input();
             const Channels* level = moves ? &model.motion.levels[0] : nullptr;
             const PassResult pass =
@@ -167,7 +167,7 @@ TEST_SUITE("backend/gradient") {
             add_total_variation(model.radiance.raw, radiance.tv, 1, kShare, kDraw, d_radiance);
             if (moves) {
               add_total_variation(*level, motion.tv, 1, kShare, kDraw + 1, d_motion);
-              add_curve_prior(*level, model.motion, kRest, kShare, kDraw + 1, active.rows, d_motion);
+              add_curve_prior(*level, model.motion, kStaticPrior, kShare, kDraw + 1, active.rows, d_motion);
               add_curve_prior(*level, model.motion, kCurves, kShare, kDraw + 1, {}, d_motion);
             }
             const BackgroundGradient d_background =
@@ -212,7 +212,8 @@ TEST_SUITE("backend/gradient") {
     }
   }
   TEST_CASE(
-      "a ray shows the rows around its heaviest samples, and none where the picture has the colour of the "
+      "a ray makes the rows around its heaviest samples visible, and none where the picture has the colour "
+      "of the "
       "background") {
     Scene scene(1, false, false);
     VoxelModel& model = scene.model;

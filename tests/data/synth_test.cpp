@@ -29,12 +29,12 @@ struct Folder {
 constexpr SynthOptions kSmall{.frames = 10, .size = 40, .seed = 3};
 
 /// What every second pixel of a view shows, background left out.
-struct Seen {
+struct PixelHit {
   int x, y;
   SynthHit hit;
 };
-std::vector<Seen> look(const SynthMoment& moment, const Camera& camera) {
-  std::vector<Seen> seen;
+std::vector<PixelHit> look(const SynthMoment& moment, const Camera& camera) {
+  std::vector<PixelHit> seen;
   for (int y = 0; y < camera.height; y += 2)
     for (int x = 0; x < camera.width; x += 2)
       if (const auto hit = moment.trace(camera_ray(camera, x + 0.5, y + 0.5))) seen.push_back({x, y, *hit});
@@ -79,7 +79,7 @@ TEST_SUITE("data/synth") {
         CAPTURE(t);
         const Camera camera = camera_of(int(7 * t));
         const SynthMoment moment = scene.at(t);
-        const std::vector<Seen> seen = look(moment, camera);
+        const std::vector<PixelHit> seen = look(moment, camera);
         CHECK(seen.size() > 40);
         double off_pixel = 0, off_surface = 0, off_material = 0, off_unit = 0;
         for (const auto& [x, y, hit] : seen) {
@@ -104,9 +104,9 @@ TEST_SUITE("data/synth") {
       const SynthScene scene = SynthScene::open(name);
       const SynthMoment rest = scene.at(0);
       double moved = 0, off = 0;
-      for (const Seen& s : look(rest, camera_of(1)))
+      for (const PixelHit& s : look(rest, camera_of(1)))
         moved = std::max(moved, length(s.hit.rest - s.hit.position));
-      for (const Seen& s : look(scene.at(0.6), camera_of(4)))
+      for (const PixelHit& s : look(scene.at(0.6), camera_of(4)))
         off = std::max(off, std::abs(rest.distance(s.hit.body, s.hit.rest)));
       CHECK(moved < 1e-12);
       CHECK(off < 1e-6);
@@ -118,7 +118,7 @@ TEST_SUITE("data/synth") {
     const SynthMoment then = scene.at(0.3), now = scene.at(0.4);
     const Camera camera = camera_of(2);
     int visible = 0, same = 0;
-    for (const Seen& s : look(then, camera)) {
+    for (const PixelHit& s : look(then, camera)) {
       const Vec3d p = now.world_from_rest(s.hit.body, s.hit.rest);
       const auto hit = now.trace({camera.position, normalize(p - camera.position)});
       if (!hit || hit->body != s.hit.body || length(hit->position - p) > 1e-6) continue;
@@ -167,7 +167,7 @@ TEST_SUITE("data/synth") {
   TEST_CASE("the ball moves by one vector, in proportion to time") {
     const SynthScene scene = SynthScene::open("ball");
     for (const double t : {0.25, 0.5, 1.0})
-      for (const Seen& s : look(scene.at(t), camera_of(2)))
+      for (const PixelHit& s : look(scene.at(t), camera_of(2)))
         REQUIRE(length(s.hit.position - s.hit.rest - t * Vec3d{0.8, 0.3, 0.4}) < 1e-12);
   }
 
@@ -187,7 +187,7 @@ TEST_SUITE("data/synth") {
     const SynthMoment rest = scene.at(0), now = scene.at(0.25);
     std::map<int, std::vector<Vec3d>> points;
     for (int view = 0; view < 8; ++view)
-      for (const Seen& s : look(rest, camera_of(view))) points[s.hit.body].push_back(s.hit.rest);
+      for (const PixelHit& s : look(rest, camera_of(view))) points[s.hit.body].push_back(s.hit.rest);
     int fixed = 0, rigid = 0, bending = 0;
     for (const auto& [body, at_rest] : points) {
       double moved = 0, stretched = 0;
@@ -226,7 +226,7 @@ TEST_SUITE("data/synth") {
       CHECK(soft > 100);
       double reach = 0;
       for (const double t : {0.0, 0.2, 0.4, 0.6, 0.8})
-        for (const Seen& s : look(SynthScene::open(name).at(t), camera_of(int(9 * t))))
+        for (const PixelHit& s : look(SynthScene::open(name).at(t), camera_of(int(9 * t))))
           reach = std::max(
               {reach, std::abs(s.hit.position.x), std::abs(s.hit.position.y), std::abs(s.hit.position.z)});
       CHECK(reach <= 1.0);

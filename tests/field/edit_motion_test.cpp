@@ -119,7 +119,7 @@ TEST_SUITE("field/edit_motion") {
     CHECK(in_basis(bezier, BasisKind::hermite, 4).motion.first_point == FirstPoint::zero);
     CHECK(in_basis(bezier, BasisKind::bspline, 4).motion.first_point == FirstPoint::free);
   }
-  TEST_CASE("where it does not, the error is told, and more points make it smaller") {
+  TEST_CASE("where it does not, the error is reported, and more points make it smaller") {
     const VoxelModel spline = noisy_model(9, 10, FirstPoint::free, BasisKind::bspline, 0, false);
     double last = 1e9;
     for (const int points : {3, 6, 12, 20}) {

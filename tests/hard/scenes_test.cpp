@@ -22,11 +22,11 @@ using namespace splinevox::test;
 namespace {
 
 const Split& train() { return *ball().find("train"); }
-const Split& held() { return *ball().find("test"); }
+const Split& held_out() { return *ball().find("test"); }
 
 /// PSNR of the plain scene: what the hard ones are compared with.
 double plain() {
-  static const double db = quality(trained(short_run(), train()), held());
+  static const double db = quality(trained(short_run(), train()), held_out());
   return db;
 }
 
@@ -41,8 +41,8 @@ TEST_SUITE("hard/scenes") {
       for (int c = 0; c < 3; ++c) v[c] *= 0.01;
     };
     config.run.max_steps = 400;
-    const double bright = quality(trained(config, train()), held());
-    const double dark = quality(trained(config, repainted(train(), dim)), repainted(held(), dim), 100);
+    const double bright = quality(trained(config, train()), held_out());
+    const double dark = quality(trained(config, repainted(train(), dim)), repainted(held_out(), dim), 100);
     measured_least("H30 dark minus bright, over black", dark - bright, -1, "dB");
   }
   TEST_CASE("H30: pixels times 0.001 are less than half a level of 8 bits, and not taken for emptiness") {
@@ -52,21 +52,22 @@ TEST_SUITE("hard/scenes") {
     const auto dim = [](double(&v)[4]) {
       for (int c = 0; c < 3; ++c) v[c] *= 0.001;
     };
-    const double bright = quality(trained(config, train()), held());
-    const double dark = quality(trained(config, repainted(train(), dim)), repainted(held(), dim), 1000);
+    const double bright = quality(trained(config, train()), held_out());
+    const double dark = quality(trained(config, repainted(train(), dim)), repainted(held_out(), dim), 1000);
     measured_least("H30 a thousandth minus bright, over black", dark - bright, -2, "dB");
   }
   TEST_CASE("H32: all white, opaque: the picture is white") {
     const auto white = [](double(&v)[4]) { std::fill_n(v, 4, 1.0); };
     measured_least("H32 all white",
-                   quality(trained(short_run(150), repainted(train(), white)), repainted(held(), white)), 27,
-                   "dB");
+                   quality(trained(short_run(150), repainted(train(), white)), repainted(held_out(), white)),
+                   27, "dB");
   }
   TEST_CASE("H32: nothing but transparent pixels: the picture is the background") {
     const auto nothing = [](double(&v)[4]) { std::fill_n(v, 4, 0.0); };
-    measured_least("H32 empty pictures",
-                   quality(trained(short_run(30), repainted(train(), nothing)), repainted(held(), nothing)),
-                   36, "dB");
+    measured_least(
+        "H32 empty pictures",
+        quality(trained(short_run(30), repainted(train(), nothing)), repainted(held_out(), nothing)), 36,
+        "dB");
   }
   TEST_CASE("H32: one frame") {
     Split one{"train", {train().frames[5]}};
@@ -98,14 +99,14 @@ TEST_SUITE("hard/scenes") {
     both.frames.insert(both.frames.end(), more.find("train")->frames.begin(),
                        more.find("train")->frames.end());
     measured_least("H6 twelve times seen twice minus plain",
-                   quality(trained(short_run(), both), held()) - plain(), -1.5, "dB");
+                   quality(trained(short_run(), both), held_out()) - plain(), -1.5, "dB");
   }
   TEST_CASE("H5: a gap of 30% of the time: as good outside, sensible inside") {
     Split gap = train();
     const auto inside = [](double t) { return t > 0.35 && t < 0.65; };
     std::erase_if(gap.frames, [&](const Frame& f) { return inside(f.time); });
     const VoxelModel model = trained(short_run(), gap);
-    measured_least("H5 outside a gap, minus plain", quality(model, held()) - plain(), -4.5, "dB");
+    measured_least("H5 outside a gap, minus plain", quality(model, held_out()) - plain(), -4.5, "dB");
     // The pictures taken out of the training set.
     measured_least("H5 inside the gap", quality(model, train(), 1, inside), 18, "dB");
   }
@@ -114,8 +115,8 @@ TEST_SUITE("hard/scenes") {
     Config config = short_run();
     CHECK(config.motion.points == 12);
     const VoxelModel model = trained(config, *few.find("train"));
-    measured_least("H5 12 points on 15 frames, times between, minus plain", quality(model, held()) - plain(),
-                   -2.5, "dB");
+    measured_least("H5 12 points on 15 frames, times between, minus plain",
+                   quality(model, held_out()) - plain(), -2.5, "dB");
   }
   TEST_CASE("H28: cameras inside the object") {
     // A shell around the cameras, painted by direction; cameras near its middle look outwards.
@@ -146,7 +147,7 @@ TEST_SUITE("hard/scenes") {
     for (std::size_t i = 0; i < split.frames.size(); ++i)
       (i % 6 == 3 ? kept : rest).frames.push_back(split.frames[i]);
     const VoxelModel model = trained(config, rest);
-    measured_least("H28 cameras inside the object, views held back", quality(model, kept), 22, "dB");
+    measured_least("H28 cameras inside the object, held-out views", quality(model, kept), 22, "dB");
   }
   TEST_CASE(
       "H14: other units and places: the same scene a thousand times larger or smaller, and a million away") {
@@ -154,8 +155,8 @@ TEST_SUITE("hard/scenes") {
       CAPTURE(scale);
       measured_least(
           "H14 scaled by 1e-3 or 1e3, minus plain",
-          quality(trained(short_run(), moved(train(), scale, {})), moved(held(), scale, {})) - plain(), -0.7,
-          "dB");
+          quality(trained(short_run(), moved(train(), scale, {})), moved(held_out(), scale, {})) - plain(),
+          -0.7, "dB");
     }
     // Where floats can no longer tell cells apart, the user is told what to do instead of getting a blur.
     const Vec3d away{1e6, -1e6, 1e6};
@@ -171,8 +172,8 @@ TEST_SUITE("hard/scenes") {
     }
     measured_least(
         "H14 scaled by 1e3 and moved by 1e6, minus plain",
-        quality(trained(short_run(), moved(train(), 1e3, away)), moved(held(), 1e3, away)) - plain(), -0.7,
-        "dB");
+        quality(trained(short_run(), moved(train(), 1e3, away)), moved(held_out(), 1e3, away)) - plain(),
+        -0.7, "dB");
   }
   TEST_CASE("H29: pixels of the motion truth that are no numbers are left out, and nothing else changes") {
     const TempFolder folder;

@@ -158,13 +158,13 @@ TEST_SUITE("hard/storage") {
     const std::string full = folder.str() + "/full.vdb", half = folder.str() + "/half.vdb";
     save_model(full, model);
     save_model(half, model, {}, true);
-    const Split& held = *ball().find("test");
-    const double before = quality(model, held), after = quality(load_model(half), held);
+    const Split& held_out = *ball().find("test");
+    const double before = quality(model, held_out), after = quality(load_model(half), held_out);
     measured("H25 PSNR lost by halves", before - after, 0.02, "dB");
     // And in floats it is the same picture, bit for bit.
     const VoxelModel back = load_model(full);
     Renderer a(model), b(back);
-    for (const Frame& f : held.frames) {
+    for (const Frame& f : held_out.frames) {
       const Rendered x = a.render(f.camera, f.time), y = b.render(f.camera, f.time);
       CHECK(x.rgb.data == y.rgb.data);
       CHECK(x.depth.data == y.depth.data);

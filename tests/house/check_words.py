@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks what people read: check_words.py ROOT [PROGRAM] [--long N].
 
-Five rules. Each fault is a line `FILE[:LINE]: what is wrong`; with any the exit code is 1.
+Six rules. Each fault is a line `FILE[:LINE]: what is wrong`; with any the exit code is 1.
 
 1. Sentences. The mean over README.md and the pages of docs is at most 15 words a sentence. The mean of each
    file is printed; docs/experiments is not counted. What counts is prose. Left out are tables, headings,
@@ -20,6 +20,9 @@ Five rules. Each fault is a line `FILE[:LINE]: what is wrong`; with any the exit
 4. Commands. Options of `splinevox VERB --option` are in `PROGRAM VERB --help`. So are those of
    `VERB --option` alone between back quotes. Code blocks count. Without PROGRAM this rule is not asked.
 5. Columns. No line of a source file is longer than 110.
+6. Private words. Sources below src and include use the field's words (docs/glossary.md). PRIVATE_WORDS lists
+   phrases that stood for them once, in comments, texts and names of types. Only these phrases are found; a
+   word alone, as in "the rest" or "it is told", is ordinary English. Keys such as held_psnr are no phrases.
 
 `--long N` also lists every sentence of more than N words.
 """
@@ -43,6 +46,16 @@ LAYERS = ("core", "math", "data", "field", "render", "backend", "train", "io", "
 TOP_FOLDERS = ("bench", "cmake", "data_scripts", "docs", "include", "src", "tests")
 WRITTEN_BY_RUNS = ("array.sh", "page.html", "report.html", "view.html", "table.md", "cost.md", "torture.md")
 WRITTEN_BY_CMAKE = ("splinevox/core/version.hpp",)
+SPOKEN = ("src", "include")
+PRIVATE_WORDS = (
+    (r"held[- ]back|held (?:view|picture|frame)s?", "held-out"),
+    (r"(?:ray|picture|view|fit)s? (?:ha[sd] |have )?(?:never )?(?:shown|seen)", "visible"),
+    (r"seen by (?:a |the |any |no )?(?:ray|picture|fit)s?|(?:struct|class) (?:Seen|Shown)\w*", "visible"),
+    (r"(?:come|came|told|allowed) to rest|comes to rest|lets? \w+ rest", "static, or frozen"),
+    (r"awake|asleep", "active, or frozen"),
+    (r"still (?:scene|model)s?", "static"),
+    (r"bricks? (?:go|goes|went)", "pruned"),
+)
 ABBREVIATIONS = ("e.g.", "i.e.", "cf.", "vs.", "al.", "Eq.", "Eqs.", "Fig.", "No.", "approx.", "ca.", "etc.")
 
 
@@ -226,6 +239,14 @@ def column_faults(text):
             yield number, f"{len(line)} columns; the limit is {MOST_COLUMNS}"
 
 
+def private_faults(text):
+    """Rule 6. A phrase may go on in the next line of a comment or a string."""
+    for pattern, field in PRIVATE_WORDS:
+        for m in re.finditer(r"\b(?:" + pattern.replace(" ", r"(?:\s|//+<?|\")+") + r")\b", text):
+            words = " ".join(re.sub(r"//+<?|\"", " ", m.group()).split())
+            yield text.count("\n", 0, m.start()) + 1, f"'{words}': the field says {field}"
+
+
 # --- The repository ---
 
 def all_files(root):
@@ -275,6 +296,8 @@ def main():
     for f in files:
         if f.endswith(SOURCE_ENDINGS) or os.path.basename(f) in SOURCE_NAMES:
             faults += [f"{f}:{line}: {what}" for line, what in column_faults(read(f))]
+        if f.endswith(SOURCE_ENDINGS) and f.split(os.sep)[0] in SPOKEN:
+            faults += [f"{f}:{line}: {what}" for line, what in sorted(private_faults(read(f)))]
 
     words = count = 0
     for page in pages:

@@ -116,5 +116,19 @@ class Columns(unittest.TestCase):
         self.assertEqual(found, [(2, "111 columns; the limit is 110")])
 
 
+class PrivateWords(unittest.TestCase):
+    def test_are_named_with_the_field_s_word_also_across_lines(self):
+        text = "int a;  ///< no ray has\n        ///< shown it\n/// It comes to\n/// rest.\n"
+        self.assertEqual(list(words.private_faults(text)),
+                         [(1, "'ray has shown': the field says visible"),
+                          (3, "'comes to rest': the field says static, or frozen")])
+        for bad in ('f("PSNR of a held " "view")', "struct SeenMotion {", "// a still scene"):
+            self.assertEqual(len(list(words.private_faults(bad))), 1, bad)
+
+    def test_are_no_ordinary_english_and_no_keys(self):
+        text = 'j["held_view"]; // the rest of the held-out views; told apart, shown, still there'
+        self.assertEqual(list(words.private_faults(text)), [])
+
+
 if __name__ == "__main__":
     unittest.main()

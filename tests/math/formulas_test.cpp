@@ -179,7 +179,7 @@ TEST_SUITE("math/losses") {
       });
     for (const bool pinned : {false, true})
       slopes_agree([&]<class T>(const T* row, T* gradient) {
-        return curve_rest_vjp<T>(row, kStride, kPoints, pinned, T(0.3), T(1e-2), gradient);
+        return static_curve_vjp<T>(row, kStride, kPoints, pinned, T(0.3), T(1e-2), gradient);
       });
     for (const int spacing : {2, 4})
       slopes_agree([&]<class T>(const T* row, T* gradient) {
@@ -196,7 +196,7 @@ TEST_SUITE("math/losses") {
     std::fill(gradient.begin(), gradient.end(), 0.0);
     const std::vector<double> still(kSize, 0.7);
     CHECK(knot_jumps_vjp<double>(still.data(), kStride, kPoints, 2, 1.0, 1e-5, gradient.data()) <= 1e-20);
-    CHECK(curve_rest_vjp<double>(still.data(), kStride, kPoints, false, 1.0, 1e-5, gradient.data()) == 0);
+    CHECK(static_curve_vjp<double>(still.data(), kStride, kPoints, false, 1.0, 1e-5, gradient.data()) == 0);
     for (const double g : gradient) CHECK(std::abs(g) <= 1e-9);
   }
   TEST_CASE("a colour beyond what a picture can show is no error, one below it is") {

@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
     const std::string where = machine();
     std::vector<Line> lines;
     std::string text;
-    const auto told = [&](const Line& l) {
+    const auto report = [&](const Line& l) {
       lines.push_back(l);
       text += to_json(l) + "\n";
       splinevox::write_file(o.out + "/torture.jsonl", {text});
@@ -102,20 +102,20 @@ int main(int argc, char** argv) {
       double all = 0;
       for (const auto& target : splinevox::fuzz::targets()) all += weight(target.name);
       for (const auto& target : splinevox::fuzz::targets())
-        told(try_inputs(o, target, seconds * weight(target.name) / all));
+        report(try_inputs(o, target, seconds * weight(target.name) / all));
     };
     const std::vector<Trial> trials = {
         {"inputs", 0.35, inputs},
-        {"float", 0.08, [&](double s) { told(in_fork([&] { return try_float_double(o, s); })); }},
+        {"float", 0.08, [&](double s) { report(in_fork([&] { return try_float_double(o, s); })); }},
         {"kills", 0.25,
          [&](double s) {
-           for (const Line& l : try_kills(o, s)) told(l);
+           for (const Line& l : try_kills(o, s)) report(l);
          }},
         {"disk", 0.17,
          [&](double s) {
-           for (const Line& l : try_full_disk(o, s)) told(l);
+           for (const Line& l : try_full_disk(o, s)) report(l);
          }},
-        {"soak", 0.15, [&](double s) { told(in_fork([&] { return try_soak(o, s); })); }}};
+        {"soak", 0.15, [&](double s) { report(in_fork([&] { return try_soak(o, s); })); }}};
     const auto wanted = [&](const Trial& t) {
       return only.empty() || std::find(only.begin(), only.end(), t.name) != only.end();
     };

@@ -61,7 +61,7 @@ TEST_SUITE("train/effects") {
     CHECK_FALSE(a.chosen.has(Effect::motion));
     CHECK_FALSE(a.chosen.has(Effect::light));
     CHECK(b.chosen.has(Effect::motion));
-    CHECK(a.held == 8);
+    CHECK(a.held_out == 8);
     REQUIRE(verdict(b, Effect::motion));
     CHECK(verdict(b, Effect::motion)->decision == EffectDecision::on);
     CHECK(verdict(b, Effect::motion)->gain.lo > 0.1);
@@ -91,7 +91,7 @@ TEST_SUITE("train/effects") {
     CHECK(c.trials[0].mean() < c.trials[1].mean());  // on the whole, motion loses so early
   }
   TEST_CASE(
-      "a film of what stands still: motion gains by going with the camera, and is not taken for the "
+      "a video of a static scene: motion gains by going with the camera, and is not taken for the "
       "scene's") {
     Config config = short_choice();
     config.sampling.rays = 2048;
@@ -113,34 +113,34 @@ TEST_SUITE("train/effects") {
     CHECK(moving.chosen.has(Effect::motion));
     CHECK(verdict(moving, Effect::motion)->decision == EffectDecision::on);
     CHECK(
-        little.chosen.has(Effect::motion));  // by no more than a still scene may gain, but the ball goes far
+        little.chosen.has(Effect::motion));  // by no more than a static scene may gain, but the ball goes far
     CHECK(*verdict(little, Effect::motion)->far > 0.002);
     CAPTURE(verdict(little, Effect::motion)->gain.mean);
     CHECK(verdict(little, Effect::motion)->gain.mean < 1.4);
   }
   TEST_CASE(
-      "time tells where a film is seen from, and nothing of cameras anywhere, few or many, of a rig, or of "
+      "time tells where a video is taken from, and nothing of cameras anywhere, few or many, of a rig, or of "
       "one that stands") {
-    const auto told = [](const Dataset& data) {
+    const auto share_of = [](const Dataset& data) {
       return view_told_by_time(*data.find("train"), {0, 0, 0}, 1.0 / 9);
     };
     for (const int frames : {8, 16, 100}) {
       CAPTURE(frames);
-      CHECK(told(make_synth("ball", {.frames = frames, .size = 8})) < 0.6);
-      CHECK(told(make_synth("ball", {.frames = frames, .size = 8, .orbit = 0.5})) >
+      CHECK(share_of(make_synth("ball", {.frames = frames, .size = 8})) < 0.6);
+      CHECK(share_of(make_synth("ball", {.frames = frames, .size = 8, .orbit = 0.5})) >
             (frames < 16 ? 0.7 : 0.9));
     }
-    CHECK(told(make_synth("ball", {.frames = 100, .size = 8, .orbit = 3})) < 0.8);
+    CHECK(share_of(make_synth("ball", {.frames = 100, .size = 8, .orbit = 3})) < 0.8);
     Dataset stands = make_synth("ball", {.frames = 20, .size = 8});
     for (Frame& f : stands.splits[0].frames) f.camera = stands.splits[0].frames[0].camera;
-    CHECK(told(stands) == 0);
+    CHECK(share_of(stands) == 0);
     Dataset rig = make_synth("ball", {.frames = 60, .size = 8});
     std::vector<Frame>& frames = rig.splits[0].frames;
     for (std::size_t i = 0; i < frames.size(); ++i) {
       frames[i].time = double(i / 6) / 9;
       frames[i].camera = frames[i % 6].camera;
     }
-    CHECK(told(rig) < 0.2);
+    CHECK(share_of(rig) < 0.2);
   }
   TEST_CASE("light that fades is light, not motion") {
     const EffectChoice c = choose(make_synth("static", {.frames = 60, .size = 48, .look = {.fade = 0.7}}));

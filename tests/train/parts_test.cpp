@@ -142,8 +142,7 @@ TEST_SUITE("train/optimiser") {
     }
     CHECK(g[12] == 0);
   }
-  TEST_CASE(
-      "what lets curves rest pulls by its weight at most, touches the rows it may look at and no others") {
+  TEST_CASE("the static prior pulls by its weight at most, touches the rows it may and no others") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
     Gradient gradient(values);
     MotionField motion;
@@ -151,7 +150,8 @@ TEST_SUITE("train/optimiser") {
     std::vector<RowMask> among(values.topology->bricks.size());
     among[1].set(5);
     among[1].set(77);
-    add_curve_prior(values, motion, RestPrior{.weight = 0.5f, .softening = 1e-3f}, 1.0f, 1, among, gradient);
+    add_curve_prior(values, motion, StaticPrior{.weight = 0.5f, .softening = 1e-3f}, 1.0f, 1, among,
+                    gradient);
     for (int i = 0; i < kBrickRows; ++i) {
       const float* g = gradient.values.row(kBrickRows + i);
       float squares = 0;

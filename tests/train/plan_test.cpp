@@ -44,7 +44,7 @@ struct Course {
 
  private:
   static Volume start(const Setting& setting) {
-    const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.shown);
+    const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
     return {Lattices(setting, {}, bounds.box), {bounds.hull, {}, {}}, {}};
   }
 };

@@ -70,19 +70,19 @@ TEST_SUITE("train/prepare") {
     const Dataset data = boxed();
     Config config = small_config();
     config.effects.min_gain = 90;  // nothing gains so much: what is chosen is not what is configured
-    int tried = 0;
-    std::vector<std::string> told;
+    int trials = 0;
+    std::vector<std::string> notes;
     PrepareOptions options;
-    options.tried = [&](const EffectTrial&) { ++tried; };
-    options.told = [&](const std::string& text) { told.push_back(text); };
+    options.on_trial = [&](const EffectTrial&) { ++trials; };
+    options.on_note = [&](const std::string& text) { notes.push_back(text); };
     const Prepared chosen = prepare(config, data, options);
     CHECK_FALSE(chosen.config.motion.enabled);
     CHECK_FALSE(chosen.used.has(Effect::motion));
     CHECK(chosen.used == effects_of(chosen.config));
-    CHECK(std::size_t(tried) == chosen.effects.trials.size());
-    REQUIRE(told.size() == 2);
-    CHECK(told[0] == chosen.notes.at(0));
-    CHECK(told[1] == "trying out which effects the scene calls for");
+    CHECK(std::size_t(trials) == chosen.effects.trials.size());
+    REQUIRE(notes.size() == 2);
+    CHECK(notes[0] == chosen.notes.at(0));
+    CHECK(notes[1] == "trying out which effects the scene calls for");
 
     Config in_box = config;
     in_box.grid.box = kBoxNumbers;
@@ -109,7 +109,7 @@ TEST_SUITE("train/prepare") {
     CHECK(kept(config, boxed()).used.order(Effect::background) == config.run.background_order);
     CHECK(kept(config, boxed(false)).used.order(Effect::background) == EffectSet::kOff);
   }
-  TEST_CASE("dark pictures are trained in a unit of their own, which is told") {
+  TEST_CASE("dark pictures are trained in a unit of their own, which is noted") {
     const Dataset data = make_synth("ball", {.frames = 8, .size = 40, .look = {.light = 0.01}});
     const Prepared ready = kept(small_config(), data);
     CHECK(ready.brightness < 0.1f);

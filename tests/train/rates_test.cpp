@@ -138,7 +138,7 @@ TEST_SUITE("train/rates") {
     radiance.sh_order = 1;
     RadianceConfig config;
     config.initial_sh = 0.7f;
-    Shown dark;
+    PictureStats dark;
     dark.mean = {0.01f, 0.02f, 0.005f};
     const std::vector<float> row = first_row(radiance, config, dark);
     const Vec3 color = starting_color(config, dark);
@@ -206,8 +206,8 @@ TEST_SUITE("train/effect_table") {
     CHECK(most_comparisons(all) == 4);
     CHECK(most_comparisons(all.without(Effect::motion)) == 4);
     CHECK(most_comparisons(all.without(Effect::background)) == 3);
-    CHECK(shown_in(all, true) == all);
-    CHECK(shown_in(all, false) == all.without(Effect::background));
+    CHECK(learnable_in(all, true) == all);
+    CHECK(learnable_in(all, false) == all.without(Effect::background));
   }
 
   TEST_CASE("an effect stores its columns, and models change over time if any that does is on") {

@@ -78,7 +78,7 @@ std::size_t count_moving(const VoxelModel& model) {
 
 TEST_SUITE("train/rest") {
   TEST_CASE(
-      "what stands still comes to rest, the ball does not, and pictures are as good; the same bits for any "
+      "static regions freeze, the ball does not, and pictures are as good; the same bits for any "
       "number of threads and across a stop") {
     const Made everywhere = [] {
       Config c = small_config();
@@ -100,7 +100,7 @@ TEST_SUITE("train/rest") {
     CHECK(again.model.radiance.raw.values == made.model.radiance.raw.values);
     CHECK(again.model.motion.levels[0].values == made.model.motion.levels[0].values);
   }
-  TEST_CASE("where most of a scene moves nothing comes to rest, to the last bit") {
+  TEST_CASE("where most of a scene moves nothing freezes, to the last bit") {
     Config c = small_config();
     c.run.max_steps = 300;
     const Dataset snake = make_synth("snake", {.frames = 30, .size = 48});
@@ -109,7 +109,7 @@ TEST_SUITE("train/rest") {
     CHECK(made.moving_share == 1);
     CHECK(train(c, snake).model.radiance.raw.values == made.model.radiance.raw.values);
   }
-  TEST_CASE("a scene in which nothing moves comes to rest, its pictures none the worse") {
+  TEST_CASE("a static scene freezes, its pictures none the worse") {
     const Dataset still = make_synth("static", {.frames = 40, .size = 64});
     Config c = small_config();
     const Made made = train(c, still);
@@ -119,7 +119,7 @@ TEST_SUITE("train/rest") {
     CHECK(count_moving(made.model) < count_moving(everywhere.model) / 2);
     CHECK(quality(made.model, still) > quality(everywhere.model, still) - 0.2);
   }
-  TEST_CASE("three pictures are too few to say what stands still") {
+  TEST_CASE("three pictures are too few to say what is static") {
     Config c = small_config();
     c.run.max_steps = 200;
     const Dataset few = make_synth("toy", {.frames = 3, .size = 32});

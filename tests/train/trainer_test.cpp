@@ -243,7 +243,7 @@ TEST_SUITE("train/trainer") {
       finest = std::max(finest, std::abs(model.radiance.raw.row(r)[4 + 12]));
     CHECK(finest > 0.01f);
   }
-  TEST_CASE("matter that no ray shows is emptied, and pictures are as good without it") {
+  TEST_CASE("matter that is not visible is emptied, and pictures are as good without it") {
     Config config = preset("draft");
     config.run.max_time = 0;
     config.run.max_steps = 250;

@@ -95,7 +95,7 @@ int train(const Options& o) {
   for (const char* split : {"val", "test"})
     if (fs::exists(fs::path(o.dataset) / fmt::format("transforms_{}.json", split)))
       load.splits.emplace_back(split);
-  const Dataset data = load_dataset(o.dataset, load);
+  Dataset data = load_dataset(o.dataset, load);
   run::Progress progress(run::choose_talk(o.quiet, o.json));
   run::catch_stop_signals();
   MlpSession session(settings, data, folder, progress);

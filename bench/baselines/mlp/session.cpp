@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 namespace splinevox::mlp {
 namespace {
 
-constexpr double kHeldShare = 0.1;  ///< of training time at most, for the held view
+constexpr double kHeldOutShare = 0.1;  ///< of training time at most, for the held-out view
 constexpr const char* kModel = "model.pt";
 
 double clock(bool cpu_time) {
@@ -52,14 +52,16 @@ Image as_image(const torch::Tensor& rgb, const Camera& camera, int stride) {
   return clamped(std::move(picture));
 }
 
-/// The box the voxel model starts from, so that both march through the same space.
-Box scene_box(const Dataset& data) {
-  const Config voxel = prepare(Config(), data, {.effects = EffectPolicy::keep}).config;
+/// The box the voxel model starts from, so that both march through the same space. Pictures stay as they are.
+Box scene_box(Dataset& data) {
+  Config asked;
+  asked.run.find_ground = false;
+  const Config voxel = prepare(asked, data, {.effects = EffectPolicy::keep}).config;
   const Split& train = *data.find("train");
-  return starting_bounds(voxel, train, look_at(train)).box;
+  return starting_bounds(voxel, train, picture_stats(train)).box;
 }
 
-const Frame& held_frame(const Dataset& data) {
+const Frame& held_out_frame(const Dataset& data) {
   const Split* split = data.find("val");
   if (!split || split->frames.empty()) split = data.find("train");
   return split->frames[split->frames.size() / 2];
@@ -152,7 +154,7 @@ Image view_picture(MlpModel& model, const Frame& frame, const Box& box, int stri
   return as_image(model->picture(view_rays(frame.camera, frame.time, box, stride)), frame.camera, stride);
 }
 
-MlpSession::MlpSession(const Settings& settings, const Dataset& data, const run::RunFolder& folder,
+MlpSession::MlpSession(const Settings& settings, Dataset& data, const run::RunFolder& folder,
                        run::Progress& progress)
     : settings_(settings),
       data_(data),
@@ -162,7 +164,7 @@ MlpSession::MlpSession(const Settings& settings, const Dataset& data, const run:
       sampler_(*data.find("train"), box_, settings),
       model_((torch::manual_seed(settings.seed), settings)),
       optimiser_(model_->parameters(), torch::optim::AdamOptions(settings.lr)),
-      held_psnr_(std::numeric_limits<double>::quiet_NaN()) {
+      held_out_psnr_(std::numeric_limits<double>::quiet_NaN()) {
   model_->to(torch_device(settings.device));  // parameters keep their identity, so the optimiser goes along
 }
 
@@ -175,7 +177,7 @@ Json MlpSession::run() {
               fmt::format("box = [{}, {}, {}, {}, {}, {}]\n", box_.lo.x, box_.lo.y, box_.lo.z, box_.hi.x,
                           box_.hi.y, box_.hi.z)});
   write_file(folder_.file("metrics.jsonl"), {std::string()});
-  double spent = 0;  // on the held view
+  double spent = 0;  // on the held-out view
   const auto now = [&] { return clock(settings_.cpu_time); };
   const auto used = [&] {
     double p = 0;
@@ -196,13 +198,13 @@ Json MlpSession::run() {
     report.samples = rays * settings_.samples;
     report.psnr = -10 * std::log10(std::max(1e-10, loss_));
     report.progress = std::min(1.0, used());
-    const Json line = progress_.step(report, held_psnr_);
+    const Json line = progress_.step(report, held_out_psnr_);
     if (!line.is_null()) report_line(line);
-    if (spent + held_seconds_ <= kHeldShare * seconds_) {
+    if (spent + held_out_seconds_ <= kHeldOutShare * seconds_) {
       const double before = now();
-      show_held();
-      held_seconds_ = now() - before;
-      spent += held_seconds_;
+      show_held_out();
+      held_out_seconds_ = now() - before;
+      spent += held_out_seconds_;
     }
     measure_due(false);
   }
@@ -263,11 +265,12 @@ void MlpSession::measure_due(bool all) {
   }
 }
 
-void MlpSession::show_held() {
-  const Frame& f = held_frame(data_);
+void MlpSession::show_held_out() {
+  const Frame& f = held_out_frame(data_);
   const torch::Tensor rgb = model_->picture(view_rays(f.camera, f.time, box_, settings_.test_stride));
-  held_psnr_ = capped_psnr(psnr_of(rgb, view_colors(f.image, background(settings_), settings_.test_stride)));
-  report_line({{"step", step_}, {"seconds", seconds_}, {"held_psnr", held_psnr_}, {"held_view", f.name}});
+  held_out_psnr_ =
+      capped_psnr(psnr_of(rgb, view_colors(f.image, background(settings_), settings_.test_stride)));
+  report_line({{"step", step_}, {"seconds", seconds_}, {"held_psnr", held_out_psnr_}, {"held_view", f.name}});
   fs::create_directories(folder_.file("preview"));
   const std::vector<char> png = encode_png(as_image(rgb, f.camera, settings_.test_stride));
   std::ofstream(fmt::format("{}/step_{:06}.png", folder_.file("preview"), step_), std::ios::binary)

@@ -41,7 +41,7 @@ Image view_picture(MlpModel& model, const Frame& frame, const Box& box, int stri
 /// voxel model.
 class MlpSession {
  public:
-  MlpSession(const Settings& settings, const Dataset& data, const run::RunFolder& folder,
+  MlpSession(const Settings& settings, Dataset& data, const run::RunFolder& folder,
              run::Progress& progress);
   /// Until the budget is used or a signal asks to stop; the model is saved either way. @return what
   /// metrics.json gets.
@@ -50,7 +50,7 @@ class MlpSession {
  private:
   double step(double progress);
   void measure_due(bool all);
-  void show_held();
+  void show_held_out();
   void report_line(const Json& line) const;
   void save() const;
 
@@ -63,7 +63,7 @@ class MlpSession {
   MlpModel model_;
   torch::optim::Adam optimiser_;
   std::int64_t step_ = 0;
-  double seconds_ = 0, held_psnr_, held_seconds_ = 0, loss_ = 0;
+  double seconds_ = 0, held_out_psnr_, held_out_seconds_ = 0, loss_ = 0;
   std::size_t tested_ = 0;  ///< entries of settings.test_at done
   Json tests_ = Json::array();
 };

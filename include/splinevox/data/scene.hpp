@@ -90,7 +90,7 @@ std::vector<std::string> dataset_formats();
 /// field; of several bad pictures always the first.
 Dataset load_dataset(const std::string& path, const LoadOptions& options = {});
 
-/// Told after every finished picture, from one thread.
+/// Called after every finished picture, from one thread.
 using ConvertProgress = std::function<void(int done, int total)>;
 
 /// Writes a data set of any layout as a D-NeRF folder: transforms_{train,val,test}.json and pictures. Files are

@@ -29,7 +29,7 @@ struct SynthOptions {
   int size = 200;    ///< width and height of every picture, 8..4096 pixels
   std::uint64_t seed = 1;  ///< of the training cameras; the scene itself is always the same
   double orbit = 0;  ///< 0: a training camera anywhere for every picture; else one that goes around the scene
-                     ///< so often between time 0 and 1, as of a film, -100..100
+                     ///< so often between time 0 and 1, as in a video, -100..100
   SynthLook look{};
 };
 
@@ -37,7 +37,7 @@ struct SynthOptions {
 ///
 ///   dancer  a jointed figure with a swinging plait (forward kinematics), a squashing ball, a plant that
 ///   bends
-///           in the wind, and a plinth that stands still
+///           in the wind, and a static plinth
 ///   ball    one ball on a straight line at constant speed, turning not at all
 ///   snake   one body that bends, and nothing rigid
 ///   toy     the dancer's scene in which only the ball moves
@@ -91,7 +91,7 @@ class SynthMoment {
   std::shared_ptr<const Posed> posed_;
 };
 
-/// Told after every finished picture, from one thread at a time.
+/// Called after every finished picture, from one thread at a time.
 using SynthProgress = std::function<void(int done, int total)>;
 
 /// The whole data set in memory: train, val and test as load_dataset would return them for write_synth's

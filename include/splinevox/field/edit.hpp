@@ -27,8 +27,8 @@ MotionField elevated(const MotionField& motion, int by);
 /// the basis allows so many points
 MotionField converted(const MotionField& motion, BasisKind basis, int points);
 
-/// Distance in voxels of the radiance lattice, over what is shown at evenly spread parameters, weighted by
-/// opacity.
+/// Distance in voxels of the radiance lattice, over the matter of observed space at evenly spread parameters,
+/// weighted by opacity.
 struct MotionDifference {
   double max = 0, rms = 0;
 };
@@ -38,19 +38,19 @@ MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& a
 /// Makes the first moment canonical: Delta(x, t = 0) = 0, and the scene looks as before at every time.
 ///
 /// Subtracting the first displacement from every curve would do the first alone: the canonical volume has to
-/// come along. It becomes what is shown at time 0, C'(y) = C(W_0(y)), and the curves lead to where that is,
+/// come along. It becomes observed space at time 0, C'(y) = C(W_0(y)), and the curves lead to where that is,
 /// W_0(x + Delta'(x, t)) = W_t(x), which is solved at many moments by inverting W_0 and fitted in the same
 /// basis; then Delta'(x, 0), next to nothing, is taken off every curve. Without motion at time 0 this is the
 /// subtraction. The light stays: its gain is that of a place in observed space.
 /// @pre at most one motion level, model.motion.moves()
 /// @return the distance between W_0(x + Delta') and W_t(x), which includes places whose canonical matter is
-/// not shown at time 0
+/// absent from observed space at time 0
 MotionDifference anchor_first(VoxelModel& model);
 
 /// Which clusters an operation means: [clusters]. Unlabelled places belong to none.
 using ChosenClusters = std::vector<bool>;
 
-/// Takes the matter of the chosen clusters out of the canonical volume: at no time does anything show it.
+/// Takes the matter of the chosen clusters out of the canonical volume, and so out of every time.
 /// Motion stays.
 void hide_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen);
 /// Takes everything else out.
@@ -59,8 +59,7 @@ void keep_clusters(VoxelModel& model, const MotionClusters& clusters, const Chos
 void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
                     Vec3 color);
 
-/// What of such a colour a model can show: a view factor that is the same from every side leaves not all of
-/// it.
+/// The nearest such colour that a model can have: a view factor that is the same from every side limits it.
 Vec3 paintable(const VoxelModel& model, Vec3 color);
 
 /// x -> turn (x - pivot) + pivot + offset
@@ -79,25 +78,24 @@ RigidMotion rotation(const Vec3d& axis, double degrees, const Vec3d& pivot);
 struct PartEdit {
   double disturbed = 0;  ///< share of the other matter, over all times, whose motion would change; [0, 1]
   double covered = 0;    ///< share of the part that would land where other canonical matter is; [0, 1]
-  double ghosts = 0;     ///< share of the part that would still be seen where it was; [0, 1]
+  double ghosts = 0;     ///< share of the part that would still be visible where it was; [0, 1]
   double error_max = 0,
          error_rms = 0;  ///< voxels, over the part at all times: where it should be against where it is
 };
 
 /// Moves clusters rigidly, the whole of their motion with them, and grows the box where they leave it.
 ///
-/// The warp runs backwards, so a part moves when its canonical matter, the control points of every place that
-/// ever shows it and the place it is looked up at are all carried along: W'(x) = G(W(G^-1 x)). That is
-/// possible only where no other matter is shown at any time from the motion voxels it comes to, and where the
-/// canonical volume has room. Motion voxels that only the part used and left are set to no displacement, so
-/// that they do not look after it.
+/// The warp is a backward warp: to move a part, its canonical matter, the control points of all its motion
+/// voxels and the places that they look up are all carried along: W'(x) = G(W(G^-1 x)). That is possible only
+/// where the new motion voxels serve no other matter at any time, and where the canonical volume has room.
+/// Motion voxels that only the part used and left get no displacement.
 /// @return how far that fails; with `disturbed`, `covered` or `ghosts` above `limit` the model is unchanged.
 PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
                         const RigidMotion& g, double limit);
 
 /// The motion of the clusters at F times the speed from time 0 on, at most to its end; the rest keeps its
-/// own. Motion voxels that show other matter as well at some time keep theirs: `disturbed` is here the share
-/// of the part that sits on such.
+/// own. Motion voxels that serve other matter as well at some time keep theirs: `disturbed` is here the share
+/// of the part in such voxels.
 /// @pre the identity as time curve. @return as carry_clusters; the error is that of the curves' fit.
 PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
                        double factor, double limit);

@@ -39,9 +39,9 @@ struct Scores {
 
 /// Every view of a split against its picture, as `splinevox eval` does it.
 /// @param renderer  of the model: on the calling arena's threads, or on a device (make_renderer)
-/// @param seen  called after each view; may be empty
+/// @param on_view  called after each view; may be empty
 Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
-                const std::function<void(const Frame&, const View&)>& seen = {});
+                const std::function<void(const Frame&, const View&)>& on_view = {});
 
 /// Displacement of full colour in the layer "flow", share of the box's longest edge: the same for all frames.
 inline constexpr float kFullFlow = 0.1f;

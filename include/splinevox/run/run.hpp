@@ -40,7 +40,7 @@ void check_run(const std::string& path);
 /// Reads a run. Throws Error (input).
 Run open_run(const std::string& path);
 
-/// What a verb may be told instead of what the run says.
+/// What the options of a verb may change about a run.
 struct Otherwise {
   std::optional<int> downscale;
   std::optional<std::string> background;  ///< "white", "black" or "R,G,B" in 0..1

@@ -46,10 +46,9 @@ struct GridConfig {
   float box_alpha =
       0.1f;  ///< at a new stage the box shrinks to where one step has at least this alpha at some time
   std::vector<float> box;          ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
-  std::vector<float> empty_start;  ///< progress at which canonical matter that no ray has shown since the one
-                                   ///< before is emptied
-  float seen_share =
-      0.25f;  ///< of the heaviest sample of a ray: from this weight on a sample shows what is there
+  std::vector<float> empty_start;  ///< progress at which canonical matter is emptied that was not visible
+                                   ///< since the start before
+  float seen_share = 0.25f;  ///< of the heaviest sample of a ray: samples from this weight on are visible
 };
 
 struct RadianceConfig {
@@ -76,8 +75,8 @@ struct MotionConfig {
   float initial_rigidity = 0;        ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<float> halve_start;    ///< bspline: progress at which every span is halved, K -> 2K - 3, the
                                      ///< curves staying the same
-  float rest = 0.5f;                 ///< share of what is seen that may move for the rest to come to rest
-                                     ///< (train/bounds/freeze); 0: nothing does
+  float rest = 0.5f;                 ///< static regions freeze if at most this share of what is visible moves
+                                     ///< (train/bounds/freeze); 0: never
   std::vector<int> elevate_points;   ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;  ///< progress at which each happens
 };
@@ -189,10 +188,10 @@ void visit_config(C& c, Visit&& visit) {
   visit("grid.box_alpha", c.grid.box_alpha, "alpha per step the box must keep when it shrinks at a new stage",
         0, 1);
   visit("grid.box", c.grid.box, "lo.xyz, hi.xyz of the scene box; empty = automatic", -inf, inf);
-  visit("grid.empty_start", c.grid.empty_start, "progress at which matter that no ray has shown is emptied",
-        0, 1);
+  visit("grid.empty_start", c.grid.empty_start, "progress at which matter that is not visible is emptied", 0,
+        1);
   visit("grid.seen_share", c.grid.seen_share,
-        "share of a ray's heaviest sample from which on a sample shows what is there", 1e-3, 1);
+        "weight from which on a sample is visible, share of the heaviest of its ray", 1e-3, 1);
   visit("radiance.sh_order", c.radiance.sh_order, "spherical harmonic order of the view rescale, -1 = none",
         -1, 3);
   visit("radiance.sh_start", c.radiance.sh_start,
@@ -209,7 +208,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("motion.halve_start", c.motion.halve_start,
         "bspline: progress at which every span is halved, K -> 2K - 3", 0, 1);
   visit("motion.rest", c.motion.rest,
-        "share of what is seen that may move for the rest to come to rest, 0 = nothing does", 0, 1);
+        "static regions freeze if at most this share of what is visible moves, 0 = never", 0, 1);
   visit("motion.elevate_points", c.motion.elevate_points,
         "bezier: control points after each degree elevation", kMinPoints, kMaxPoints);
   visit("motion.elevate_start", c.motion.elevate_start, "progress at which each elevation happens", 0, 1);
@@ -253,7 +252,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.curve_knots", c.loss.curve_knots,
         "bspline: jumps of the third derivative at knots that halving brought in", 0, inf);
   visit("loss.curve_rest", c.loss.curve_rest,
-        "lengths of the curves as wholes, all levels together: what need not move rests", 0, inf);
+        "lengths of the curves as wholes, all levels together: keeps static what need not move", 0, inf);
   visit("sampling.frames", c.sampling.frames, "training images per step", 1, 64);
   visit("sampling.window", c.sampling.window,
         "share of the frames, the middle ones in time, that motion begins with", 0, 1);

@@ -15,7 +15,7 @@
 
 namespace splinevox {
 
-/// What a model can do beyond a still and matte scene.
+/// What a model can do beyond a static and matte scene.
 enum class Effect {
   motion,
   rigidity,   ///< needs motion
@@ -77,10 +77,10 @@ struct EffectVerdict {
   EffectSet with;  ///< the larger of the two fits
   EffectDecision decision;
   PairedGain gain;   ///< dB per held-out picture
-  double where = 1;  ///< share of the pictures that the gain is of: of motion where only it explains what is
-                     ///< seen, if it gains nothing on the whole
-  std::optional<double> far = {};  ///< of motion in a film: share of what pictures show that is on the mean
-                                   ///< far from where the canonical volume has it
+  double where = 1;  ///< share of the pictures that the gain is of. Motion that gains nothing on the whole is
+                     ///< compared where only it explains the training pictures
+  std::optional<double> far = {};  ///< of motion in a video: share of the visible cells whose mean
+                                   ///< displacement is large
   double time_ratio = 1;           ///< seconds of the fit with it over without
   double bytes_ratio = 1;          ///< size of the model with it over without
 };
@@ -97,9 +97,9 @@ struct EffectChoice {
   std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
   int points = 0;  ///< control points over the whole time, before the configuration's halvings
   std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
-  double view_told_by_time = 0;  ///< 0..1: how much of where pictures see the scene from their time tells, on
-                                 ///< the whole or in a stretch; beyond 0.8 a film. 0 where it was not asked
-  int held = 0;                  ///< pictures held out, each with its own time where times differ
+  double view_told_by_time = 0;  ///< 0..1: how well the time of a picture tells its viewing direction, on the
+                                 ///< whole or in a stretch; beyond 0.8 a video. 0: not asked
+  int held_out = 0;              ///< pictures held out, each with its own time where times differ
   double seconds = 0;            ///< all of it
   std::string note;              ///< why nothing was tried, or what was settled without a trial; may be empty
 };
@@ -145,8 +145,8 @@ struct EffectChoice {
 /// A fit takes effects.steps, so the choice does not depend on the machine. There are two or three fits, and
 /// one more of opaque pictures: 2 to 3 seconds on two cores. A run too short for that tries nothing and keeps
 /// every effect.
-/// @param told  called after each fit; may be empty.
+/// @param on_trial  called after each fit; may be empty.
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
-                            const std::function<void(const EffectTrial&)>& told = {});
+                            const std::function<void(const EffectTrial&)>& on_trial = {});
 
 }  // namespace splinevox

@@ -20,8 +20,8 @@ enum class EffectPolicy {
 
 struct PrepareOptions {
   EffectPolicy effects = EffectPolicy::choose;
-  std::function<void(const std::string&)> told = {};  ///< hears every note when it is made, and what is begun
-  std::function<void(const EffectTrial&)> tried = {};  ///< hears every trial fit
+  std::function<void(const std::string&)> on_note = {};   ///< called with every note, and with what begins
+  std::function<void(const EffectTrial&)> on_trial = {};  ///< called after every trial fit
 };
 
 /// A configuration made ready for a data set.

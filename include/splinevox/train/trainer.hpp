@@ -39,7 +39,7 @@ struct StepReport {
   double loss = 0;                     ///< photometric loss of this batch
   double psnr = 0;                     ///< of this batch's rays
   std::int64_t rays = 0, samples = 0;  ///< of this step
-  bool stage_changed = false;          ///< the lattices were refined, or bricks went, before this step
+  bool stage_changed = false;          ///< the lattices were refined, or bricks pruned, before this step
   bool discarded = false;              ///< something was not finite, so no parameter was touched
   std::int64_t bad_rows = 0;           ///< of a discarded step: rows whose gradient is not finite
   std::vector<BadRay> bad_rays;  ///< of a discarded step: the rays that caused it, kBadRaysKept at most;
@@ -80,7 +80,7 @@ class Trainer {
   /// The same at the end of training, whose memory it frees: no step, model(), save() or restore() after it.
   VoxelModel finish();
   PhaseSeconds phases() const;
-  /// Share of what training pictures show that was moving when the rest came to rest (MotionConfig::rest); 1:
+  /// Share of what is visible that was moving when the static regions were frozen (MotionConfig::rest); 1:
   /// motion is learned everywhere.
   double moving_share() const;
   /// Seconds of the budget spent so far, loading and earlier sessions included.

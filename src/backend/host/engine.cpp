@@ -172,12 +172,13 @@ class RayEngine final : public Engine {
     }
   }
 
-  /// Marks what a ray shows (LearnedRows::visible). Tasks may mark the same words: the order does not matter.
+  /// Marks the rows that a ray makes visible (LearnedRows::visible). Tasks may mark the same words: the order
+  /// does not matter.
   static void mark_visible(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses,
                            std::uint64_t* visible) {
     float most = 0;
     for (int k = 0; k < ray.count; ++k) most = std::max(most, ray.weight[k]);
-    const float enough = std::max(losses.seen_share * most, losses.min_weight);
+    const float enough = std::max(losses.visible_share * most, losses.min_weight);
     for (int k = 0; k < ray.count; ++k) {
       if (ray.weight[k] < enough || ray.weight[k] <= 0) continue;
       const CellRows rows = field.radiance.rows(ray.samples[k].radiance_cell);

@@ -28,7 +28,7 @@ class Engine {
   /// @param model     of its levels nothing is read. Rows of the motion that are not active get no gradient.
   /// @param motion    the sum of the levels, on the finest one's lattice; null: nothing changes over time
   /// @param tasks     which of the batch's rays
-  /// @param d_radiance  gradient of the radiance rows, accumulated; what rays show is marked in them
+  /// @param d_radiance  gradient of the radiance rows, accumulated; visible rows are marked
   /// @param d_motion  gradient of the sum of the levels, accumulated; null with `motion`
   /// @param behind    gets the gradient of the colour behind each ray of the tasks, [rays]; empty: not wanted
   virtual PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,

@@ -51,8 +51,8 @@ StepSums HostStep::run(const StepInput& in) {
   out.scatter_seconds += watch.lap();
 
   if (moving()) {
-    add_curve_prior(sums_.sum(), model_.model->motion, model_.rest, in.tv_share, in.draw + levels_.size(),
-                    model_.active->rows, levels_.back());
+    add_curve_prior(sums_.sum(), model_.model->motion, model_.static_prior, in.tv_share,
+                    in.draw + levels_.size(), model_.active->rows, levels_.back());
     spread_motion_gradient();
   }
   out.slice_seconds += watch.lap();

@@ -171,7 +171,7 @@ void add_curve_prior(const Channels& values, const MotionField& motion, const Cu
   add_prior(values, motion, prior, share, draw, among, gradient);
 }
 
-void add_curve_prior(const Channels& values, const MotionField& motion, const RestPrior& prior, float share,
+void add_curve_prior(const Channels& values, const MotionField& motion, const StaticPrior& prior, float share,
                      std::uint64_t draw, std::span<const RowMask> among, Gradient& gradient) {
   add_prior(values, motion, prior, share, draw, among, gradient);
 }

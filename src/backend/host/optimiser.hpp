@@ -22,10 +22,10 @@ void add_total_variation(const Channels& values, std::span<const float> tv, floa
 
 /// Adds the gradient of a prior on the curves of voxels, on the same random bricks.
 /// @param motion  columns of the rows
-/// @param among   rows that may be looked at, [bricks + 1]; empty: all
+/// @param among   rows that the prior acts on, [bricks + 1]; empty: all
 void add_curve_prior(const Channels& values, const MotionField& motion, const CurvePrior& prior, float share,
                      std::uint64_t draw, std::span<const RowMask> among, Gradient& gradient);
-void add_curve_prior(const Channels& values, const MotionField& motion, const RestPrior& prior, float share,
+void add_curve_prior(const Channels& values, const MotionField& motion, const StaticPrior& prior, float share,
                      std::uint64_t draw, std::span<const RowMask> among, Gradient& gradient);
 
 }  // namespace splinevox

@@ -22,8 +22,8 @@ constexpr float kEmpty = 1e-4f;          ///< opacity over a voxel below which a
 constexpr double kTolerance = 1e-3;      ///< of a voxel, of the inverse
 constexpr int kTimes = 16, kStride = 2;  ///< at which the result is measured
 
-/// What is shown at the moment of the sampler, as a canonical volume.
-Channels shown_volume(const VoxelModel& model, const FrameSampler& first) {
+/// Observed space at the time of the sampler, as a canonical volume.
+Channels observed_volume(const VoxelModel& model, const FrameSampler& first) {
   const RadianceField& field = model.radiance;
   const Lattice& lattice = field.raw.topology->lattice;
   Channels dense = make_channels(make_dense_topology(lattice), field.raw.width, field.raw.row(0));
@@ -54,8 +54,8 @@ Channels shown_volume(const VoxelModel& model, const FrameSampler& first) {
 
 /// The y with W_0(y) = target that one of the starts leads to, the first that does; else the one that comes
 /// nearest.
-Vec3d shown_at(const FrameSampler& first, const Vec3d& target, std::initializer_list<Vec3d> starts,
-               double tolerance) {
+Vec3d observed_at(const FrameSampler& first, const Vec3d& target, std::initializer_list<Vec3d> starts,
+                  double tolerance) {
   InverseWarp<double> best{{}, std::numeric_limits<double>::infinity(), false, true};
   for (const Vec3d& start : starts) {
     const auto found =
@@ -73,7 +73,7 @@ MotionDifference anchor_first(VoxelModel& model) {
   const MotionField& m = before.motion;
   const double s0 = m.time_curve(0), voxel = before.radiance.raw.topology->lattice.spacing;
   const FrameSampler first(before, FrameSampler::AtParameter{s0});
-  model.radiance.raw = shown_volume(before, first);
+  model.radiance.raw = observed_volume(before, first);
 
   const std::vector<double> at = middles(kSamplesPerPoint * m.points);
   const int n = int(at.size());
@@ -99,9 +99,9 @@ MotionDifference anchor_first(VoxelModel& model) {
       Vec3d y = cast<double>(x);
       for (int j = 0; j < n; ++j) {
         const Vec3d target = cast<double>(samplers[std::size_t(j)]->canonical(x));
-        y = shown_at(first, target,
-                     {y, target - cast<double>(first.warp(x).displacement), target, cast<double>(x)},
-                     kTolerance * voxel);
+        y = observed_at(first, target,
+                        {y, target - cast<double>(first.warp(x).displacement), target, cast<double>(x)},
+                        kTolerance * voxel);
         wanted[std::size_t(j)] = (y - cast<double>(x)) * (1.0 / r);
       }
       Vec3d start{};
@@ -122,11 +122,11 @@ MotionDifference anchor_first(VoxelModel& model) {
   DistanceSum all;
   for (const double s : middles(kTimes)) {
     const FrameSampler now(model, FrameSampler::AtParameter{s});
-    std::vector<DistanceSum> slabs(std::size_t(shown_slabs(before, kStride)));
-    visit_shown(before, s, kStride, [&](int slab, const Shown& shown) {
+    std::vector<DistanceSum> slabs(std::size_t(matter_slabs(before, kStride)));
+    visit_matter(before, s, kStride, [&](int slab, const MatterSample& place) {
       const double d =
-          length(first.canonical(now.canonical(shown.x)) - (shown.x + shown.warp.displacement)) / voxel;
-      slabs[std::size_t(slab)].add(d, shown.weight);
+          length(first.canonical(now.canonical(place.x)) - (place.x + place.warp.displacement)) / voxel;
+      slabs[std::size_t(slab)].add(d, place.weight);
     });
     for (const DistanceSum& sum : slabs) all.add(sum);
   }

@@ -77,8 +77,8 @@ Paths find_paths(const VoxelModel& model, const Lattice& cells) {
   };
   std::vector<Sum> sums(cell_count(cells) * kMoments);
   for (int m = 0; m < kMoments; ++m) {
-    std::vector<std::vector<Hit>> slabs(std::size_t(shown_slabs(model, 1)));
-    visit_shown(model, double(m) / (kMoments - 1), 1, [&](int slab, const Shown& s) {
+    std::vector<std::vector<Hit>> slabs(std::size_t(matter_slabs(model, 1)));
+    visit_matter(model, double(m) / (kMoments - 1), 1, [&](int slab, const MatterSample& s) {
       const std::ptrdiff_t cell = index_of(cells, s.x + s.warp.displacement);
       if (cell >= 0) slabs[std::size_t(slab)].push_back({std::size_t(cell), s.weight, -s.warp.displacement});
     });
@@ -171,9 +171,9 @@ MotionClusters find_clusters(const VoxelModel& model, int count) {
   }
   out.silhouette = best.silhouette;
 
-  // Numbered by how much they move. What moves by little is nearest to standing still, but the foot of a
-  // lever belongs to the lever: it goes the same way, if not as far. So does what goes as far by another way.
-  // What swims a little on ways of its own stays.
+  // Numbered by how much they move. A cell that moves by little is nearest to the static cluster. But the
+  // foot of a lever belongs to the lever: it moves the same way, if not as far. So does a cell that moves as
+  // far another way. A cell that drifts a little on its own stays static.
   const int k = int(best.centroid.size() / (kMoments * 3));
   const auto centroid = [&](int c) { return best.centroid.data() + std::size_t(c) * kMoments * 3; };
   std::vector<int> order(std::size_t(k), 0), number(std::size_t(k), 0);

@@ -47,9 +47,9 @@ Vec3 paintable(const VoxelModel& model, Vec3 color) {
 
 void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
                     Vec3 color) {
-  const Vec3 shown = paintable(model, color);
+  const Vec3 possible = paintable(model, color);
   float raw[3];
-  for (int a = 0; a < 3; ++a) raw[a] = logit(shown[a] / flat_factor(model));
+  for (int a = 0; a < 3; ++a) raw[a] = logit(possible[a] / flat_factor(model));
   for_each_row(model, clusters, chosen, false, [&](float* row) {
     for (int a = 0; a < 3; ++a) row[1 + a] = raw[a];
     std::fill_n(row + 4, model.radiance.sh_count(), 0.0f);

@@ -14,7 +14,7 @@ namespace {
 constexpr int kSamplesPerPoint = 8;   ///< of a curve, where one is fitted to another
 constexpr int kDifferenceTimes = 24;  ///< parameters at which motions are compared
 constexpr int kDifferenceStride = 2;  ///< vertices
-constexpr float kFaint = 1e-2f;       ///< opacity over a voxel below which a place shows nothing
+constexpr float kFaint = 1e-2f;       ///< opacity over a voxel below which a place is empty
 
 int vertices(const VoxelModel& model, int axis, int stride) {
   return (model.radiance.raw.topology->lattice.size[axis] + stride - 1) / stride;
@@ -119,16 +119,16 @@ MotionField converted(const MotionField& motion, BasisKind basis, int points) {
       product(fit_matrix(basis, points, first, samples), design(motion.basis, motion.points, samples)));
 }
 
-int shown_slabs(const VoxelModel& model, int stride) { return vertices(model, 0, stride); }
+int matter_slabs(const VoxelModel& model, int stride) { return vertices(model, 0, stride); }
 
-void visit_shown(const VoxelModel& model, double parameter, int stride,
-                 const std::function<void(int, const Shown&)>& visit) {
+void visit_matter(const VoxelModel& model, double parameter, int stride,
+                  const std::function<void(int, const MatterSample&)>& visit) {
   const FrameSampler sampler(model, FrameSampler::AtParameter{parameter});
   const Lattice& lattice = model.radiance.raw.topology->lattice;
-  parallel_for(shown_slabs(model, stride), [&](int slab) {
+  parallel_for(matter_slabs(model, stride), [&](int slab) {
     for (int y = 0; y < vertices(model, 1, stride); ++y)
       for (int z = 0; z < vertices(model, 2, stride); ++z) {
-        Shown s;
+        MatterSample s;
         s.x = lattice.position(stride * Int3{slab, y, z});
         s.warp = sampler.warp(s.x);
         s.weight = one_minus_exp_neg(sampler.radiance(s.x + s.warp.displacement).density * lattice.spacing);
@@ -142,12 +142,12 @@ MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& a
   DistanceSum all;
   for (const double s : middles(kDifferenceTimes)) {
     const FrameSampler other(after, FrameSampler::AtParameter{s});
-    std::vector<DistanceSum> slabs(std::size_t(shown_slabs(before, kDifferenceStride)));
-    visit_shown(before, s, kDifferenceStride, [&](int slab, const Shown& shown) {
+    std::vector<DistanceSum> slabs(std::size_t(matter_slabs(before, kDifferenceStride)));
+    visit_matter(before, s, kDifferenceStride, [&](int slab, const MatterSample& place) {
       const double d =
-          length(cast<double>(other.warp(shown.x).displacement) - cast<double>(shown.warp.displacement)) /
+          length(cast<double>(other.warp(place.x).displacement) - cast<double>(place.warp.displacement)) /
           voxel;
-      slabs[std::size_t(slab)].add(d, shown.weight);
+      slabs[std::size_t(slab)].add(d, place.weight);
     });
     for (const DistanceSum& sum : slabs) all.add(sum);
   }

@@ -29,19 +29,19 @@ Matrix design(BasisKind basis, int points, const std::vector<double>& samples);
 /// points
 Matrix fit_matrix(BasisKind basis, int points, FirstPoint first, const std::vector<double>& samples);
 
-/// One place of observed space that shows matter.
-struct Shown {
+/// One place of observed space that has matter.
+struct MatterSample {
   Vec3 x;                   ///< observed
   FrameSampler::Warp warp;  ///< there
   float weight;             ///< opacity over one voxel, (0, 1]
 };
 
-/// Calls visit(slab, shown) for every `stride`th vertex of the radiance lattice, anywhere in the box, that
-/// shows matter at a parameter of the curves. Slabs run in parallel; within one the order is fixed. Returns
-/// nothing; there are `shown_slabs` slabs.
-void visit_shown(const VoxelModel& model, double parameter, int stride,
-                 const std::function<void(int slab, const Shown&)>& visit);
-int shown_slabs(const VoxelModel& model, int stride);
+/// Calls visit(slab, sample) for every `stride`th vertex of the radiance lattice, anywhere in the box, that
+/// has matter at a parameter of the curves. Slabs run in parallel; within one the order is fixed. There are
+/// `matter_slabs` slabs.
+void visit_matter(const VoxelModel& model, double parameter, int stride,
+                  const std::function<void(int slab, const MatterSample&)>& visit);
+int matter_slabs(const VoxelModel& model, int stride);
 
 /// Adds distances up to one.
 struct DistanceSum {

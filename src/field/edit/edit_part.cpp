@@ -18,11 +18,11 @@ namespace {
 
 using Eight = Simd<float>::Eight;
 
-constexpr int kTimes = 24;       ///< parameters at which what shows what is found
+constexpr int kTimes = 24;       ///< parameters at which places with matter are collected
 constexpr float kDense = 1e-2f;  ///< opacity over a voxel from which a canonical place counts as taken
 constexpr int kFitSamples = 8;   ///< per control point
 
-/// A place that shows matter at a time.
+/// A place of observed space that has matter at a time.
 struct Place {
   double parameter;
   Vec3 x, canonical;
@@ -35,12 +35,12 @@ std::vector<Place> find_places(const VoxelModel& model, const MotionClusters& cl
   std::vector<Place> all;
   for (int i = 0; i < kTimes; ++i) {
     const double s = double(i) / (kTimes - 1);
-    std::vector<std::vector<Place>> slabs(std::size_t(shown_slabs(model, 1)));
-    visit_shown(model, s, 1, [&](int slab, const Shown& shown) {
-      const Vec3 canonical = shown.x + shown.warp.displacement;
+    std::vector<std::vector<Place>> slabs(std::size_t(matter_slabs(model, 1)));
+    visit_matter(model, s, 1, [&](int slab, const MatterSample& place) {
+      const Vec3 canonical = place.x + place.warp.displacement;
       const int label = clusters.at(canonical);
       slabs[std::size_t(slab)].push_back(
-          {s, shown.x, canonical, shown.weight, label >= 0 && chosen[std::size_t(label)]});
+          {s, place.x, canonical, place.weight, label >= 0 && chosen[std::size_t(label)]});
     });
     for (const auto& slab : slabs) all.insert(all.end(), slab.begin(), slab.end());
   }
@@ -207,8 +207,7 @@ void carry_motion(MotionField& next, const MotionField& motion, const std::vecto
   }
 }
 
-/// Where the parts' places should look and where they do; and whether the places they left show anything that
-/// is not there.
+/// The error of the parts' warp, and the ghosts: matter that is visible where the parts no longer are.
 void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<Place>& places,
              const RigidMotion& g, PartEdit& out) {
   const double voxel = next.radiance.raw.topology->lattice.spacing;
@@ -245,14 +244,14 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
   const Lattice& lattice = model.radiance.raw.topology->lattice;
   const auto carried = [&](Vec3 x) { return cast<float>(g(cast<double>(x))); };
   VoxelModel next = model;
-  std::vector<Vec3> seen, canonical, left, rest;
+  std::vector<Vec3> observed, canonical, left, rest;
   const Vec3 margin = 2 * lattice.spacing * Vec3{1, 1, 1};
   for (const Place& p : places) {
     (p.member ? left : rest).push_back(p.x);
     if (p.member) {
-      seen.push_back(carried(p.x));
+      observed.push_back(carried(p.x));
       canonical.push_back(carried(p.canonical));
-      for (const Vec3& q : {seen.back(), canonical.back()}) {
+      for (const Vec3& q : {observed.back(), canonical.back()}) {
         next.box.lo = min(next.box.lo, q - margin);
         next.box.hi = max(next.box.hi, q + margin);
       }
@@ -261,13 +260,13 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
   check_room(lattice, next.box);
   if (!model.motion.levels.empty()) check_room(model.motion.levels[0].topology->lattice, next.box);
   next.radiance.raw = grown(model.radiance.raw, next.box, canonical);
-  if (!model.motion.levels.empty()) next.motion.levels[0] = grown(model.motion.levels[0], next.box, seen);
+  if (!model.motion.levels.empty()) next.motion.levels[0] = grown(model.motion.levels[0], next.box, observed);
 
   PartEdit out;
   double others = 0, part = 0, disturbed = 0, covered = 0;
   const FrameSampler still(model, FrameSampler::AtParameter{0});
   std::vector<char> rows;
-  if (!next.motion.levels.empty()) rows = rows_of(next.motion.levels[0], seen);
+  if (!next.motion.levels.empty()) rows = rows_of(next.motion.levels[0], observed);
   const BrickView<float> view =
       next.motion.levels.empty() ? BrickView<float>() : BrickView<float>(*next.motion.levels[0].topology);
   for (const Place& p : places) {
@@ -322,10 +321,10 @@ PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const 
   const std::vector<double> at = middles(kFitSamples * m.points);
   std::vector<double> slowed = at;
   for (double& v : slowed) v = std::min(1.0, factor * v);
-  const Matrix shown = design(m.basis, m.points, slowed);
+  const Matrix old = design(m.basis, m.points, slowed);
   VoxelModel next = model;
   next.motion = with_points(m, m.basis, m.points, m.first_point,
-                            product(fit_matrix(m.basis, m.points, m.first_point, at), shown));
+                            product(fit_matrix(m.basis, m.points, m.first_point, at), old));
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (!rows[r] || kept[r]) std::copy_n(level.row(r), level.width, next.motion.levels[0].row(r));
   // Against the old motion at the slower time, where the part is then.

@@ -24,9 +24,9 @@ struct Cell {
   SPLINEVOX_HD int z() const { return local & 7; }
   /// All eight corners lie in the base vertex' own brick.
   SPLINEVOX_HD bool interior() const { return x() != 7 && y() != 7 && z() != 7; }
-  /// Stands for a cell that nobody looked into, because it is at rest (render/active_rows.hpp).
-  SPLINEVOX_HD static constexpr Cell at_rest() { return {-1, 0}; }
-  SPLINEVOX_HD bool rests() const { return slot < 0; }
+  /// Stands for a cell that is not read, because motion is frozen there (render/active_rows.hpp).
+  SPLINEVOX_HD static constexpr Cell frozen() { return {-1, 0}; }
+  SPLINEVOX_HD bool is_frozen() const { return slot < 0; }
 };
 
 /// Read-only topology for kernels. Real is the scalar of positions.

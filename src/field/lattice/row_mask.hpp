@@ -9,7 +9,7 @@
 namespace splinevox {
 
 /// One bit per row of a brick. Of the rows that got a gradient: rows without are left alone by the optimiser,
-/// so rounding does not move what no ray has seen.
+/// so rounding does not move what no ray has sampled.
 struct RowMask {
   std::uint64_t word[kBrick] = {};  ///< word x, bit y * 8 + z
   bool any() const {

@@ -57,8 +57,7 @@ LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice,
   return out;
 }
 
-/// The density split by the cluster of the matter that a voxel shows; what belongs to none goes with what
-/// stands still.
+/// The density split by the cluster of the matter in a voxel; matter of none goes with the static cluster.
 std::vector<LeafValues> split(LeafValues& density, const FrameSampler& sampler, const Lattice& lattice,
                               const MotionClusters& clusters) {
   const LeafSet& dense = density.set();

@@ -32,7 +32,7 @@ class FrameBaker {
   FrameBaker(const VoxelModel& model, const ExportOptions& options, const MotionClusters* clusters);
 
   /// @param time  model time in [0, 1].
-  /// @param per_second  units of model time per second: 0 where the model stands still.
+  /// @param per_second  units of model time per second: 0 where the model is static.
   /// @return a part per cluster, or one that is the whole.
   std::vector<BakedPart> bake(double time, double per_second) const;
 

@@ -8,7 +8,7 @@
 
 namespace splinevox {
 
-/// Finds where on an output lattice a model can show anything, without sampling every voxel of its box.
+/// Finds where on an output lattice a model can have matter, without sampling every voxel of its box.
 class ExportReach {
  public:
   /// @param min_density  1 / scene unit; less than that counts as empty.

@@ -72,7 +72,7 @@ std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const st
   std::vector<std::string> failed;
   std::map<pid_t, std::size_t> running;
   std::size_t next = 0, ended = 0;
-  bool told = false;
+  bool announced = false;
   const auto go_on = [&](std::size_t task) {  // false: there is nothing left to do for it
     const SweepTask& t = tasks[task];
     const std::vector<std::string> words = next_words(t, threads);
@@ -98,7 +98,7 @@ std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const st
       ++next;
     }
     if (running.empty()) continue;
-    if (stop_asked() && !std::exchange(told, true))
+    if (stop_asked() && !std::exchange(announced, true))
       for (const auto& [process, task] : running) ::kill(process, SIGINT);
     int status = 0;
     const pid_t process = ::waitpid(-1, &status, WNOHANG);

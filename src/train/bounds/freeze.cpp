@@ -14,9 +14,9 @@ namespace splinevox {
 namespace {
 
 constexpr int kCells = 32;       ///< along the longest edge
-constexpr int kFewestTimes = 4;  ///< that show a cell, to know whether it moves
-// Over time, as standard deviations. What is static stays below 0.1 voxel and 2% of light after a third of a
-// run; what moves is beyond a voxel or two.
+constexpr int kFewestTimes = 4;  ///< at which a cell is visible, to know whether it moves
+// Over time, as standard deviations. After a third of a run static cells stay below 0.1 voxel and 2% of
+// light; moving ones are beyond a voxel or two.
 constexpr float kStill = 0.25f;  ///< voxels of motion
 constexpr float kSteady =
     0.05f;  ///< of light. Where it is steady its mean is given up as well: colours learn it again
@@ -54,14 +54,15 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
   if (config.motion.rest == 0 || !m.displaces || pinned || volume.lattices.levels.empty() || !window.whole)
     return {};
   BitGrid cells(model.box, kCells), known = cells;
-  const auto changes = [&](const SeenMotion& s) {
+  const auto changes = [&](const VisibleMotion& s) {
     return s.light > kSteady || s.error > kKnown * setting.unit;
   };
-  const std::vector<SeenMotion> seen = seen_motion(model, setting.train, volume.occupancy.frames, cells);
+  const std::vector<VisibleMotion> visible =
+      visible_motion(model, setting.train, volume.occupancy.frames, cells);
   double weight = 0, weight_moving = 0;
   std::vector<Vec3> offsets(cells.cells());
   for (std::size_t c = 0; c < cells.cells(); ++c) {
-    const SeenMotion& s = seen[c];
+    const VisibleMotion& s = visible[c];
     if (s.times < kFewestTimes) continue;
     weight += s.weight;
     if (s.spread > kStill * voxel || changes(s)) {
@@ -79,7 +80,7 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
   const Offset offset(known, offsets);
   // A cell that is visible at few times is static if it is displaced like its surroundings.
   for (std::size_t c = 0; c < cells.cells(); ++c) {
-    const SeenMotion& s = seen[c];
+    const VisibleMotion& s = visible[c];
     if (s.times == 0 || s.times >= kFewestTimes) continue;
     if (length(s.offset - offset.at(cells.center(cells.cell_at(c)))) > kStill * voxel || changes(s))
       cells.set(c);

@@ -7,8 +7,8 @@
 namespace splinevox {
 namespace {
 
-/// Rays per pixel of all training pictures after which what none has shown is not there to be seen: what is
-/// there is wider than a pixel and in more than one picture.
+/// Rays per pixel of all training pictures from which on matter that none made visible is hidden: visible
+/// matter is wider than a pixel and in more than one picture.
 constexpr double kEnoughRays = 0.05;
 
 bool enough_rays(const Split& train, std::int64_t rays) {
@@ -34,7 +34,7 @@ bool empty_hidden(const Setting& setting, const TimeWindow& window, Lattices& la
         learner.m[density] = learner.v[density] = 0;
       }
     });
-    dropped = drop_empty(raw, {&learner.m, &learner.v});
+    dropped = prune_empty(raw, {&learner.m, &learner.v});
   }
   if (dropped)
     for (AlignedVector<float>* rows : {&raw.values, &learner.m, &learner.v}) rows->shrink_to_fit();

@@ -6,9 +6,9 @@
 
 namespace splinevox {
 
-/// Empties the canonical rows that no ray has shown, if there were rays enough, and begins to look anew. No
-/// picture shows the inside of a solid, so nothing but the first fog and the priors shaped what is there.
-/// Returns whether bricks went by it.
+/// Empties the canonical rows that are not visible, if there were rays enough, and begins to collect them
+/// anew. The inside of a solid is not visible, so only the first fog and the priors shaped what is there.
+/// Returns whether bricks were pruned.
 bool empty_hidden(const Setting& setting, const TimeWindow& window, Lattices& lattices);
 
 }  // namespace splinevox

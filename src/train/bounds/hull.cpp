@@ -20,9 +20,8 @@ namespace {
 /// picture hardly changes.
 constexpr double kSurround = 8;
 
-/// Cube around the point nearest to all viewing axes: what the pictures show of it if the cameras look at it.
-/// If most look away from it they stand inside what they see, which a cube between them would not hold
-/// (numerics H28).
+/// Cube around the point nearest to all viewing axes: as large as the views of cameras that look at it. If
+/// most look away from it they are inside the scene, which a cube between them would not hold (numerics H28).
 Box camera_cube(const std::vector<Camera>& cameras) {
   Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -128,11 +127,11 @@ BitGrid swept_hull(const Split& train, const std::vector<Camera>& cameras, const
     const int count = int(std::min<std::size_t>(kWord, hull.cells() - first));
     Vec3d place[kWord];
     for (int k = 0; k < count; ++k) place[k] = cast<double>(hull.center(hull.cell_at(first + k)));
-    View seen[kLongest][kWord];
+    View views[kLongest][kWord];
     int inside[kWord] = {}, outside[kWord] = {};
     for (int f = 0; f < n; ++f)
       for (int k = 0; k < count; ++k) {
-        View& view = seen[f % window][k];
+        View& view = views[f % window][k];
         if (f >= window) {
           inside[k] -= view == kInside;
           outside[k] -= view == kOutside;

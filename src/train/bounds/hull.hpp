@@ -19,7 +19,7 @@ struct SceneBounds {
 /// Start: a cube around the point closest to all viewing axes, as large as the views are at that distance. A
 /// cell is kept if for some window of neighbouring times every view of the window sees it inside the object's
 /// silhouette (grown by a few pixels), so the hull covers the swept volume and never assumes that the object
-/// stood still for longer than a window.
+/// was static for longer than a window.
 /// @param cells   of the returned hull along the longest edge.
 /// @param margin  added around the hull's box, share of its longest edge.
 SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float margin);

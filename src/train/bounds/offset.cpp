@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kWidth = padded_width(3);
 constexpr int kSweeps = 100;  ///< three times the cells along an edge: enough for smoothness, and nothing is
-                              ///< seen far from where the offset is known
+                              ///< visible far from where the offset is known
 constexpr int kIterations = 6;
 
 /// Replaces what is not known by the mean of its neighbours, in as many sweeps.

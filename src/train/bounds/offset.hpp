@@ -9,9 +9,9 @@
 
 namespace splinevox {
 
-/// A displacement that is the same at all times. What stands still is as good anywhere in the canonical
-/// volume, so training leaves it a voxel or two away from where it is seen; a volume that is looked at
-/// through the offset, once and for all, needs no motion there.
+/// A displacement that is the same at all times. Static matter may lie anywhere in the canonical volume, so
+/// training leaves it a voxel or two away from where it is observed. A volume that is resampled once at the
+/// offset needs no motion there.
 class Offset {
  public:
   /// Trilinear between the centres of cells.

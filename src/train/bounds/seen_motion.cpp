@@ -19,38 +19,38 @@ namespace {
 
 constexpr std::size_t kMostLooks = 256;  ///< views
 constexpr double kRays = 180000;         ///< of all looks together: one or two steps of training in a hundred
-constexpr float kLeastShown = 0.5f;      ///< of a cell in one view, in pixels of its grid of rays
+constexpr float kLeastWeight = 0.5f;     ///< of a cell in one view, in pixels of its grid of rays
 
 /// Weighted sums over the samples of one view in one cell.
-struct Shown {
+struct CellSums {
   Vec3 displacement{}, error{};
   float light = 0, weight = 0;
 };
-using ShownCell = std::pair<std::size_t, Shown>;
+using VisibleCell = std::pair<std::size_t, CellSums>;
 
 template <int Sh>
-std::vector<ShownCell> shown_by(const VoxelModel& model, const Frame& view, const BitGrid* occupancy,
-                                const BitGrid& grid, double rays) {
+std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, const BitGrid* occupancy,
+                                  const BitGrid& grid, double rays) {
   Look<Sh> look(model, view.time, occupancy);
   const Camera& camera = view.camera;
   const int stride = std::max(1, int(std::sqrt(double(camera.width) * camera.height / rays)));
-  std::vector<Shown> cells(grid.cells());
+  std::vector<CellSums> cells(grid.cells());
   for (int y = stride / 2; y < camera.height; y += stride)
     for (int x = stride / 2; x < camera.width; x += stride) {
       const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
       const Vec3 error = photometric_error(
           look.along(ray), composite(view.image, x, y, model.background.towards(cast<float>(ray.direction))));
       look.each_sample([&](const Vec3& position, float w, int i) {
-        Shown& cell = cells[grid.index(grid.cell_of(position))];
+        CellSums& cell = cells[grid.index(grid.cell_of(position))];
         cell.displacement += w * look.displacement(i);
         cell.error += w * error;
         cell.light += w * look.light(i);
         cell.weight += w;
       });
     }
-  std::vector<ShownCell> out;
+  std::vector<VisibleCell> out;
   for (std::size_t c = 0; c < cells.size(); ++c)
-    if (cells[c].weight > kLeastShown) out.emplace_back(c, cells[c]);
+    if (cells[c].weight > kLeastWeight) out.emplace_back(c, cells[c]);
   return out;
 }
 
@@ -73,32 +73,33 @@ class Moments {
 
 }  // namespace
 
-std::vector<SeenMotion> seen_motion(const VoxelModel& model, const Split& views,
-                                    const std::vector<BitGrid>& occupancy, const BitGrid& cells) {
+std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& views,
+                                          const std::vector<BitGrid>& occupancy, const BitGrid& cells) {
   const std::vector<int> by_time = frames_by_time(views);
   const std::size_t looks = std::min(kMostLooks, by_time.size());
-  // One of every stretch of time; which one is left to chance, or it might always be the same camera's.
+  // One view of every stretch of time, drawn at random, or it might always be the same camera's.
   std::vector<int> chosen(looks);
   for (std::size_t i = 0; i < looks; ++i) {
     const std::size_t first = i * by_time.size() / looks, last = (i + 1) * by_time.size() / looks;
     chosen[i] = by_time[first + hash64(i) % (last - first)];
   }
-  std::vector<std::vector<ShownCell>> shown(looks);
+  std::vector<std::vector<VisibleCell>> visible(looks);
   parallel_for(int(looks), [&](int i) {
     const int f = chosen[i];
     const BitGrid* grid = occupancy.empty() ? nullptr : &occupancy[occupancy.size() > 1 ? f : 0];
     specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() {
-      shown[i] = shown_by<Sh>(model, views.frames[f], grid, cells, kRays / double(looks));
+      visible[i] = cells_of<Sh>(model, views.frames[f], grid, cells, kRays / double(looks));
     });
   });
   struct Course {
     Moments displacement, light, error;
-    double last = std::numeric_limits<double>::quiet_NaN();  ///< time it was shown at
+    double last =
+        std::numeric_limits<double>::quiet_NaN();  ///< of the last view in which the cell is visible
   };
   std::vector<Course> courses(cells.cells());
-  std::vector<SeenMotion> out(cells.cells());
+  std::vector<VisibleMotion> out(cells.cells());
   for (std::size_t i = 0; i < looks; ++i)
-    for (const auto& [c, s] : shown[i]) {
+    for (const auto& [c, s] : visible[i]) {
       const float share = 1 / s.weight;
       courses[c].displacement.add(share * s.displacement, s.weight);
       courses[c].light.add({share * s.light, 0, 0}, s.weight);

@@ -9,10 +9,10 @@
 
 namespace splinevox {
 
-/// What pictures of different times show of the motion in a cell of observed space: each time as much as it
-/// shows.
-struct SeenMotion {
-  int times = 0;      ///< different ones that show the cell; 0: nothing is known of it
+/// Motion of the matter that training pictures show in a cell of observed space. Samples weigh by their share
+/// in the pixel.
+struct VisibleMotion {
+  int times = 0;      ///< different ones at which the cell is visible; 0: nothing is known of it
   double weight = 0;  ///< of all samples there in their pixels
   Vec3 offset{};      ///< mean displacement, scene units
   float spread = 0;   ///< of the displacement over time: its standard deviation, scene units
@@ -20,10 +20,10 @@ struct SeenMotion {
   float error = 0;    ///< the same of the mean error of the rays that meet the cell, per channel
 };
 
-/// Looks at `views`, or at a few hundred of them spread over time, along a fixed number of rays.
+/// Marches a fixed number of rays through `views`, or through a few hundred of them spread over time.
 /// @param occupancy  of each view, as Trainer has it: one grid each, one for all, or none
 /// @pre something changes over time in the model
-std::vector<SeenMotion> seen_motion(const VoxelModel& model, const Split& views,
-                                    const std::vector<BitGrid>& occupancy, const BitGrid& cells);
+std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& views,
+                                          const std::vector<BitGrid>& occupancy, const BitGrid& cells);
 
 }  // namespace splinevox

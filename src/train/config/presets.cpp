@@ -4,8 +4,8 @@
 namespace splinevox {
 namespace {
 
-/// On finer motion lattices pictures have less to say to a vertex, so what holds its curve together must be
-/// weaker, and what they do not ask for must be told to rest (docs/experiments.md).
+/// On finer motion lattices fewer pixels act on a vertex. So the priors that hold its curve together must be
+/// weaker, and motion that no picture asks for must be pulled to zero (docs/experiments.md).
 void set_fine_curves(LossConfig& loss) {
   loss.curve_length = 0.02f;
   loss.curve_rest = 1e-4f;
@@ -13,8 +13,8 @@ void set_fine_curves(LossConfig& loss) {
 
 /// What our presets share beyond the defaults: view dependence learns fast, its finer harmonics late (early
 /// they explain motion away), and curves of many points are held together by the length of their polygons,
-/// which costs what stands still nothing, and keep only the knots they need. Light changes slowly. Matter
-/// that nothing shows is emptied, because motion would carry it into views that no picture was taken from
+/// which costs static matter nothing, and keep only the knots they need. Light changes slowly. Matter that is
+/// not visible is emptied, because motion would carry it into views that no picture was taken from
 /// (docs/experiments.md).
 Config ours() {
   Config c;
@@ -33,7 +33,7 @@ Config draft() {
   Config c = ours();
   c.preset = "draft";
   c.run.max_time = 15;
-  c.effects.steps = 0;  // trying out would take a fifth of the time
+  c.effects.steps = 0;  // trial fits would take a fifth of the time
   c.grid.radiance = {40, 64, 96};
   c.grid.radiance_start = {0, .15f, .5f};
   return c;

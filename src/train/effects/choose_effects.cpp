@@ -21,17 +21,17 @@
 namespace splinevox {
 namespace {
 
-constexpr int kFewestViews = 8;      // to hold some back
+constexpr int kFewestViews = 8;      // to hold some out
 constexpr float kExplained = 0.02f;  // of brightness, that motion explains at a place where it is needed
 constexpr int kFewestPixels = 8;     // of a picture, to compare it there
-constexpr double kClearGain = 0.5;   // dB there: still scenes come to 0.1 at most, those of which a twentieth
-                                     // moves to 0.9 and more (docs/experiments.md)
-constexpr double kFilm = 0.8;        // of where pictures see the scene from is told by their time
-constexpr double kFilmGain = 1.4;  // dB, of motion in a film: a still scene gains about 1 at most by bending
-                                   // a little with the camera (docs/experiments/effects.md)
-constexpr double kFarGain = 0.3;   // dB, if it takes something far, which bending does not:
-constexpr float kFar = 3;          // voxels of a fit's lattice, of 40 to the box
-constexpr double kFarShare = 0.0015;  // of what pictures show
+constexpr double kClearGain = 0.5;  // dB there: static scenes come to 0.1 at most, those of which a twentieth
+                                    // moves to 0.9 and more (docs/experiments.md)
+constexpr double kFilm = 0.8;       // view_told_by_time from which pictures are a video
+constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene gains about 1 at most by
+                                    // bending a little with the camera (docs/experiments/effects.md)
+constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which bending does not:
+constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the box
+constexpr double kFarShare = 0.0015;  // of the visible cells
 constexpr double kShortest = 8;  // steps of training for one of a fit, on coarser lattices and with fewer
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
@@ -75,14 +75,14 @@ class Ladder {
  public:
   /// @param level  of one comparison
   Ladder(const Config& config, float level, const Halves& halves, const TimeMap& time_map, EffectChoice& out,
-         const std::function<void(const EffectTrial&)>& told)
+         const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
         level_(level),
         halves_(halves),
         time_map_(time_map),
         out_(out),
         first_(out.trials.size()),
-        told_(told) {}
+        on_trial_(on_trial) {}
 
   /// Fits that are made already are not made again.
   EffectTrial fit(const EffectSet& effects, int points) {
@@ -91,7 +91,7 @@ class Ladder {
     c.motion.points = points;
     c.run.max_time = 0;
     c.run.max_steps = config_.effects.steps;
-    Trainer trainer(c, halves_.seen, time_map_);
+    Trainer trainer(c, halves_.fitted, time_map_);
     EffectTrial trial;
     trial.effects = effects;
     trial.points = points;
@@ -103,13 +103,13 @@ class Ladder {
     for (const Channels& level : model.motion.levels)
       trial.bytes += std::int64_t(level.values.size() * sizeof(float));
     Renderer renderer(model);
-    for (const Frame& f : halves_.held.frames) {
+    for (const Frame& f : halves_.held_out.frames) {
       fits_.back().pictures.push_back(clamped(renderer.render(f.camera, f.time).rgb));
       trial.psnr.push_back(
           capped_psnr(psnr(fits_.back().pictures.back(), composite(f.image, model.background.color))));
     }
     out_.trials.push_back(std::move(trial));
-    if (told_) told_(out_.trials.back());
+    if (on_trial_) on_trial_(out_.trials.back());
     return out_.trials.back();
   }
   /// Compares `with` to the same without the effect.
@@ -123,23 +123,23 @@ class Ladder {
     out_.verdicts.push_back(v);
     return v;
   }
-  /// Compares the moving fit that judge(Effect::motion, all) made to the still one where only motion explains
-  /// what the fits have seen, on pictures they have not. In so short a fit motion costs what stands still
-  /// more than it gives to a small thing that moves. What is found is the verdict on motion if the gain is
-  /// clear.
+  /// Compares the fit with motion that judge(Effect::motion, all) made to the static one. The comparison is
+  /// on held-out pictures, where only motion explains the training pictures. In so short a fit motion costs
+  /// the static part more than it gives to a small moving one. A clear gain becomes the verdict on motion.
   void judge_where_needed(const EffectSet& all) {
     const int points = config_.motion.points;
     const Fit &moving = fits_[std::size_t(find(all, points))],
               &still = fits_[std::size_t(find(all.without(Effect::motion), points))];
-    const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.seen, kExplained));
-    const std::vector<Frame>& held = halves_.held.frames;
-    std::vector<Image> where(held.size());
-    parallel_for(int(held.size()), [&](int f) { where[f] = shows_cells(moving.model, near, held[f]); });
+    const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.fitted, kExplained));
+    const std::vector<Frame>& held_out = halves_.held_out.frames;
+    std::vector<Image> where(held_out.size());
+    parallel_for(int(held_out.size()),
+                 [&](int f) { where[f] = shows_cells(moving.model, near, held_out[f]); });
     std::vector<double> gains;
-    double shown = 0, pixels = 0;
-    for (std::size_t f = 0; f < held.size(); ++f) {
-      const Image truth = picked(composite(held[f].image, moving.model.background.color), where[f]);
-      shown += truth.width;
+    double compared = 0, pixels = 0;
+    for (std::size_t f = 0; f < held_out.size(); ++f) {
+      const Image truth = picked(composite(held_out[f].image, moving.model.background.color), where[f]);
+      compared += truth.width;
       pixels += double(where[f].data.size());
       if (truth.width < kFewestPixels) continue;
       const auto quality = [&](const Fit& fit) {
@@ -152,22 +152,23 @@ class Ladder {
     if (there.mean < kClearGain) return;
     EffectVerdict& v = out_.verdicts.back();
     v.gain = there;
-    v.where = shown / pixels;
+    v.where = compared / pixels;
     decide(v);
   }
-  /// Whether what the fits have seen is a film: a camera that hardly moves within a piece of the curves and
-  /// is elsewhere in the next. @pre a fit was made
+  /// Whether the training pictures of the fits are a video: a camera that hardly moves within a piece of the
+  /// curves and is elsewhere in the next. @pre a fit was made
   bool film() {
-    const double told = view_told_by_time(halves_.seen, fits_.front().model.box.center(),
-                                          1.0 / basis_of(config_.motion.basis).pieces(config_.motion.points));
-    out_.view_told_by_time = std::max(out_.view_told_by_time, told);
-    return told > kFilm;
+    const double share =
+        view_told_by_time(halves_.fitted, fits_.front().model.box.center(),
+                          1.0 / basis_of(config_.motion.basis).pieces(config_.motion.points));
+    out_.view_told_by_time = std::max(out_.view_told_by_time, share);
+    return share > kFilm;
   }
-  /// What judge(Effect::motion, all) found, once more, of a film. Whether the scene moves.
+  /// Judges anew, as of a video, what judge(Effect::motion, all) found. Returns whether the scene moves.
   bool judge_film(const EffectSet& all) {
     const VoxelModel& moving = fits_[std::size_t(find(all, config_.motion.points))].model;
     EffectVerdict& v = out_.verdicts.back();
-    v.far = share_far(moving, halves_.seen, kFar * moving.radiance.raw.topology->lattice.spacing);
+    v.far = share_far(moving, halves_.fitted, kFar * moving.radiance.raw.topology->lattice.spacing);
     const double least = config_.effects.min_gain;
     const bool moves = v.gain.mean > std::max(least, *v.far > kFarShare ? kFarGain : kFilmGain);
     if (!moves && v.gain.mean > least) v.decision = EffectDecision::confounded;
@@ -209,7 +210,7 @@ class Ladder {
   EffectChoice& out_;
   std::vector<Fit> fits_;  ///< of its own trials
   std::size_t first_;      ///< of this ladder's own trials among out_'s
-  const std::function<void(const EffectTrial&)>& told_;
+  const std::function<void(const EffectTrial&)>& on_trial_;
 };
 
 /// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture
@@ -231,16 +232,16 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
 class Trials {
  public:
   Trials(const Config& config, const Split& train, const TimeMap& time_map, EffectChoice& out,
-         const std::function<void(const EffectTrial&)>& told)
+         const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
         train_(train),
         time_map_(time_map),
         out_(out),
-        told_(told),
+        on_trial_(on_trial),
         level_(config.effects.level / float(most_comparisons(out.chosen))),
         halves_(divide(train, {frames_by_time(train)})),
-        whole_(config, level_, halves_, time_map, out, told) {
-    out.held = int(halves_.held.frames.size());
+        whole_(config, level_, halves_, time_map, out, on_trial) {
+    out.held_out = int(halves_.held_out.frames.size());
   }
 
   bool stays(Effect effect) {
@@ -266,7 +267,7 @@ class Trials {
     const Basis& basis = basis_of(config_.motion.basis);
     if (!stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
     const Halves parts = divide(train_, *stretch);
-    Ladder near(config_, level_, parts, time_map_, out_, told_);
+    Ladder near(config_, level_, parts, time_map_, out_, on_trial_);
     if (moves_in(near, false)) {
       found = true;
       out_.points = points_for(near, out_.chosen, config_, stretch->length);
@@ -292,7 +293,7 @@ class Trials {
   const Split& train_;
   const TimeMap& time_map_;
   EffectChoice& out_;
-  const std::function<void(const EffectTrial&)>& told_;
+  const std::function<void(const EffectTrial&)>& on_trial_;
   const float level_;
   const Halves halves_;
   Ladder whole_;
@@ -317,10 +318,10 @@ bool one_moment(const Split& train) {
 }  // namespace
 
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
-                            const std::function<void(const EffectTrial&)>& told) {
+                            const std::function<void(const EffectTrial&)>& on_trial) {
   const auto start = std::chrono::steady_clock::now();
   EffectChoice out;
-  out.chosen = shown_in(effects_of(config), !look_at(train).see_through);
+  out.chosen = learnable_in(effects_of(config), !picture_stats(train).see_through);
   out.points = config.motion.points;
   out.note = untried(config);
   if (!out.note.empty()) return out;
@@ -330,12 +331,12 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.note = "every view is of one time: nothing can be seen to change";
   }
   if (int(train.frames.size()) < kFewestViews) {
-    if (out.note.empty()) out.note = "too few views to hold some back: every effect of the preset stays";
+    if (out.note.empty()) out.note = "too few views to hold some out: every effect of the preset stays";
     return out;
   }
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
-  Trials trials(config, train, time_map, out, told);
+  Trials trials(config, train, time_map, out, on_trial);
   for (const Effect e : tried)
     if (!trials.stays(e)) out.chosen = out.chosen.without(e);
   // Of a long sequence the whole and a stretch may differ: what either finds is used.

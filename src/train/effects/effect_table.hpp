@@ -16,8 +16,8 @@ enum class Trial {
   none,     ///< it pays too late in training for a short fit to tell
   by_mean,  ///< it stays if it gains enough on the mean
   motion,   ///< the same; it is looked for where it alone explains the pictures and in a stretch of a long
-            ///< sequence, and of a film it needs more
-  alone     ///< only where nothing moves; it stays if it is sure to gain, and never of a film
+            ///< sequence; in a video it needs more
+  alone     ///< only where nothing moves; it stays if it is sure to gain, and never in a video
 };
 
 struct EffectFacts {
@@ -48,8 +48,8 @@ std::vector<Effect> in_turn(const EffectSet& effects);
 /// that leaving it out makes no other effect easier to find.
 int most_comparisons(const EffectSet& effects);
 
-/// Those of a set that pictures can show.
-EffectSet shown_in(const EffectSet& effects, bool opaque);
+/// Those of a set that can be learned from the pictures. @param opaque  no pixel is transparent
+EffectSet learnable_in(const EffectSet& effects, bool opaque);
 
 /// Whether a model with these effects changes over time.
 bool changes(const EffectSet& effects);

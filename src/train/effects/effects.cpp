@@ -79,7 +79,7 @@ int most_comparisons(const EffectSet& effects) {
   return count;
 }
 
-EffectSet shown_in(const EffectSet& effects, bool opaque) {
+EffectSet learnable_in(const EffectSet& effects, bool opaque) {
   EffectSet out = effects;
   for (const EffectFacts& f : kTable)
     if (f.opaque_only && !opaque) out = out.without(f.effect);

@@ -51,12 +51,12 @@ double view_told_by_time(const Split& train, const Vec3& middle, double window) 
 
 double share_far(const VoxelModel& moving, const Split& views, float far) {
   constexpr int kCells = 32;  // along the longest edge
-  double shown = 0, beyond = 0;
-  for (const SeenMotion& s : seen_motion(moving, views, {}, BitGrid(moving.box, kCells))) {
-    shown += s.weight;
+  double weight = 0, beyond = 0;
+  for (const VisibleMotion& s : visible_motion(moving, views, {}, BitGrid(moving.box, kCells))) {
+    weight += s.weight;
     if (length(s.offset) > far) beyond += s.weight;
   }
-  return shown > 0 ? beyond / shown : 0;
+  return weight > 0 ? beyond / weight : 0;
 }
 
 }  // namespace splinevox

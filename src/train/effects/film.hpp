@@ -12,7 +12,7 @@ namespace splinevox {
 ///
 /// A spread is the mean of 1 - cos over pairs of pictures. The result is near 1 for a video whose camera
 /// moves. It is near 0 for cameras that are anywhere at any time, for a rig that sees every time, and for a
-/// camera that stands still.
+/// camera that does not move.
 /// @param middle  of the scene, scene units
 /// @param window  within which times count as the same; pictures of neighbouring times always do
 double view_told_by_time(const Split& train, const Vec3& middle, double window);

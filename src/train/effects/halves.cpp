@@ -11,8 +11,8 @@ namespace splinevox {
 namespace {
 
 constexpr int kPictureSize = 128;     // pixels, at most: what is asked is coarse
-constexpr int kMostHeld = 20;         // pictures
-constexpr int kMostSeen = 60;         // by the fits
+constexpr int kMostHeldOut = 20;      // pictures
+constexpr int kMostFitted = 60;       // by the fits
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;  // moments
 
@@ -34,13 +34,13 @@ std::optional<Stretch> middle_stretch(const Split& train) {
 }
 
 Halves divide(const Split& train, const Stretch& stretch) {
-  const int n = int(stretch.frames.size()), held = std::min(kMostHeld, n / 5),
-            seen = std::min(kMostSeen, n - held);
+  const int n = int(stretch.frames.size()), held_out = std::min(kMostHeldOut, n / 5),
+            fitted = std::min(kMostFitted, n - held_out);
   std::vector<char> hold(n, 0);
-  for (int i = 0; i < held; ++i) hold[(2 * i + 1) * n / (2 * held)] = 1;
+  for (int i = 0; i < held_out; ++i) hold[(2 * i + 1) * n / (2 * held_out)] = 1;
   std::vector<int> kept, others, chosen;
   for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(stretch.frames[i]);
-  for (int i = 0; i < seen; ++i) chosen.push_back(others[std::size_t(i) * others.size() / seen]);
+  for (int i = 0; i < fitted; ++i) chosen.push_back(others[std::size_t(i) * others.size() / fitted]);
   const auto take = [&](const std::vector<int>& frames, Split& out) {
     out.name = train.name;
     out.frames.resize(frames.size());
@@ -53,8 +53,8 @@ Halves divide(const Split& train, const Stretch& stretch) {
     });
   };
   Halves out;
-  take(chosen, out.seen);
-  take(kept, out.held);
+  take(chosen, out.fitted);
+  take(kept, out.held_out);
   return out;
 }
 

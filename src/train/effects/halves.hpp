@@ -8,9 +8,9 @@
 
 namespace splinevox {
 
-/// Training frames divided in two: what the fits see, and what they are compared on.
+/// Training frames divided in two: those that the fits train on, and the held-out ones that compare them.
 struct Halves {
-  Split seen, held;
+  Split fitted, held_out;
 };
 
 /// Frames of a split in order of time, as a sequence of its own: (time - start) / length.
@@ -23,8 +23,8 @@ struct Stretch {
 /// none of a short one.
 std::optional<Stretch> middle_stretch(const Split& train);
 
-/// Every fifth frame is held back, or fewer of a long sequence, and the frames in between are seen, or a
-/// share of them that is even in time: what is asked is coarse, and every frame costs its hull and its
+/// Every fifth frame is held out, or fewer of a long sequence. The fits train on the frames in between, or on
+/// a share of them that is even in time: the question is coarse, and every frame costs its hull and
 /// occupancy. Pictures are at most 128 pixels wide and high.
 Halves divide(const Split& train, const Stretch& stretch);
 

@@ -63,16 +63,16 @@ std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const Voxel
   return out;
 }
 
-/// Mean over a cell and those of the six beside it that are seen.
-double mean_beside(const BitGrid& seen, const std::vector<double>& values, std::size_t cell) {
+/// Mean over a cell and those of the six beside it that are visible.
+double mean_beside(const BitGrid& visible, const std::vector<double>& values, std::size_t cell) {
   double sum = values[cell];
   int count = 1;
   for (int a = 0; a < 3; ++a)
     for (const int step : {-1, 1}) {
-      Int3 at = seen.cell_at(cell);
+      Int3 at = visible.cell_at(cell);
       at[a] += step;
-      if (at[a] < 0 || at[a] >= seen.size[a] || !seen.test(seen.index(at))) continue;
-      sum += values[seen.index(at)];
+      if (at[a] < 0 || at[a] >= visible.size[a] || !visible.test(visible.index(at))) continue;
+      sum += values[visible.index(at)];
       ++count;
     }
   return sum / count;
@@ -81,7 +81,7 @@ double mean_beside(const BitGrid& seen, const std::vector<double>& values, std::
 }  // namespace
 
 BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Split& views, float least) {
-  BitGrid out(moving.box, kCells), seen = out;
+  BitGrid out(moving.box, kCells), visible = out;
   std::vector<std::vector<Given>> given(views.frames.size());
   parallel_for(int(given.size()), [&](int f) {
     specialise(moving.radiance.sh_order, true,
@@ -96,11 +96,11 @@ BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Sp
         still_errors.add((1 / g.weight) * g.still);
       }
     if (errors.times() == 0) continue;
-    seen.set(c);
+    visible.set(c);
     explained[c] = still_errors.variance() - errors.variance();
   }
   for (std::size_t c = 0; c < out.cells(); ++c)
-    if (seen.test(c) && std::min(explained[c], mean_beside(seen, explained, c)) > double(least) * least)
+    if (visible.test(c) && std::min(explained[c], mean_beside(visible, explained, c)) > double(least) * least)
       out.set(c);
   return out;
 }
