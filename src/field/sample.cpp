@@ -65,6 +65,8 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
 
 Vec3 FrameSampler::canonical(Vec3 x) const { return x + warp(x).displacement; }
 
+float FrameSampler::density(Vec3 x) const { return radiance(canonical(x)).density; }
+
 FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
   const RadianceField& field = views_->model.radiance;
   const Located at = locate(views_->radiance, x);

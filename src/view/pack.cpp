@@ -182,7 +182,7 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
   out["points"] = motion.points;
   out["stored"] = motion.stored_points();
   out["displaces"] = motion.displaces;
-  out["light"] = motion.light;
+  out["scalars"] = Json::array();
   out["rigidity"] = motion.rigidity;
   out["rigidity_offset"] = motion.rigidity_offset;
   // Rows that no sample in an occupied cell reads.
@@ -218,8 +218,11 @@ Json pack_motion(Writer& w, const MotionField& motion, const BitGrid& ever, int 
     }
     return entry;
   };
-  for (const ColumnFacts& c : kColumns)
-    if (c.of_motion() && c.repeat == Repeat::point) out[points_key(c)] = Json::array();
+  for (const ColumnFacts& c : kColumns) {
+    if (!c.of_motion() || c.repeat != Repeat::point) continue;
+    out[points_key(c)] = Json::array();
+    if (is_scalar(c) && motion.*c.stored) out["scalars"].push_back(c.name);
+  }
   std::vector<Column> columns = motion_columns(motion);
   std::stable_sort(columns.begin(), columns.end(),
                    [](const Column& a, const Column& b) { return a.first < b.first; });

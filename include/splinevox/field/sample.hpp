@@ -40,6 +40,8 @@ class FrameSampler {
   };
   /// At a canonical position; outside the box or in an absent brick the density is 0.
   Radiance radiance(Vec3 x_canonical) const;
+  /// Of what x shows at this time, 1 / scene unit.
+  float density(Vec3 x) const;
 
  private:
   struct Views;

@@ -212,7 +212,7 @@ void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<
              const RigidMotion& g, PartEdit& out) {
   const double voxel = next.radiance.raw.topology->lattice.spacing;
   const auto opacity = [&](const FrameSampler& s, Vec3 x) {
-    return one_minus_exp_neg(s.radiance(s.canonical(x)).density * float(voxel));
+    return one_minus_exp_neg(s.density(x) * float(voxel));
   };
   DistanceSum error;
   double ghosts = 0;

@@ -36,7 +36,7 @@ LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice,
     for (int i = 0; i < kBrickRows; ++i) {
       const Int3 v = kBrick * candidates[l] + Int3{i >> 6, i >> 3 & 7, i & 7};
       if (v.x >= lattice.size.x || v.y >= lattice.size.y || v.z >= lattice.size.z) continue;
-      const float density = sampler.radiance(sampler.canonical(lattice.position(v))).density;
+      const float density = sampler.density(lattice.position(v));
       if (!(density >= min_density)) continue;
       blocks[l * kBrickRows + std::size_t(i)] = density;
       masks[l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);

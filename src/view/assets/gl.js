@@ -4,16 +4,16 @@
 /// (math/activation.hpp, math/light.hpp).
 const kWarpSource = `
 float sigmoid(float x) { return 1.0 / (1.0 + exp(-x)); }
-#if MOVES || LIGHT
+#if CHANGES
 uniform sampler3D slice;
-uniform sampler3D sliceLight;
+uniform sampler3D sliceScalars;     // LIGHT: its component, if the light changes
 uniform vec3 motionOrigin;
 uniform float motionInverseSpacing, rigidityOffset;
 vec3 motionAt(vec3 x, inout float gain, inout float r) {
   vec3 at = ((x - motionOrigin) * motionInverseSpacing + 0.5) / vec3(textureSize(slice, 0));
   vec4 m = texture(slice, at);
-#if LIGHT
-  gain = 2.0 * sigmoid(texture(sliceLight, at).r);
+#ifdef LIGHT
+  gain = 2.0 * sigmoid(texture(sliceScalars, at).LIGHT);
 #endif
 #if RIGIDITY
   r = sigmoid(m.w + rigidityOffset);
@@ -97,6 +97,7 @@ class Program {
   }
   int(name, v) { this.gl.uniform1i(this.place(name), v); }
   float(name, v) { this.gl.uniform1f(this.place(name), v); }
+  floats(name, v) { this.gl.uniform1fv(this.place(name), v); }
   vec2(name, v) { this.gl.uniform2fv(this.place(name), v); }
   vec3(name, v) { this.gl.uniform3fv(this.place(name), v); }
   vec4(name, v) { this.gl.uniform4fv(this.place(name), v); }

@@ -11,13 +11,14 @@ class Scene {
     this.sliceBuffer = gl.createFramebuffer();
     const motion = header.motion;
     this.changes = !!motion, this.moves = !!motion && motion.displaces;
+    this.scalars = motion ? motion.scalars : [];
     this.shOrder = header.radiance.sh_order;
     this.shTextures = this.shOrder < 0 ? 0 : Math.ceil((this.shOrder + 1) ** 2 / 4);
     const backgroundOrder = Math.sqrt(header.background_harmonics.length) - 1;
     this.defines = [
       `#define BACKGROUND_ORDER ${backgroundOrder}\n`,
-      `#define MOVES ${+this.moves}\n`,
-      `#define LIGHT ${+(this.changes && motion.light)}\n`,
+      `#define CHANGES ${+this.changes}\n`,
+      ...this.scalars.map((name, lane) => `#define ${name.toUpperCase()} ${"xyzw"[lane]}\n`),
       `#define RIGIDITY ${+(this.changes && motion.rigidity)}\n`,
       `#define SH_TEXTURES ${this.shTextures}\n`,
       `#define SH_ORDER ${this.shOrder}\n`,
@@ -99,9 +100,12 @@ class Scene {
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, sx, sy, sz, gl.RGBA, gl.UNSIGNED_BYTE, colours);
   }
 
-  /// Control points as one long list of texels: number k of row r at k * rows + r.
+  /// One long list of texels, number k of row r at k * rows + r: the control points, then a point of each
+  /// curve of one number, then the rigidity.
   uploadMotion(motion, bytes) {
-    const gl = this.gl, rows = motion.bricks * 512, numbers = motion.stored + (motion.rigidity ? 1 : 0);
+    const gl = this.gl, rows = motion.bricks * 512;
+    this.rigidityNumber = (this.scalars.length ? 2 : 1) * motion.stored;
+    const numbers = this.rigidityNumber + (motion.rigidity ? 1 : 0);
     const places = readPlaces(bytes, motion), table = brickTable(motion, places);
     this.motionTable = texture3d(gl, gl.R32UI, motion.dims, gl.NEAREST);
     gl.texSubImage3D(gl.TEXTURE_3D, 0, 0, 0, 0, ...motion.dims, gl.RED_INTEGER, gl.UNSIGNED_INT, table);
@@ -113,13 +117,14 @@ class Scene {
       texels[4 * (number * rows + r) + lane] = v;
     });
     motion.control_points.forEach((p, k) => p.planes.forEach((plane, lane) => put(k, lane, plane)));
-    motion.light_points.forEach((p, k) => put(k, 3, p.planes[0]));
-    if (motion.rigidity) put(motion.stored, 0, motion.rigidity_values.planes[0]);
+    this.scalars.forEach((name, lane) =>
+      motion[`${name}_points`].forEach((p, k) => put(motion.stored + k, lane, p.planes[0])));
+    if (motion.rigidity) put(this.rigidityNumber, 0, motion.rigidity_values.planes[0]);
     this.points = texture2d(gl, gl.RGBA16I, width, height, gl.NEAREST);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA_INTEGER, gl.SHORT, texels);
     this.rows = rows;
     this.slice = texture3d(gl, gl.RGBA16F, motion.size, gl.LINEAR);
-    this.sliceLight = motion.light ? texture3d(gl, gl.R16F, motion.size, gl.LINEAR) : null;
+    this.sliceScalars = this.scalars.length ? texture3d(gl, gl.RGBA16F, motion.size, gl.LINEAR) : null;
     this.contractPass = new Program(gl, document.getElementById("contract.frag").textContent);
   }
 
@@ -149,19 +154,22 @@ class Scene {
     let first = 0, last = all.length;
     while (last > 0 && all[last - 1] === 0) --last;
     while (first < last && all[first] === 0) ++first;
-    const weights = [];
+    const weights = [], scalarWeights = new Float32Array(4 * (last - first));
     for (let k = first; k < last; ++k) {
       weights.push(motion.displaces ? all[k] * motion.control_points[k].scale : 0);
-      weights.push(motion.light ? all[k] * motion.light_points[k].scale : 0);
+      this.scalars.forEach((name, lane) => {
+        scalarWeights[4 * (k - first) + lane] = all[k] * motion[`${name}_points`][k].scale;
+      });
     }
     pass.texture("table", this.motionTable);
     pass.texture("points", this.points, this.gl.TEXTURE_2D);
     pass.int("rows", this.rows), pass.int("first", first), pass.int("count", last - first);
-    if (weights.length) pass.vec2("weights", weights);
-    pass.int("rigidityNumber", motion.rigidity ? motion.stored : -1);
+    if (weights.length) pass.floats("weights", weights), pass.vec4("scalarWeights", scalarWeights);
+    pass.int("scalarNumber", this.scalars.length ? motion.stored : -1);
+    pass.int("rigidityNumber", motion.rigidity ? this.rigidityNumber : -1);
     pass.float("rigidityScale", motion.rigidity ? motion.rigidity_values.scale : 0);
     pass.float("rigidityBackground", motion.rigidity ? motion.rigidity_background : 0);
-    const targets = this.sliceLight ? [this.slice, this.sliceLight] : [this.slice];
+    const targets = this.sliceScalars ? [this.slice, this.sliceScalars] : [this.slice];
     drawLayers(this.gl, this.sliceBuffer, targets, motion.size, pass);
   }
 
@@ -170,7 +178,7 @@ class Scene {
     if (!this.changes) return;
     const motion = this.header.motion;
     pass.texture("slice", this.slice);
-    if (this.sliceLight) pass.texture("sliceLight", this.sliceLight);
+    if (this.sliceScalars) pass.texture("sliceScalars", this.sliceScalars);
     pass.vec3("motionOrigin", motion.origin.map(o => o + 8 * motion.spacing));
     pass.float("motionInverseSpacing", 1 / motion.spacing);
     pass.float("rigidityOffset", motion.rigidity_offset);
