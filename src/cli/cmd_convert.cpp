@@ -19,6 +19,7 @@ Action convert_command(CLI::App& verb) {
   struct Options {
     std::string dataset, out;
     std::vector<double> shift;
+    double scale = 1;
     DatasetRules rules;
     bool quiet = false;
   };
@@ -33,12 +34,16 @@ Action convert_command(CLI::App& verb) {
       ->delimiter(',')
       ->expected(3)
       ->allow_extra_args(false);
+  verb.add_option("--scale", o->scale, "of every position, after --shift: for a unit too large or too small")
+      ->capture_default_str();
   add_rules(verb, o->rules);
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   return [o] {
     for (const double v : o->shift)
       if (!std::isfinite(v))
         fail({"--shift", "this is no place", "three finite numbers", fmt::format("{}", v), ""});
+    if (!(std::isfinite(o->scale) && o->scale > 0))
+      fail({"--scale", "this is no scale", "a finite number above 0", fmt::format("{}", o->scale), ""});
     const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
     int pictures = 0;
     convert_dataset(
@@ -47,7 +52,7 @@ Action convert_command(CLI::App& verb) {
           pictures = total;
           if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
         },
-        o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]}, o->rules);
+        {o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]}, o->scale, o->rules});
     if (!o->quiet) fmt::print("{}: {} pictures; splinevox info {}\n", o->out, pictures, o->out);
     return 0;
   };

@@ -16,6 +16,7 @@
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"
+#include "train/check_cameras.hpp"
 
 namespace fs = std::filesystem;
 
@@ -114,6 +115,8 @@ int eval(const EvalOptions& o) {
         if (!o.images.empty()) save_view(run.model, v, frame, o.images);
       });
   Json result = scores_json(scores);
+  const bool flat = run.record.parallax && *run.record.parallax < kLeastParallax;
+  result["depth_determined"] = !flat;
   result["eval_seconds"] = scores.seconds;
   result["eval_device"] = describe(device);
   result["eval_data"] = fs::absolute(data.path).lexically_normal().string();
@@ -128,6 +131,10 @@ int eval(const EvalOptions& o) {
   else
     fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", scores.psnr, scores.ssim,
                scores.ms_ssim, scores.views.size());
+  if (flat && !o.json)
+    fmt::print("note: all training cameras see the scene from within {:.2g} degrees: its depth is not determined, "
+               "and these figures say nothing of views from elsewhere\n",
+               *run.record.parallax);
   if (o.truth && !o.json) print_truth(motion);
   return 0;
 }

@@ -57,11 +57,11 @@ Json lens_json(const Camera& c) {
   return j;
 }
 
-Json matrix_json(const std::array<double, 16>& m, const Vec3d& shift) {
-  const double add[4] = {shift.x, shift.y, shift.z, 0};
+Json matrix_json(const std::array<double, 16>& m, const Vec3d& shift, double scale) {
+  const double add[4] = {shift.x, shift.y, shift.z, 0}, times[4] = {scale, scale, scale, 1};
   Json matrix = Json::array();
   for (std::size_t row = 0; row < 4; ++row)
-    matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], m[4 * row + 3] + add[row]});
+    matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], times[row] * (m[4 * row + 3] + add[row])});
   return matrix;
 }
 
@@ -110,7 +110,8 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
 }  // namespace
 
 void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress,
-                     const Vec3d& shift, const DatasetRules& rules) {
+                     const ConvertOptions& options) {
+  const auto& [shift, scale, rules] = options;
   const fs::path folder(target);
   check_target(path, folder);
   OpenScene open = open_scene(path, {.rules = rules});
@@ -127,15 +128,18 @@ void convert_dataset(const std::string& path, const std::string& target, const C
                                     plan.sizes[i].height, raw.where(i));
       Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
       frame.update(lens_json(camera));
-      frame["transform_matrix"] = matrix_json(raw.frames[i].matrix, shift);
+      frame["transform_matrix"] = matrix_json(raw.frames[i].matrix, shift, scale);
       frames.push_back(std::move(frame));
     }
     Json file{{"source", open.format}};
     if (shift != Vec3d{}) file["shift"] = {shift.x, shift.y, shift.z};
+    if (scale != 1) file["scale"] = scale;
     if (raw.name == "train" && open.scene.box) {
       const Box& b = *open.scene.box;
-      file["scene_box"] = {{b.lo.x + shift.x, b.lo.y + shift.y, b.lo.z + shift.z},
-                           {b.hi.x + shift.x, b.hi.y + shift.y, b.hi.z + shift.z}};
+      const auto corner = [&](const Vec3& c) {
+        return Json::array({scale * (c.x + shift.x), scale * (c.y + shift.y), scale * (c.z + shift.z)});
+      };
+      file["scene_box"] = {corner(b.lo), corner(b.hi)};
     }
     file["frames"] = std::move(frames);
     files.push_back(std::move(file));

@@ -52,12 +52,13 @@ bool RunFolder::has(const std::string& name) const {
 
 std::string record_text(const RunRecord& record) {
   const auto quoted = [](const std::string& text) { return json_text(text); };
+  const std::string parallax = record.parallax ? fmt::format("parallax = {:.6g}\n", *record.parallax) : "";
   return fmt::format(
       "\n[record]  # written by the program, not read as configuration\n"
       "splinevox = {}\ncompiler = {}\ndataset = {}\nfingerprint = \"{:016x}\"\n"
-      "time_origin = {}\ntime_scale = {}\ntimes = {}\nmissing = {}\n",
+      "time_origin = {}\ntime_scale = {}\ntimes = {}\nmissing = {}\n{}",
       quoted(record.version), quoted(record.compiler), quoted(record.dataset), record.fingerprint,
-      record.time_map.origin, record.time_map.scale, quoted(record.rules.times), quoted(record.rules.missing));
+      record.time_map.origin, record.time_map.scale, quoted(record.rules.times), quoted(record.rules.missing), parallax);
 }
 
 void read_run_config(const std::string& run, Config& config, RunRecord& record) {
@@ -78,7 +79,8 @@ void read_run_config(const std::string& run, Config& config, RunRecord& record) 
             text("dataset"),
             0,
             {number("time_origin"), number("time_scale")},
-            {text("times"), text("missing")}};
+            {text("times"), text("missing")},
+            table["parallax"].value<double>()};
   record.fingerprint = std::strtoull(text("fingerprint").c_str(), nullptr, 16);
 }
 

@@ -59,9 +59,9 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
                             tbb::this_task_arena::max_concurrency(), describe(device)));
 }
 
-/// The configuration made ready for the data; writes effects.json. What the user listed is measured, not
+/// Makes the configuration ready for the data; writes effects.json. What the user listed is measured, not
 /// changed.
-Config settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
+Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
               Progress& progress) {
   PrepareOptions options;
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
@@ -70,11 +70,11 @@ Config settle(const Config& asked, bool forced, Dataset& data, const RunFolder& 
     progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s",
                               to_string(t.effects), t.mean(), t.steps, t.seconds));
   };
-  const Prepared prepared = prepare(asked, data, options);
+  Prepared prepared = prepare(asked, data, options);
   const Json effects = effects_json(prepared);
   progress.note(effects_line(effects));
   if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
-  return prepared.config;
+  return prepared;
 }
 
 /// Whether a run has had its budget and saved what came of it.
@@ -130,9 +130,10 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   if (checkpoint) {
     cut_ground(config, data);
   } else {
-    config = settle(asked, o.effects != "auto", data, folder, writes, progress);
+    const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, progress);
+    config = ready.config;
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
-              data.fingerprint, data.time_map, load.rules};
+              data.fingerprint, data.time_map, load.rules, ready.parallax};
     if (writes) {
       std::error_code ignored;
       for (const char* name : {"metrics.json", kManifestName, kAskedConfig})

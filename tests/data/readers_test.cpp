@@ -329,8 +329,8 @@ TEST_SUITE("data/readers") {
     const TempFolder folder, out;
     write_moving_ball(folder.path());
     const Vec3d away{500'000, -4'000'000, 250.5};
-    convert_dataset(folder.str(), out.str() + "/map", {}, away);
-    convert_dataset(out.str() + "/map", out.str() + "/near", {}, -1.0 * away);
+    convert_dataset(folder.str(), out.str() + "/map", {}, {.shift = away});
+    convert_dataset(out.str() + "/map", out.str() + "/near", {}, {.shift = -1.0 * away, .scale = 2});
     const Dataset plain = load_dataset(folder.str()), map = load_dataset(out.str() + "/map"),
                   near = load_dataset(out.str() + "/near");
     for (const char* split : {"train", "val", "test"})
@@ -339,7 +339,7 @@ TEST_SUITE("data/readers") {
                      &n = near.find(split)->frames[i].camera;
         for (int axis = 0; axis < 3; ++axis) {
           CHECK(m.position[axis] == p.position[axis] + away[axis]);
-          CHECK(std::abs(n.position[axis] - p.position[axis]) <= 4e6 * 0x1p-53);
+          CHECK(std::abs(n.position[axis] / 2 - p.position[axis]) <= 4e6 * 0x1p-53);
         }
         CHECK(n.axes == p.axes);
       }

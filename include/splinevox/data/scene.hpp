@@ -90,20 +90,26 @@ std::vector<std::string> dataset_formats();
 /// field; of several bad pictures always the first.
 Dataset load_dataset(const std::string& path, const LoadOptions& options = {});
 
+struct ConvertOptions {
+  /// Added to every position, scene units: models hold positions as floats, so a scene in coordinates of a map
+  /// must come nearer to the origin first (numerics H14). Stands in the files as `shift`.
+  Vec3d shift{};
+  double scale = 1;  ///< of every position, after the shift: for units that are too large or too small; > 0
+  DatasetRules rules{};
+};
+
 /// Called after every finished picture, from one thread.
 using ConvertProgress = std::function<void(int done, int total)>;
 
 /// Writes a data set of any layout as a D-NeRF folder: transforms_{train,val,test}.json and pictures. Files are
-/// copied byte for byte, but for those that their EXIF turns: they become PNG, upright as their cameras are. What D-NeRF's own files cannot say stands in further fields
+/// copied byte for byte, but for those that their EXIF turns: they become PNG, upright as their cameras are.
+/// What D-NeRF's own files cannot say stands in further fields
 /// that load_dataset reads: lenses per frame, distortion, the box. Times and cameras are those of the source
 /// to the last bit of a double.
 ///
 /// The transforms files are written last. Throws Error: Fault::input as load_dataset, or if `folder` exists
 /// and is not empty; Fault::output.
-/// @param shift  added to every position, scene units: models hold positions as floats, so a scene in
-/// coordinates of a map must come nearer
-///               to the origin first (numerics H14). Stands in the files as `shift`.
 void convert_dataset(const std::string& path, const std::string& folder, const ConvertProgress& progress = {},
-                     const Vec3d& shift = {}, const DatasetRules& rules = {});
+                     const ConvertOptions& options = {});
 
 }  // namespace splinevox

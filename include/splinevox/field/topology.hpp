@@ -31,6 +31,9 @@ struct Lattice {
 /// the others. @pre cells >= 1, box not empty.
 Lattice make_lattice(const Box& box, int cells);
 
+/// The smallest spacing of a lattice, scene units: OpenVDB refuses a transform with smaller voxels.
+constexpr float kLeastSpacing = 1.5e-5f;
+
 /// Which 8^3 bricks of a lattice have storage. Bricks are OpenVDB leaves: brick b owns rows
 /// [b * 512, (b + 1) * 512), and within a brick the row of local vertex (x, y, z) is x * 64 + y * 8 + z,
 /// OpenVDB's leaf order. Brick 0 is the background brick: it stands for everything that is absent, holds

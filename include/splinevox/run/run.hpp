@@ -21,6 +21,9 @@ struct RunRecord {
   std::uint64_t fingerprint = 0;  ///< of the training data
   TimeMap time_map;
   DatasetRules rules;  ///< how the data was understood
+  /// The largest angle between two training views of the scene, degrees; below kLeastParallax its depth is not
+  /// determined. Absent in runs of before.
+  std::optional<double> parallax = {};
 };
 
 /// A run as eval, render and report read it: the folder that `splinevox train` or `edit` made.

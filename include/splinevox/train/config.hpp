@@ -297,7 +297,7 @@ struct EnumNames<DivergenceKind> {
 };
 template <>
 struct EnumNames<BackgroundKind> {
-  static constexpr const char* names[] = {"fixed", "random"};
+  static constexpr const char* names[] = {"fixed", "random", "ground"};
 };
 
 template <class E>

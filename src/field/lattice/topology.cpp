@@ -9,7 +9,7 @@ namespace splinevox {
 Lattice make_lattice(const Box& box, int cells) {
   const Vec3 extent = box.extent();
   const float longest = std::max({extent.x, extent.y, extent.z});
-  Lattice lattice{box.lo, longest / float(cells), {}};
+  Lattice lattice{box.lo, std::max(longest / float(cells), kLeastSpacing), {}};
   // The tolerance keeps an edge that is a whole number of cells from gaining one by rounding.
   for (int a = 0; a < 3; ++a)
     lattice.size[a] = std::max(1, int(std::ceil(extent[a] / lattice.spacing - 1e-3f))) + 1;
