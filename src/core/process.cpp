@@ -6,11 +6,14 @@
 #include <ctime>
 #include <fstream>
 #include <limits>
+#include <mutex>
 #include <string>
 
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
+
+#include "core/stopwatch.hpp"
 
 namespace splinevox {
 
@@ -25,6 +28,12 @@ double seconds_of(clockid_t clock) {
 }  // namespace
 
 double processor_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+double awake_seconds() {
+  static std::mutex mutex;
+  static AwakeClock clock;
+  const std::lock_guard lock(mutex);
+  return clock(seconds_of(CLOCK_MONOTONIC), processor_seconds());
+}
 double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 double free_memory() {

@@ -1,24 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
-
 namespace splinevox {
 
-/// Wall clock in laps.
+/// A clock that stands still while the process is suspended (Ctrl-Z, a scheduler that freezes it): a budget of
+/// seconds must not run out asleep. The two clocks it is made of are given, so that it can be tested.
+class AwakeClock {
+ public:
+  /// @param wall, processor  seconds so far, by the clock and by the process. @return seconds awake.
+  double operator()(double wall, double processor) {
+    const double gap = wall - wall_, worked = processor - processor_;
+    if (begun_ && gap > kLongest && worked < kIdle * gap) asleep_ += gap - worked;
+    begun_ = true;
+    wall_ = wall;
+    processor_ = processor;
+    return wall - asleep_;
+  }
+
+ private:
+  static constexpr double kLongest = 1;    ///< seconds between two looks that need no explanation
+  static constexpr double kIdle = 0.005;  ///< share of them that a process on the busiest machine still gets
+  bool begun_ = false;
+  double wall_ = 0, processor_ = 0, asleep_ = 0;
+};
+
+/// Seconds that this process was not suspended, as far as calls tell; from any thread.
+double awake_seconds();
+
+/// That clock in laps.
 class Stopwatch {
  public:
   /// Seconds since the last lap, or since the watch was made.
   double lap() {
-    const auto now = Clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
+    const double now = awake_seconds(), seconds = now - last_;
     last_ = now;
     return seconds;
   }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  Clock::time_point last_ = Clock::now();
+  double last_ = awake_seconds();
 };
 
 }  // namespace splinevox

@@ -255,7 +255,7 @@ void bind_train(py::module_& m) {
         py::arg("config"), py::arg("dataset"), py::arg("choose") = true);
   m.def(
       "choose_effects",
-      [](const Config& config, const Dataset& data) { return prepared(config, data, true).config; },
+      [](const Config& config, Dataset& data) { return prepared(config, data, true).config; },
       "prepare(config, dataset).config: with only those effects that the scene calls for.", py::arg("config"),
       py::arg("dataset"));
   m.def(

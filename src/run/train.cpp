@@ -77,6 +77,23 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   return prepared;
 }
 
+/// A budget of seconds that gave far fewer steps than the preset is made for: large or many pictures, or a slow
+/// machine. What more seconds would give is not to be guessed from the result.
+void note_few_steps(const Config& config, std::int64_t steps, Progress& progress) {
+  constexpr double kFew = 0.25;
+  for (const Preset& p : presets()) {
+    if (config.preset != p.name || p.usual_steps == 0 || config.run.max_time <= 0 || config.run.max_steps > 0)
+      continue;
+    if (double(steps) >= kFew * p.usual_steps || config.run.max_time < 0.5 * p.config.run.max_time) return;
+    progress.announce(
+        fmt::format("note: {:.0f} seconds gave {} steps; preset {} usually makes some {}. More would help: "
+                    "--max-time {:.0f}, --downscale {}, or more cores",
+                    config.run.max_time, steps, p.name, p.usual_steps,
+                    config.run.max_time * p.usual_steps / double(std::max<std::int64_t>(steps, 1)),
+                    2 * config.run.downscale));
+  }
+}
+
 /// Whether a run has had its budget and saved what came of it.
 bool has_ended(const RunFolder& folder) {
   if (!folder.has("metrics.json") || !folder.has("model.vdb")) return false;
@@ -134,21 +151,22 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     config = ready.config;
     record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
               data.fingerprint, data.time_map, load.rules, ready.parallax};
-    if (writes) {
-      std::error_code ignored;
-      for (const char* name : {"metrics.json", kManifestName, kAskedConfig})
-        fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone
-      if (!config_difference(asked, config).empty())
-        write_file(folder.file(kAskedConfig), {write_config(asked)});
-      write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
-      write_file(folder.file("metrics.jsonl"), {std::string()});
-    }
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   TrainSession session({config, data, folder, used, checkpoint, ranks, device, std::move(steps)}, progress);
+  if (writes && !checkpoint) {  // whoever cannot begin leaves nothing behind
+    std::error_code ignored;
+    for (const char* name : {"metrics.json", kManifestName, kAskedConfig})
+      fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone
+    if (!config_difference(asked, config).empty())
+      write_file(folder.file(kAskedConfig), {write_config(asked)});
+    write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
+    write_file(folder.file("metrics.jsonl"), {std::string()});
+  }
   Json figures = session.run();
   const auto end = session.interrupted() ? TrainedRun::End::interrupted : TrainedRun::End::finished;
   if (!writes) return {folder.path(), Json::object(), end, writes};
+  if (end == TrainedRun::End::finished) note_few_steps(config, figures["steps"], progress);
   figures["threads"] = tbb::this_task_arena::max_concurrency();
   figures["device"] = describe(device);
   write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});

@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "core/process.hpp"
+#include "core/stopwatch.hpp"
 #include "io/checkpoint.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
@@ -87,7 +88,7 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
 }
 
 double TrainSession::clock() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return awake_seconds();
 }
 
 /// Ranks hear signals at different steps, and must stop at the same one.

@@ -160,10 +160,10 @@ Config nerf_atlas() {
 
 const std::vector<Preset>& presets() {
   static const std::vector<Preset> list = {
-      {"draft", "a first look: 15 seconds, up to 96 cells", draft()},
-      {"fast", "the default: 60 seconds, up to 144 cells", fast()},
-      {"standard", "better for longer: 5 minutes, up to 192 cells", standard()},
-      {"high", "the best we know: 30 minutes, up to 256 cells", high()},
+      {"draft", "a first look: 15 seconds, up to 96 cells", draft(), 1500},
+      {"fast", "the default: 60 seconds, up to 144 cells", fast(), 6400},
+      {"standard", "better for longer: 5 minutes, up to 192 cells", standard(), 20000},
+      {"high", "the best we know: 30 minutes, up to 256 cells", high(), 44000},
       {"paper", "the paper's method to the letter: Bezier of 5 points, its losses and weights; 10 minutes",
        paper()},
       {"nerf_atlas",
