@@ -12,7 +12,7 @@
 #include "data/pictures/film_read.hpp"
 #include "data/pictures/pictures.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/manifest.hpp"
+#include "io/manifest.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -9,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/io/inspect.hpp"
 
 namespace splinevox {
 namespace {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/nearest.hpp"
+#include "math/time_curve.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {

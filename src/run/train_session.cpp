@@ -16,11 +16,11 @@
 
 #include "core/process.hpp"
 #include "io/checkpoint.hpp"
+#include "io/manifest.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
-#include "splinevox/io/manifest.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"

@@ -11,9 +11,9 @@
 
 #include "core/parallel.hpp"
 #include "math/logit.hpp"
+#include "math/sh.hpp"
 #include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/math/sh.hpp"
 #include "train/config/loss_terms.hpp"
 
 namespace splinevox {

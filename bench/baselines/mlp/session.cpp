@@ -17,7 +17,7 @@
 #include "run/signals.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/image.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "train/start.hpp"

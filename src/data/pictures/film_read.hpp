@@ -16,7 +16,7 @@ struct FilmFacts {
 };
 
 /// Size and number of frames of a film's first video stream, asked of ffprobe. Throws Error (Fault::input) if
-/// the file is no film or larger than PNGs may be (splinevox/data/image_read.hpp), or there is no ffprobe.
+/// the file is no film or larger than PNGs may be (splinevox/data/image_io.hpp), or there is no ffprobe.
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where);
 
 /// Decodes a film with ffmpeg, frame by frame, opaque RGBA, and hands over those that are wanted.

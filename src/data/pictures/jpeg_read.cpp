@@ -4,7 +4,7 @@
 #include "data/file_bytes.hpp"
 #include "data/pictures/jpeg_decoder.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {

@@ -17,7 +17,7 @@
 #include "data/message_text.hpp"
 #include "data/pictures/film_read.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox::data {
 namespace {

@@ -9,7 +9,7 @@
 #include "data/fingerprint.hpp"
 #include "data/synth/view.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {
