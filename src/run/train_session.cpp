@@ -14,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/json_text.hpp"
 #include "core/process.hpp"
 #include "io/checkpoint.hpp"
 #include "io/manifest.hpp"
@@ -66,7 +67,7 @@ Json discarded_json(const StepReport& r, const Split& train) {
 void cut_metrics(const std::string& path, std::int64_t step) {
   std::string kept;
   for (const std::string& line : split_list(read_text(path), '\n')) {
-    const Json j = Json::parse(line, nullptr, false);
+    const Json j = parse_own_json(line);
     if (j.is_object() && j.value("step", std::int64_t(0)) <= step) kept += line + "\n";
   }
   write_file(path, {kept});

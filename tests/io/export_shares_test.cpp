@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "io/manifest.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
