@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"

@@ -22,7 +22,7 @@
 #include "core/rng.hpp"
 #include "core/simd.hpp"
 #include "field/lattice/brick_view.hpp"
-#include "splinevox/field/channels.hpp"
+#include "splinevox/field/lattice.hpp"
 
 using namespace splinevox;
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/process.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"

@@ -8,7 +8,7 @@
 
 #include "core/parallel.hpp"
 #include "core/team.hpp"
-#include "splinevox/field/channels.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

@@ -8,10 +8,10 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
+#include "io/manifest.hpp"
 #include "run/edit_session.hpp"
 #include "run/run_folder.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/manifest.hpp"
 #include "splinevox/io/model_vdb.hpp"
 
 namespace fs = std::filesystem;

@@ -12,7 +12,7 @@
 #include "run/correspondence.hpp"
 #include "run/support.hpp"
 #include "splinevox/backend/device.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"

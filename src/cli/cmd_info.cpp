@@ -9,6 +9,7 @@
 #include "cli/command.hpp"
 #include "cli/dataset_info.hpp"
 #include "cli/options.hpp"
+#include "core/json_text.hpp"
 #include "run/run_folder.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -92,8 +93,8 @@ void print_vdb(const Json& j) {
                g["memory_bytes"].get<double>() / 1e6, several ? " each" : "",
                g["half"].get<bool>() ? "half" : "", transform_text(g));
     if (lo[0] <= hi[0])
-      fmt::print("[{} {} {}] to [{} {} {}]", lo[0].dump(), lo[1].dump(), lo[2].dump(), hi[0].dump(),
-                 hi[1].dump(), hi[2].dump());
+      fmt::print("[{} {} {}] to [{} {} {}]", json_text(lo[0]), json_text(lo[1]), json_text(lo[2]),
+                 json_text(hi[0]), json_text(hi[1]), json_text(hi[2]));
     fmt::print("\n");
   }
   for (const auto& [key, value] : j["meta"].items())
@@ -117,7 +118,7 @@ Json run_json(const std::string& path) {
   if (fs::exists(path + "/metrics.json")) j["metrics"] = read_json(path + "/metrics.json");
   Json curve = Json::array();  // PSNR of the held-out view over training
   for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
-    const Json l = Json::parse(line, nullptr, false);
+    const Json l = parse_own_json(line);
     if (l.is_object() && l.contains("held_view"))
       curve.push_back({{"seconds", l["seconds"]}, {"psnr", l["held_psnr"]}});
   }

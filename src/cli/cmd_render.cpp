@@ -17,7 +17,7 @@
 #include "run/shares.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/run/cameras.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"

@@ -9,11 +9,12 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
+#include "core/json_text.hpp"
 #include "report/page.hpp"
 #include "run/colours.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"
 
@@ -85,7 +86,7 @@ ReportRun read_run(const ReportOptions& o, std::string path) {
   if (fs::exists(path + "/metrics.json")) page.metrics = read_json(path + "/metrics.json");
   if (!page.metrics.is_object()) page.metrics = Json::object();
   for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
-    Json j = Json::parse(line, nullptr, false);
+    Json j = parse_own_json(line);
     if (j.is_object()) page.lines.push_back(std::move(j));
   }
   if (fs::exists(path + "/effects.json")) page.effects = read_json(path + "/effects.json");

@@ -11,7 +11,7 @@
 #include "run/points_csv.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/track.hpp"
+#include "splinevox/field/sample.hpp"
 #include "splinevox/run/run.hpp"
 
 namespace splinevox::cli {

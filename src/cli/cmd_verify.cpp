@@ -5,8 +5,9 @@
 
 #include "cli/command.hpp"
 #include "data/message_text.hpp"
+#include "io/manifest.hpp"
 #include "run/support.hpp"
-#include "splinevox/io/manifest.hpp"
+#include "splinevox/io/inspect.hpp"
 
 namespace splinevox::cli {
 

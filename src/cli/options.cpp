@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "splinevox/math/sh.hpp"
+#include "math/sh.hpp"
 #include "splinevox/train/effects.hpp"
 
 namespace splinevox::cli {

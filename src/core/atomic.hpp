@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <type_traits>
 
-#include "splinevox/core/hd.hpp"
+#include "core/hd.hpp"
 
 namespace splinevox {
 

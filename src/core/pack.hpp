@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "splinevox/core/hd.hpp"
+#include "core/hd.hpp"
 
 namespace splinevox {
 

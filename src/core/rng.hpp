@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "splinevox/core/hd.hpp"
+#include "core/hd.hpp"
 
 namespace splinevox {
 

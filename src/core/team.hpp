@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "splinevox/core/hd.hpp"
+#include "core/hd.hpp"
 
 namespace splinevox {
 

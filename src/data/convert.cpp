@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "core/json_text.hpp"
 #include "data/layouts/read_scene.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
@@ -13,7 +14,7 @@
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {
@@ -168,7 +169,8 @@ void convert_dataset(const std::string& path, const std::string& target, const C
     }
   }
   for (std::size_t s = 0; s < files.size(); ++s)
-    write_file((folder / transforms_name(open.scene.splits[s].name)).string(), {files[s].dump(1) + "\n"});
+    write_file((folder / transforms_name(open.scene.splits[s].name)).string(),
+               {dump_json(files[s], 1) + "\n"});
 }
 
 }  // namespace splinevox

@@ -10,7 +10,7 @@
 #include "data/pictures/pictures.hpp"
 #include "data/times/time_map.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 
 namespace splinevox {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/json_text.hpp"
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
@@ -109,12 +110,13 @@ std::string reason(std::string_view message) {
 }
 
 template <class J>
-J read(const std::filesystem::path& path, const std::string& where, std::size_t most_keys) {
+J read(J (*parse)(std::string_view, const typename J::parser_callback_t&), const std::filesystem::path& path,
+       const std::string& where, std::size_t most_keys) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestFile);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   Guard guard(where, most_keys);
   try {
-    return J::parse(text, [&guard](int, typename J::parse_event_t event, J& parsed) {
+    return parse(text, [&guard](int, typename J::parse_event_t event, J& parsed) {
       guard(event, parsed);
       return true;
     });
@@ -128,11 +130,11 @@ J read(const std::filesystem::path& path, const std::string& where, std::size_t 
 }  // namespace
 
 json read_json(const std::filesystem::path& path, const std::string& where) {
-  return read<json>(path, where, std::size_t(-1));
+  return read(parse_json, path, where, std::size_t(-1));
 }
 
 nlohmann::ordered_json read_ordered_json(const std::filesystem::path& path, const std::string& where) {
-  return read<nlohmann::ordered_json>(path, where, 4096);
+  return read(parse_ordered_json, path, where, 4096);
 }
 
 }  // namespace splinevox::data

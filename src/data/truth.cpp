@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/data/truth.hpp"
+#include "data/truth.hpp"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/manifest.hpp"
+#include "io/manifest.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -7,8 +7,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "core/json_text.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/io/inspect.hpp"
 
 namespace splinevox {
 namespace {
@@ -62,7 +64,7 @@ Manifest parse(const std::string& path, const std::string& text) {
   };
   Manifest out;
   try {
-    const Read json = Read::parse(text, guard);
+    const Read json = parse_json(text, guard);
     const int version = json.at("version");
     if (json.at("format") != "splinevox manifest")
       fail({.where = path, .what = "is not a manifest of splinevox"});
@@ -140,7 +142,7 @@ FileDigest write_manifest(const std::string& folder, const Manifest& manifest, c
     for (const auto& [key, value] : file.figures) item["figures"][key] = value;
     json["files"].push_back(std::move(item));
   }
-  const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string text = dump_json(json, 1, NotUtf8::replace) + "\n";
   return write_file(path, {text});
 }
 

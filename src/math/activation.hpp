@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "splinevox/core/hd.hpp"
+#include "core/hd.hpp"
 
 namespace splinevox {
 

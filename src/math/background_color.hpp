@@ -2,8 +2,8 @@
 #pragma once
 
 #include "math/activation.hpp"
+#include "math/sh.hpp"
 #include "splinevox/core/vec3.hpp"
-#include "splinevox/math/sh.hpp"
 
 namespace splinevox {
 

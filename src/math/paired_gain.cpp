@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/math/paired_gain.hpp"
-
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <limits>
+
+#include "splinevox/math/metrics.hpp"
 
 namespace splinevox {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/core/hd.hpp"
+#include "core/hd.hpp"
 
 namespace splinevox {
 

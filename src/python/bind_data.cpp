@@ -2,7 +2,7 @@
 #include "data/camera_check.hpp"
 #include "python/convert.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/math/metrics.hpp"
 

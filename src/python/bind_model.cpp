@@ -5,7 +5,7 @@
 #include "field/columns.hpp"
 #include "python/convert.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/track.hpp"
+#include "splinevox/field/sample.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"

@@ -11,12 +11,12 @@
 #include "field/lattice/gather.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/composite.hpp"
+#include "math/sh.hpp"
 #include "math/trilinear.hpp"
 #include "math/warp.hpp"
 #include "render/ray_course.hpp"
 #include "render/views.hpp"
-#include "splinevox/field/channels.hpp"
-#include "splinevox/math/sh.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

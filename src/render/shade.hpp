@@ -6,10 +6,10 @@
 #include "core/pack.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/composite.hpp"
+#include "math/sh.hpp"
 #include "math/trilinear.hpp"
 #include "math/warp.hpp"
 #include "render/views.hpp"
-#include "splinevox/math/sh.hpp"
 
 namespace splinevox {
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "core/json_text.hpp"
 #include "core/nearest.hpp"
 #include "data/camera_check.hpp"
 #include "data/json_file.hpp"
@@ -101,7 +102,8 @@ Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraReq
   s.camera = data::pinhole(lens, data::rigid_pose(matrix, where), width, height, where);
   if (frame.contains("time")) {
     if (!frame["time"].is_number())
-      fail({where, "'time' is not a number", "a number in the data's own time", frame["time"].dump(), ""});
+      fail(
+          {where, "'time' is not a number", "a number in the data's own time", dump_json(frame["time"]), ""});
     s.time = std::clamp(map(frame["time"].get<double>()), 0.0, 1.0);
   }
   return s;
@@ -124,7 +126,8 @@ std::vector<Shot> from_file(const Run& run, const CameraRequest& request) {
     const std::string where = fmt::format("{}, frame {}", request.camera, i);
     const FileJson& frame = frames[i];
     if (!frame.is_object())
-      fail({where, "this is not a frame", "an object with transform_matrix", frame.dump().substr(0, 60), ""});
+      fail({where, "this is not a frame", "an object with transform_matrix", dump_json(frame).substr(0, 60),
+            ""});
     timed = timed || frame.contains("time");
     shots.push_back(shot_of(frame, lens, request, run.record.time_map, where));
   }

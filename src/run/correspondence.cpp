@@ -9,7 +9,6 @@
 
 #include "core/parallel.hpp"
 #include "splinevox/field/sample.hpp"
-#include "splinevox/field/track.hpp"
 
 namespace splinevox::run {
 namespace {

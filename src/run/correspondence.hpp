@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "splinevox/data/truth.hpp"
+#include "data/truth.hpp"
 #include "splinevox/field/model.hpp"
 
 namespace splinevox::run {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/nearest.hpp"
+#include "math/time_curve.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -176,7 +177,7 @@ void EditSession::apply(const std::string& operation, const std::string& value) 
     if (figure.is_number_float())
       fmt::print(", {} {:.3g}", key, figure.get<double>());
     else if (figure.is_primitive())
-      fmt::print(", {} {}", key, figure.is_string() ? figure.get<std::string>() : figure.dump());
+      fmt::print(", {} {}", key, figure.is_string() ? figure.get<std::string>() : json_text(figure));
   fmt::print("\n");
 }
 

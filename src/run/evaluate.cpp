@@ -9,7 +9,7 @@
 
 #include "math/camera.hpp"
 #include "run/colours.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox::run {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "splinevox/core/share.hpp"
+#include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox::run {
 

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/json_text.hpp"
 #include "data/json_file.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -87,9 +88,7 @@ std::string read_text(const std::string& path) {
 
 Json read_json(const std::string& path) { return data::read_ordered_json(path, path); }
 
-std::string json_text(const Json& json, int indent) {
-  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
-}
+std::string json_text(const Json& json, int indent) { return dump_json(json, indent, NotUtf8::replace); }
 
 std::string duration(double seconds) {
   if (seconds < 10) return fmt::format("{:.1f} s", seconds);

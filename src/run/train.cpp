@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "core/atomic_file.hpp"
+#include "io/manifest.hpp"
 #include "run/effects_report.hpp"
 #include "run/train_session.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/io/manifest.hpp"
 #include "splinevox/train/prepare.hpp"
 
 namespace fs = std::filesystem;

@@ -14,14 +14,15 @@
 #include <system_error>
 #include <utility>
 
+#include "core/json_text.hpp"
 #include "core/process.hpp"
 #include "core/stopwatch.hpp"
 #include "io/checkpoint.hpp"
+#include "io/manifest.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
-#include "splinevox/io/manifest.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
@@ -67,7 +68,7 @@ Json discarded_json(const StepReport& r, const Split& train) {
 void cut_metrics(const std::string& path, std::int64_t step) {
   std::string kept;
   for (const std::string& line : split_list(read_text(path), '\n')) {
-    const Json j = Json::parse(line, nullptr, false);
+    const Json j = parse_own_json(line);
     if (j.is_object() && j.value("step", std::int64_t(0)) <= step) kept += line + "\n";
   }
   write_file(path, {kept});

@@ -12,7 +12,7 @@
 
 #include "render/occupancy.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/field/channels.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

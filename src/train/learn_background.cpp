@@ -6,6 +6,7 @@
 #include "field/learn_kernels.hpp"
 #include "math/background_color.hpp"
 #include "math/logit.hpp"
+#include "math/sh.hpp"
 
 namespace splinevox {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "backend/step.hpp"
-#include "splinevox/math/background.hpp"
+#include "splinevox/field/model.hpp"
 #include "train/start.hpp"
 
 namespace splinevox {

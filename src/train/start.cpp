@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "core/parallel.hpp"
-#include "splinevox/field/topology.hpp"
+#include "splinevox/field/lattice.hpp"
 #include "math/logit.hpp"
+#include "math/sh.hpp"
 #include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/math/sh.hpp"
 #include "train/config/loss_terms.hpp"
 
 namespace splinevox {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "run/support.hpp"
-#include "splinevox/field/cluster.hpp"
+#include "splinevox/field/edit.hpp"
 
 namespace splinevox::run {
 

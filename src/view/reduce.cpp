@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "math/logit.hpp"
+#include "math/sh.hpp"
 #include "math/view_factor.hpp"
-#include "splinevox/math/sh.hpp"
 
 namespace splinevox::run {
 

@@ -8,7 +8,7 @@
 #include "data/pictures/exr.hpp"
 #include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "support/blob_model.hpp"
 #include "support/tiny_dataset.hpp"
 

@@ -7,10 +7,10 @@
 #include <map>
 #include <tuple>
 
+#include "data/truth.hpp"
 #include "math/camera.hpp"
 #include "program.hpp"
 #include "run/correspondence.hpp"
-#include "splinevox/data/truth.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/run/run.hpp"
 

@@ -7,7 +7,7 @@
 
 #include "ball_scene.hpp"
 #include "data/pictures/exr.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;

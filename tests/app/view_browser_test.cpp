@@ -10,7 +10,7 @@
 #include "field/lattice/slice.hpp"
 #include "program.hpp"
 #include "run/edit_session.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"

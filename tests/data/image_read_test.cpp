@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/data/image_read.hpp"
-
 #include <doctest/doctest.h>
 
 #include <array>
@@ -8,6 +6,7 @@
 #include <random>
 
 #include "data/expect_error.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "support/tiny_dataset.hpp"
 
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/data/image_write.hpp"
-
 #include <doctest/doctest.h>
 #include <png.h>
 #include <sys/stat.h>
@@ -18,6 +16,7 @@
 
 #include "data/pictures/exr.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "support/file_size_limit.hpp"
 
 namespace splinevox {

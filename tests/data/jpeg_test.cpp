@@ -6,7 +6,7 @@
 #include "data/expect_error.hpp"
 #include "data/jpeg_bytes.hpp"
 #include "data/layouts.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 
 namespace {

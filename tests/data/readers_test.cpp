@@ -9,7 +9,7 @@
 #include "data/expect_error.hpp"
 #include "data/layouts.hpp"
 #include "math/camera.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 
 /// Every layout: what is read, and the same after `convert`.

@@ -3,9 +3,9 @@
 
 #include <cstring>
 
+#include "math/time_curve.hpp"
 #include "splinevox/field/edit.hpp"
 #include "splinevox/field/sample.hpp"
-#include "splinevox/field/track.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;

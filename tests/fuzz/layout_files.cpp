@@ -5,7 +5,7 @@
 #include "data/layouts.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 
 namespace splinevox::fuzz {

@@ -5,8 +5,7 @@
 #include "data/pictures/exr.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
-#include "splinevox/data/image_read.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 #include "support/tiny_dataset.hpp"
 

@@ -9,11 +9,11 @@
 #include <limits>
 
 #include "data/pictures/exr.hpp"
+#include "data/truth.hpp"
 #include "hard/measured.hpp"
 #include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
-#include "splinevox/data/truth.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "support/tiny_dataset.hpp"
 
 using namespace splinevox;

@@ -8,6 +8,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
+#include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;

@@ -15,6 +15,7 @@
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
+#include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;

@@ -5,6 +5,7 @@
 #include "io/vdb/nvdb_write.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
+#include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
 #if SPLINEVOX_NANOVDB
 #include <nanovdb/util/IO.h>

@@ -3,9 +3,11 @@
 
 #include <filesystem>
 
+#include "io/manifest.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
+#include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;

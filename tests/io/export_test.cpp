@@ -9,10 +9,10 @@
 
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
+#include "math/sh.hpp"
 #include "math/view_factor.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
-#include "splinevox/math/sh.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;

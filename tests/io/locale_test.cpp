@@ -4,8 +4,8 @@
 #include <clocale>
 #include <locale>
 
+#include "io/manifest.hpp"
 #include "scratch.hpp"
-#include "splinevox/io/manifest.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/train/config.hpp"
 #include "support/blob_model.hpp"

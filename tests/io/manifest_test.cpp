@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/io/manifest.hpp"
+#include "io/manifest.hpp"
 
 #include <doctest/doctest.h>
 
@@ -7,6 +7,7 @@
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/io/inspect.hpp"
 
 using namespace splinevox;
 using test::FileSizeLimit, test::Scratch, test::slurp, test::spit;

@@ -9,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
+#include "math/time_curve.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/inspect.hpp"

@@ -8,8 +8,8 @@
 #include "math/basis_pieces.hpp"
 #include "math/kmeans.hpp"
 #include "math/least_squares.hpp"
+#include "math/time_curve.hpp"
 #include "splinevox/core/vec3.hpp"
-#include "splinevox/math/time_curve.hpp"
 #include "support/dual.hpp"
 
 using namespace splinevox;

@@ -15,10 +15,10 @@
 #include "math/divergence.hpp"
 #include "math/offset.hpp"
 #include "math/photometric.hpp"
+#include "math/sh.hpp"
 #include "math/trilinear.hpp"
 #include "math/tv.hpp"
 #include "math/view_factor.hpp"
-#include "splinevox/math/sh.hpp"
 #include "support/dual.hpp"
 
 using namespace splinevox;

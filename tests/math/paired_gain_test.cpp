@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/math/paired_gain.hpp"
-
 #include <doctest/doctest.h>
 
 #include <cmath>
 #include <random>
 #include <vector>
+
+#include "splinevox/math/metrics.hpp"
 
 using namespace splinevox;
 

@@ -11,6 +11,7 @@
 #include "math/light.hpp"
 #include "math/offset.hpp"
 #include "math/photometric.hpp"
+#include "math/sh.hpp"
 #include "math/view_factor.hpp"
 #include "render/backward.hpp"
 #include "render/scatter.hpp"

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/math/background.hpp"
-
 #include <doctest/doctest.h>
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
@@ -12,6 +10,7 @@
 #include "math/background_color.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
+#include "splinevox/field/model.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"

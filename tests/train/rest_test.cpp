@@ -9,7 +9,7 @@
 
 #include "field/lattice/locate.hpp"
 #include "render/active_rows.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"

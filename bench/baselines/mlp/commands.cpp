@@ -18,7 +18,7 @@
 #include "run/signals.hpp"
 #include "session.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace fs = std::filesystem;
 using namespace splinevox;

@@ -7,7 +7,7 @@
 
 #include "math/aabb.hpp"
 #include "math/camera.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox::mlp {
 namespace {

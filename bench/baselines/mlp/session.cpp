@@ -17,7 +17,7 @@
 #include "run/signals.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/image.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "train/start.hpp"
@@ -114,7 +114,9 @@ MlpRun open_run(const std::string& path, const std::string& device) {
                 text("compiler"),
                 text("dataset"),
                 std::strtoull(text("fingerprint").c_str(), nullptr, 16),
-                {number(table["record"]["time_origin"]), number(table["record"]["time_scale"])}};
+                {number(table["record"]["time_origin"]), number(table["record"]["time_scale"])},
+                 {},
+                 {}};
   for (int a = 0; a < 3; ++a) {
     run.box.lo[a] = float(number(table["record"]["box"][std::size_t(a)]));
     run.box.hi[a] = float(number(table["record"]["box"][std::size_t(a) + 3]));
@@ -171,7 +173,9 @@ MlpSession::MlpSession(const Settings& settings, Dataset& data, const run::RunFo
 Json MlpSession::run() {
   const run::RunRecord record{run::kVersion, SPLINEVOX_COMPILER,
                               fs::absolute(data_.path).lexically_normal().string(), data_.fingerprint,
-                              data_.time_map};
+                              data_.time_map,
+                              {},
+                              {}};
   write_file(folder_.file("config.toml"),
              {settings_text(settings_) + run::record_text(record) +
               fmt::format("box = [{}, {}, {}, {}, {}, {}]\n", box_.lo.x, box_.lo.y, box_.lo.z, box_.hi.x,

@@ -3,7 +3,12 @@
 
 #include <cmath>
 
-#include "splinevox/core/hd.hpp"
+/// SPLINEVOX_HD marks a formula or kernel body that compiles for the host and for a CUDA device.
+#if defined(__CUDACC__)
+#define SPLINEVOX_HD __host__ __device__
+#else
+#define SPLINEVOX_HD
+#endif
 
 namespace splinevox {
 

@@ -1,16 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "splinevox/core/share.hpp"
-#include "splinevox/field/cluster.hpp"
-#include "splinevox/io/manifest.hpp"
+#include "splinevox/core/file_digest.hpp"
+#include "splinevox/field/edit.hpp"
 
 namespace splinevox {
+
+/// One of `count` shares of a list that as many processes work through: every count-th piece, from `index`
+/// on; 0 <= index < count.
+struct Share {
+  int index = 0, count = 1;
+  bool whole() const { return count == 1; }
+  bool holds(std::int64_t piece) const { return piece % count == index; }
+};
 
 /// Settings of an animated VDB sequence.
 struct ExportOptions {
@@ -38,6 +47,13 @@ struct ExportOptions {
   Share share;  ///< of the frames; a share ends without a manifest, and an export of the whole takes its
                 ///< frames over
   bool resume = true;  ///< keep frames that an earlier export with the same model and settings finished
+};
+
+/// One file that a manifest vouches for.
+struct ManifestFile {
+  std::string name;  ///< relative to the manifest's folder, '/' between parts, never upwards
+  FileDigest digest;
+  std::map<std::string, double> figures;  ///< anything countable about it: active voxels, time, frame
 };
 
 /// One written (or kept) frame.

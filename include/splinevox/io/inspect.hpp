@@ -45,4 +45,15 @@ struct VdbInfo {
 /// Lists the grids of any .vdb. Throws Error (Fault::input) as read_vdb does.
 VdbInfo inspect_vdb(const std::string& path, const VdbLimits& limits = {});
 
+struct FileCheck {
+  std::string file;
+  bool ok = false;
+  std::string problem;  ///< empty if ok
+};
+
+/// Checks size and hash of every listed file; a .vdb whose bytes are right is also parsed. One entry per
+/// listed file, in the manifest's order. Throws Error (Fault::input) if there is no usable manifest; a file's
+/// own problem is in the list.
+std::vector<FileCheck> verify(const std::string& folder);
+
 }  // namespace splinevox

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "splinevox/data/scene.hpp"
-#include "splinevox/math/paired_gain.hpp"
+#include "splinevox/math/metrics.hpp"
 #include "splinevox/train/config.hpp"
 
 namespace splinevox {

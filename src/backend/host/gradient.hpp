@@ -7,7 +7,7 @@
 
 #include "backend/step.hpp"
 #include "field/lattice/row_mask.hpp"
-#include "splinevox/field/channels.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

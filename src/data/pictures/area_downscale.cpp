@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "splinevox/core/image.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox::data {
 
@@ -22,7 +22,7 @@ struct FilmFacts {
 /// list hides (films cut without encoding again) is left out, as ffmpeg leaves it out. Time stamps within a
 /// twentieth of a frame of an even rate are put onto that rate, so that films of one rate share their moments.
 /// Throws Error (Fault::input) if the file is no film or larger than PNGs may be
-/// (splinevox/data/image_read.hpp), or there is no ffprobe.
+/// (splinevox/data/image_io.hpp), or there is no ffprobe.
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where);
 
 /// Decodes a film with ffmpeg, frame by frame, opaque RGBA, and hands over those that are wanted.

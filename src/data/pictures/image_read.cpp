@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/data/image_read.hpp"
-
 #include <array>
 #include <span>
 #include <vector>
@@ -8,6 +6,7 @@
 #include "data/file_bytes.hpp"
 #include "data/pictures/png_decoder.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/data/image_write.hpp"
-
 #include <string_view>
 
 #include "core/atomic_file.hpp"
 #include "data/pictures/encode.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {

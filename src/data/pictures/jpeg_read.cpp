@@ -5,7 +5,7 @@
 #include "data/pictures/jpeg_decoder.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {

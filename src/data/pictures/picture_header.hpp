@@ -7,7 +7,7 @@
 #include <string>
 
 #include "splinevox/core/image.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox::data {
 

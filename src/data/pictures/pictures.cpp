@@ -20,7 +20,7 @@
 #include "data/pictures/film_read.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox::data {
 namespace {

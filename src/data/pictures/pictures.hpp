@@ -8,7 +8,7 @@
 
 #include "data/layouts/raw_scene.hpp"
 #include "splinevox/core/image.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox::data {
 

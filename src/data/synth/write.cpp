@@ -5,11 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
+#include "core/json_text.hpp"
 #include "core/parallel.hpp"
 #include "data/fingerprint.hpp"
 #include "data/synth/view.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace splinevox {
 namespace {
@@ -63,7 +64,7 @@ void write_transforms(const fs::path& folder, const std::string& split, const st
   for (const SynthShot& shot : shots)
     if (shot.split == split) frames.push_back(frame_json(shot));
   const nlohmann::ordered_json file{{"camera_angle_x", data::kCameraAngle}, {"frames", frames}};
-  const std::string text = file.dump(1) + "\n";
+  const std::string text = dump_json(file, 1) + "\n";
   write_file((folder / ("transforms_" + split + ".json")).string(), {text});
 }
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/cluster.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 #include "field/edit/edit_motion.hpp"
 #include "math/kmeans.hpp"
+#include "splinevox/field/edit.hpp"
 
 namespace splinevox {
 namespace {

@@ -7,6 +7,7 @@
 #include "core/parallel.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/activation.hpp"
+#include "math/time_curve.hpp"
 
 namespace splinevox {
 namespace {

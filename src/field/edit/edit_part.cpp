@@ -9,9 +9,9 @@
 #include "field/edit/edit_motion.hpp"
 #include "field/lattice/locate.hpp"
 #include "math/activation.hpp"
+#include "math/sh.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/edit.hpp"
-#include "splinevox/math/sh.hpp"
 
 namespace splinevox {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <cstdint>
 
+#include "core/hd.hpp"
 #include "math/trilinear.hpp"
-#include "splinevox/core/hd.hpp"
-#include "splinevox/field/topology.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

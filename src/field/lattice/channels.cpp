@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/channels.hpp"
-
 #include <cstring>
 #include <utility>
 
 #include "core/parallel.hpp"
 #include "field/lattice/row_mask.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "splinevox/core/hd.hpp"
-#include "splinevox/field/topology.hpp"
+#include "core/hd.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "field/lattice/row_mask.hpp"
-#include "splinevox/field/channels.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

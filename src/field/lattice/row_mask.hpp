@@ -4,7 +4,7 @@
 #include <bit>
 #include <cstdint>
 
-#include "splinevox/field/topology.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/field/topology.hpp"
-
 #include <algorithm>
 #include <cmath>
+
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

@@ -11,7 +11,7 @@
 #include "io/export/view_bake.hpp"
 #include "io/vdb/leaf_values.hpp"
 #include "io/vdb/vdb_file.hpp"
-#include "splinevox/field/cluster.hpp"
+#include "splinevox/field/edit.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
 

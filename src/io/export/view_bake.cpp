@@ -4,9 +4,9 @@
 #include <charconv>
 #include <cmath>
 
+#include "math/sh.hpp"
 #include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/math/sh.hpp"
 
 namespace splinevox {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "field/columns.hpp"
 #include "io/model/exact_text.hpp"
+#include "math/sh.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/math/basis.hpp"
-#include "splinevox/math/sh.hpp"
 
 namespace splinevox {
 namespace {

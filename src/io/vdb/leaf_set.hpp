@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "splinevox/core/vec3.hpp"
-#include "splinevox/field/topology.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 
+#include "core/json_text.hpp"
 #include "core/nearest.hpp"
 #include "splinevox/core/error.hpp"
 #include "train/config/toml_text.hpp"
@@ -124,7 +125,7 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
 
 SweepState state_of(const SweepTask& task) {
   SweepState s;
-  const Json j = Json::parse(read_text(task.run + "/metrics.json"), nullptr, false);
+  const Json j = parse_own_json(read_text(task.run + "/metrics.json"));
   if (!j.is_object() || !j.value("finished", false)) return s;
   s.trained = true;
   s.done = j.contains("psnr");

@@ -5,7 +5,7 @@
 
 #include "field/lattice/brick_view.hpp"
 #include "render/occupancy.hpp"
-#include "splinevox/field/channels.hpp"
+#include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
 

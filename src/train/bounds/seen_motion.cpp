@@ -10,7 +10,7 @@
 #include "core/rng.hpp"
 #include "math/photometric.hpp"
 #include "render/specialise.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
 #include "train/look.hpp"
 

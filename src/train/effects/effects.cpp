@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "splinevox/math/sh.hpp"
+#include "math/sh.hpp"
 #include "train/effects/effect_table.hpp"
 
 namespace splinevox {

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "core/parallel.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
 
 namespace splinevox {

@@ -7,7 +7,7 @@
 #include "core/parallel.hpp"
 #include "math/photometric.hpp"
 #include "render/specialise.hpp"
-#include "splinevox/data/image_read.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "train/look.hpp"
 
 namespace splinevox {

@@ -9,12 +9,11 @@
 
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/version.hpp"
-#include "splinevox/data/image_write.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
-#include "splinevox/io/manifest.hpp"
 #include "splinevox/run/cameras.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-/// SPLINEVOX_HD marks a formula or kernel body that compiles for the host and for a CUDA device.
-#if defined(__CUDACC__)
-#define SPLINEVOX_HD __host__ __device__
-#else
-#define SPLINEVOX_HD
-#endif
+#include "splinevox/core/vec3.hpp"  // SPLINEVOX_HD
 
 /// SPLINEVOX_INLINE: a formula that must dissolve into the loop around it, or the loop cannot become vector
 /// code.

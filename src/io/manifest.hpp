@@ -5,20 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "splinevox/core/file_digest.hpp"
+#include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox {
 
 inline constexpr const char* kManifestName = "manifest.json";
 inline constexpr const char* kPartialManifestName =
     "manifest.partial.json";  ///< of an export that has not ended
-
-/// One file that a manifest vouches for.
-struct ManifestFile {
-  std::string name;  ///< relative to the manifest's folder, '/' between parts, never upwards
-  FileDigest digest;
-  std::map<std::string, double> figures;  ///< anything countable about it: active voxels, time, frame
-};
 
 /// Contents of manifest.json: what a run or an export consists of.
 struct Manifest {
@@ -43,16 +36,5 @@ std::vector<std::string> partial_manifests(const std::string& folder);
 /// Throws Error (Fault::input) naming file and field if it is missing, malformed, newer, or lists a path
 /// outside the folder.
 Manifest read_manifest(const std::string& folder, const std::string& name = kManifestName);
-
-struct FileCheck {
-  std::string file;
-  bool ok = false;
-  std::string problem;  ///< empty if ok
-};
-
-/// Checks size and hash of every listed file; a .vdb whose bytes are right is also parsed. One entry per
-/// listed file, in the manifest's order. Throws Error (Fault::input) if there is no usable manifest; a file's
-/// own problem is in the list.
-std::vector<FileCheck> verify(const std::string& folder);
 
 }  // namespace splinevox

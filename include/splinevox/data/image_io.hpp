@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
@@ -54,5 +55,13 @@ Image16 read_picture(const std::filesystem::path& path, const std::string& where
 Image16 area_downscale(Image16 image, int factor);
 /// The camera of a picture that was averaged so.
 Camera area_downscale(Camera camera, int factor);
+
+/// The picture as PNG, 8 bit a channel: 1 (grey), 3 (RGB) or 4 (straight RGBA) channels; values are clamped
+/// to [0, 1] and rounded to the nearest of 0..255; NaN becomes 0. Throws Error (Fault::output) for any other
+/// picture.
+std::vector<char> encode_png(const Image& image);
+
+/// The same to a file, all or nothing. Throws Error (Fault::output) naming the path.
+void write_png(const std::string& path, const Image& image);
 
 }  // namespace splinevox

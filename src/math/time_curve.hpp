@@ -4,58 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
+#include "splinevox/math/basis.hpp"
+
 namespace splinevox {
-
-/// Which parameter of the motion's curves is shown at which model time: piecewise linear, jumps allowed. What
-/// `edit` does to time is done here, so it costs no rounding of the control points and can be taken back.
-///
-/// Times are kept as whole multiples of 2^-40 (below any frame): 1 - t is then exact, and a curve that is
-/// reversed twice has its own bits again.
-struct TimeCurve {
-  struct Knot {
-    double time = 0;   ///< model time in [0, 1]; the first is 0, the last 1, none below the one before. Equal
-                       ///< times are a jump.
-    double value = 0;  ///< parameter of the motion's curves, in [0, 1]
-    friend bool operator==(const Knot&, const Knot&) = default;
-  };
-  std::vector<Knot> knots;  ///< empty: the identity
-
-  bool identity() const { return knots.empty(); }
-  friend bool operator==(const TimeCurve&, const TimeCurve&) = default;
-
-  /// Parameter at a time, clamped to [0, 1]. At a jump: the value after it; at one at 1, which nothing
-  /// follows, before it.
-  double operator()(double t) const {
-    t = std::clamp(t, 0.0, 1.0);
-    if (identity()) return t;
-    const Knot &a = knots[segment(t)], &b = knots[segment(t) + 1];
-    return t == b.time ? b.value : a.value + (b.value - a.value) * ((t - a.time) / (b.time - a.time));
-  }
-  /// d parameter / d time, of the part after a kink; at the end of the part before it.
-  double slope(double t) const {
-    if (identity()) return 1;
-    const std::size_t i = segment(std::clamp(t, 0.0, 1.0));
-    return (knots[i + 1].value - knots[i].value) / (knots[i + 1].time - knots[i].time);
-  }
-  /// The value just before a jump; elsewhere as operator().
-  double before(double t) const {
-    if (identity()) return t;
-    for (std::size_t i = 1; i < knots.size(); ++i)
-      if (knots[i].time == t) return knots[i].value;
-    return (*this)(t);
-  }
-
- private:
-  /// The last part of more than no length that begins at t or earlier.
-  std::size_t segment(double t) const {
-    std::size_t found = 0;
-    for (std::size_t i = 0; i + 1 < knots.size(); ++i)
-      if (knots[i].time < knots[i + 1].time && (knots[i].time <= t || i == 0)) found = i;
-    return found;
-  }
-};
 
 /// The nearest time that a knot may have.
 inline double knot_time(double t) { return std::round(t * 0x1p40) * 0x1p-40; }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/math/background.hpp"
-
 #include "math/background_color.hpp"
+#include "splinevox/field/model.hpp"
 
 namespace splinevox {
 

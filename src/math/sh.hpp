@@ -2,11 +2,9 @@
 #pragma once
 
 #include "splinevox/core/vec3.hpp"
+#include "splinevox/math/basis.hpp"
 
 namespace splinevox {
-
-inline constexpr int kMaxShOrder = 3;
-inline constexpr int kMaxShCount = (kMaxShOrder + 1) * (kMaxShOrder + 1);
 
 inline constexpr double kSh0 = 0.28209479177387814;  ///< Y_0, the same in every direction: 1 / sqrt(4 pi)
 
