@@ -86,8 +86,7 @@ void read_binary_cameras(const fs::path& path, ColmapModel& model) {
     camera.width = double(in.get<std::uint64_t>());
     camera.height = double(in.get<std::uint64_t>());
     const int count = camera.kind->count();
-    for (int i = 0; i < count; ++i)
-      camera.params.push_back(in.finite("a parameter of the camera"));
+    for (int i = 0; i < count; ++i) camera.params.push_back(in.finite("a parameter of the camera"));
     if (!model.cameras.emplace(id, camera).second)
       fail({in.where(), "this camera is there twice", "each number once", std::to_string(id), ""});
   }
