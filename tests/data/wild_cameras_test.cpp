@@ -174,6 +174,9 @@ TEST_SUITE("data/wild_cameras") {
     write_text(folder.path() / "transforms.json", text);
     expect_error([&] { load_dataset(folder.str()); },
                  {"'transform_matrix' is missing", "'transfrom_matrix', which may be meant"});
+    write_text(folder.path() / "transforms.json", "{\"frame\": []}");
+    expect_error([&] { load_dataset(folder.str()); },
+                 {"'frames' is missing", "but 'frame', which may be meant"});
     const TempFolder plain;
     write_nerfstudio(plain.path(), kTen);
     CHECK(count_notes(load_dataset(plain.str()), "is not read") == 0);

@@ -79,7 +79,13 @@ const json& frames_of(const json& file, const std::string& where) {
   if (!file.is_object())
     fail({where, "this is not a transforms file", "an object with 'frames'", shown(file), ""});
   const auto frames = file.find("frames");
-  if (frames == file.end()) fail({where, "'frames' is missing", "an array of frames", "no such field", ""});
+  if (frames == file.end()) {
+    std::string got = "no such field";
+    for (const auto& [name, value] : file.items())
+      if (edits(lower_case(name), "frames") <= 1)
+        got += ", but " + in_quotes(name) + ", which may be meant for it";
+    fail({where, "'frames' is missing", "an array of frames", got, ""});
+  }
   if (!frames->is_array())
     fail({where, "'frames' is not an array", "an array of frames", shown(*frames), ""});
   if (frames->empty()) fail({where, "the split is empty", "at least one frame", "'frames' with none", ""});
