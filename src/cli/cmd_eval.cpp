@@ -103,6 +103,8 @@ int eval(const EvalOptions& o) {
   if (o.truth) {
     truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * run.model.box.longest_edge());
   }
+  if (!o.json)
+    for (const std::string& note : data.notes) fmt::print("note: {}\n", note);
   if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
   Renderer renderer = make_renderer(run.model, device);
   const Scores scores =

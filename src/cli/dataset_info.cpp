@@ -142,7 +142,9 @@ void print_dataset(const Json& j) {
              c["forward_facing"].get<bool>() ? ", all looking much the same way" : "");
   if (j.contains("box"))
     fmt::print("  box    {} to {}{}\n", text_of(j["box"][0]), text_of(j["box"][1]),
-               alpha ? ", not used: silhouettes say more" : "");
+               !alpha                           ? ""
+               : j["pictures_read"].get<bool>() ? ", not used: silhouettes say more"
+                                                : ", not used if pictures are transparent somewhere");
   for (const Json& note : j["notes"]) fmt::print("  note: {}\n", note.get<std::string>());
 }
 

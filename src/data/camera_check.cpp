@@ -23,11 +23,13 @@ void check_numbers(const std::array<double, 16>& m, const std::string& where) {
       fail({where, std::string(kMatrix) + "has a number that is not finite or too large",
             "finite, at most 1e12",
             number(m[i]) + " in row " + std::to_string(i / 4) + ", column " + std::to_string(i % 4), ""});
-  for (std::size_t i = 12; i < 16; ++i)
-    if (std::abs(m[i] - (i == 15 ? 1.0 : 0.0)) > 1e-6)
-      fail({where, std::string(kMatrix) + "has a wrong last row", "0 0 0 1",
-            number(m[12]) + " " + number(m[13]) + " " + number(m[14]) + " " + number(m[15]),
-            "store the camera-to-world matrix by rows, not transposed"});
+  const bool zeros = std::abs(m[12]) <= 1e-6 && std::abs(m[13]) <= 1e-6 && std::abs(m[14]) <= 1e-6;
+  if (zeros && std::abs(m[15] - 1) <= 1e-6) return;
+  fail({where, std::string(kMatrix) + "has a wrong last row", "0 0 0 1",
+        number(m[12]) + " " + number(m[13]) + " " + number(m[14]) + " " + number(m[15]),
+        zeros ? "its last number is a scale: write 1 in its place, and divide all others by it if they were "
+                "multiplied by it (where all frames have the same one, this is done)"
+              : "store the camera-to-world matrix by rows, not transposed"});
 }
 
 void check_rigid(const Eigen::Vector3d& s, double det, const std::string& where) {
@@ -42,7 +44,7 @@ void check_rigid(const Eigen::Vector3d& s, double det, const std::string& where)
           got, ""});
   if (std::abs(s.mean() - 1) > kTolerance)
     fail({where, std::string(kMatrix) + "has a scale", "a rotation and a position, scale 1",
-          "scale " + number(s.mean()), "divide its first three columns by the scale"});
+          "scale " + number(s.mean()), "divide its first three columns by " + number(s.mean())});
 }
 
 double focal(double angle, int pixels) { return 0.5 * pixels / std::tan(0.5 * angle); }

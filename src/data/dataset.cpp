@@ -6,6 +6,7 @@
 
 #include "data/fingerprint.hpp"
 #include "data/layouts/read_scene.hpp"
+#include "data/lens_notes.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/pictures.hpp"
 #include "data/times/time_map.hpp"
@@ -127,7 +128,9 @@ void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSpli
     if (others > 0)
       notes.push_back(fmt::format("{}: {} of {} pictures are not of {} as the first", raw[s].name, others,
                                   sizes.size(), size_text(first)));
-    if (first != of_all)
+    const bool mixed = others > 0 || std::count(plans[0].sizes.begin(), plans[0].sizes.end(), of_all) <
+                                         std::ptrdiff_t(plans[0].sizes.size());
+    if (!mixed && first != of_all)
       notes.push_back(fmt::format("{}: pictures of {}, {} has {}", raw[s].name, size_text(first), raw[0].name,
                                   size_text(of_all)));
   }
@@ -156,6 +159,7 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
     dataset.splits.push_back(frames_of(split, plans.back(), dataset.time_map));
     note_times(split, dataset.time_map, dataset.notes);
     note_cameras(split, dataset.notes);
+    note_lenses(split, dataset.splits.back(), dataset.notes);
   }
   note_sizes(plans, raw, dataset.notes);
   if (!options.pixels) {

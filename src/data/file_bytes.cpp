@@ -3,11 +3,24 @@
 
 #include <algorithm>
 #include <fstream>
+#include <string_view>
 
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::data {
 namespace fs = std::filesystem;
+
+namespace {
+
+/// What `git clone` leaves in place of a large file if Git LFS was not there.
+void check_no_pointer(const std::vector<std::uint8_t>& bytes, const std::string& where) {
+  constexpr std::string_view kStart = "version https://git-lfs";
+  if (bytes.size() < kStart.size() || !std::equal(kStart.begin(), kStart.end(), bytes.begin())) return;
+  fail({where, "this is a pointer of Git LFS, not the file itself", "the file's own bytes",
+        "a text that names the file", "run git lfs pull where the data was cloned"});
+}
+
+}  // namespace
 
 std::uintmax_t file_size_of(const fs::path& path, const std::string& where) {
   std::error_code error;
@@ -33,6 +46,7 @@ std::vector<std::uint8_t> read_bytes(const fs::path& path, const std::string& wh
   if (!in)
     fail({where, "the file cannot be read", std::to_string(bytes.size()) + " bytes",
           std::to_string(in.gcount()) + " bytes", "check its permissions"});
+  check_no_pointer(bytes, where);
   return bytes;
 }
 

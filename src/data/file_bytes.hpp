@@ -16,8 +16,8 @@ inline constexpr std::uint64_t kMostPixels = std::uint64_t(1) << 28;
 /// pipe).
 std::uintmax_t file_size_of(const std::filesystem::path& path, const std::string& where);
 
-/// The whole file, or its first `first` bytes. Throws Error (Fault::input) if it cannot be read or is longer
-/// than `limit` bytes.
+/// The whole file, or its first `first` bytes. Throws Error (Fault::input) if it cannot be read, is longer
+/// than `limit` bytes, or is a pointer of Git LFS (for which at least 23 bytes must be read).
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path, const std::string& where,
                                      std::uintmax_t limit, std::uintmax_t first = UINTMAX_MAX);
 

@@ -231,8 +231,7 @@ TEST_SUITE("data/bad_input") {
       set.write_third(frame_text("train/r_2", "0.5", matrix));
       set.expect(parts);
     };
-    refuse("[[1,0,0,0],[0,1,0,0],[0,0,1,0]]",
-           {kThird + "'transform_matrix' has the wrong shape", "an array of 3"});
+    refuse("[[1,0,0,0],[0,1,0,0]]", {kThird + "'transform_matrix' has the wrong shape", "an array of 2"});
     refuse("[[1,0,0,0],[0,1,0],[0,0,1,0],[0,0,0,1]]",
            {kThird + "'transform_matrix' row 1 has the wrong shape"});
     refuse("[[1,0,0,0],[0,1,\"x\",0],[0,0,1,0],[0,0,0,1]]",

@@ -119,6 +119,7 @@ TEST_SUITE("data/readers") {
     const Dataset data = check_round_trip(folder, cameras, "nerfstudio / instant-ngp");
     CHECK(std::count(data.notes.begin(), data.notes.end(),
                      "train: 9 of 14 pictures are not of 8 x 14 as the first") == 1);
+    for (const std::string& note : data.notes) CHECK(note.find("train has") == std::string::npos);
     const Split& train = *data.find("train");
     CHECK(train.frames[0].image.height == 14);
     CHECK(train.frames[1].image.height == kHigh);

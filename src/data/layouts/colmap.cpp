@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "data/layouts/colmap_model.hpp"
+#include "data/layouts/folder_list.hpp"
 #include "data/layouts/raw_scene.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
@@ -12,18 +13,6 @@ namespace splinevox::data {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr ColmapKind kKinds[] = {{"SIMPLE_PINHOLE", 0, 3, true},
-                                 {"PINHOLE", 1, 4, true},
-                                 {"SIMPLE_RADIAL", 2, 4, true},
-                                 {"RADIAL", 3, 5, true},
-                                 {"OPENCV", 4, 8, true},
-                                 {"OPENCV_FISHEYE", 5, 8, true},
-                                 {"FULL_OPENCV", 6, 12, false},
-                                 {"FOV", 7, 5, false},
-                                 {"SIMPLE_RADIAL_FISHEYE", 8, 4, true},
-                                 {"RADIAL_FISHEYE", 9, 5, true},
-                                 {"THIN_PRISM_FISHEYE", 10, 12, false}};
 
 bool is_there(const fs::path& path) {
   std::error_code ignored;
@@ -35,46 +24,21 @@ bool has_model(const fs::path& folder, const char* ending) {
          is_there(folder / (std::string("images") + ending));
 }
 
-/// Where the model lies within the folder; empty if nowhere.
-fs::path model_folder(const fs::path& folder) {
-  for (const char* inside : {"sparse/0", "sparse", "colmap/sparse/0", "colmap/sparse", "."})
-    if (has_model(folder / inside, ".bin") || has_model(folder / inside, ".txt")) return folder / inside;
-  return {};
-}
+/// Where programs put a model, in the order in which a folder is tried: 3DGS, COLMAP, nerfstudio,
+/// instant-ngp.
+constexpr const char* kPlaces[] = {"sparse/0",           "sparse",
+                                   "colmap/sparse/0",    "colmap/sparse",
+                                   "colmap_sparse/0",    "colmap_sparse",
+                                   "undistorted/sparse", "undistorted/sparse/0",
+                                   "dense/sparse",       "dense/0/sparse",
+                                   "distorted/sparse/0", "distorted/sparse",
+                                   "colmap_text",        "."};
 
-Lens lens_of(const ColmapCamera& camera, const std::string& where) {
-  const ColmapKind& kind = *camera.kind;
-  if (!kind.supported)
-    fail({where, std::string("the camera model ") + kind.name + " is not supported",
-          "SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV or a fisheye of theirs", kind.name,
-          "colmap image_undistorter makes PINHOLE pictures"});
-  for (const double v : camera.params)
-    if (!std::isfinite(v))
-      fail({where, "a parameter of the camera is not finite", "finite numbers", number(v), ""});
-  const std::string name = kind.name;
-  const std::vector<double>& p = camera.params;
-  const bool one_focal = name.rfind("SIMPLE_", 0) == 0 || name.rfind("RADIAL", 0) == 0;
-  const std::size_t centre = one_focal ? 1 : 2, rest = centre + 2;
-  Lens lens;
-  lens.fl_x = p[0];
-  lens.fl_y = p[one_focal ? 0 : 1];
-  lens.cx = p[centre];
-  lens.cy = p[centre + 1];
-  lens.w = camera.width;
-  lens.h = camera.height;
-  lens.scaled = true;
-  if (p.size() > rest) lens.k1 = p[rest];
-  if (p.size() > rest + 1) lens.k2 = p[rest + 1];
-  if (name == "OPENCV") {
-    lens.p1 = p[6];
-    lens.p2 = p[7];
-  }
-  if (name == "OPENCV_FISHEYE") {
-    lens.k3 = p[6];
-    lens.k4 = p[7];
-  }
-  if (name.ends_with("FISHEYE")) lens.fisheye = true;
-  return lens;
+/// Where the model lies within the folder, relative to it; empty if nowhere.
+fs::path model_folder(const fs::path& folder) {
+  for (const char* inside : kPlaces)
+    if (has_model(folder / inside, ".bin") || has_model(folder / inside, ".txt")) return inside;
+  return {};
 }
 
 /// The rows of the rotation are the camera's axes in the world: right, down, forwards.
@@ -109,39 +73,37 @@ RawFrame frame_of(const ColmapModel& model, const ColmapImage& image, const std:
 }
 
 /// What stands before an image's name to give its path in the folder: where the first one that exists lies.
-std::string picture_prefix(const fs::path& folder, const std::vector<ColmapImage>& images,
-                           const std::string& where) {
+/// Pictures beside the model are its own before any other; of a distorted model they are in input, while
+/// images has them undistorted.
+std::string picture_prefix(const fs::path& folder, const fs::path& inside,
+                           const std::vector<ColmapImage>& images, const std::string& where) {
+  const std::string place = inside.generic_string();
+  const std::string base = place.substr(0, std::min(place.find("sparse"), place.size()));
+  std::vector<std::string> prefixes;
+  if (base.ends_with('/')) prefixes = {base + "images/", base + "input/"};
+  if (base == "distorted/") prefixes.emplace_back("input/");
+  for (const char* usual : {"images/", "input/", "rgb/", "", "images_2/", "images_4/", "images_8/"})
+    prefixes.emplace_back(usual);
   for (const ColmapImage& image : images)
-    for (const char* prefix : {"images/", "input/", "rgb/", "", "images_2/", "images_4/", "images_8/"})
+    for (const std::string& prefix : prefixes)
       if (is_there(folder / (prefix + image.name))) return prefix;
   fail({where, "the pictures are not there", in_quotes("images/" + images[0].name),
-        "no such file, nor in input, rgb, the folder itself or images_2, _4, _8",
+        "no such file, nor in input, rgb, the folder itself or images_2, _4, _8; in the folder: " +
+            list_of(folders_in(folder)),
         "copy the pictures beside the model"});
 }
 
 }  // namespace
 
-const ColmapKind* find_kind(std::int64_t id) {
-  for (const ColmapKind& kind : kKinds)
-    if (kind.id == id) return &kind;
-  return nullptr;
-}
-
-const ColmapKind* find_kind(const std::string& name) {
-  for (const ColmapKind& kind : kKinds)
-    if (kind.name == name) return &kind;
-  return nullptr;
-}
-
 bool is_colmap(const fs::path& folder) { return !model_folder(folder).empty(); }
 
 RawScene read_colmap(const fs::path& folder) {
-  const fs::path inside = model_folder(folder);
+  const fs::path place = model_folder(folder), inside = folder / place;
   ColmapModel model = has_model(inside, ".bin") ? read_colmap_binary(inside) : read_colmap_text(inside);
   if (model.images.empty()) fail({model.where, "the model has no images", "at least one", "none", ""});
   std::sort(model.images.begin(), model.images.end(),
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
-  const std::string prefix = picture_prefix(folder, model.images, model.where);
+  const std::string prefix = picture_prefix(folder, place, model.images, model.where);
   RawSplit all{"train", model.where, false, {}};
   for (const ColmapImage& image : model.images) all.frames.push_back(frame_of(model, image, prefix));
   std::vector<std::string> notes;

@@ -82,11 +82,11 @@ void read_binary_cameras(const fs::path& path, ColmapModel& model) {
     ColmapCamera camera;
     camera.kind = find_kind(std::int64_t(kind));
     if (!camera.kind)
-      fail({in.where(), "there is no such camera model", "0 to 10", std::to_string(kind), ""});
+      fail({in.where(), "there is no such camera model", "0 to 17", std::to_string(kind), ""});
     camera.width = double(in.get<std::uint64_t>());
     camera.height = double(in.get<std::uint64_t>());
-    for (int i = 0; i < camera.kind->params; ++i)
-      camera.params.push_back(in.finite("a parameter of the camera"));
+    const int count = camera.kind->count();
+    for (int i = 0; i < count; ++i) camera.params.push_back(in.finite("a parameter of the camera"));
     if (!model.cameras.emplace(id, camera).second)
       fail({in.where(), "this camera is there twice", "each number once", std::to_string(id), ""});
   }

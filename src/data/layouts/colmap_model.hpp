@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "data/camera_check.hpp"
 #include "splinevox/core/vec3.hpp"
 
 namespace splinevox::data {
@@ -15,9 +16,10 @@ namespace splinevox::data {
 /// A camera model of COLMAP (its documentation, "Camera Models").
 struct ColmapKind {
   const char* name;
-  int id;      ///< in binary files
-  int params;  ///< how many numbers
-  bool supported;
+  int id;                  ///< in binary files
+  bool fisheye;            ///< its coefficients are those of OpenCV's fisheye
+  const char* parameters;  ///< what its numbers are, in their order
+  int count() const;       ///< how many they are
 };
 /// Null if there is none of that number or name.
 const ColmapKind* find_kind(std::int64_t id);
@@ -28,6 +30,8 @@ struct ColmapCamera {
   double width = 0, height = 0;  ///< pixels
   std::vector<double> params;
 };
+/// The lens of ours that it is. Throws Error (Fault::input) naming the model if it is none.
+Lens lens_of(const ColmapCamera& camera, const std::string& where);
 
 struct ColmapImage {
   std::array<double, 4> rotation{};  ///< quaternion w, x, y, z: world to camera

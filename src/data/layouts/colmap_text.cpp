@@ -25,6 +25,7 @@ class Lines {
       if (at_ >= bytes_.size()) return false;
       const std::string_view rest(reinterpret_cast<const char*>(bytes_.data()) + at_, bytes_.size() - at_);
       line_ = rest.substr(0, rest.find('\n'));
+      start_ = at_;
       at_ += line_.size() + 1;
       ++number_;
       if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
@@ -35,6 +36,30 @@ class Lines {
   bool blank() const { return line_.find_first_not_of(" \t") == std::string_view::npos; }
   std::string where() const { return file_ + ", line " + std::to_string(number_); }
   const std::string& file() const { return file_; }
+  /// The next call of next() gives this line again.
+  void again() {
+    at_ = start_;
+    --number_;
+  }
+  /// Whether the line holds the points of an image, x y id each, and not an image of its own, which ends in a
+  /// picture's name.
+  bool points() const {
+    const std::size_t last = line_.find_last_not_of(" \t");
+    if (last == std::string_view::npos) return true;
+    const std::size_t gap = line_.find_last_of(" \t", last);
+    const std::string_view word = line_.substr(gap + 1, last - gap);  // npos + 1 is 0
+    double number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error != std::errc() || end != word.data() + word.size()) return false;
+    std::size_t words = 0;
+    bool inside = false;
+    for (const char c : line_) {
+      const bool space = c == ' ' || c == '\t';
+      words += !space && !inside ? 1 : 0;
+      inside = !space;
+    }
+    return words % 3 == 0;
+  }
 
   std::string_view word(const char* what) {
     const std::size_t begin = rest_.find_first_not_of(" \t");
@@ -62,7 +87,7 @@ class Lines {
  private:
   std::string file_;
   std::vector<std::uint8_t> bytes_;
-  std::size_t at_ = 0;
+  std::size_t at_ = 0, start_ = 0;  ///< of what follows, and of the line
   int number_ = 0;
   std::string_view line_, rest_;
 };
@@ -79,7 +104,8 @@ void read_text_cameras(const fs::path& path, ColmapModel& model) {
             in_quotes(name), ""});
     camera.width = lines.number<double>("the width");
     camera.height = lines.number<double>("the height");
-    for (int i = 0; i < camera.kind->params; ++i)
+    const int count = camera.kind->count();
+    for (int i = 0; i < count; ++i)
       camera.params.push_back(lines.number<double>("a parameter of the camera"));
     if (!model.cameras.emplace(id, camera).second)
       fail({lines.where(), "this camera is there twice", "each number once", std::to_string(id), ""});
@@ -98,7 +124,7 @@ void read_text_images(const fs::path& path, ColmapModel& model) {
     image.camera = lines.number<std::int64_t>("a camera's number");
     image.name = lines.remainder("the picture's name");
     model.images.push_back(std::move(image));
-    lines.next();  // its points, perhaps none
+    if (lines.next() && !lines.points()) lines.again();  // written by hand: no line of points
   }
 }
 

@@ -3,6 +3,7 @@
 // distortion.
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "data/json_file.hpp"
 #include "data/layouts/raw_scene.hpp"
@@ -76,14 +77,9 @@ RawScene read_nerfstudio(const fs::path& folder) {
   const json file = read_json(path, where);
   RawSplit all = read_frames(file, where);
   const json& frames = frames_of(file, where);
-  std::vector<std::string> notes;
-  std::size_t masked = 0;
-  for (std::size_t i = 0; i < frames.size(); ++i) {
-    all.frames[i].label = "frame " + std::to_string(i);
-    masked += frames[i].contains("mask_path");
-  }
+  for (std::size_t i = 0; i < frames.size(); ++i) all.frames[i].label = "frame " + std::to_string(i);
   read_times(frames, "time", all);
-  if (masked > 0) notes.push_back("masks are not read: " + std::to_string(masked) + " frames name one");
+  const std::vector<std::string> notes = std::exchange(all.notes, {});
   const std::map<std::string, std::string> split_of = read_split_lists(file, where);
   RawScene scene;
   if (split_of.empty()) {

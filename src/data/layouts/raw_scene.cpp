@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-
+#include "data/layouts/axes.hpp"
 #include "data/message_text.hpp"
 
 namespace splinevox::data {
@@ -33,6 +33,7 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
   if (!rules.missing.empty() && rules.missing != "skip" && rules.missing != "refuse")
     fail({"--missing", "there is no such rule", "skip or refuse", in_quotes(rules.missing), ""});
   std::optional<Error> first;
+  bool mirrored = false;
   std::size_t all = 0, missing = 0, faulty = 0;
   for (RawSplit& split : scene.splits)
     for (std::size_t i = 0; i < split.frames.size(); ++i, ++all) {
@@ -41,6 +42,7 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
       if (!bad_camera) frame.fault = there(frame, split.where(i));
       if (!frame.fault) continue;
       (bad_camera ? faulty : missing) += 1;
+      if (!first) mirrored = bad_camera && is_mirrored(frame.matrix);
       if (!first) first = frame.fault;
     }
   const std::size_t out = missing + faulty;
@@ -48,8 +50,11 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
   const std::string count = std::to_string(out) + " of " + std::to_string(all);
   if (out == all || rules.missing == "refuse" || (rules.missing.empty() && out * 10 > all)) {
     Problem problem = first->problem;
-    if (out > 1 || all > 10) problem.got += (problem.got.empty() ? "" : "; ") + count + " frames are like this";
-    if (out < all) problem.hint += (problem.hint.empty() ? "" : ", or ") + ("--missing skip to go on without " + count);
+    if (mirrored) problem.hint = mirrored_hint(scene);
+    if (out > 1 || all > 10)
+      problem.got += (problem.got.empty() ? "" : "; ") + count + " frames are like this";
+    if (out < all)
+      problem.hint += (problem.hint.empty() ? "" : ", or ") + ("--missing skip to go on without " + count);
     fail(problem);
   }
   for (RawSplit& split : scene.splits) {
@@ -57,8 +62,8 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
       if (split.frames[i].label.empty()) split.frames[i].label = "frame " + std::to_string(i);
     std::erase_if(split.frames, [](const RawFrame& frame) { return frame.fault.has_value(); });
     if (split.frames.empty())
-      fail({split.file, "every frame of the " + split.name + " split would be left out", "pictures and cameras",
-            "none that can be used", ""});
+      fail({split.file, "every frame of the " + split.name + " split would be left out",
+            "pictures and cameras", "none that can be used", ""});
   }
   if (missing > 0)
     scene.notes.push_back(std::to_string(missing) + " of " + std::to_string(all) +
@@ -77,7 +82,8 @@ void hold_out(RawScene& scene) {
   const double first = n > 0 ? all.frames.front().time : 0, last = n > 0 ? all.frames.back().time : 0;
   constexpr std::ptrdiff_t kManyCameras = 4;  // a moment with as many keeps some for training
   const auto seen_at = [&](double time) {
-    return std::count_if(all.frames.begin(), all.frames.end(), [&](const RawFrame& f) { return f.time == time; });
+    return std::count_if(all.frames.begin(), all.frames.end(),
+                         [&](const RawFrame& f) { return f.time == time; });
   };
   const bool first_may = seen_at(first) >= kManyCameras, last_may = seen_at(last) >= kManyCameras;
   const auto may_test = [&](std::size_t i) {

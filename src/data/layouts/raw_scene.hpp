@@ -26,6 +26,7 @@ struct RawFrame {
   std::string name = {};   ///< as reports show it; empty: the file's name without folder and extension
   std::string label = {};  ///< how messages name it; empty: by its number
   std::optional<Error> fault = {};  ///< what is wrong with its camera, for leave_out
+  std::string mask = {};            ///< its mask's path, where the data names one
 };
 
 /// Sets a frame's matrix and pose. A matrix that is no camera becomes the frame's fault.
@@ -37,6 +38,7 @@ struct RawSplit {
   std::string file;   ///< how messages name the file the cameras come from
   bool timed = true;  ///< whether the data gives its frames times
   std::vector<RawFrame> frames;
+  std::vector<std::string> notes = {};  ///< what its file made one wonder about
 
   /// "lego/transforms_train.json, frame 12"
   std::string where(std::size_t frame) const {

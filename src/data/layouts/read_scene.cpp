@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "data/layouts/masks.hpp"
+#include "data/layouts/near_miss.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
 #include "data/times/settle.hpp"
@@ -21,7 +23,7 @@ constexpr const char* kLookedFor =
     "(nerfstudio, instant-ngp), "
     "transform_train.json (NeRFlow), dataset.json with camera/ (Nerfies, HyperNeRF), precomputed.json "
     "(NR-NeRF), poses_bounds.npy (LLFF; with "
-    "cam*.mp4 DyNeRF), sparse/0/cameras.bin or .txt (COLMAP)";
+    "a film or a folder of pictures per camera DyNeRF), sparse/0/cameras.bin or .txt (COLMAP)";
 
 bool named(const std::vector<std::string>& list, const std::string& split) {
   return std::find(list.begin(), list.end(), split) != list.end();
@@ -66,8 +68,9 @@ const Layout& recognise(const fs::path& folder) {
           "give the folder that holds it"});
   for (const Layout& layout : kLayouts)
     if (layout.is(folder)) return layout;
-  fail({where, "no known kind of data set is in this folder", kLookedFor, "none of them",
-        "give the folder that holds them"});
+  const NearMiss near = near_miss(folder);
+  fail({where, "no known kind of data set is in this folder", kLookedFor, "none of them, but " + near.found,
+        near.hint});
 }
 
 /// The splits to read, train first.
@@ -90,37 +93,58 @@ std::vector<std::string> choose_splits(const fs::path& folder, const std::vector
   return chosen;
 }
 
-std::vector<std::string> splits_of(const fs::path& folder, const RawScene* scene) {
-  std::vector<std::string> there;
-  if (scene)
-    for (const RawSplit& split : scene->splits) there.push_back(split.name);
-  else
-    for (const char* split : kSplits)
-      if (has_split(folder, split)) there.push_back(split);
-  return there;
+/// The splits of a NeRF / D-NeRF folder, each with the one its file is named after. nerfstudio's own have
+/// train and val alone: where test is asked for, val serves as it.
+std::vector<std::pair<std::string, std::string>> dnerf_splits(const fs::path& folder,
+                                                              const LoadOptions& options,
+                                                              std::vector<std::string>& notes) {
+  std::vector<std::pair<std::string, std::string>> splits;
+  for (const char* name : kSplits)
+    if (has_split(folder, name)) splits.emplace_back(name, name);
+  if (!named(options.splits, "test") || has_split(folder, "test") || !has_split(folder, "val")) return splits;
+  if (!named(options.splits, "val")) splits.pop_back();
+  splits.emplace_back("test", "val");
+  notes.push_back("there is no " + transforms_name("test") + ": " + transforms_name("val") +
+                  " is the test split");
+  return splits;
 }
 
 /// The splits that are needed: those asked for and the train split, whose times serve all. Where they have no
 /// times of their own, all, because names are understood over the whole set.
 RawScene read_dnerf(const fs::path& folder, const LoadOptions& options, const TimesChoice& times) {
-  const std::vector<std::string> there = splits_of(folder, nullptr);
+  std::vector<std::string> notes, there;
+  const auto files = dnerf_splits(folder, options, notes);
+  for (const auto& [name, file] : files) there.push_back(name);
   const std::vector<std::string> chosen = choose_splits(folder, there, true, options);
   const auto read = [&](const auto& wanted) {
     RawScene scene;
-    for (const std::string& name : there)
+    scene.notes = notes;
+    for (const auto& [name, file] : files)
       if (wanted(name))
-        scene.splits.push_back(read_transforms(folder, name, name == "train" ? &scene.box : nullptr));
+        scene.splits.push_back(read_transforms(folder, file, name, name == "train" ? &scene.box : nullptr));
     return scene;
   };
   const bool map = !options.time_map && !named(chosen, "train");
-  RawScene scene = read([&](const std::string& name) {
-    return named(chosen, name) || (map && name == "train");
-  });
+  RawScene scene =
+      read([&](const std::string& name) { return named(chosen, name) || (map && name == "train"); });
   const bool timed = std::all_of(scene.splits.begin(), scene.splits.end(),
                                  [](const RawSplit& split) { return split.timed; });
   if (scene.splits.size() < there.size() && !(timed && times.source == TimesChoice::Source::automatic))
     scene = read([](const std::string&) { return true; });
   return scene;
+}
+
+/// Where test is asked for and the data has val alone, val serves as it.
+void val_as_test(RawScene& scene, const LoadOptions& options) {
+  const auto split_of = [&](const char* name) {
+    return std::find_if(scene.splits.begin(), scene.splits.end(),
+                        [&](const RawSplit& s) { return s.name == name; });
+  };
+  if (!named(options.splits, "test") || named(options.splits, "val") ||
+      split_of("test") != scene.splits.end() || split_of("val") == scene.splits.end())
+    return;
+  split_of("val")->name = "test";
+  scene.notes.push_back("the data names no test split: val is the test split");
 }
 
 }  // namespace
@@ -132,19 +156,27 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   const Layout& layout = recognise(folder);
   RawScene scene = layout.read ? layout.read(folder) : read_dnerf(folder, options, times);
   const fs::path root = fs::canonical(folder);
+  for (RawSplit& split : scene.splits)
+    for (std::string& note : split.notes) scene.notes.push_back(std::move(note));
+  if (const std::string note = take_foreign_paths(root, scene.splits); !note.empty())
+    scene.notes.push_back(note);
   leave_out(scene, options.rules, [&](const RawFrame& frame, const std::string& where) {
-    return find_image(root, frame.file_path, where) ? std::nullopt
-                                                    : std::optional(image_missing(frame.file_path, where));
+    return find_image(root, frame.file_path, where)
+               ? std::nullopt
+               : std::optional(image_missing(root, frame.file_path, where));
   });
+  if (const std::optional<std::string> note = note_on_masks(root, scene)) scene.notes.push_back(*note);
   settle_times(folder, times, scene.splits, scene.notes);
   if (layout.read)
     for (RawSplit& split : scene.splits) sort_by_time(split);
   if (scene.one_list) hold_out(scene);
+  val_as_test(scene, options);
   OpenScene open{layout.name, {}, {}};
   open.scene.box = scene.box;
   open.scene.notes = scene.notes;
   open.scene.upright = scene.upright;
-  const std::vector<std::string> there = splits_of(folder, layout.read ? &scene : nullptr);
+  std::vector<std::string> there;
+  for (const RawSplit& split : scene.splits) there.push_back(split.name);
   const std::vector<std::string> chosen = choose_splits(folder, there, !layout.read, options);
   for (RawSplit& split : scene.splits)
     if (std::find(chosen.begin(), chosen.end(), split.name) != chosen.end())

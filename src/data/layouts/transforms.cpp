@@ -5,6 +5,9 @@
 #include <cmath>
 
 #include "data/json_file.hpp"
+#include "data/layouts/axes.hpp"
+#include "data/layouts/folder_list.hpp"
+#include "data/layouts/near_miss.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -29,51 +32,23 @@ std::optional<double> number_field(const json& object, const char* field, const 
 
 namespace {
 
-/// Whether 'camera_model' (nerfstudio) or 'is_fisheye' (instant-ngp) says fisheye; nothing if neither is
-/// there.
-std::optional<bool> read_fisheye(const json& object, const std::string& where) {
-  if (const auto flag = object.find("is_fisheye");
-      flag != object.end() && flag->is_boolean() && flag->get<bool>())
-    return true;
-  const auto model = object.find("camera_model");
-  if (model == object.end()) return {};
-  if (*model == "OPENCV_FISHEYE") return true;
-  for (const char* known : {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "SIMPLE_RADIAL", "RADIAL"})
-    if (*model == known) return false;
-  fail({where, "'camera_model' is not supported",
-        "OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE, SIMPLE_RADIAL or RADIAL", shown(*model),
-        "undistort the pictures first (colmap image_undistorter)"});
+/// What to say of a field that is missing: that it is, and what may be meant for it.
+std::string no_field(const UnreadFields& unread, const std::vector<std::string>& wanted) {
+  const std::string meant = unread.meant_for(wanted);
+  return meant.empty() ? "no such field" : "no such field, but " + meant;
 }
 
-}  // namespace
-
-Lens read_lens(const json& object, const std::string& where) {
-  const auto get = [&](const char* field) { return number_field(object, field, where); };
-  return {get("camera_angle_x"),
-          get("camera_angle_y"),
-          get("fl_x"),
-          get("fl_y"),
-          get("cx"),
-          get("cy"),
-          get("w"),
-          get("h"),
-          get("k1"),
-          get("k2"),
-          get("k3"),
-          get("k4"),
-          get("p1"),
-          get("p2"),
-          read_fisheye(object, where)};
-}
-
-std::array<double, 16> read_matrix(const json& frame, const std::string& where) {
+std::array<double, 16> read_matrix(const json& frame, const std::string& where, const UnreadFields& unread) {
   const auto found = frame.find("transform_matrix");
   if (found == frame.end())
-    fail({where, "'transform_matrix' is missing", "4 rows of 4 numbers", "no such field", ""});
-  if (!found->is_array() || found->size() != 4)
-    fail({where, "'transform_matrix' has the wrong shape", "4 rows of 4 numbers", shown(*found), ""});
+    fail({where, "'transform_matrix' is missing", "4 rows of 4 numbers",
+          no_field(unread, {"transform_matrix"}), ""});
+  if (!found->is_array() || (found->size() != 4 && found->size() != 3))
+    fail({where, "'transform_matrix' has the wrong shape", "4 rows of 4 numbers, or 3 without 0 0 0 1",
+          shown(*found), ""});
   std::array<double, 16> m{};
-  for (std::size_t row = 0; row < 4; ++row) {
+  m[15] = 1;
+  for (std::size_t row = 0; row < found->size(); ++row) {
     const json& values = (*found)[row];
     const std::string name = "'transform_matrix' row " + std::to_string(row);
     if (!values.is_array() || values.size() != 4)
@@ -88,20 +63,29 @@ std::array<double, 16> read_matrix(const json& frame, const std::string& where) 
   return m;
 }
 
-std::string read_file_path(const json& frame, const std::string& where) {
+std::string read_file_path(const json& frame, const std::string& where, const UnreadFields& unread) {
   const auto found = frame.find("file_path");
   if (found == frame.end())
-    fail({where, "'file_path' is missing", "the picture's path within the folder", "no such field", ""});
+    fail({where, "'file_path' is missing", "the picture's path within the folder",
+          no_field(unread, {"file_path"}), ""});
   if (!found->is_string() || found->get_ref<const std::string&>().empty())
     fail({where, "'file_path' is not a path", "the picture's path within the folder", shown(*found), ""});
   return found->get<std::string>();
 }
 
+}  // namespace
+
 const json& frames_of(const json& file, const std::string& where) {
   if (!file.is_object())
     fail({where, "this is not a transforms file", "an object with 'frames'", shown(file), ""});
   const auto frames = file.find("frames");
-  if (frames == file.end()) fail({where, "'frames' is missing", "an array of frames", "no such field", ""});
+  if (frames == file.end()) {
+    std::string got = "no such field";
+    for (const auto& [name, value] : file.items())
+      if (edits(lower_case(name), "frames") <= 1)
+        got += ", but " + in_quotes(name) + ", which may be meant for it";
+    fail({where, "'frames' is missing", "an array of frames", got, ""});
+  }
   if (!frames->is_array())
     fail({where, "'frames' is not an array", "an array of frames", shown(*frames), ""});
   if (frames->empty()) fail({where, "the split is empty", "at least one frame", "'frames' with none", ""});
@@ -139,22 +123,38 @@ std::string transforms_name(const std::string& split) { return "transforms_" + s
 RawSplit read_frames(const json& file, const std::string& where) {
   RawSplit split{"train", where, true, {}};
   const json& frames = frames_of(file, split.file);
+  if (const std::string matrix = lens_matrix_field(file); file.contains("fl_x") && !matrix.empty())
+    split.notes.push_back(where + ": '" + matrix + "' is not read, because there is 'fl_x'");
+  UnreadFields unread;
+  unread.look_at(file);
+  for (const json& frame : frames) unread.look_at(frame);
   const Lens shared = read_lens(file, split.file);
+  std::vector<std::array<double, 16>> matrices;
   for (const json& frame : frames) {
     const std::string at = split.where(split.frames.size());
     if (!frame.is_object()) fail({at, "this is not a frame", "an object", shown(frame), ""});
     RawFrame raw;
-    raw.file_path = read_file_path(frame, at);
-    set_pose(raw, read_matrix(frame, at), at);
+    raw.file_path = read_file_path(frame, at, unread);
+    matrices.push_back(read_matrix(frame, at, unread));
     raw.lens = merge(shared, read_lens(frame, at));
+    if (const auto mask = frame.find("mask_path"); mask != frame.end() && mask->is_string())
+      raw.mask = mask->get<std::string>();
+    const std::string meant = unread.meant_for({"fl_x", "camera_angle_x", "K"});
+    if (!raw.lens.fl_x && !raw.lens.camera_angle_x && !meant.empty())
+      fail({at, "there is no focal length", "'camera_angle_x' (radians) or 'fl_x' (pixels)", meant,
+            "give the field its right name"});
     split.frames.push_back(std::move(raw));
   }
+  if (const std::string note = take_last_rows(matrices); !note.empty())
+    split.notes.push_back(where + ": " + note);
+  for (std::size_t i = 0; i < matrices.size(); ++i) set_pose(split.frames[i], matrices[i], split.where(i));
+  for (std::string& note : unread.notes(where)) split.notes.push_back(std::move(note));
   return split;
 }
 
-RawSplit read_transforms(const std::filesystem::path& folder, const std::string& name,
-                         std::optional<Box>* box) {
-  const std::filesystem::path path = folder / transforms_name(name);
+RawSplit read_transforms(const std::filesystem::path& folder, const std::string& file_of,
+                         const std::string& name, std::optional<Box>* box) {
+  const std::filesystem::path path = folder / transforms_name(file_of);
   const std::string where = printable(path.string());
   const json file = read_json(path, where);
   RawSplit split = read_frames(file, where);
@@ -191,8 +191,11 @@ std::optional<std::filesystem::path> find_image(const std::filesystem::path& roo
   if (file_path.find('\0') != std::string::npos)
     fail({where, "'file_path' holds a zero byte", "the picture's path within the folder",
           in_quotes(file_path), ""});
-  for (const std::string& candidate :
-       {file_path, file_path + ".png", file_path + ".jpg", file_path + ".jpeg"}) {
+  std::vector<std::string> candidates{file_path};
+  if (kind_of(file_path) != FileKind::picture)  // NAME.png.png would be a mask
+    for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"})
+      candidates.push_back(file_path + ending);
+  for (const std::string& candidate : candidates) {
     std::error_code error;
     const fs::path path = fs::weakly_canonical(root / candidate, error);
     if (error)
@@ -206,7 +209,21 @@ std::optional<std::filesystem::path> find_image(const std::filesystem::path& roo
   return {};
 }
 
-Error image_missing(const std::string& file_path, const std::string& where) {
+Error image_missing(const std::filesystem::path& root, const std::string& file_path,
+                    const std::string& where) {
+  for (const char* ending : {".exr", ".EXR", ".hdr", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".HEIC"}) {
+    std::filesystem::path other(file_path);
+    if (kind_of(other) == FileKind::picture)
+      other.replace_extension(ending);
+    else
+      other += ending;
+    std::error_code ignored;
+    if (inside(root, std::filesystem::weakly_canonical(root / other, ignored)) &&
+        std::filesystem::is_regular_file(root / other, ignored))
+      return Error({where, "the picture is of a kind that is not read", "PNG or JPEG",
+                    in_quotes(other.string()), how_to_convert(other)},
+                   Fault::input);
+  }
   return Error({where, "the image is missing", in_quotes(file_path) + ", also with .png, .jpg or .jpeg added",
                 "no such file", "check 'file_path' and that the pictures were copied"},
                Fault::input);

@@ -15,10 +15,11 @@ namespace splinevox::data {
 std::string transforms_name(const std::string& split);
 
 /// Reads and checks one split of a NeRF / D-NeRF folder. Throws Error (Fault::input).
-/// @param folder  as the user gave it; messages begin with it. @param box  takes the file's scene_box, if it
-/// has one
-RawSplit read_transforms(const std::filesystem::path& folder, const std::string& split,
-                         std::optional<Box>* box = nullptr);
+/// @param folder   as the user gave it; messages begin with it.
+/// @param file_of  the split that the file is named after. @param name  the split it serves as.
+/// @param box      takes the file's scene_box, if it has one
+RawSplit read_transforms(const std::filesystem::path& folder, const std::string& file_of,
+                         const std::string& name, std::optional<Box>* box = nullptr);
 
 /// The box that a transforms file may give as 'scene_box': [[lo x, y, z], [hi x, y, z]]. Throws Error
 /// (Fault::input).
@@ -29,9 +30,11 @@ std::optional<Box> read_scene_box(const nlohmann::json& file, const std::string&
 /// @{
 std::string shown(const nlohmann::json& value);  ///< a short description for "got"
 std::optional<double> number_field(const nlohmann::json& object, const char* field, const std::string& where);
+/// The lens of a file or a frame, from fields of its own or a matrix in "K", "intrinsics" ... of numbers in
+/// pixels.
 Lens read_lens(const nlohmann::json& object, const std::string& where);
-std::array<double, 16> read_matrix(const nlohmann::json& frame, const std::string& where);
-std::string read_file_path(const nlohmann::json& frame, const std::string& where);
+/// The field with such a matrix; empty if there is none. It is read where there is no fl_x.
+std::string lens_matrix_field(const nlohmann::json& object);
 const nlohmann::json& frames_of(const nlohmann::json& file, const std::string& where);
 /// Fills in the times: all frames have one, or none has and the split is not timed.
 void read_times(const nlohmann::json& frames, const char* field, RawSplit& split);
@@ -39,13 +42,19 @@ void read_times(const nlohmann::json& frames, const char* field, RawSplit& split
 RawSplit read_frames(const nlohmann::json& file, const std::string& where);
 /// @}
 
-/// The picture a frame names: file_path itself, or with .png, .jpg or .jpeg added. Must lie in the folder,
-/// links resolved, and must not be a device or pipe.
+/// The picture a frame names: file_path itself, or, if it has no such ending, with .png, .jpg or .jpeg added.
+/// Must lie in the folder, links resolved, and must not be a device or pipe.
 /// @param root  the folder in canonical form. @return an absolute path; empty if there is no such picture.
 /// Throws Error (Fault::input).
 std::optional<std::filesystem::path> find_image(const std::filesystem::path& root,
                                                 const std::string& file_path, const std::string& where);
-/// What to say of a picture that find_image does not find.
-Error image_missing(const std::string& file_path, const std::string& where);
+/// What to say of a picture that find_image does not find: whether it is there as EXR, TIFF ...
+Error image_missing(const std::filesystem::path& root, const std::string& file_path,
+                    const std::string& where);
+
+/// Paths that another machine wrote (backslashes, drive letters, from the root on): where the same number of
+/// leading folders left out makes them paths within the folder, they become these. @return a note; empty if
+/// nothing was changed.
+std::string take_foreign_paths(const std::filesystem::path& root, std::vector<RawSplit>& splits);
 
 }  // namespace splinevox::data

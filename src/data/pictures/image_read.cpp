@@ -26,14 +26,20 @@ bool starts_with(Bytes bytes, Bytes start) {
   return true;
 }
 
-/// What a file that is no PNG seems to be.
-std::string guess_format(Bytes bytes) {
+/// What a file that is no PNG seems to be, and what to do with it.
+struct Guess {
+  std::string format, hint = "convert it to PNG";
+};
+Guess guess_format(Bytes bytes) {
   constexpr std::array<std::uint8_t, 3> jpeg = {0xff, 0xd8, 0xff};
   constexpr std::array<std::uint8_t, 4> exr = {0x76, 0x2f, 0x31, 0x01};
-  if (bytes.empty()) return "an empty file";
-  if (starts_with(bytes, jpeg)) return "a JPEG";
-  if (starts_with(bytes, exr)) return "an OpenEXR file";
-  return "something else (" + std::to_string(bytes.size()) + " bytes looked at)";
+  if (bytes.empty()) return {"an empty file", "copy the file again"};
+  if (starts_with(bytes, jpeg)) return {"a JPEG"};
+  if (starts_with(bytes, exr))
+    return {"an OpenEXR file",
+            "convert it to PNG, with the colours of a screen: "
+            "oiiotool a.exr --colorconvert linear sRGB -o a.png"};
+  return {"something else (" + std::to_string(bytes.size()) + " bytes looked at)"};
 }
 
 std::uint32_t be32(Bytes bytes, std::size_t at) {
@@ -51,8 +57,10 @@ int samples_of(int colour_type, int bits) {
 }
 
 PngHeader check_png(Bytes head, std::uintmax_t file_size, const std::string& where) {
-  if (!starts_with(head, Bytes(kStart).first(8)))
-    fail({where, "the image is not a PNG", "a PNG file", guess_format(head), "convert it to PNG"});
+  if (!starts_with(head, Bytes(kStart).first(8))) {
+    const Guess guess = guess_format(head);
+    fail({where, "the image is not a PNG", "a PNG file", guess.format, guess.hint});
+  }
   if (head.size() < kPngHeaderBytes)
     fail({where, "the image is truncated", "a whole PNG", std::to_string(file_size) + " bytes",
           "copy the file again"});

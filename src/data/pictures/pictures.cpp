@@ -113,7 +113,7 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
     const std::string& file = split.frames[i].file_path;
     const auto path = find_image(root, file, split.where(i));
-    if (!path) throw image_missing(file, split.where(i));
+    if (!path) throw image_missing(root, file, split.where(i));
     plan.paths.push_back(*path);
     const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
     plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");

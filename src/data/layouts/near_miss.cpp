@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/layouts/near_miss.hpp"
+
+#include <algorithm>
+
+#include "data/layouts/folder_list.hpp"
+#include "data/message_text.hpp"
+
+namespace splinevox::data {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+/// Fields of transforms files that are read.
+constexpr const char* kRead[] = {"file_path",
+                                 "transform_matrix",
+                                 "time",
+                                 "timestep",
+                                 "scene_box",
+                                 "camera_model",
+                                 "is_fisheye",
+                                 "camera_angle_x",
+                                 "camera_angle_y",
+                                 "fl_x",
+                                 "fl_y",
+                                 "cx",
+                                 "cy",
+                                 "w",
+                                 "h",
+                                 "k1",
+                                 "k2",
+                                 "k3",
+                                 "k4",
+                                 "p1",
+                                 "p2",
+                                 "K",
+                                 "intrinsics",
+                                 "camera_intrinsics",
+                                 "train_filenames",
+                                 "val_filenames",
+                                 "test_filenames"};
+
+/// Fields that would change the camera and are not read, and what to give in their place.
+struct Unread {
+  const char *name, *advice;
+};
+constexpr const char* kGiveK = "give k1, k2, p1, p2 and k3, each a field of its own";
+constexpr const char* kUndistort = "undistort the pictures first";
+constexpr Unread kUnread[] = {{"distortion", kGiveK},
+                              {"distortions", kGiveK},
+                              {"distortion_params", kGiveK},
+                              {"distortion_coefficients", kGiveK},
+                              {"dist_coeffs", kGiveK},
+                              {"dist", kGiveK},
+                              {"k5", kUndistort},
+                              {"k6", kUndistort},
+                              {"skew", kUndistort},
+                              {"b1", kUndistort},
+                              {"b2", kUndistort}};
+
+/// Without what people write in different ways: case, underscores and hyphens.
+std::string bare_name(std::string_view text) {
+  std::string name = lower_case(text);
+  std::erase_if(name, [](char c) { return c == '_' || c == '-' || c == ' '; });
+  return name;
+}
+
+/// The known field that a name may be meant for; empty if the name is known, or none is near.
+std::string meant_field(const std::string& name) {
+  constexpr std::size_t kShortest = 4;  // of shorter names every other is one letter off
+  std::string near;
+  for (const std::string known : kRead) {
+    if (name == known) return {};
+    if (bare_name(name) == bare_name(known) ||
+        (std::min(name.size(), known.size()) >= kShortest && edits(name, known) == 1))
+      near = known;
+  }
+  return near;
+}
+
+/// Whether a value says something: no zero, no array of zeros.
+bool says_something(const json& value) {
+  if (value.is_number()) return value.get<double>() != 0;
+  if (value.is_array()) return std::any_of(value.begin(), value.end(), says_something);
+  return !value.is_null();
+}
+
+bool holds(const fs::path& folder, const char* name) {
+  std::error_code ignored;
+  return fs::exists(folder / name, ignored);
+}
+
+bool looks_known(const fs::path& folder) {
+  for (const char* name :
+       {"transforms_train.json", "transforms.json", "transform_train.json", "poses_bounds.npy",
+        "precomputed.json", "dataset.json", "sparse", "colmap_sparse", "cameras.bin", "cameras.txt"})
+    if (holds(folder, name)) return true;
+  return false;
+}
+
+/// The file's name that one of the folder's is nearly; empty if none is near.
+std::string meant_file(const std::string& name) {
+  if (lower_case(fs::path(name).extension().string()) == ".json" ||
+      lower_case(fs::path(name).extension().string()) == ".npy")
+    for (const std::string known :
+         {"transforms.json", "transforms_train.json", "transforms_val.json", "transforms_test.json",
+          "poses_bounds.npy", "precomputed.json", "dataset.json"}) {
+      const std::string a = bare_name(name), b = bare_name(known);
+      if (a == b || edits(a, b) <= 2) return known;
+    }
+  return lower_case(name).starts_with("poses_bounds") ? "poses_bounds.npy" : "";
+}
+
+bool has_cameras(const fs::path& folder) {
+  for (const char* inside : {"sparse/0", "sparse", "."})
+    for (const char* name : {"cameras.bin", "cameras.txt"})
+      if (holds(folder / inside, name)) return true;
+  return false;
+}
+
+std::string hint_for(const fs::path& folder, const std::vector<std::string>& files,
+                     const std::vector<std::string>& folders) {
+  for (const std::string& name : files)
+    if (const std::string meant = meant_file(name); !meant.empty())
+      return in_quotes(name) + " looks like " + meant + ": rename it";
+  for (const std::string& name : folders)
+    if (looks_known(folder / name)) return "give the folder in it: " + printable((folder / name).string());
+  if (has_cameras(folder))
+    return "the COLMAP model has cameras and no images file: copy it again, as a whole";
+  for (const std::string& name : files)
+    if (const std::string end = lower_case(fs::path(name).extension().string());
+        end == ".zip" || end == ".tar" || end == ".gz" || end == ".7z" || end == ".xz")
+      return "unpack " + in_quotes(name) + " first";
+  for (const std::string& name : files)
+    if (lower_case(fs::path(name).extension().string()) == ".db")
+      return "COLMAP's database has no cameras' places yet: let COLMAP reconstruct into sparse/0";
+  bool pictures = !files_in(folder, FileKind::picture).empty() || !files_in(folder, FileKind::film).empty();
+  for (const std::string& name : folders) pictures |= !files_in(folder / name, FileKind::picture).empty();
+  if (pictures)
+    return "these are pictures without cameras: let COLMAP find the cameras first (docs/data.md, \"A video "
+           "from a "
+           "phone\")";
+  return "give the folder that holds them";
+}
+
+}  // namespace
+
+std::size_t edits(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before, last(b.size() + 1), now(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) last[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    now[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      now[j] = std::min({last[j] + 1, now[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        now[j] = std::min(now[j], before[j - 2] + 1);
+    }
+    before = last;
+    last = now;
+  }
+  return last[b.size()];
+}
+
+void UnreadFields::look_at(const json& object) {
+  if (!object.is_object()) return;
+  constexpr std::size_t kMost = 64;  // different names; a file may have any number
+  for (const auto& [name, value] : object.items()) {
+    auto field = std::find_if(fields_.begin(), fields_.end(),
+                              [&, &key = name](const Field& f) { return f.name == key; });
+    if (field == fields_.end()) {
+      if (fields_.size() >= kMost) continue;
+      fields_.push_back({name, name.size() < 40 ? meant_field(name) : "", ""});
+      field = fields_.end() - 1;
+    }
+    for (const Unread& unread : kUnread)
+      if (name == unread.name && says_something(value)) field->advice = unread.advice;
+    ++field->count;
+  }
+}
+
+std::string UnreadFields::meant_for(const std::vector<std::string>& wanted) const {
+  for (const Field& field : fields_)
+    if (std::find(wanted.begin(), wanted.end(), field.meant) != wanted.end())
+      return in_quotes(field.name) + ", which may be meant for '" + field.meant + "'";
+  return {};
+}
+
+std::vector<std::string> UnreadFields::notes(const std::string& where) const {
+  std::vector<std::string> notes;
+  for (const Field& field : fields_) {
+    if (!field.meant.empty())
+      notes.push_back(where + ": " + in_quotes(field.name) + " is not read; '" + field.meant +
+                      "' may be meant");
+    else if (!field.advice.empty())
+      notes.push_back(where + ": " + in_quotes(field.name) + " is not read: " + field.advice);
+  }
+  return notes;
+}
+
+NearMiss near_miss(const fs::path& folder) {
+  const std::vector<std::string> files = files_in(folder), folders = folders_in(folder);
+  std::vector<std::string> all = folders;
+  for (std::string& name : all) name += '/';
+  all.insert(all.end(), files.begin(), files.end());
+  return {list_of(all), hint_for(folder, files, folders)};
+}
+
+}  // namespace splinevox::data
