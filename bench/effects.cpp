@@ -110,10 +110,10 @@ int main(int argc, char** argv) {
         const double turns = orbit != 0 ? orbit : kind.orbits[std::size_t(seed) % kind.orbits.size()];
         const std::string scene = kind.scenes[std::size_t(seed) % kind.scenes.size()];
         Dataset data = make_synth(scene, {.frames = kind.frames ? kind.frames : frames,
-                                                .size = size,
-                                                .seed = std::uint64_t(seed),
-                                                .orbit = turns,
-                                                .look = kind.look});
+                                          .size = size,
+                                          .seed = std::uint64_t(seed),
+                                          .orbit = turns,
+                                          .look = kind.look});
         config.run.seed = std::uint64_t(seed);
         const EffectChoice choice = prepare(config, data).effects;
         bool same = true;

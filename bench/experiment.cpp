@@ -58,8 +58,7 @@ Score score(const VoxelModel& model, const Split& split, std::size_t every, cons
 }
 
 void run(const Options& options, const Config& base, const std::string& scene, int seed) {
-  const Dataset data =
-      load_dataset(scene, {.downscale = base.run.downscale, .splits = {"train", options.split}});
+  Dataset data = load_dataset(scene, {.downscale = base.run.downscale, .splits = {"train", options.split}});
   const std::string name = std::filesystem::path(scene).filename().string();
   Config config = base;
   config.run.seed = std::uint64_t(seed);

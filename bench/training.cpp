@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   const int threads = argc > 2 ? std::atoi(argv[2]) : 1;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
-                                    : load_dataset(path, {.splits = {"train"}});
+                              : load_dataset(path, {.splits = {"train"}});
 
   Config config = preset("fast");
   config.run.max_time = 0;

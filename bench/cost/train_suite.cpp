@@ -152,7 +152,7 @@ void train_suite(const SuiteOptions& o, const std::string& runs, const OnRecord&
   Finished finished(runs, o.where);
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     Dataset data = scene.empty() ? make_synth("dancer", {.frames = 40, .size = o.micro ? 48 : 200})
-                                       : load_dataset(scene, {.splits = {"train", "test"}});
+                                 : load_dataset(scene, {.splits = {"train", "test"}});
     std::vector<Setting> list = settings(o.micro);
     if (!o.knobs.empty())
       std::erase_if(list, [&](const Setting& s) {

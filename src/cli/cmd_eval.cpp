@@ -134,9 +134,10 @@ int eval(const EvalOptions& o) {
     fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", scores.psnr, scores.ssim,
                scores.ms_ssim, scores.views.size());
   if (flat && !o.json)
-    fmt::print("note: all training cameras see the scene from within {:.2g} degrees: its depth is not determined, "
-               "and these figures say nothing of views from elsewhere\n",
-               *run.record.parallax);
+    fmt::print(
+        "note: all training cameras see the scene from within {:.2g} degrees: its depth is not determined, "
+        "and these figures say nothing of views from elsewhere\n",
+        *run.record.parallax);
   if (o.truth && !o.json) print_truth(motion);
   return 0;
 }

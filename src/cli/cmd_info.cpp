@@ -189,8 +189,9 @@ Action info_command(CLI::App& verb) {
   auto o = std::make_shared<Options>();
   verb.add_option("RUN|FILE.vdb|DATASET", o->path, "a run, any VDB file, or a data set")->required();
   add_rules(verb, o->rules);
-  verb.add_flag("--pixels", o->pixels,
-                "of a data set: decode every picture too, for what headers do not tell (empty or damaged ones)");
+  verb.add_flag(
+      "--pixels", o->pixels,
+      "of a data set: decode every picture too, for what headers do not tell (empty or damaged ones)");
   verb.add_flag("--json", o->json, "the same as JSON");
   return [o] { return info(o->path, o->rules, o->pixels, o->json); };
 }

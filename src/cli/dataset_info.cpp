@@ -114,7 +114,7 @@ Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixel
 void print_dataset(const Json& j) {
   const bool alpha = j["alpha"].get<bool>();
   fmt::print("{}: {}, {}\n", j["dataset"].get<std::string>(), j["format"].get<std::string>(),
-             !alpha                         ? "opaque pictures"
+             !alpha                           ? "opaque pictures"
              : j["pictures_read"].get<bool>() ? "pictures with alpha"
                                               : "pictures with a channel for alpha");
   for (const Json& s : j["splits"])

@@ -30,6 +30,7 @@ void ExportReport::add(const ExportedFrame& f, int done, int total) {
       speed_ = std::max(speed_, s->second);
     if (const auto s = file.figures.find("velocity_padding_short"); s != file.figures.end())
       short_ = std::max(short_, s->second);
+    wide_ |= file.figures.contains("wider_than_half");
   };
   count(f.file);
   std::for_each(f.beside.begin(), f.beside.end(), count);
@@ -93,6 +94,9 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
     fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n",
                fresh / seconds, used / fresh, 100 * writing_ / used);
   }
+  if (wide_)
+    fmt::print("some grids hold values beyond 65504, the largest of 16-bit floats, and are of 32 bits: in a larger "
+               "unit of length (convert --scale) they would be half as large\n");
   if (short_ > 0)
     fmt::print(
         "motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are "

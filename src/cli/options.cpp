@@ -67,14 +67,16 @@ void add_otherwise(CLI::App& verb, Otherwise& o) {
 }
 
 void add_rules(CLI::App& verb, DatasetRules& rules) {
-  verb.add_option("--times", rules.times,
-                  "when pictures were taken, where the data does not say: none (all of one moment), order (evenly, "
-                  "in the order of names), name:GROUP (a group of digits in the names, 1 the first, -1 the last) "
-                  "or FILE (a name and a number per line)")
+  verb.add_option(
+          "--times", rules.times,
+          "when pictures were taken, where the data does not say: none (all of one moment), order (evenly, "
+          "in the order of names), name:GROUP (a group of digits in the names, 1 the first, -1 the last) "
+          "or FILE (a name and a number per line)")
       ->type_name("WHEN");
-  verb.add_option("--missing", rules.missing,
-                  "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "
-                  "skipped up to a tenth of all")
+  verb.add_option(
+          "--missing", rules.missing,
+          "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "
+          "skipped up to a tenth of all")
       ->type_name("{skip,refuse}");
 }
 

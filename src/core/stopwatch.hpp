@@ -3,8 +3,8 @@
 
 namespace splinevox {
 
-/// A clock that stands still while the process is suspended (Ctrl-Z, a scheduler that freezes it): a budget of
-/// seconds must not run out asleep. The two clocks it is made of are given, so that it can be tested.
+/// A clock that stands still while the process is suspended (Ctrl-Z, a scheduler that freezes it): a budget
+/// of seconds must not run out asleep. The two clocks it is made of are given, so that it can be tested.
 class AwakeClock {
  public:
   /// @param wall, processor  seconds so far, by the clock and by the process. @return seconds awake.
@@ -18,7 +18,7 @@ class AwakeClock {
   }
 
  private:
-  static constexpr double kLongest = 1;    ///< seconds between two looks that need no explanation
+  static constexpr double kLongest = 1;   ///< seconds between two looks that need no explanation
   static constexpr double kIdle = 0.005;  ///< share of them that a process on the busiest machine still gets
   bool begun_ = false;
   double wall_ = 0, processor_ = 0, asleep_ = 0;

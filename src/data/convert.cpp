@@ -78,10 +78,9 @@ std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
   const std::vector<std::string> names = frame_names(raw, plan);
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < names.size(); ++i)
-    paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i],
-                                plan.film() || plan.asked[i] != 1
-                                    ? ".png"
-                                    : plan.paths[i].extension().string()));
+    paths.push_back(
+        fmt::format("./{}/{}{}", raw.name, names[i],
+                    plan.film() || plan.asked[i] != 1 ? ".png" : plan.paths[i].extension().string()));
   return paths;
 }
 

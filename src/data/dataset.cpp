@@ -62,10 +62,12 @@ void note_turns(const RawSplit& raw, const PicturePlan& plan, std::vector<std::s
              not_turned = std::count_if(plan.asked.begin(), plan.asked.end(), turns) - turned;
   const std::string all = " of " + std::to_string(plan.turns.size()) + " pictures ";
   if (turned > 0)
-    notes.push_back(raw.name + ": " + std::to_string(turned) + all + "are turned upright, as their EXIF says");
+    notes.push_back(raw.name + ": " + std::to_string(turned) + all +
+                    "are turned upright, as their EXIF says");
   if (not_turned > 0)
-    notes.push_back(raw.name + ": " + std::to_string(not_turned) + all +
-                    "are taken as stored, not turned as their EXIF says: their cameras are for the stored pixels");
+    notes.push_back(
+        raw.name + ": " + std::to_string(not_turned) + all +
+        "are taken as stored, not turned as their EXIF says: their cameras are for the stored pixels");
 }
 
 void note_pictures(const Split& split, const std::vector<PictureFacts>& facts, bool PictureFacts::*odd,

@@ -58,7 +58,8 @@ std::string record_text(const RunRecord& record) {
       "splinevox = {}\ncompiler = {}\ndataset = {}\nfingerprint = \"{:016x}\"\n"
       "time_origin = {}\ntime_scale = {}\ntimes = {}\nmissing = {}\n{}",
       quoted(record.version), quoted(record.compiler), quoted(record.dataset), record.fingerprint,
-      record.time_map.origin, record.time_map.scale, quoted(record.rules.times), quoted(record.rules.missing), parallax);
+      record.time_map.origin, record.time_map.scale, quoted(record.rules.times), quoted(record.rules.missing),
+      parallax);
 }
 
 void read_run_config(const std::string& run, Config& config, RunRecord& record) {

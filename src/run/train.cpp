@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/times/settle.hpp"
 #include "run/train.hpp"
 
 #include <fmt/format.h>
@@ -10,6 +9,7 @@
 #include <utility>
 
 #include "core/atomic_file.hpp"
+#include "data/times/settle.hpp"
 #include "io/manifest.hpp"
 #include "run/effects_report.hpp"
 #include "run/train_session.hpp"
@@ -37,8 +37,8 @@ void check_same_run(const RunFolder& folder, const Config& saved, const Config& 
           "another folder for --out"});
 }
 
-/// The rules asked for, else those of the run to go on with. A file of times gets its full path: later verbs may
-/// be called from elsewhere.
+/// The rules asked for, else those of the run to go on with. A file of times gets its full path: later verbs
+/// may be called from elsewhere.
 DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
   DatasetRules rules = o.rules;
   if (rules.times.empty()) rules.times = record.rules.times;
@@ -62,7 +62,7 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
 /// Makes the configuration ready for the data; writes effects.json. What the user listed is measured, not
 /// changed.
 Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
-              Progress& progress) {
+                Progress& progress) {
   PrepareOptions options;
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
   options.on_note = [&](const std::string& text) { progress.note(text); };
@@ -77,8 +77,8 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   return prepared;
 }
 
-/// A budget of seconds that gave far fewer steps than the preset is made for: large or many pictures, or a slow
-/// machine. What more seconds would give is not to be guessed from the result.
+/// A budget of seconds that gave far fewer steps than the preset is made for: large or many pictures, or a
+/// slow machine. What more seconds would give is not to be guessed from the result.
 void note_few_steps(const Config& config, std::int64_t steps, Progress& progress) {
   constexpr double kFew = 0.25;
   for (const Preset& p : presets()) {
@@ -149,8 +149,9 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   } else {
     const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, progress);
     config = ready.config;
-    record = {kVersion, SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
-              data.fingerprint, data.time_map, load.rules, ready.parallax};
+    record = {kVersion,         SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
+              data.fingerprint, data.time_map,      load.rules,
+              ready.parallax};
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   TrainSession session({config, data, folder, used, checkpoint, ranks, device, std::move(steps)}, progress);

@@ -182,8 +182,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const auto rgba = frame.image.pixel(x, y);
         const Vec3 behind = (rgba[3] == 65535 ? opaque_random : random)
                                 ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
-                                                       ray_rng.uniform(4 * r + 2)}
-                                   : background.towards(cast<float>(ray.direction));
+                                                    ray_rng.uniform(4 * r + 2)}
+                                : background.towards(cast<float>(ray.direction));
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const float alpha = rgba[3] * (1 / 65535.0f);
         for (int c = 0; c < 3; ++c)

@@ -14,7 +14,8 @@ namespace splinevox {
 namespace {
 
 constexpr const char* kLikelyCauses =
-    "matrices that are world to camera or have other axes than OpenGL's (x right, y up, z backwards), a wrong "
+    "matrices that are world to camera or have other axes than OpenGL's (x right, y up, z backwards), a "
+    "wrong "
     "angle of view, or pictures of other cameras";
 
 /// PSNR of a picture by its own mean colour, over an eighth of its pixels.
@@ -55,23 +56,27 @@ void check_silhouettes(const Split& train, const std::function<void(std::string)
           fmt::format("write 'transform_matrix' from camera to world in OpenGL's axes: it looks like {}",
                       other.what)});
   }
-  note(fmt::format("silhouettes of neighbouring times meet in only {}: the cameras may not belong to the pictures. "
-                   "Likely causes: {}",
-                   found, kLikelyCauses));
+  note(fmt::format(
+      "silhouettes of neighbouring times meet in only {}: the cameras may not belong to the pictures. "
+      "Likely causes: {}",
+      found, kLikelyCauses));
 }
 
-double check_parallax(const Config& config, const Split& train, const std::function<void(std::string)>& note) {
+double check_parallax(const Config& config, const Split& train,
+                      const std::function<void(std::string)>& note) {
   const std::vector<float>& b = config.grid.box;
   const Box box = b.size() == 6 ? Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}} : camera_cube(train);
   const double angle = parallax(train, box);
   if (angle < kLeastParallax)
-    note(fmt::format("all cameras see the scene from within {:.2g} degrees: its depth is not determined, and views "
-                     "from elsewhere are a guess. More cameras, or a camera that moves, would tell",
-                     angle));
+    note(fmt::format(
+        "all cameras see the scene from within {:.2g} degrees: its depth is not determined, and views "
+        "from elsewhere are a guess. More cameras, or a camera that moves, would tell",
+        angle));
   return angle;
 }
 
-void check_fits(const Split& train, const EffectChoice& effects, const std::function<void(std::string)>& note) {
+void check_fits(const Split& train, const EffectChoice& effects,
+                const std::function<void(std::string)>& note) {
   constexpr double kBetter = 1;  // dB
   if (effects.trials.empty()) return;
   double best = -1e9;
@@ -81,10 +86,11 @@ void check_fits(const Split& train, const EffectChoice& effects, const std::func
   std::nth_element(flat.begin(), flat.begin() + std::ptrdiff_t(flat.size() / 2), flat.end());
   const double median = flat[flat.size() / 2];
   if (best >= median + kBetter) return;
-  note(fmt::format("first fits show held-out pictures at {:.1f} dB, one colour per picture reaches {:.1f}: the "
-                   "cameras may not belong to the pictures. Likely causes: {}; or a box in the wrong place "
-                   "(--set grid.box=x0,y0,z0,x1,y1,z1)",
-                   best, median, kLikelyCauses));
+  note(fmt::format(
+      "first fits show held-out pictures at {:.1f} dB, one colour per picture reaches {:.1f}: the "
+      "cameras may not belong to the pictures. Likely causes: {}; or a box in the wrong place "
+      "(--set grid.box=x0,y0,z0,x1,y1,z1)",
+      best, median, kLikelyCauses));
 }
 
 }  // namespace splinevox

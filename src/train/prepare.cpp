@@ -25,8 +25,8 @@ bool takes_box(const Config& config, const Dataset& data) {
   return !data.has_alpha && data.box && config.grid.box.empty();
 }
 
-/// The ground behind opaque pictures: looked for, or of the colour that the configuration names, and cut out of
-/// them if what is left makes silhouettes that meet.
+/// The ground behind opaque pictures: looked for, or of the colour that the configuration names, and cut out
+/// of them if what is left makes silhouettes that meet.
 void settle_ground(Config& config, Dataset& data, const std::function<void(std::string)>& note) {
   const bool named = config.sampling.background == BackgroundKind::ground;
   const auto stand_on = [&](const Vec3& colour) {
@@ -59,9 +59,10 @@ void settle_ground(Config& config, Dataset& data, const std::function<void(std::
   data.ground = colour;
   data.has_alpha = true;
   stand_on(*colour);
-  note(fmt::format("the pictures stand on a plain ground of ({:.2f}, {:.2f}, {:.2f}): it is cut out, {:.0f}% of "
-                   "all pixels (--set run.find_ground=0 otherwise)",
-                   colour->x, colour->y, colour->z, 100 * cut));
+  note(fmt::format(
+      "the pictures stand on a plain ground of ({:.2f}, {:.2f}, {:.2f}): it is cut out, {:.0f}% of "
+      "all pixels (--set run.find_ground=0 otherwise)",
+      colour->x, colour->y, colour->z, 100 * cut));
 }
 
 EffectChoice kept(const Config& config) {

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "core/parallel.hpp"
-#include "splinevox/field/lattice.hpp"
 #include "math/logit.hpp"
 #include "math/sh.hpp"
 #include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/field/lattice.hpp"
 #include "train/config/loss_terms.hpp"
 
 namespace splinevox {
@@ -48,14 +48,15 @@ void check_place(const Box& box, int cells) {
                     text(c), -c.x, -c.y, -c.z)});
 }
 
-/// A model is stored with voxels that OpenVDB takes. Beyond the largest box the rates lose decibels (1e8 units:
-/// 2 dB, 1e7: none).
+/// A model is stored with voxels that OpenVDB takes. Beyond the largest box the rates lose decibels (1e8
+/// units: 2 dB, 1e7: none).
 void check_unit(const Box& box, int cells) {
   constexpr float kLargest = 1e8f;
   const float edge = box.longest_edge();
   if (edge >= kLeastSpacing * float(cells) && edge <= kLargest) return;
   const double scale = std::pow(10, std::round(std::log10(1 / double(edge))));
-  fail({"the training cameras", edge > 1 ? "the scene's unit is too small for it" : "the scene's unit is too large for it",
+  fail({"the training cameras",
+        edge > 1 ? "the scene's unit is too small for it" : "the scene's unit is too large for it",
         fmt::format("a box from {:.3g} to {:.3g} wide", kLeastSpacing * float(cells), kLargest),
         fmt::format("{:.3g} wide", edge),
         fmt::format("multiply every position: splinevox convert DATASET --out NEW --scale={:g}", scale)});

@@ -115,8 +115,8 @@ MlpRun open_run(const std::string& path, const std::string& device) {
                 text("dataset"),
                 std::strtoull(text("fingerprint").c_str(), nullptr, 16),
                 {number(table["record"]["time_origin"]), number(table["record"]["time_scale"])},
-                 {},
-                 {}};
+                {},
+                {}};
   for (int a = 0; a < 3; ++a) {
     run.box.lo[a] = float(number(table["record"]["box"][std::size_t(a)]));
     run.box.hi[a] = float(number(table["record"]["box"][std::size_t(a) + 3]));
@@ -171,8 +171,10 @@ MlpSession::MlpSession(const Settings& settings, Dataset& data, const run::RunFo
 }
 
 Json MlpSession::run() {
-  const run::RunRecord record{run::kVersion, SPLINEVOX_COMPILER,
-                              fs::absolute(data_.path).lexically_normal().string(), data_.fingerprint,
+  const run::RunRecord record{run::kVersion,
+                              SPLINEVOX_COMPILER,
+                              fs::absolute(data_.path).lexically_normal().string(),
+                              data_.fingerprint,
                               data_.time_map,
                               {},
                               {}};

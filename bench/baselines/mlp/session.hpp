@@ -41,8 +41,7 @@ Image view_picture(MlpModel& model, const Frame& frame, const Box& box, int stri
 /// voxel model.
 class MlpSession {
  public:
-  MlpSession(const Settings& settings, Dataset& data, const run::RunFolder& folder,
-             run::Progress& progress);
+  MlpSession(const Settings& settings, Dataset& data, const run::RunFolder& folder, run::Progress& progress);
   /// Until the budget is used or a signal asks to stop; the model is saved either way. @return what
   /// metrics.json gets.
   Json run();

@@ -32,8 +32,8 @@ struct Dataset {
   std::string path;
   std::vector<Split> splits;  ///< those that exist on disk, train first
   TimeMap time_map;
-  /// Any training pixel with alpha < 1 (any pixel read, if train was not); where pixels were not read, whether
-  /// any picture has a channel for it.
+  /// Any training pixel with alpha < 1 (any pixel read, if train was not); where pixels were not read,
+  /// whether any picture has a channel for it.
   bool has_alpha = false;
   int downscale = 1;
   std::uint64_t fingerprint = 0;  ///< hash of lenses, poses, times and pixels of train; 0 if not read
@@ -43,8 +43,8 @@ struct Dataset {
   std::optional<Box> box =
       {};  ///< where the scene lies, from its points or depth bounds, if the data says; scene units
 
-  /// Colour of the plain ground that prepare (train/prepare.hpp) cut out of the train split's opaque pictures:
-  /// their pixels of it have alpha 0.
+  /// Colour of the plain ground that prepare (train/prepare.hpp) cut out of the train split's opaque
+  /// pictures: their pixels of it have alpha 0.
   std::optional<Vec3> ground = {};
 
   Split* find(const std::string& split) {
@@ -60,11 +60,11 @@ struct Dataset {
 /// How a folder is understood where it leaves room for it.
 struct DatasetRules {
   /// Where times come from: empty = the data's own, else times.txt, else the names; "none" = all pictures are
-  /// of one moment; "order" = evenly in the order of names; "name:GROUP" = a group of digits, from 1 at the left
-  /// or -1 at the right; else a file with a picture's name and a number per line.
+  /// of one moment; "order" = evenly in the order of names; "name:GROUP" = a group of digits, from 1 at the
+  /// left or -1 at the right; else a file with a picture's name and a number per line.
   std::string times = {};
-  /// What becomes of frames whose picture is missing or whose camera is no camera: "skip" = they are left out;
-  /// "refuse" = an error; empty = left out if they are a tenth of all or fewer, else an error.
+  /// What becomes of frames whose picture is missing or whose camera is no camera: "skip" = they are left
+  /// out; "refuse" = an error; empty = left out if they are a tenth of all or fewer, else an error.
   std::string missing = {};
 };
 
@@ -91,8 +91,8 @@ std::vector<std::string> dataset_formats();
 Dataset load_dataset(const std::string& path, const LoadOptions& options = {});
 
 struct ConvertOptions {
-  /// Added to every position, scene units: models hold positions as floats, so a scene in coordinates of a map
-  /// must come nearer to the origin first (numerics H14). Stands in the files as `shift`.
+  /// Added to every position, scene units: models hold positions as floats, so a scene in coordinates of a
+  /// map must come nearer to the origin first (numerics H14). Stands in the files as `shift`.
   Vec3d shift{};
   double scale = 1;  ///< of every position, after the shift: for units that are too large or too small; > 0
   DatasetRules rules{};
@@ -101,11 +101,10 @@ struct ConvertOptions {
 /// Called after every finished picture, from one thread.
 using ConvertProgress = std::function<void(int done, int total)>;
 
-/// Writes a data set of any layout as a D-NeRF folder: transforms_{train,val,test}.json and pictures. Files are
-/// copied byte for byte, but for those that their EXIF turns: they become PNG, upright as their cameras are.
-/// What D-NeRF's own files cannot say stands in further fields
-/// that load_dataset reads: lenses per frame, distortion, the box. Times and cameras are those of the source
-/// to the last bit of a double.
+/// Writes a data set of any layout as a D-NeRF folder: transforms_{train,val,test}.json and pictures. Files
+/// are copied byte for byte, but for those that their EXIF turns: they become PNG, upright as their cameras
+/// are. What D-NeRF's own files cannot say stands in further fields that load_dataset reads: lenses per
+/// frame, distortion, the box. Times and cameras are those of the source to the last bit of a double.
 ///
 /// The transforms files are written last. Throws Error: Fault::input as load_dataset, or if `folder` exists
 /// and is not empty; Fault::output.

@@ -21,8 +21,8 @@ struct RunRecord {
   std::uint64_t fingerprint = 0;  ///< of the training data
   TimeMap time_map;
   DatasetRules rules;  ///< how the data was understood
-  /// The largest angle between two training views of the scene, degrees; below kLeastParallax its depth is not
-  /// determined. Absent in runs of before.
+  /// The largest angle between two training views of the scene, degrees; below kLeastParallax its depth is
+  /// not determined. Absent in runs of before.
   std::optional<double> parallax = {};
 };
 

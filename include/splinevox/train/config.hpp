@@ -269,7 +269,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
   visit("sampling.min_weight", c.sampling.min_weight,
         "samples with a smaller share in the pixel get no gradient", 0, 0.1);
-  visit("sampling.background", c.sampling.background, "fixed, random, or ground (fixed behind opaque pixels, random behind transparent ones)", 0, 1);
+  visit("sampling.background", c.sampling.background,
+        "fixed, random, or ground (fixed behind opaque pixels, random behind transparent ones)", 0, 1);
   visit("sampling.clipped", c.sampling.clipped, "what pictures show as 1 is 1 or more", 0, 1);
   visit("sampling.occupancy_cells", c.sampling.occupancy_cells, "cells of the space-time occupancy", 8, 256);
   visit("sampling.occupancy_every", c.sampling.occupancy_every, "steps between occupancy refreshes", 1, 1e6);
@@ -329,7 +330,8 @@ struct Preset {
   const char* name;
   const char* summary;  ///< what it is for and what it costs, one line of `train --help`
   Config config;
-  int usual_steps = 0;  ///< its budget makes on 100 to 200 pictures of 400x400 with two cores; 0: not measured
+  int usual_steps =
+      0;  ///< its budget makes on 100 to 200 pictures of 400x400 with two cores; 0: not measured
 };
 /// draft, fast, standard, high, paper, nerf_atlas.
 const std::vector<Preset>& presets();

@@ -43,12 +43,12 @@ struct Prepared {
 /// it.
 ///
 /// The ground: opaque pictures of something before one plain colour are cut out. Pixels that show nothing but
-/// that colour get alpha 0 in the train split, and `run.background` becomes the colour. It is looked for unless
-/// `run.find_ground` is off. With `sampling.background=ground` (what `--background` asks for) the colour is
-/// `run.background`. What is cut must leave silhouettes that meet, else nothing is.
+/// that colour get alpha 0 in the train split, and `run.background` becomes the colour. It is looked for
+/// unless `run.find_ground` is off. With `sampling.background=ground` (what `--background` asks for) the
+/// colour is `run.background`. What is cut must leave silhouettes that meet, else nothing is.
 ///
-/// The cameras: silhouettes must meet where cameras look. Where they would with matrices of another kind, that
-/// is an error; other doubts are notes.
+/// The cameras: silhouettes must meet where cameras look. Where they would with matrices of another kind,
+/// that is an error; other doubts are notes.
 ///
 /// A prepared configuration may be prepared again: its box and ground stay.
 /// Throws Error (Fault::input) if there is no train split, and what Trainer throws.

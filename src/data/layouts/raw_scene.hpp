@@ -51,8 +51,8 @@ struct RawSplit {
 /// What a reader understood of a folder.
 struct RawScene {
   std::vector<RawSplit> splits;  ///< train first
-  bool one_list = false;         ///< the data names no splits: `splits` has one with all frames, to be divided
-  std::optional<Box> box = {};   ///< where the scene lies, scene units
+  bool one_list = false;        ///< the data names no splits: `splits` has one with all frames, to be divided
+  std::optional<Box> box = {};  ///< where the scene lies, scene units
   std::vector<std::string> notes = {};
   bool upright = true;  ///< whether the program that made the cameras obeys EXIF's orientation
 };

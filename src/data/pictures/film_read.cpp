@@ -90,7 +90,12 @@ class Reader {
 /// A call of ffmpeg's programs on a stranger's file: containers that hold their film themselves, no network.
 /// A playlist in place of a film could name any file of the machine.
 std::vector<std::string> words_of(const char* program, std::vector<std::string> arguments) {
-  std::vector<std::string> words{program, "-v", "error", "-protocol_whitelist", "file", "-format_whitelist",
+  std::vector<std::string> words{program,
+                                 "-v",
+                                 "error",
+                                 "-protocol_whitelist",
+                                 "file",
+                                 "-format_whitelist",
                                  "mov,matroska,avi,mpegts,mpeg,h264,hevc,ivf,ogg,flv,asf,mxf,m4v,mpegvideo"};
   words.insert(words.end(), std::make_move_iterator(arguments.begin()),
                std::make_move_iterator(arguments.end()));
@@ -192,8 +197,7 @@ void read_film(const std::filesystem::path& path, const PictureSize& size, const
   std::size_t next = 0;
   for (int i = 0; next < wanted.size(); ++i) {
     if (!film.read(rgb.data(), rgb.size()))
-      fail({where, "the film ends early",
-            "frame " + std::to_string(wanted[next]),
+      fail({where, "the film ends early", "frame " + std::to_string(wanted[next]),
             std::to_string(i) + " frames that ffmpeg could decode", "copy the file again"});
     if (i != wanted[next]) continue;
     Image16 image{size.width, size.height, {}};

@@ -18,10 +18,10 @@ struct FilmFacts {
   int frames() const { return int(times.size()); }
 };
 
-/// Size and time stamps of a film's first video stream, asked of ffprobe, which reads no picture. What an edit
-/// list hides (films cut without encoding again) is left out, as ffmpeg leaves it out. Time stamps within a
-/// twentieth of a frame of an even rate are put onto that rate, so that films of one rate share their moments.
-/// Throws Error (Fault::input) if the file is no film or larger than PNGs may be
+/// Size and time stamps of a film's first video stream, asked of ffprobe, which reads no picture. What an
+/// edit list hides (films cut without encoding again) is left out, as ffmpeg leaves it out. Time stamps
+/// within a twentieth of a frame of an even rate are put onto that rate, so that films of one rate share
+/// their moments. Throws Error (Fault::input) if the file is no film or larger than PNGs may be
 /// (splinevox/data/image_io.hpp), or there is no ffprobe.
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where);
 

@@ -36,7 +36,8 @@ bool JpegDecoder::begin() {
 
 std::span<const std::uint8_t> JpegDecoder::app1() const {
   for (const jpeg_marker_struct* m = info_.marker_list; m != nullptr; m = m->next)
-    if (m->marker == JPEG_APP0 + 1 && m->data_length > 4 && m->data[0] == 'E') return {m->data, m->data_length};
+    if (m->marker == JPEG_APP0 + 1 && m->data_length > 4 && m->data[0] == 'E')
+      return {m->data, m->data_length};
   return {};
 }
 

@@ -54,13 +54,32 @@ Image16 turned(Image16 image, int orientation) {
     for (int x = 0; x < size.width; ++x) {
       int u = x, v = y;  // where the pixel is stored
       switch (orientation) {
-        case 2: u = w - 1 - x; break;
-        case 3: u = w - 1 - x; v = h - 1 - y; break;
-        case 4: v = h - 1 - y; break;
-        case 5: u = y; v = x; break;
-        case 6: u = y; v = h - 1 - x; break;
-        case 7: u = w - 1 - y; v = h - 1 - x; break;
-        default: u = w - 1 - y; v = x; break;
+        case 2:
+          u = w - 1 - x;
+          break;
+        case 3:
+          u = w - 1 - x;
+          v = h - 1 - y;
+          break;
+        case 4:
+          v = h - 1 - y;
+          break;
+        case 5:
+          u = y;
+          v = x;
+          break;
+        case 6:
+          u = y;
+          v = h - 1 - x;
+          break;
+        case 7:
+          u = w - 1 - y;
+          v = h - 1 - x;
+          break;
+        default:
+          u = w - 1 - y;
+          v = x;
+          break;
       }
       const auto from = image.rgba.begin() + 4 * (std::ptrdiff_t(v) * w + u);
       std::copy(from, from + 4, out.rgba.begin() + 4 * (std::ptrdiff_t(y) * size.width + x));

@@ -13,9 +13,9 @@ namespace splinevox::data {
 
 /// What a picture's file says before any pixel is decoded.
 struct PictureHeader {
-  PictureSize size;      ///< as stored
-  bool alpha = false;    ///< there is a channel for it
-  int orientation = 1;   ///< EXIF's: how to turn the stored picture to see it upright, 1 to 8; 1 = not at all
+  PictureSize size;     ///< as stored
+  bool alpha = false;   ///< there is a channel for it
+  int orientation = 1;  ///< EXIF's: how to turn the stored picture to see it upright, 1 to 8; 1 = not at all
 };
 
 /// Reads the header of a PNG or a JPEG. Throws Error (Fault::input).

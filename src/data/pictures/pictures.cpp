@@ -88,7 +88,8 @@ std::optional<double> misfit(const Lens& lens, const PictureSize& size) {
     return lens.scaled ? std::abs(std::log(*lens.w / *lens.h * h / w))
                        : std::abs(*lens.w - w) + std::abs(*lens.h - h);
   if (lens.camera_angle_x && lens.camera_angle_y)
-    return std::abs(std::log(std::tan(*lens.camera_angle_x / 2) / std::tan(*lens.camera_angle_y / 2) * h / w));
+    return std::abs(
+        std::log(std::tan(*lens.camera_angle_x / 2) / std::tan(*lens.camera_angle_y / 2) * h / w));
   if (lens.cx && lens.cy) return std::abs(2 * *lens.cx - w) + std::abs(2 * *lens.cy - h);
   return {};
 }
@@ -209,7 +210,8 @@ std::vector<Picture> decode(const PicturePlan& plan) {
   if (plan.film()) return decode_films(plan);
   std::vector<Picture> images(plan.paths.size());
   for_each_frame(images.size(), [&](std::size_t i) {
-    images[i] = area_downscale(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.downscale);
+    images[i] =
+        area_downscale(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.downscale);
   });
   return images;
 }

@@ -38,9 +38,9 @@ struct Column {
 
 /// All names, taken apart alike.
 struct Table {
-  std::vector<Column> columns;            ///< those whose values differ
-  std::vector<std::string> folders;       ///< the folder of each picture
-  std::vector<std::string> stem_texts;    ///< the text of each picture's own name
+  std::vector<Column> columns;             ///< those whose values differ
+  std::vector<std::string> folders;        ///< the folder of each picture
+  std::vector<std::string> stem_texts;     ///< the text of each picture's own name
   std::optional<std::size_t> odd_one_out;  ///< a picture whose name has another form than most
 };
 
@@ -58,8 +58,8 @@ bool names_camera(const NameNumber& n) {
 
 bool names_time(const NameNumber& n) {
   const auto time = [](const std::string& word) {
-    return is_one_of(word,
-                     {"frame", "frames", "f", "fr", "t", "time", "timestep", "step", "moment", "tick", "frm"});
+    return is_one_of(
+        word, {"frame", "frames", "f", "fr", "t", "time", "timestep", "step", "moment", "tick", "frm"});
   };
   return time(n.before) || time(n.after);
 }
@@ -97,7 +97,8 @@ void add_columns(const std::vector<NameParts>& parts, bool in_folder, std::vecto
 /// A picture whose name has another text or another number of groups than nearly all.
 std::optional<std::size_t> find_odd(const std::vector<NameParts>& parts) {
   std::map<std::string, std::pair<std::size_t, std::size_t>> forms;  // count, first
-  for (std::size_t i = 0; i < parts.size(); ++i) ++forms.try_emplace(parts[i].stem_text, 0, i).first->second.first;
+  for (std::size_t i = 0; i < parts.size(); ++i)
+    ++forms.try_emplace(parts[i].stem_text, 0, i).first->second.first;
   const auto most = std::max_element(forms.begin(), forms.end(), [](const auto& a, const auto& b) {
     return a.second.first < b.second.first;
   });
@@ -125,7 +126,8 @@ Table table_of(const std::vector<NamedPicture>& pictures, bool decimals) {
 bool count_together(const Column& a, const Column& b) {
   std::map<double, double> of;
   for (std::size_t i = 0; i < a.numbers.size(); ++i)
-    if (of.try_emplace(a.numbers[i].value, b.numbers[i].value).first->second != b.numbers[i].value) return false;
+    if (of.try_emplace(a.numbers[i].value, b.numbers[i].value).first->second != b.numbers[i].value)
+      return false;
   std::vector<double> values;
   for (const auto& [key, value] : of) values.push_back(value);
   return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>()) == values.end();
@@ -150,7 +152,8 @@ void drop_repeats(std::vector<Column>& columns) {
 bool varies_at_one_place(const Column& column, const std::vector<NamedPicture>& pictures) {
   std::map<std::size_t, double> first;
   for (std::size_t i = 0; i < pictures.size(); ++i)
-    if (first.try_emplace(pictures[i].place, column.numbers[i].value).first->second != column.numbers[i].value)
+    if (first.try_emplace(pictures[i].place, column.numbers[i].value).first->second !=
+        column.numbers[i].value)
       return true;
   return false;
 }
@@ -208,11 +211,12 @@ NamesRead times_from(const Column& column, const std::vector<NamedPicture>& pict
     }
   if (first_at.size() >= kEnough && widest > kFarOff * (range - widest))
     return unclear(fmt::format("{} and {} lie further apart than all others together",
-                               example(pictures[std::prev(after)->second]), example(pictures[after->second])));
+                               example(pictures[std::prev(after)->second]),
+                               example(pictures[after->second])));
   const std::size_t last = first_at.rbegin()->second, first = first_at.begin()->second;
-  read.reason = fmt::format("{} is at {}, {} at {} ({})", example(pictures[first]),
-                            text_of(column.numbers[first]), example(pictures[last]),
-                            text_of(column.numbers[last]), why);
+  read.reason =
+      fmt::format("{} is at {}, {} at {} ({})", example(pictures[first]), text_of(column.numbers[first]),
+                  example(pictures[last]), text_of(column.numbers[last]), why);
   return read;
 }
 
@@ -262,8 +266,8 @@ NamesRead weigh(const Column& column, const std::vector<NamedPicture>& pictures)
   if (splits_restart(column, pictures))
     return one_moment(false, "every split counts its pictures from the start again");
   if (all_of(column, names_photograph))
-    return one_moment(false,
-                      fmt::format("{} is the name of a photograph, which counts no time", example(pictures[0])));
+    return one_moment(
+        false, fmt::format("{} is the name of a photograph, which counts no time", example(pictures[0])));
   return times_from(column, pictures, all_of(column, names_time), "the only number that counts up");
 }
 
@@ -271,8 +275,8 @@ NamesRead weigh(const Column& column, const std::vector<NamedPicture>& pictures)
 /// camera has every frame.
 bool point_is_decimal(const std::vector<NamedPicture>& pictures) {
   const Table apart = table_of(pictures, false), joined = table_of(pictures, true);
-  const auto decimal = std::find_if(joined.columns.begin(), joined.columns.end(),
-                                    [](const Column& c) { return c.decimal(); });
+  const auto decimal =
+      std::find_if(joined.columns.begin(), joined.columns.end(), [](const Column& c) { return c.decimal(); });
   if (decimal == joined.columns.end()) return false;
   std::set<std::string> whole, parts;
   for (const NameNumber& n : decimal->numbers) {

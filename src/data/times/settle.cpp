@@ -105,7 +105,8 @@ void assign(std::vector<RawSplit>& splits, const std::vector<double>& times) {
   for (std::size_t i = 0; i < frames.size(); ++i) frames[i]->time = times[i];
 }
 
-void times_from_names(const fs::path& folder, std::vector<RawSplit>& splits, std::vector<std::string>& notes) {
+void times_from_names(const fs::path& folder, std::vector<RawSplit>& splits,
+                      std::vector<std::string>& notes) {
   const NamesRead read = read_names(names_of(splits));
   switch (read.verdict) {
     case NamesRead::Verdict::unclear:
@@ -113,9 +114,9 @@ void times_from_names(const fs::path& folder, std::vector<RawSplit>& splits, std
             "times in the data, a times.txt, or one number that counts up", read.reason, kChoices});
     case NamesRead::Verdict::one_moment:
       for (RawFrame* frame : all_frames(splits)) frame->time = 0;
-      notes.push_back(fmt::format("the data has no times, and all pictures are taken as of one moment: {}{}",
-                                  read.reason,
-                                  read.sure ? "" : " (a guess: --times order, name:GROUP or FILE otherwise)"));
+      notes.push_back(
+          fmt::format("the data has no times, and all pictures are taken as of one moment: {}{}", read.reason,
+                      read.sure ? "" : " (a guess: --times order, name:GROUP or FILE otherwise)"));
       return;
     case NamesRead::Verdict::times:
       assign(splits, read.times);

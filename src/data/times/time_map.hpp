@@ -9,8 +9,8 @@
 
 namespace splinevox::data {
 
-/// The map a train split's raw times call for: the identity if they lie in [0, 1] already and fill a quarter of
-/// it or more (the convention of D-NeRF), else their range onto [0, 1]. A range below 1e-9 gives scale 0:
+/// The map a train split's raw times call for: the identity if they lie in [0, 1] already and fill a quarter
+/// of it or more (the convention of D-NeRF), else their range onto [0, 1]. A range below 1e-9 gives scale 0:
 /// nothing moves. (numerics H6)
 TimeMap fit_time_map(const std::vector<double>& raw);
 

@@ -180,6 +180,11 @@ float density_of(double alpha, const Lattice& lattice) {
   return float(optical_depth(alpha) / lattice.spacing);
 }
 
+/// Whether 16-bit floats hold every value of a grid: in small units densities are large.
+bool fits_half(const VdbGrid& grid) {
+  return std::all_of(grid.values.begin(), grid.values.end(), [](float v) { return std::abs(v) <= kLargestHalf; });
+}
+
 }  // namespace
 
 Lattice export_lattice(const VoxelModel& model, double voxel_size) {
@@ -246,7 +251,8 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
   for (VdbGrid& grid : grids) {
     grid.spacing = lattice_.spacing;
     grid.origin = cast<double>(lattice_.origin);
-    grid.half = options_.half && !profile_.nanovdb;
+    grid.half = options_.half && !profile_.nanovdb && fits_half(grid);
+    if (options_.half && !profile_.nanovdb && !grid.half) out.figures["wider_than_half"] += 1;
   }
   if (options_.mesh)
     out.mesh = make_mesh(grids[0], grids[1], density_of(options_.mesh_alpha, lattice_),

@@ -21,6 +21,9 @@ enum class VdbClass { unknown, fog_volume };
 /// How a vector grid transforms: a colour does not, a velocity turns and scales with its volume.
 enum class VdbVector { none, invariant, contravariant_relative };
 
+/// The largest value of a 16-bit float.
+constexpr float kLargestHalf = 65504.0f;
+
 /// A float or Vec3s grid as plain arrays; this header keeps OpenVDB's own out of every other file.
 /// Voxel ijk sits at origin + spacing * ijk (no half-voxel shift).
 struct VdbGrid {

@@ -50,9 +50,8 @@ Vec3 border_mode(const Split& train) {
       ++count;
       sum += cast<double>(c);
     });
-  const auto most = std::max_element(bins.begin(), bins.end(), [](const auto& a, const auto& b) {
-    return a.second.first < b.second.first;
-  });
+  const auto most = std::max_element(
+      bins.begin(), bins.end(), [](const auto& a, const auto& b) { return a.second.first < b.second.first; });
   const Vec3 centre = cast<float>(1 / double(most->second.first) * most->second.second);
   Vec3d sum{};  // the bin's edges are not the colour's
   double count = 0;
@@ -98,7 +97,8 @@ std::vector<char> shrunk(const std::vector<char>& ground, int w, int h) {
       for (int x = 0; x < w; ++x)
         for (int k = -kRing; k <= kRing; ++k) {
           const int u = x + k * dx, v = y + k * dy;
-          if (u >= 0 && v >= 0 && u < w && v < h && !in[std::size_t(v) * w + u]) out[std::size_t(y) * w + x] = 0;
+          if (u >= 0 && v >= 0 && u < w && v < h && !in[std::size_t(v) * w + u])
+            out[std::size_t(y) * w + x] = 0;
         }
     return out;
   };

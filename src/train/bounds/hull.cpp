@@ -153,10 +153,12 @@ std::vector<Camera> cameras_of(const Split& train) {
 
 /// Whether a ray meets a set cell.
 bool meets(const BitGrid& hull, const Ray& ray) {
-  const Vec3d lo = cast<double>(hull.origin), hi = lo + double(hull.cell) * cast<double>(cast<float>(hull.size));
+  const Vec3d lo = cast<double>(hull.origin),
+              hi = lo + double(hull.cell) * cast<double>(cast<float>(hull.size));
   double enter = 0, leave = 1e300;
   for (int a = 0; a < 3; ++a) {
-    const double one = (lo[a] - ray.origin[a]) / ray.direction[a], two = (hi[a] - ray.origin[a]) / ray.direction[a];
+    const double one = (lo[a] - ray.origin[a]) / ray.direction[a],
+                 two = (hi[a] - ray.origin[a]) / ray.direction[a];
     enter = std::max(enter, std::min(one, two));
     leave = std::min(leave, std::max(one, two));
   }
@@ -183,7 +185,8 @@ double explained_by_hull(const Split& train, const std::vector<Camera>& cameras)
     const Picture& image = train.frames[k * every].image;
     for (int v = 0; v < kAcross; ++v)
       for (int u = 0; u < kAcross; ++u) {
-        const int x = (2 * u + 1) * image.width / (2 * kAcross), y = (2 * v + 1) * image.height / (2 * kAcross);
+        const int x = (2 * u + 1) * image.width / (2 * kAcross),
+                  y = (2 * v + 1) * image.height / (2 * kAcross);
         if (image.pixel(x, y)[3] < 32768) continue;
         ++shown[k];
         met[k] += meets(hull, camera_ray(cameras[k * every], x + 0.5, y + 0.5)) ? 1 : 0;

@@ -27,9 +27,9 @@ SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float mar
 /// A cube around the point nearest to all viewing axes, as large as the views are there.
 Box camera_cube(const Split& train);
 
-/// The share of what the silhouettes show that their hull can show, 0..1: of pixels with alpha, whose rays meet
-/// a cell that views of about the same time agree on. Near 1 where cameras belong to the pictures; far below
-/// where they do not, because silhouettes of other cameras meet nowhere.
+/// The share of what the silhouettes show that their hull can show, 0..1: of pixels with alpha, whose rays
+/// meet a cell that views of about the same time agree on. Near 1 where cameras belong to the pictures; far
+/// below where they do not, because silhouettes of other cameras meet nowhere.
 /// @param cameras  instead of the split's own, one per frame.
 double explained_by_hull(const Split& train, const std::vector<Camera>& cameras);
 
