@@ -64,14 +64,14 @@ TEST_SUITE("app/honest") {
       return Started({"sh", "-c",
                       limit + "exec '" SPLINEVOX_PROGRAM "' render '" + home.run + "' --out '" +
                           home.path("film") +
-                          "' --times 0:1:60 --size 200 --layers depth --format mp4 --quiet"})
+                          "' --times 0:1:90 --size 320 --layers depth --format mp4 --quiet"})
           .wait();
     };
     const Ended good = film("");
     CAPTURE(good.err);
     REQUIRE(good.code == 0);
     const auto size = fs::file_size(home.path("film") + "/depth.mp4");
-    REQUIRE(size > 16 * 512);
+    REQUIRE(size > 10 * 512);
     int failed = 0;
     for (std::uintmax_t blocks = 9; blocks * 512 < size;
          blocks += std::max<std::uintmax_t>(1, size / 512 / 6)) {
