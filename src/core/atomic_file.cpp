@@ -57,9 +57,11 @@ std::string hint_for(int reason) {
   return "";
 }
 
-/// O_NOFOLLOW says of a link what the system says of links in a circle.
+/// The system's words say something else of what is in the place of a file.
 std::string reason_text(int reason) {
-  return reason == ELOOP ? "a link, and it is not followed" : std::strerror(reason);
+  if (reason == ELOOP) return "a link, and it is not followed";
+  if (reason == ENXIO) return "a pipe or a device, where a file belongs";
+  return std::strerror(reason);
 }
 
 [[noreturn]] void fail_write(const std::string& path, int reason, std::uint64_t bytes) {
@@ -163,24 +165,25 @@ FileWriter::FileWriter(const std::string& path, std::uint64_t bytes, Named named
   s.path = path;
   s.expected = bytes;
   std::filesystem::path target = path;
-  std::error_code no_such;
-  if (named == Named::by_user)  // keep a link a link: replace what it points to
-    if (const auto real = std::filesystem::canonical(path, no_such); !no_such) target = real;
-  const std::string parent = target.parent_path().string();
-  s.name = target.filename().string();
-  s.folder.emplace(parent.empty() ? "." : parent, O_RDONLY | O_DIRECTORY);
-  if (!s.folder->ok()) s.fail(errno);
   struct stat info {};
-  mode_t mode = 0666;
-  if (::fstatat(s.folder->get(), s.name.c_str(), &info, AT_SYMLINK_NOFOLLOW) == 0) {
-    if (S_ISDIR(info.st_mode)) s.fail(EISDIR);
-    if (S_ISLNK(info.st_mode)) s.fail(ELOOP);
-    if (!S_ISREG(info.st_mode)) {
-      if (named == Named::by_program) s.fail(ENXIO);
+  if (named == Named::by_user && ::stat(path.c_str(), &info) == 0) {
+    if (!S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode)) {
       s.file.emplace(path, O_WRONLY);
       if (!s.file->ok()) s.fail(errno);
       return;
     }
+    std::error_code no_such;  // keep a link a link: replace what it points to
+    if (const auto real = std::filesystem::canonical(path, no_such); !no_such) target = real;
+  }
+  const std::string parent = target.parent_path().string();
+  s.name = target.filename().string();
+  s.folder.emplace(parent.empty() ? "." : parent, O_RDONLY | O_DIRECTORY);
+  if (!s.folder->ok()) s.fail(errno);
+  mode_t mode = 0666;
+  if (::fstatat(s.folder->get(), s.name.c_str(), &info, AT_SYMLINK_NOFOLLOW) == 0) {
+    if (S_ISDIR(info.st_mode)) s.fail(EISDIR);
+    if (S_ISLNK(info.st_mode)) s.fail(ELOOP);
+    if (!S_ISREG(info.st_mode)) s.fail(ENXIO);
     mode = info.st_mode & 0777;
   }
   s.open_draft(mode);

@@ -81,6 +81,14 @@ TEST_SUITE("core/own_folder") {
     CHECK(slurp(stage.theirs) == "new");
     CHECK(read_file(stage.in("page.html"), 100, Named::by_user) == "new");
     write_file("/dev/null", {"new"}, Named::by_user);
+    int ends[2];
+    REQUIRE(::pipe(ends) == 0);
+    write_file("/proc/self/fd/" + std::to_string(ends[1]), {"new"}, Named::by_user);  // as /dev/stdout is one
+    char got[4] = {};
+    CHECK(::read(ends[0], got, 3) == 3);
+    CHECK(std::string(got) == "new");
+    ::close(ends[0]);
+    ::close(ends[1]);
     CHECK_THROWS_AS(write_file("/dev/null", {"new"}), Error);
   }
 
