@@ -68,9 +68,11 @@ int edit(const EditVerb& o, const std::vector<Asked>& asked) {
                    {"splinevox", kVersion},
                    {"operations", session.done()}});
   Manifest manifest{"run", {{"splinevox", kVersion}, {"edited", "yes"}}, {}};
-  manifest.files.push_back(
-      {"config.toml", write_file(folder.file("config.toml"), {read_text(from + "/config.toml")}), {}});
-  manifest.files.push_back({"model.vdb", save_model(folder.file("model.vdb"), session.model(), notes), {}});
+  const std::string config = read_text(from + "/config.toml");
+  // The model first: one that cannot be written leaves no run behind.
+  const FileDigest model = save_model(folder.file("model.vdb"), session.model(), notes);
+  manifest.files.push_back({"config.toml", write_file(folder.file("config.toml"), {config}), {}});
+  manifest.files.push_back({"model.vdb", model, {}});
   manifest.files.push_back(
       {kEditHistory, write_file(folder.file(kEditHistory), {json_text({{"history", steps}}, 2) + "\n"}), {}});
   write_manifest(folder.path(), manifest);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -10,8 +11,10 @@
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/correspondence.hpp"
+#include "run/folder_lock.hpp"
 #include "run/support.hpp"
 #include "splinevox/backend/device.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/run/evaluate.hpp"
@@ -30,9 +33,62 @@ struct EvalOptions {
   Otherwise otherwise;
 };
 
+constexpr const char* kPicturesMark =
+    "eval.json";  ///< in a folder of --images: what is there may be replaced
+constexpr const char* kPicturesFormat = "splinevox eval pictures";
+
+/// Makes a folder for pictures ours. One that holds anything else, as a data set's does, is refused: frames
+/// have the names of their pictures.
+void claim_pictures(const std::string& folder, const Run& run, const std::string& split) {
+  const fs::path mark = fs::path(folder) / kPicturesMark;
+  std::error_code ignored;
+  const bool empty =
+      !fs::exists(folder, ignored) || (fs::is_directory(folder, ignored) && fs::is_empty(folder));
+  bool ours = empty;
+  if (!empty && fs::exists(mark, ignored)) {
+    const Json j = read_json(mark.string());
+    ours = j.is_object() && j.contains("format") && j["format"] == kPicturesFormat;
+  }
+  if (fs::is_directory(folder, ignored) && !ours)
+    fail({folder, "this folder holds files that `eval --images` did not write",
+          "an empty folder, a name that is free, or the pictures of an earlier eval", "",
+          "another folder for --images"});
+  probe_output_folder(folder);
+  write_file(mark.string(),
+             {json_text({{"format", kPicturesFormat}, {"run", run.path}, {"split", split}}, 2) + "\n"});
+}
+
+/// Which file model.vdb is: one that replaces it is another.
+struct ModelFile {
+  explicit ModelFile(const std::string& run) { there = ::stat((run + "/model.vdb").c_str(), &info) == 0; }
+  bool operator==(const ModelFile& o) const {
+    return there && o.there && info.st_dev == o.info.st_dev && info.st_ino == o.info.st_ino &&
+           info.st_size == o.info.st_size && info.st_mtim.tv_sec == o.info.st_mtim.tv_sec &&
+           info.st_mtim.tv_nsec == o.info.st_mtim.tv_nsec;
+  }
+  bool there = false;
+  struct stat info {};
+};
+
+[[noreturn]] void fail_kept(const Run& run, const std::string& got) {
+  fail_output({run.path, "the figures are not kept in the run", "the model that they are of", got,
+               "eval again when training has ended"});
+}
+
+/// The right to write into the run, beside other evals but not beside a training.
+FolderLock lock_of(const Run& run) {
+  try {
+    return FolderLock(run.path, "training into", false);
+  } catch (const Error& e) {
+    fail_kept(run, e.problem.what);
+  }
+}
+
 /// The figures of a split into the run: those of the test split join what training left in metrics.json,
 /// others get a file of their own.
-void save(const Run& run, const Json& result) {
+void save(const Run& run, const ModelFile& read, const Json& result) {
+  const FolderLock lock = lock_of(run);
+  if (!(ModelFile(run.path) == read)) fail_kept(run, "another model.vdb has taken its place");
   const std::string split = result["split"];
   std::string path = run.path + "/metrics.json";
   Json metrics = Json::object();
@@ -95,9 +151,10 @@ void print_truth(const MotionScore& s) {
 
 int eval(const EvalOptions& o) {
   const Device device = choose_device(o.device);
+  const ModelFile read(o.run);
   const Run run = open_run(o.run, o.otherwise);
   const Dataset data = open_split(run, o.data, o.split);
-  if (!o.images.empty()) probe_output_folder(o.images);
+  if (!o.images.empty()) claim_pictures(o.images, run, o.split);
   std::vector<SurfaceFrame>
       truth;  // read before the views are rendered: an absent file should be told at once
   if (o.truth) {
@@ -127,7 +184,6 @@ int eval(const EvalOptions& o) {
     motion = score_motion(run.model, truth);
     result["truth"] = truth_figures(motion);
   }
-  if (!o.otherwise.any()) save(run, result);  // the run keeps figures of its own pictures
   if (o.json)
     fmt::print("{}\n", json_text(result, 2));
   else
@@ -139,6 +195,8 @@ int eval(const EvalOptions& o) {
         "and these figures say nothing of views from elsewhere\n",
         *run.record.parallax);
   if (o.truth && !o.json) print_truth(motion);
+  std::fflush(stdout);
+  if (!o.otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
   return 0;
 }
 

@@ -117,7 +117,7 @@ Json run_json(const std::string& path) {
     j["edited"] = read_json(path + "/" + kEditHistory).value("history", Json::array());
   if (fs::exists(path + "/metrics.json")) j["metrics"] = read_json(path + "/metrics.json");
   Json curve = Json::array();  // PSNR of the held-out view over training
-  for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
+  for (const std::string& line : split_list(read_text_if_there(path + "/metrics.jsonl"), '\n')) {
     const Json l = parse_own_json(line);
     if (l.is_object() && l.contains("held_view"))
       curve.push_back({{"seconds", l["seconds"]}, {"psnr", l["held_psnr"]}});
@@ -174,7 +174,7 @@ int info(const std::string& path, const DatasetRules& rules, bool pixels, bool j
   if (json)
     fmt::print("{}\n", json_text(j, 2));
   else
-    print(j);
+    print(printable_json(j));
   return 0;
 }
 

@@ -10,8 +10,10 @@
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
+#include "core/own_folder.hpp"
 #include "report/page.hpp"
 #include "run/colours.hpp"
+#include "run/html.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -80,17 +82,18 @@ ReportRun read_run(const ReportOptions& o, std::string path) {
   // figures look the same.
   const bool network = fs::is_regular_file(path + "/model.pt");
   if (!network) check_run(path);
+  check_own_folder(path, Depth::all);
   ReportRun page;
   page.model_file = network ? "model.pt" : "model.vdb";
   page.name = fs::weakly_canonical(path).filename().string();
   if (fs::exists(path + "/metrics.json")) page.metrics = read_json(path + "/metrics.json");
   if (!page.metrics.is_object()) page.metrics = Json::object();
-  for (const std::string& line : split_list(read_text(path + "/metrics.jsonl"), '\n')) {
+  for (const std::string& line : split_list(read_text_if_there(path + "/metrics.jsonl"), '\n')) {
     Json j = parse_own_json(line);
     if (j.is_object()) page.lines.push_back(std::move(j));
   }
   if (fs::exists(path + "/effects.json")) page.effects = read_json(path + "/effects.json");
-  page.config = read_text(path + "/config.toml");
+  page.config = read_text_if_there(path + "/config.toml");
   page.model_bytes = double(fs::file_size(path + "/" + page.model_file));
   if (network)
     page.views_note =
@@ -102,14 +105,14 @@ ReportRun read_run(const ReportOptions& o, std::string path) {
 }
 
 int report(const ReportOptions& o) {
-  probe_output_file(o.out);
+  probe_output_file(o.out, is_page);
   std::vector<ReportRun> runs;
   for (const std::string& path : o.runs) runs.push_back(read_run(o, path));
   std::set<std::string> names;
   for (std::size_t i = 0; i < runs.size(); ++i)
     if (!names.insert(runs[i].name).second)
       runs[i].name = o.runs[i];  // two folders of one name: the paths tell them apart
-  write_file(o.out, {report_page(runs)});
+  write_file(o.out, {report_page(runs)}, Named::by_user);
   fmt::print("{}\n", o.out);
   return 0;
 }

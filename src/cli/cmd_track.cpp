@@ -82,9 +82,16 @@ std::string json(const PointTable& table, double from, const std::vector<std::st
   return json_text({{"points", points}}, 1) + "\n";
 }
 
+/// Whether a file begins as those that `track` writes.
+bool is_tracks(std::string_view start) {
+  constexpr std::string_view kColumns = "x,y,z,time,to_time,";
+  return start.starts_with(kColumns) || start.starts_with("id," + std::string(kColumns)) ||
+         start.starts_with("{\n \"points\": [");
+}
+
 int run_track(const TrackVerb& o) {
   const bool as_json = o.out.size() > 5 && o.out.substr(o.out.size() - 5) == ".json";
-  probe_output_file(o.out);
+  probe_output_file(o.out, is_tracks);
   const bool canonical = o.to == "canonical";
   std::vector<double> times;
   if (!canonical) times = numbers(o.to, ',', "--to", "times in [0, 1] separated by commas, or canonical");
@@ -102,7 +109,8 @@ int run_track(const TrackVerb& o) {
   const auto found = tracked(run.model, table, o.from, times, canonical);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::vector<std::string> targets = split_list(o.to);
-  write_file(o.out, {as_json ? json(table, o.from, targets, found) : csv(table, o.from, targets, found)});
+  write_file(o.out, {as_json ? json(table, o.from, targets, found) : csv(table, o.from, targets, found)},
+             Named::by_user);
   std::size_t folded = 0;
   for (const auto& target : found)
     for (const TrackedPoint& p : target) folded += p.folded;

@@ -5,8 +5,9 @@
 
 #include "cli/command.hpp"
 #include "data/message_text.hpp"
-#include "io/manifest.hpp"
+#include "run/run_folder.hpp"
 #include "run/support.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"
 
 namespace splinevox::cli {
@@ -22,13 +23,21 @@ Action verify_command(CLI::App& verb) {
   return [o] {
     int bad = 0;
     Json files = Json::array();
-    const std::vector<FileCheck> checks = verify(o->folder);
+    std::vector<FileCheck> checks = verify(o->folder);
+    for (FileCheck& c : checks)
+      if (c.ok && c.file == "config.toml") try {
+          Config config;
+          RunRecord record;
+          read_run_config(o->folder, config, record);
+        } catch (const Error& e) {
+          c = {c.file, false, e.problem.what};
+        }
     for (const FileCheck& c : checks) {
       bad += c.ok ? 0 : 1;
       files.push_back({{"file", c.file}, {"ok", c.ok}, {"problem", c.problem}});
       if (!o->json)
         fmt::print("{:<4} {}{}{}\n", c.ok ? "ok" : "BAD", data::printable(c.file), c.ok ? "" : ": ",
-                   c.problem);
+                   data::printable(c.problem));
     }
     if (o->json)
       fmt::print("{}\n", json_text({{"folder", o->folder}, {"bad", bad}, {"files", files}}, 2));

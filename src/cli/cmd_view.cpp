@@ -64,7 +64,7 @@ std::string described(const ViewQuality& q, const VoxelModel& model) {
 }
 
 int view(const ViewVerb& o) {
-  probe_output_file(o.out);
+  probe_output_file(o.out, is_page);
   const Run run = open_run(o.run);
   ViewPage page;
   page.name = fs::weakly_canonical(run.path).filename().string();
@@ -83,7 +83,7 @@ int view(const ViewVerb& o) {
     const std::string html = view_page(page, pack_scene(run.model, quality, clusters ? &*clusters : nullptr));
     smallest = html.size();
     if (double(smallest) > o.max_mb * 1e6) continue;
-    write_file(o.out, {html});
+    write_file(o.out, {html}, Named::by_user);
     fmt::print("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}\n", double(smallest) * 1e-6, o.max_mb,
                page.note, page.shots.size(), o.out);
     return 0;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/printable.hpp"
 #include "core/process.hpp"
 #include "run/support.hpp"
 
@@ -84,9 +85,9 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
     fmt::print(
         "left by an earlier export and not of this sequence: {}{}; delete what a program would load with the "
         "folder\n",
-        result.others.front(),
+        printable(result.others.front()),
         result.others.size() > 1
-            ? fmt::format(" to {} ({} files)", result.others.back(), result.others.size())
+            ? fmt::format(" to {} ({} files)", printable(result.others.back()), result.others.size())
             : "");
   if (const auto fresh = double(result.frames.size()) - kept_; fresh > 0) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cctype>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
+#include "data/file_bytes.hpp"
 #include "data/layouts/read_scene.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
@@ -73,14 +75,21 @@ std::vector<char> png_of(const Image16& picture) {
   return encode_png(image);
 }
 
+/// The ending of a picture's name, of letters and digits: a data set may hold any.
+std::string ending_of(const fs::path& picture) {
+  std::string ending = picture.extension().string();
+  for (std::size_t i = 1; i < ending.size(); ++i)
+    if (!std::isalnum(static_cast<unsigned char>(ending[i]))) ending[i] = '_';
+  return ending;
+}
+
 /// Where a split's pictures go, relative to the folder, with their endings.
 std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
   const std::vector<std::string> names = frame_names(raw, plan);
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < names.size(); ++i)
-    paths.push_back(
-        fmt::format("./{}/{}{}", raw.name, names[i],
-                    plan.film() || plan.asked[i] != 1 ? ".png" : plan.paths[i].extension().string()));
+    paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i],
+                                plan.film() || plan.asked[i] != 1 ? ".png" : ending_of(plan.paths[i])));
   return paths;
 }
 
@@ -162,7 +171,7 @@ void convert_dataset(const std::string& path, const std::string& target, const C
         const std::vector<char> png = png_of(turned(read_picture(from), plans[s].turns[i]));
         write_file((folder / to[i]).string(), {std::string_view(png.data(), png.size())});
       } else {
-        write_file((folder / to[i]).string(), {read_file(from.string())});
+        write_file((folder / to[i]).string(), {read_file(from.string(), data::kLargestFile, Named::by_user)});
       }
       count();
     }

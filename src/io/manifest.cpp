@@ -11,6 +11,7 @@
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"
+#include "splinevox/io/model_vdb.hpp"
 
 namespace splinevox {
 namespace {
@@ -104,7 +105,10 @@ FileCheck check_file(const std::string& folder, const ManifestFile& listed) {
       return {listed.name, false,
               "has hash " + hash_text(found.hash) + ", the manifest says " + hash_text(listed.digest.hash)};
     // Bytes that nobody vouches for never reach the parser.
-    if (path.ends_with(".vdb")) read_vdb(path);
+    if (listed.name == "model.vdb")
+      load_model(path);
+    else if (path.ends_with(".vdb"))
+      read_vdb(path);
   } catch (const Error& e) {
     return {listed.name, false, e.problem.what + (e.problem.got.empty() ? "" : ": " + e.problem.got)};
   }
@@ -179,6 +183,11 @@ std::vector<FileCheck> verify(const std::string& folder) {
           .hint = "a run has one once it ended or was interrupted (train ... --resume goes on), an export "
                   "once all its frames are there"});
   const Manifest manifest = read_manifest(folder);
+  if (manifest.files.empty())
+    fail({.where = join(folder, kManifestName),
+          .what = "lists no files, so there is nothing to be whole",
+          .expected = "the files of a run or an export",
+          .got = "an empty list"});
   std::vector<FileCheck> checks;
   for (const ManifestFile& file : manifest.files) checks.push_back(check_file(folder, file));
   return checks;

@@ -19,6 +19,11 @@ double number(const Json& j, const char* key) {
   return j.is_object() && j.contains(key) && j[key].is_number() ? j[key].get<double>() : kNone;
 }
 
+/// A text of a file as it may stand in the page; "" if it is none.
+std::string text_of(const Json& j, const char* key) {
+  return j.is_object() && j.contains(key) && j[key].is_string() ? escape(j[key].get<std::string>()) : "";
+}
+
 /// A figure with its unit, "-" where it is not known.
 std::string figure(double v, int digits, const char* unit = "") {
   if (!std::isfinite(v)) return "&ndash;";
@@ -52,15 +57,14 @@ std::string tiles(const ReportRun& run) {
   const auto tile = [&](const std::string& value, const std::string& name) {
     html += fmt::format("<div class=\"tile\"><b>{}</b><span>{}</span></div>", value, name);
   };
-  const std::string split = run.metrics.value("split", "");
+  const std::string split = text_of(run.metrics, "split");
   for (const Column& c : kColumns) {
     const bool quality = c.better == 1 && c.scale == 1;
     tile(figure(number(run.metrics, c.key) * c.scale, c.digits, c.unit),
          c.title + (quality && !split.empty() ? ", " + split : ""));
   }
   tile(figure(run.model_bytes / 1e6, 1, "MB"), run.model_file);
-  if (const std::string device = run.metrics.value("device", ""); !device.empty())
-    tile(escape(device), "trained on");
+  if (const std::string device = text_of(run.metrics, "device"); !device.empty()) tile(device, "trained on");
   return html + "</div>";
 }
 
@@ -75,7 +79,7 @@ std::string table(const std::vector<ReportRun>& runs) {
         "<tr><td>{}{}</td><td>{}</td>", name_of(runs[i], i),
         every > 1 ? fmt::format(" <span class=\"note\">every {}th pixel and row of a view</span>", every)
                   : "",
-        escape(runs[i].metrics.value("preset", "")));
+        text_of(runs[i].metrics, "preset"));
     for (const Column& c : kColumns) {
       const double v = number(runs[i].metrics, c.key);
       // Figures of some pixels only (splinevox-mlp) do not compete with those of all.
@@ -156,10 +160,9 @@ std::string frame_table(const Json& metrics) {
       "[dB]</th><th>SSIM</th><th>MS-SSIM</th></tr>",
       frames.size());
   for (const Json& f : frames)
-    html +=
-        fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
-                    escape(f.value("name", "")), figure(number(f, "time"), 3), figure(number(f, "psnr"), 2),
-                    figure(number(f, "ssim"), 4), figure(number(f, "ms_ssim"), 4));
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+                        text_of(f, "name"), figure(number(f, "time"), 3), figure(number(f, "psnr"), 2),
+                        figure(number(f, "ssim"), 4), figure(number(f, "ms_ssim"), 4));
   return html + "</table></details>";
 }
 
@@ -194,7 +197,7 @@ std::string report_page(const std::vector<ReportRun>& runs) {
       "<body><main><header><h1>{0}</h1><p>{2}</p></header>",
       escape(title), report_asset("report.css"),
       runs.size() == 1 ? fmt::format("reconstructed by splinevox {}, preset {}", kVersion,
-                                     escape(runs[0].metrics.value("preset", "?")))
+                                     text_of(runs[0].metrics, "preset"))
                        : "compared by splinevox " + std::string(kVersion));
   html += runs.size() == 1 ? tiles(runs[0]) : table(runs);
   html += charts(runs);

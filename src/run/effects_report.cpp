@@ -75,15 +75,6 @@ std::vector<std::string> notes_on(const Json& effects) {
   return notes;
 }
 
-/// Control points of the finished model: more than it starts with.
-int points_at_end(const MotionConfig& motion) {
-  const Basis& basis = basis_of(motion.basis);
-  if (!basis.halves()) return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
-  int points = motion.points;
-  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = basis.refinement.refined(points);
-  return points;
-}
-
 }  // namespace
 
 Json effects_json(const Prepared& prepared) {

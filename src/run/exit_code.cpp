@@ -7,6 +7,7 @@
 #include <exception>
 #include <new>
 
+#include "core/printable.hpp"
 #include "run/signals.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -31,7 +32,7 @@ int run(const char* program, const std::function<int()>& work) {
                "grid.radiance_start=0,.15,.5",
                1);
   } catch (const std::exception& error) {
-    return say(program, error.what(), 1);
+    return say(program, all_printable(error.what()).c_str(), 1);
   }
 }
 

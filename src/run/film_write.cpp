@@ -4,25 +4,69 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <string_view>
 #include <vector>
 
+#include "core/handle.hpp"
+#include "core/own_folder.hpp"
+#include "data/pictures/film_read.hpp"
 #include "splinevox/core/error.hpp"
 
 extern char** environ;
 
 namespace splinevox::run {
+namespace {
+
+/// Whether the boxes that an mp4 file consists of are all there, to the last byte.
+bool is_complete(int file) {
+  struct stat info {};
+  if (::fstat(file, &info) != 0) return false;
+  const auto size = std::uint64_t(info.st_size);
+  bool index = false, pictures = false;
+  std::uint64_t at = 0;
+  while (at < size) {
+    std::array<unsigned char, 16> head{};  // size (4), name (4), and after a size of 1 the true size (8)
+    if (retried([&] { return ::pread(file, head.data(), head.size(), off_t(at)); }) < 8) return false;
+    const auto number = [&](std::size_t first, std::size_t bytes) {
+      std::uint64_t value = 0;
+      for (std::size_t i = first; i < first + bytes; ++i) value = value << 8 | head[i];
+      return value;
+    };
+    const std::string_view name(reinterpret_cast<const char*>(head.data()) + 4, 4);
+    const std::uint64_t box = number(0, 4) == 1 ? number(8, 8) : number(0, 4);
+    if (box < 8 || box > size - at) return false;
+    index |= name == "moov";
+    pictures |= name == "mdat";
+    at += box;
+  }
+  return index && pictures;
+}
+
+}  // namespace
 
 Film::Film(const std::string& path, int width, int height, double fps)
-    : path_(path), draft_(fmt::format("{}.{}.tmp", path, ::getpid())), width_(width), height_(height) {
+    : path_(path), draft_(draft_name(path)), width_(width), height_(height) {
+  if (std::filesystem::is_symlink(path))
+    fail_output({path, "could not be written", "a file, or a name that is free",
+                 "a link, and it is not followed", "remove the link, or choose another folder for --out"});
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) fail_output({path, "no pipe to ffmpeg", "", std::strerror(errno), ""});
+  if (!Handle(draft_, O_CREAT | O_EXCL | O_WRONLY | O_NOFOLLOW).ok()) {  // ours before ffmpeg opens it
+    const int why = errno;
+    ::close(ends[0]);
+    ::close(ends[1]);
+    fail_output({path, "could not be written", "room and permission", std::strerror(why), ""});
+  }
   // yuv420p wants even sides; libx264 at 18 is visually lossless
   const std::vector<std::string> words = {"ffmpeg",
                                           "-y",
@@ -65,6 +109,7 @@ Film::Film(const std::string& path, int width, int height, double fps)
   if (error == 0) return;
   process_ = -1;
   ::close(pipe_);
+  ::unlink(draft_.c_str());
   fail({"--format mp4", "ffmpeg cannot be started", "the program ffmpeg", std::strerror(error),
         "apt-get install ffmpeg, or --format png"});
 }
@@ -75,7 +120,8 @@ Film::Film(Film&& other) noexcept
       process_(other.process_),
       pipe_(other.pipe_),
       width_(other.width_),
-      height_(other.height_) {
+      height_(other.height_),
+      frames_(other.frames_) {
   other.process_ = -1;
   other.pipe_ = -1;
 }
@@ -83,7 +129,7 @@ Film::Film(Film&& other) noexcept
 Film::~Film() {
   if (pipe_ >= 0) ::close(pipe_);
   if (process_ <= 0) return;
-  ::waitpid(process_, nullptr, 0);
+  retried([&] { return ::waitpid(process_, nullptr, 0); });
   ::unlink(draft_.c_str());  // ffmpeg takes the end of the pictures for the end of the film
 }
 
@@ -100,21 +146,42 @@ void Film::add(const Image& picture) {
     if (n <= 0) fail_output({path_, "ffmpeg ended early", "", std::strerror(errno), "its message is above"});
     done += std::size_t(n);
   }
+  ++frames_;
 }
 
 void Film::finish() {
   ::close(pipe_);
   pipe_ = -1;
   int status = -1;
-  while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-  }
+  retried([&] { return ::waitpid(process_, &status, 0); });
   process_ = -1;
-  const int file = status == 0 ? ::open(draft_.c_str(), O_RDONLY | O_CLOEXEC) : -1;
-  const bool whole = file >= 0 && ::fsync(file) == 0;
-  if (file >= 0) ::close(file);
-  if (whole && ::rename(draft_.c_str(), path_.c_str()) == 0) return;
-  ::unlink(draft_.c_str());
-  fail_output({path_, "ffmpeg could not write the film", "", "", "its message is above"});
+  try {
+    if (status != 0) fail_output({path_, "ffmpeg could not write the film", "", "", "its message is above"});
+    check_draft();
+    if (::rename(draft_.c_str(), path_.c_str()) != 0)
+      fail_output({path_, "could not be written", "", std::strerror(errno), ""});
+  } catch (const Error&) {
+    ::unlink(draft_.c_str());
+    throw;
+  }
+}
+
+/// ffmpeg may call it a success when the disk is full.
+void Film::check_draft() const {
+  const auto broken = [&](const std::string& got) {
+    fail_output({path_, "the film is not whole", fmt::format("{} pictures", frames_), got,
+                 "free space on this disk, or choose another output folder"});
+  };
+  Handle file(draft_, O_RDONLY | O_NOFOLLOW);
+  if (!file.ok() || retried([&] { return ::fsync(file.get()); }) != 0) broken(std::strerror(errno));
+  if (!is_complete(file.get())) broken("a file that ends early");
+  std::size_t found = 0;
+  try {
+    found = data::film_facts(draft_, path_).times.size();
+  } catch (const Error& e) {
+    broken(e.problem.what);
+  }
+  if (found != frames_) broken(fmt::format("{}", found));
 }
 
 }  // namespace splinevox::run

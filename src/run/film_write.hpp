@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <string>
 
 #include "splinevox/core/image.hpp"
@@ -20,13 +21,16 @@ class Film {
 
   /// One picture of 3 channels in [0, 1]. Throws Error (output).
   void add(const Image& picture);
-  /// Closes the pipe and waits. Throws Error (output) if ffmpeg was not content.
+  /// Closes the pipe, waits, and looks whether all pictures are in the film. Throws Error (output) if ffmpeg
+  /// was not content or they are not.
   void finish();
 
  private:
+  void check_draft() const;
   std::string path_, draft_;  ///< what ffmpeg writes takes its name when it is whole
   pid_t process_ = -1;
   int pipe_ = -1, width_ = 0, height_ = 0;
+  std::size_t frames_ = 0;  ///< that were added
 };
 
 }  // namespace splinevox::run

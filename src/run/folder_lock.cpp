@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/handle.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -60,9 +61,9 @@ void remove_leftovers(const std::string& folder) {
 }  // namespace
 
 FolderLock::FolderLock(const std::string& folder, const char* doing, bool alone) {
-  descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  descriptor_ = retried([&] { return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
   if (descriptor_ < 0) return;
-  if (::flock(descriptor_, (alone ? LOCK_EX : LOCK_SH) | LOCK_NB) == 0) {
+  if (retried([&] { return ::flock(descriptor_, (alone ? LOCK_EX : LOCK_SH) | LOCK_NB); }) == 0) {
     if (alone) remove_leftovers(folder);
     return;
   }

@@ -3,6 +3,10 @@
 
 namespace splinevox::run {
 
+bool is_page(std::string_view start) {
+  return start.starts_with("<!doctype html>") && start.find("<title>splinevox: ") != start.npos;
+}
+
 std::string escape(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -14,6 +18,8 @@ std::string escape(const std::string& text) {
       out += "&gt;";
     else if (c == '"')
       out += "&quot;";
+    else if (c == '\'')
+      out += "&#39;";
     else
       out += c;
   }

@@ -4,12 +4,16 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// How text and bytes may stand in a page.
 namespace splinevox::run {
 
-/// Text made safe for HTML.
+/// Whether a file begins as the pages of `view` and `report` do.
+bool is_page(std::string_view start);
+
+/// Text made safe for HTML, also within an attribute.
 std::string escape(const std::string& text);
 
 /// Bytes as text: RFC 4648 with padding, no line breaks.

@@ -69,7 +69,7 @@ double number(const std::string& path, std::size_t line, const char* column, std
 }  // namespace
 
 PointTable read_points(const std::string& path) {
-  std::istringstream in(read_file(path, kLargestTable));
+  std::istringstream in(read_file(path, kLargestTable, Named::by_user));
   PointTable out;
   std::string line;
   Columns columns;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/printable.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox::run {
@@ -45,7 +46,7 @@ void Progress::note(const std::string& text) {
   if (events_.note) events_.note(text);
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   finish();
-  try_print(stderr, text + "\n");
+  try_print(stderr, all_printable(text) + "\n");
 }
 
 void Progress::announce(const std::string& text) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "core/own_folder.hpp"
 #include "run/run_folder.hpp"
 #include "run/train_options.hpp"
 #include "splinevox/core/error.hpp"
@@ -15,6 +16,7 @@ void check_run(const std::string& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored))
     fail({path, "there is no such run", "the folder that `splinevox train --out` made", "", ""});
+  check_own_folder(path, Depth::all);
   if (!fs::is_regular_file(path + "/model.vdb", ignored))
     fail({path, "this is not a run: there is no model.vdb in it",
           "the folder that `splinevox train --out` made", "",

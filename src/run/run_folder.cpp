@@ -5,8 +5,10 @@
 #include <toml++/toml.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 
+#include "core/own_folder.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "train/config/toml_text.hpp"
@@ -19,6 +21,7 @@ RunFolder::RunFolder(const std::string& path, bool resume) : path_(path) {
   while (path_.size() > 1 && path_.back() == '/') path_.pop_back();
   std::error_code ignored;
   made_ = !fs::exists(path_, ignored);
+  check_own_folder(path_, Depth::all);
   probe_output_folder(path_);
   lock_.emplace(path_, "training into");
   remove_unfinished();
@@ -70,9 +73,9 @@ void read_run_config(const std::string& run, Config& config, RunRecord& record) 
   const auto text = [&](const char* key) { return table[key].value_or(std::string()); };
   const auto number = [&](const char* key) {
     const std::optional<double> value = table[key].value<double>();
-    if (!value)
-      fail({path, fmt::format("[record] has no '{}'", key), "a number", "",
-            "the file that the run wrote, unchanged"});
+    if (!value || !std::isfinite(*value))
+      fail({path, fmt::format("[record] has no '{}'", key), "a finite number",
+            value ? fmt::format("{}", *value) : "none", "the file that the run wrote, unchanged"});
     return *value;
   };
   record = {text("splinevox"),

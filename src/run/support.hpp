@@ -4,6 +4,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "splinevox/core/image.hpp"
@@ -26,19 +27,25 @@ std::vector<double> numbers(const std::string& text, char separator, const std::
                             const std::string& expected);
 
 /// Makes the folder if need be and proves that files can be written there, before any work is done.
-/// Throws Error (input): a place that cannot be written is a wrong argument.
+/// Throws Error (input): a place that cannot be written is a wrong argument, and so is one with links that
+/// lead out of it.
 void probe_output_folder(const std::string& path);
-/// The folder that a file is to be written into: as probe_output_folder.
-void probe_output_file(const std::string& path);
+/// The folder that a file is to be written into can be written. What has the file's name already is replaced
+/// only if it is one of ours by its beginning, or empty. Throws Error (input).
+void probe_output_file(const std::string& path, const std::function<bool(std::string_view start)>& is_ours);
 
 /// Throws Error (input) naming the file and what is wrong.
 Json read_json(const std::string& path);
-/// "" if there is none.
+/// The whole file. Throws Error (input).
 std::string read_text(const std::string& path);
+/// The same; "" if there is none.
+std::string read_text_if_there(const std::string& path);
 
 /// What fmt::print and files get of JSON: bytes that are not UTF-8 (names of files may hold any) become
-/// U+FFFD instead of an exception.
+/// U+FFFD instead of an exception, what a terminal would obey instead of show is escaped (printable.hpp).
 std::string json_text(const Json& json, int indent = -1);
+/// The same JSON with every text and name in it printable: to be printed as text.
+Json printable_json(const Json& json);
 
 /// "1:23" or "4.2 s".
 std::string duration(double seconds);

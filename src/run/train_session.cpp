@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <memory>
 #include <span>
@@ -14,7 +13,9 @@
 #include <system_error>
 #include <utility>
 
+#include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
+#include "core/own_folder.hpp"
 #include "core/process.hpp"
 #include "core/stopwatch.hpp"
 #include "io/checkpoint.hpp"
@@ -67,7 +68,7 @@ Json discarded_json(const StepReport& r, const Split& train) {
 /// metrics.jsonl without the lines after `step`: those of a run that died after its last checkpoint.
 void cut_metrics(const std::string& path, std::int64_t step) {
   std::string kept;
-  for (const std::string& line : split_list(read_text(path), '\n')) {
+  for (const std::string& line : split_list(read_text_if_there(path), '\n')) {
     const Json j = parse_own_json(line);
     if (j.is_object() && j.value("step", std::int64_t(0)) <= step) kept += line + "\n";
   }
@@ -181,8 +182,7 @@ void TrainSession::save_replay() {
 /// A line that the disk does not take is counted and lost: the checkpoint at the end is what must not be.
 void TrainSession::report(const Json& line) {
   if (line.is_null() || !writes()) return;
-  std::ofstream out(setup_.folder.file("metrics.jsonl"), std::ios::app);
-  if (!(out << json_text(line) << "\n" << std::flush)) ++lines_lost_;
+  if (!append_to_file(setup_.folder.file("metrics.jsonl"), json_text(line) + "\n")) ++lines_lost_;
 }
 
 /// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
@@ -202,12 +202,13 @@ void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
   held_out_psnr_ = capped_psnr(psnr(picture, composite(held_out_->image, model.background.color)));
   held_out_step_ = double(last_.step);
   const std::string folder = setup_.folder.file("preview");
-  std::error_code ignored;
-  fs::create_directories(folder, ignored);
-  const std::vector<char> png = encode_png(picture);  // no waiting for the disk: these are only to look at
-  const std::string path = fmt::format("{}/step_{:06}.png", folder, last_.step);
-  if (!std::ofstream(path, std::ios::binary).write(png.data(), std::streamsize(png.size())).flush())
-    fs::remove(path, ignored);
+  if (make_inner_folder(folder)) try {
+      const std::vector<char> png = encode_png(picture);
+      FileWriter file(fmt::format("{}/step_{:06}.png", folder, last_.step), png.size());
+      file.add({png.data(), png.size()});
+      file.commit("", Wait::no);  // these are only to look at
+    } catch (const Error&) {      // and can be done without
+    }
   held_out_cost_ = clock() - start;
   held_out_spent_ += held_out_cost_;
   report({{"step", last_.step},

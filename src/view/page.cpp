@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+#include <vector>
+
 #include "run/html.hpp"
 #include "view/codec.hpp"
 
@@ -35,9 +38,27 @@ std::string embedded(const Json& json) {
   return out;
 }
 
-void put(std::string& page, const std::string& mark, const std::string& text) {
-  const std::size_t at = page.find(mark);
-  page.replace(at, mark.size(), text);
+struct Mark {
+  std::string_view name;
+  std::string text;
+};
+
+/// The page with texts in place of its marks. A text is not looked through for marks: it may hold anything.
+std::string filled(std::string_view page, const std::vector<Mark>& marks) {
+  std::string out;
+  for (;;) {
+    const Mark* next = nullptr;
+    std::size_t at = page.size();
+    for (const Mark& mark : marks)
+      if (const std::size_t found = page.find(mark.name); found < at) {
+        next = &mark;
+        at = found;
+      }
+    out += page.substr(0, at);
+    if (!next) return out;
+    out += next->text;
+    page.remove_prefix(at + next->name.size());
+  }
 }
 
 }  // namespace
@@ -57,18 +78,17 @@ std::string view_page(const ViewPage& page, const PackedScene& scene) {
   for (const char* name : kShaders)
     shaders += fmt::format("<script type=\"x-shader\" id=\"{}\">{}</script>\n", name, view_asset(name));
   for (const char* name : kScripts) scripts += view_asset(name);
-  std::string html(view_asset("page.html"));
-  put(html, "<!--title-->", escape(page.name));
-  put(html, "<!--heading-->", escape(page.name));
-  put(html, "<!--about-->", escape(page.about));
-  put(html, "/*style*/", std::string(view_asset("style.css")));
-  put(html, "<!--shaders-->", shaders);
-  put(html, "<!--header-->",
-      "<script type=\"application/json\" id=\"header\">" + embedded(header) + "</script>");
-  put(html, "<!--data-->",
-      "<script type=\"text/plain\" id=\"data\">" + base64(deflated(scene.bytes)) + "</script>");
-  put(html, "/*scripts*/", scripts);
-  return html;
+  return filled(
+      view_asset("page.html"),
+      {{"<!--title-->", escape(page.name)},
+       {"<!--heading-->", escape(page.name)},
+       {"<!--about-->", escape(page.about)},
+       {"/*style*/", std::string(view_asset("style.css"))},
+       {"<!--shaders-->", shaders},
+       {"<!--header-->", "<script type=\"application/json\" id=\"header\">" + embedded(header) + "</script>"},
+       {"<!--data-->",
+        "<script type=\"text/plain\" id=\"data\">" + base64(deflated(scene.bytes)) + "</script>"},
+       {"/*scripts*/", scripts}});
 }
 
 }  // namespace splinevox::run

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 
@@ -32,6 +33,20 @@ void write_split(const TempFolder& folder, const std::string& split, const std::
     frames.push_back(frame_text(file, times[i], matrix_text(orbit_matrix(double(i)))));
   }
   write_text(folder.path() / ("transforms_" + split + ".json"), transforms_text(frames));
+}
+
+/// Text as it stands in a JSON file.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    char code[8];
+    std::snprintf(code, sizeof code, "\\u%04x", unsigned(static_cast<unsigned char>(c)));
+    if (static_cast<unsigned char>(c) < 0x20 || c == '"' || c == '\\')
+      out += code;
+    else
+      out += c;
+  }
+  return out;
 }
 
 TEST_SUITE("data/dataset") {
@@ -190,6 +205,37 @@ TEST_SUITE("data/dataset") {
     std::vector<std::string> found;
     for (const Frame& frame : dataset.splits[0].frames) found.push_back(frame.name);
     CHECK(found == std::vector<std::string>{"a", "b", "c", "with space", "r.000.v2", "d", "grün", "e"});
+  }
+
+  TEST_CASE("a frame's name holds letters, digits, dots, dashes and blanks, whatever its picture is called") {
+    const TempFolder folder;
+    const std::vector<std::pair<std::string, std::string>> names = {{"$(touch x)", "__touch x_"},
+                                                                    {"a;b&c|d", "a_b_c_d"},
+                                                                    {"`id`", "_id_"},
+                                                                    {"it's\"q\"", "it_s_q_"},
+                                                                    {"-rf", "_-rf"},
+                                                                    {"line\nfeed", "line_feed"},
+                                                                    {"=1+1", "_1_1"},
+                                                                    {"a\xe2\x80\xae"
+                                                                     "b",
+                                                                     "a_b"},
+                                                                    {"esc\x1b[31m", "esc__31m"},
+                                                                    {"漢字 7", "漢字 7"},
+                                                                    {"é.x_y-z", "é.x_y-z"},
+                                                                    {"c,d", "c_d"},
+                                                                    {"a b\xc2\xa0"
+                                                                     "c",
+                                                                     "a b_c"},
+                                                                    {"<b>", "_b_"}};
+    std::vector<std::string> frames;
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      write_png(folder.path() / (names[i].first + ".png"), flat_png(2, 2));
+      frames.push_back(frame_text(escaped(names[i].first), std::to_string(i), matrix_text(orbit_matrix(0))));
+    }
+    write_text(folder.path() / "transforms_train.json", transforms_text(frames));
+    const Dataset dataset = load_dataset(folder.str());
+    REQUIRE(dataset.splits[0].frames.size() == names.size());
+    for (std::size_t i = 0; i < names.size(); ++i) CHECK(dataset.splits[0].frames[i].name == names[i].second);
   }
 
   TEST_CASE("a byte-order mark, and a folder reached through a link, do no harm") {

@@ -20,9 +20,9 @@ void fill(const Scratch& scratch) {
   VdbFile file;
   file.grids.push_back({});
   file.grids[0].name = "density";
-  write_vdb(scratch.path("model.vdb"), file);
+  write_vdb(scratch.path("frame.vdb"), file);
   Manifest manifest{"run", {{"seed", "1"}}, {}};
-  for (const char* name : {"metrics.json", "model.vdb"})
+  for (const char* name : {"metrics.json", "frame.vdb"})
     manifest.files.push_back(manifest_entry(scratch.folder(), name));
   manifest.files[0].figures["frame"] = 0.1;
   write_manifest(scratch.folder(), manifest);
@@ -84,7 +84,7 @@ TEST_SUITE("io/manifest") {
     CHECK(back.info == std::map<std::string, std::string>{{"seed", "1"}});
     REQUIRE(back.files.size() == 2);
     CHECK(back.files[0].figures.at("frame") == 0.1);
-    CHECK(back.find("model.vdb")->digest == digest_file(scratch.path("model.vdb")));
+    CHECK(back.find("frame.vdb")->digest == digest_file(scratch.path("frame.vdb")));
     CHECK(back.find("nothing") == nullptr);
   }
 
@@ -94,9 +94,9 @@ TEST_SUITE("io/manifest") {
     for (const FileCheck& check : verify(scratch.folder()))
       CHECK_MESSAGE(check.ok, check.file, check.problem);
 
-    const std::string text = slurp(scratch.path("metrics.json")), vdb = slurp(scratch.path("model.vdb"));
+    const std::string text = slurp(scratch.path("metrics.json")), vdb = slurp(scratch.path("frame.vdb"));
     spit(scratch.path("metrics.json"), "{\"psnr\": 91}");
-    spit(scratch.path("model.vdb"), vdb.substr(0, vdb.size() - 1));
+    spit(scratch.path("frame.vdb"), vdb.substr(0, vdb.size() - 1));
     auto checks = verify(scratch.folder());
     REQUIRE(checks.size() == 2);
     CHECK(checks[0].file == "metrics.json");
@@ -107,20 +107,46 @@ TEST_SUITE("io/manifest") {
                                    std::to_string(vdb.size()));
 
     spit(scratch.path("metrics.json"), text);
-    std::filesystem::remove(scratch.path("model.vdb"));
+    std::filesystem::remove(scratch.path("frame.vdb"));
     checks = verify(scratch.folder());
     CHECK(checks[0].ok);
     CHECK(checks[1].problem == "could not be read: No such file or directory");
   }
 
+  TEST_CASE("an empty list vouches for nothing, and a model that cannot be loaded is not whole") {
+    const Scratch scratch;
+    write_manifest(scratch.folder(), {"run", {}, {}});
+    CHECK_THROWS_WITH_AS(verify(scratch.folder()), doctest::Contains("lists no files"), Error);
+    VdbFile vdb;  // a sound file that is no model
+    vdb.meta["creator"] = std::string("somebody");
+    Manifest manifest{"run", {}, {}};
+    manifest.files.push_back({"model.vdb", write_vdb(scratch.path("model.vdb"), vdb), {}});
+    manifest.files.push_back({"motion.vdb", write_vdb(scratch.path("motion.vdb"), vdb), {}});
+    write_manifest(scratch.folder(), manifest);
+    const auto checks = verify(scratch.folder());
+    CHECK_FALSE(checks[0].ok);
+    CHECK(checks[0].problem.find("not a model") != std::string::npos);
+    CHECK(checks[1].ok);
+  }
+
+  TEST_CASE("a listed file that is a link is not whole, whatever it leads to") {
+    const Scratch scratch;
+    fill(scratch);
+    std::filesystem::rename(scratch.path("metrics.json"), scratch.path("elsewhere"));
+    std::filesystem::create_symlink("elsewhere", scratch.path("metrics.json"));
+    const auto checks = verify(scratch.folder());
+    CHECK_FALSE(checks[0].ok);
+    CHECK(checks[0].problem.find("link") != std::string::npos);
+  }
+
   TEST_CASE("every flipped byte of a listed file is found") {
     const Scratch scratch;
     fill(scratch);
-    const std::string vdb = slurp(scratch.path("model.vdb"));
+    const std::string vdb = slurp(scratch.path("frame.vdb"));
     for (std::size_t n = 0; n < vdb.size(); n += 3) {
       std::string flipped = vdb;
       flipped[n] = char(flipped[n] ^ 16);
-      spit(scratch.path("model.vdb"), flipped);
+      spit(scratch.path("frame.vdb"), flipped);
       CHECK_FALSE(verify(scratch.folder())[1].ok);
     }
   }
@@ -144,8 +170,8 @@ TEST_SUITE("io/manifest") {
     for (const Row& row :
          {Row{"\"version\": 1", "\"version\": 2", "newer version"}, Row{"\"size\"", "\"sizes\"", "size"},
           Row{"xxh64:", "crc32:", "'hash' is malformed"},
-          Row{"model.vdb", "../model.vdb", "leads out of the folder"},
-          Row{"model.vdb", "/etc/passwd", "leads out of the folder"}, Row{"{", "[", "malformed"},
+          Row{"frame.vdb", "../frame.vdb", "leads out of the folder"},
+          Row{"frame.vdb", "/etc/passwd", "leads out of the folder"}, Row{"{", "[", "malformed"},
           Row{"\"run\"", "7", "malformed"}, Row{"splinevox manifest", "other", "not a manifest"}}) {
       CAPTURE(row.to);
       std::string text = good;

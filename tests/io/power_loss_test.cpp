@@ -30,36 +30,31 @@ std::vector<Call> calls;
 std::map<int, int> file_of;  ///< descriptor -> file
 int folder_descriptor = -1, files_made = 0;
 
-bool inside(const char* path, std::string& name) {
-  const std::string text = path;
-  if (recorded_folder.empty() || !text.starts_with(recorded_folder + "/")) return false;
-  name = text.substr(recorded_folder.size() + 1);
-  return true;
-}
+bool inside(int folder) { return folder >= 0 && folder == folder_descriptor; }
 
 }  // namespace
 
 extern "C" {
-int __real_open(const char*, int, ...);
+int __real_openat(int, const char*, int, ...);
 ssize_t __real_write(int, const void*, size_t);
 int __real_fsync(int);
 int __real_close(int);
-int __real_link(const char*, const char*);
-int __real_rename(const char*, const char*);
-int __real_unlink(const char*);
+int __real_linkat(int, const char*, int, const char*, int);
+int __real_renameat(int, const char*, int, const char*);
+int __real_unlinkat(int, const char*, int);
 
-int __wrap_open(const char* path, int flags, ...) {
+int __wrap_openat(int folder, const char* path, int flags, ...) {
   va_list rest;
   va_start(rest, flags);
   const int mode = flags & O_CREAT ? va_arg(rest, int) : 0;
   va_end(rest);
-  const int fd = __real_open(path, flags, mode);
-  std::string name;
-  if (fd >= 0 && (flags & O_CREAT) && inside(path, name)) {
+  const int fd = __real_openat(folder, path, flags, mode);
+  if (fd >= 0 && (flags & O_CREAT) && inside(folder)) {
     file_of[fd] = files_made;
-    calls.push_back({Call::create, files_made++, name, {}});
+    calls.push_back({Call::create, files_made++, path, {}});
   }
-  if (fd >= 0 && (flags & O_DIRECTORY) && recorded_folder == path) folder_descriptor = fd;
+  if (fd >= 0 && (flags & O_DIRECTORY) && !recorded_folder.empty() && recorded_folder == path)
+    folder_descriptor = fd;
   return fd;
 }
 ssize_t __wrap_write(int fd, const void* data, size_t size) {
@@ -79,22 +74,19 @@ int __wrap_close(int fd) {
   if (fd == folder_descriptor) folder_descriptor = -1;
   return __real_close(fd);
 }
-int __wrap_link(const char* from, const char* to) {
-  const int result = __real_link(from, to);
-  std::string a, b;
-  if (result == 0 && inside(from, a) && inside(to, b)) calls.push_back({Call::link, -1, a, b});
+int __wrap_linkat(int a, const char* from, int b, const char* to, int flags) {
+  const int result = __real_linkat(a, from, b, to, flags);
+  if (result == 0 && inside(a) && inside(b)) calls.push_back({Call::link, -1, from, to});
   return result;
 }
-int __wrap_rename(const char* from, const char* to) {
-  const int result = __real_rename(from, to);
-  std::string a, b;
-  if (result == 0 && inside(from, a) && inside(to, b)) calls.push_back({Call::rename, -1, a, b});
+int __wrap_renameat(int a, const char* from, int b, const char* to) {
+  const int result = __real_renameat(a, from, b, to);
+  if (result == 0 && inside(a) && inside(b)) calls.push_back({Call::rename, -1, from, to});
   return result;
 }
-int __wrap_unlink(const char* path) {
-  const int result = __real_unlink(path);
-  std::string name;
-  if (result == 0 && inside(path, name)) calls.push_back({Call::unlink, -1, name, {}});
+int __wrap_unlinkat(int folder, const char* path, int flags) {
+  const int result = __real_unlinkat(folder, path, flags);
+  if (result == 0 && inside(folder)) calls.push_back({Call::unlink, -1, path, {}});
   return result;
 }
 }

@@ -118,9 +118,9 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       {.name = "render exr",
        .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:2", "--size", "24",
                  "--format", "exr"}},
-      {.name = "render mp4",
-       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:5", "--size", "32",
-                 "--format", "mp4"}},
+      {.name = "render mp4",  // a film of several pages of a disk
+       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:12", "--size", "160",
+                 "--layers", "depth", "--format", "mp4"}},
       {.name = "eval", .words = {o.program, "eval", run}, .option = "--images"},
       {.name = "track csv",
        .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"},

@@ -11,6 +11,9 @@
 
 namespace splinevox {
 
+/// Grids that a file of ours may have, and readers take: one for each column of a model.
+inline constexpr int kMostGrids = 256;
+
 /// sigma = scale * softplus(raw + shift), in 1 / scene unit; see math/activation.hpp.
 struct DensityActivation {
   float scale = 1;  ///< 1 / scene unit, > 0

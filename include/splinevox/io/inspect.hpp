@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "splinevox/core/vec3.hpp"
+#include "splinevox/field/model.hpp"
 
 namespace splinevox {
 
 /// Bounds that are checked before anything is parsed or allocated.
 struct VdbLimits {
   std::uint64_t max_bytes = std::uint64_t(8) << 30;  ///< size of the file
-  int max_grids = 256;
+  int max_grids = kMostGrids;
   std::uint32_t max_text = 1u << 24;                  ///< bytes of one metadata entry or name
   std::uint64_t max_voxels = std::uint64_t(1) << 28;  ///< active voxels of one grid once tiles are expanded
 };
@@ -51,9 +52,9 @@ struct FileCheck {
   std::string problem;  ///< empty if ok
 };
 
-/// Checks size and hash of every listed file; a .vdb whose bytes are right is also parsed. One entry per
-/// listed file, in the manifest's order. Throws Error (Fault::input) if there is no usable manifest; a file's
-/// own problem is in the list.
+/// Checks size and hash of every listed file; a .vdb whose bytes are right is also parsed, and a run's
+/// model.vdb loaded. One entry per listed file, in the manifest's order. Throws Error (Fault::input) if there
+/// is no usable manifest or it lists nothing; a file's own problem is in the list.
 std::vector<FileCheck> verify(const std::string& folder);
 
 }  // namespace splinevox

@@ -347,5 +347,7 @@ void read_config(Config& config, const std::string& path);
 std::string write_config(const Config& config);
 /// Checks what ranges alone cannot: list lengths, orders, combinations. Throws Error naming the key.
 void validate(const Config& config);
+/// Control points of a curve of the finished model: training may add to those it begins with.
+int points_at_end(const MotionConfig& motion);
 
 }  // namespace splinevox

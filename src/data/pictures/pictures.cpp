@@ -5,15 +5,17 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cctype>
 #include <cmath>
-#include <cstring>
 #include <exception>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "core/parallel.hpp"
+#include "core/printable.hpp"
 #include "data/fingerprint.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
@@ -179,11 +181,35 @@ std::vector<Picture> decode_films(const PicturePlan& plan) {
   return images;
 }
 
-/// Without characters that mean something in a path, to any system.
-std::string plain(std::string name) {
-  for (char& c : name)
-    if (static_cast<unsigned char>(c) < 0x20 || std::strchr("/\\:*?\"<>|\x7f", c) != nullptr) c = '_';
-  return name.empty() || name[0] == '.' ? std::string("_").append(name) : name;
+/// Whether a character beyond ASCII is a letter, or part of one: no sign, no blank, nothing that is not seen.
+bool is_letter(char32_t c) {
+  const auto within = [c](char32_t lo, char32_t hi) { return c >= lo && c <= hi; };
+  const bool sign = within(0x80, 0xbf) || c == 0xd7 || c == 0xf7 || within(0x2000, 0x2bff) ||
+                    within(0x2e00, 0x2e7f) || within(0x3000, 0x3004) || within(0x3008, 0x3020) ||
+                    within(0xfe00, 0xfe6f) || within(0xff00, 0xff0f) || within(0xff1a, 0xff20) ||
+                    within(0xff3b, 0xff40) || within(0xff5b, 0xff65);
+  const bool unseen = is_control(c) || c == 0x1680 || c == 0x180e || c == 0xfeff || within(0xd800, 0xf8ff) ||
+                      within(0xfff0, 0xffff) || c >= 0xe0000;
+  return !sign && !unseen;
+}
+
+/// Letters of any script, digits and `. _ -` and blanks alone: what means nothing to a shell, a path, a table
+/// or a page. The name of a frame becomes that of files, and stands in what people and programs read.
+std::string plain(std::string_view name) {
+  std::string out;
+  for (std::size_t i = 0; i < name.size();) {
+    const std::string_view rest = name.substr(i);
+    const std::size_t length = utf8_length(rest);
+    const auto first = static_cast<unsigned char>(rest[0]);
+    const bool good = length == 1 ? std::isalnum(first) || std::string_view("._- ").find(rest[0]) != rest.npos
+                                  : length > 1 && is_letter(utf8_code(rest, length));
+    if (good)
+      out += rest.substr(0, length);
+    else
+      out += '_';
+    i += std::max<std::size_t>(length, 1);
+  }
+  return out.empty() || out[0] == '.' || out[0] == '-' ? "_" + out : out;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 
 #include "core/hash.hpp"
 #include "core/in_order.hpp"
+#include "core/own_folder.hpp"
 #include "core/parallel.hpp"
 #include "core/process.hpp"
 #include "io/export/export_controls.hpp"
@@ -131,6 +132,7 @@ void make_folder(const std::string& folder) {
                  .expected = "a folder to write to",
                  .got = error ? error.message() : "a file",
                  .hint = "choose another --out"});
+  check_own_folder(folder, Depth::entries);
 }
 
 /// Names in the folder that are frames' by their beginning and not in the list: who loads the folder as a

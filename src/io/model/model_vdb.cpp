@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "splinevox/io/model_vdb.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -128,6 +129,33 @@ VdbGrid to_grid(const Channels& channels, const Column& column, const VdbMeta& m
   return grid;
 }
 
+namespace {
+
+/// What readers refuse is not written.
+void check_writable(const std::string& path, const VdbFile& file) {
+  if (file.grids.size() > std::size_t(kMostGrids))
+    fail_output({.where = path,
+                 .what = "a model file cannot hold so many grids",
+                 .expected = "at most " + std::to_string(kMostGrids),
+                 .got = std::to_string(file.grids.size()),
+                 .hint = "fewer control points"});
+  for (const VdbGrid& grid : file.grids) {
+    const auto finite = [](float v) { return std::isfinite(v); };
+    const auto wrong = std::find_if_not(grid.values.begin(), grid.values.end(), finite);
+    if (wrong != grid.values.end() || !finite(float(length(grid.background))))
+      throw Error(
+          {.where = path,
+           .what = "is not written: the model has values that are not finite",
+           .expected = "finite numbers",
+           .got = "others in grid '" + grid.name + "'",
+           .hint =
+               "smaller steps (optimiser.lr_*) or a larger optimiser.epsilon; smaller factors in an edit"},
+          Fault::numeric);
+  }
+}
+
+}  // namespace
+
 FileDigest save_model(const std::string& path, const VoxelModel& model, const ModelNotes& notes, bool half) {
   if (model.motion.levels.size() > 1)
     fail_output({.where = path,
@@ -150,6 +178,7 @@ FileDigest save_model(const std::string& path, const VoxelModel& model, const Mo
     for (const Column& column : motion_columns(model.motion))
       file.grids.push_back(to_grid(model.motion.levels[0], column, motion, half));
   }
+  check_writable(path, file);
   for (VdbGrid& grid : file.grids)  // for programs that keep grids and not the file's own table
     for (const char* key : {"splinevox_model", "time_map", "background"}) grid.meta[key] = file.meta[key];
   return write_vdb(path, std::move(file));

@@ -13,6 +13,8 @@
 #include <fstream>
 #include <new>
 
+#include "core/handle.hpp"
+
 namespace splinevox {
 namespace {
 
@@ -45,7 +47,7 @@ std::uint64_t mapped_now() {
   } catch (...) {
     text = "an unknown error";
   }
-  if (text && ::write(out, text, strnlen(text, 1000)) < 0) ::_exit(2);
+  if (text && retried([&] { return ::write(out, text, strnlen(text, 1000)); }) < 0) ::_exit(2);
   ::_exit(text ? 1 : 0);
 }
 

@@ -90,7 +90,7 @@ Parsed parse_payload(const std::string& path, const VdbScan& scan) {
 
 Parsed parse(const std::string& path, const VdbLimits& limits) {
   openvdb::initialize();
-  const std::string bytes = read_file(path, limits.max_bytes);
+  const std::string bytes = read_file(path, limits.max_bytes, Named::by_user);
   const VdbScan scan = scan_vdb(path, bytes, limits);
   if (!scan.sealed) {
     // Nobody vouches for these bytes, and OpenVDB 10 can crash, hang or ask for any amount of memory on

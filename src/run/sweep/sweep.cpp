@@ -5,13 +5,16 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <map>
 #include <set>
 
 #include "core/json_text.hpp"
 #include "core/nearest.hpp"
+#include "core/printable.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/train/config.hpp"
 #include "train/config/toml_text.hpp"
 
 namespace fs = std::filesystem;
@@ -53,6 +56,49 @@ std::string file_name(std::string text) {
   return text;
 }
 
+/// A cell of a table that spreadsheets open: quoted where it has to be, and no formula.
+std::string csv_cell(const std::string& text) {
+  double value = 0;
+  const auto end = std::from_chars(text.data(), text.data() + text.size(), value).ptr;
+  const bool number = !text.empty() && end == text.data() + text.size();
+  std::string cell =
+      !number && !text.empty() && std::string_view("=+-@").find(text[0]) != std::string_view::npos
+          ? "'" + text
+          : text;
+  if (cell.find_first_of(",\"\r\n") == cell.npos) return cell;
+  std::string out = "\"";
+  for (const char c : cell) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+/// A cell of a table in Markdown.
+std::string markdown_cell(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '|' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+/// Words that become lines of files and arguments of this program.
+void check_word(const std::string& path, const char* key, const std::string& word) {
+  if (all_printable(word) != word)
+    fail({path, fmt::format("'{}' has a word with control characters", key), "words that can be shown",
+          printable(word), ""});
+}
+
+/// A preset and a seed become part of a folder's name.
+void check_names(const std::string& path, const std::vector<std::string>& names,
+                 const std::vector<std::string>& seeds) {
+  for (const std::string& name : names) preset(name);
+  for (const std::string& seed : seeds) {
+    const bool digits = seed.find_first_not_of("0123456789") == seed.npos;
+    if (!digits || seed.empty() || seed.size() > 15)
+      fail({path, "'seeds' has one that is no seed", "whole numbers from 0 on, below 10^15", seed, ""});
+  }
+}
+
 double recorded(const Json& j, const char* key) {
   return j.contains(key) && j[key].is_number() ? j[key].get<double>() : 0;
 }
@@ -85,6 +131,14 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
   if (datasets.empty()) fail({path, "there are no datasets", "datasets = [\"FOLDER\", ...]", "", ""});
   if (presets.empty()) presets = {"fast"};
   if (seeds.empty()) seeds = {"1"};
+  check_names(path, presets, seeds);
+  for (const std::string& dataset : datasets) {
+    check_word(path, "datasets", dataset);
+    if (dataset.starts_with('-'))
+      fail({path, "'datasets' has one that would be an option", "folders", dataset, "./" + dataset});
+  }
+  for (const std::string& word : common) check_word(path, "train", word);
+  check_word("--out", "--out", out);
   std::vector<std::pair<std::string, std::vector<std::string>>> settings;
   const toml::node* table = file.get("settings");
   if (table && !table->is_table())
@@ -94,6 +148,10 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
     for (const auto& [name, value] : *table->as_table())
       settings.emplace_back(std::string(name.str()),
                             list(&value, path, "settings." + std::string(name.str())));
+  for (const auto& [name, sets] : settings) {
+    check_word(path, "settings", name);
+    for (const std::string& s : sets) check_word(path, "settings", s);
+  }
   if (settings.empty()) settings.emplace_back("", std::vector<std::string>());
 
   std::vector<SweepTask> tasks;
@@ -125,7 +183,7 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
 
 SweepState state_of(const SweepTask& task) {
   SweepState s;
-  const Json j = parse_own_json(read_text(task.run + "/metrics.json"));
+  const Json j = parse_own_json(read_text_if_there(task.run + "/metrics.json"));
   if (!j.is_object() || !j.value("finished", false)) return s;
   s.trained = true;
   s.done = j.contains("psnr");
@@ -137,7 +195,8 @@ std::string sweep_csv(const std::vector<SweepTask>& tasks) {
   std::string text = "run,dataset,preset,setting,seed,steps,train_seconds,psnr,ssim,ms_ssim\n";
   for (const SweepTask& t : tasks) {
     const SweepState s = state_of(t);
-    text += fmt::format("{},{},{},{},{}", t.name, t.dataset, t.preset, t.setting, t.seed);
+    text += fmt::format("{},{},{},{},{}", csv_cell(t.name), csv_cell(t.dataset), t.preset,
+                        csv_cell(t.setting), t.seed);
     for (const char* key : {"steps", "train_seconds", "psnr", "ssim", "ms_ssim"})
       text += s.done ? fmt::format(",{}", recorded(s.metrics, key)) : ",";
     text += "\n";
@@ -154,7 +213,8 @@ std::string sweep_table(const std::vector<SweepTask>& tasks) {
   std::vector<std::string> order;
   std::map<std::string, Row> rows;
   for (const SweepTask& t : tasks) {
-    const std::string name = fmt::format("| {} | {} | {} |", t.dataset, t.preset, t.setting);
+    const std::string name =
+        fmt::format("| {} | {} | {} |", markdown_cell(t.dataset), t.preset, markdown_cell(t.setting));
     if (!rows.contains(name)) order.push_back(name);
     Row& row = rows[name];
     ++row.tasks;
@@ -198,6 +258,11 @@ std::string sweep_commands(const std::vector<SweepTask>& tasks) {
 std::string slurm_script(const std::string& description, const std::string& out, std::size_t tasks,
                          int threads) {
   const auto whole = [](const std::string& p) { return fs::absolute(p).lexically_normal().string(); };
+  // Slurm reads this line itself: quotes, and % for what it puts in, and no shell's escapes.
+  if (const std::string path = whole(out);
+      path.find_first_of("\"\\%") != path.npos || all_printable(path) != path)
+    fail({"--out", "this folder's path cannot stand in a script for Slurm", "a path without \", \\ and %",
+          path, "another folder for --out"});
   return fmt::format(
       "#!/bin/bash\n#SBATCH --job-name=splinevox\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n#SBATCH "
       "--output=\"{}/slurm_%a.log\"\n"

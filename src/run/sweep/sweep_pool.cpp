@@ -33,7 +33,8 @@ pid_t start(std::vector<std::string> words, const std::string& log) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_CREAT | O_WRONLY | O_APPEND, 0666);
+  posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_CREAT | O_WRONLY | O_APPEND | O_NOFOLLOW,
+                                   0666);
   posix_spawn_file_actions_adddup2(&actions, 1, 2);
   posix_spawnattr_t alone;  // a group of its own: the terminal's Ctrl-C comes to us, and from us once
   posix_spawnattr_init(&alone);
@@ -56,7 +57,7 @@ std::vector<std::string> next_words(const SweepTask& t, int threads) {
   const std::string path = t.run + ".words", asked = fmt::format("{}\n", fmt::join(t.train, "\n"));
   if (!s.trained)
     write_file(path, {asked});
-  else if (const std::string trained = read_text(path); !trained.empty() && trained != asked)
+  else if (const std::string trained = read_text_if_there(path); !trained.empty() && trained != asked)
     fail({t.run, "was trained with other words than this sweep has for it",
           "the same description, or another name for the setting", "see " + path, "another --out"});
   if (s.done) return {};

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "field/columns.hpp"
+#include "splinevox/field/model.hpp"
 #include "train/config/config_value.hpp"
 #include "train/effects/effect_table.hpp"
 
@@ -111,7 +113,35 @@ void check_motion(const MotionConfig& m) {
                false);
 }
 
+/// Writers obey the readers' limit: a model of more grids could be trained and never be read.
+void check_grids(const Config& c) {
+  RadianceField radiance;
+  radiance.sh_order = c.radiance.sh_order;
+  std::size_t grids = radiance_columns(radiance).size();
+  MotionField motion;
+  motion.basis = c.motion.basis;
+  motion.points = points_at_end(c.motion);
+  motion.first_point = c.motion.first_point;
+  motion.displaces = c.motion.enabled;
+  motion.rigidity = c.motion.enabled && c.motion.rigidity;
+  motion.light = c.motion.light;
+  grids += motion_columns(motion).size();
+  if (grids > std::size_t(kMostGrids))
+    wrong("motion.points", "leads to more grids than a model file may have",
+          fmt::format("at most {} grids: fewer control points in the end{}", kMostGrids,
+                      motion.displaces && motion.light ? ", of motion and light each" : ""),
+          fmt::format("{} grids with {} control points", grids, motion.points));
+}
+
 }  // namespace
+
+int points_at_end(const MotionConfig& motion) {
+  const Basis& basis = basis_of(motion.basis);
+  if (!basis.halves()) return motion.elevate_points.empty() ? motion.points : motion.elevate_points.back();
+  int points = motion.points;
+  for (std::size_t i = 0; i < motion.halve_start.size(); ++i) points = basis.refinement.refined(points);
+  return points;
+}
 
 int reached(const std::vector<float>& starts, double progress) {
   int i = -1;
@@ -169,7 +199,10 @@ void validate(const Config& config) {
   check_grid(config);
   check_starts("radiance.sh_start", "the orders", config.radiance.sh_start, config.radiance.sh_start.size(),
                false);
-  if (changes(effects_of(config))) check_motion(config.motion);
+  if (changes(effects_of(config))) {
+    check_motion(config.motion);
+    check_grids(config);
+  }
   if (config.sampling.rays < 4 * config.sampling.frames)
     wrong("sampling.rays", "is too small for sampling.frames",
           fmt::format("at least one 2 x 2 patch for each of {} frames", config.sampling.frames),

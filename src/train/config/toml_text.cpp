@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string_view>
 
+#include "core/atomic_file.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -64,10 +63,8 @@ std::string toml_text(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, ignored))
     fail({path, "there is no such configuration file", "a TOML file", "",
           "splinevox train --list-settings  (every key), or docs/scaling.md for a sweep"});
-  std::ifstream in(path, std::ios::binary);
-  std::stringstream stream;
-  stream << in.rdbuf();
-  std::string text = stream.str();
+  constexpr std::uint64_t kLongest = std::uint64_t(64) << 20;  // bytes
+  std::string text = read_file(path, kLongest, Named::by_user);
   if (const std::size_t stray = stray_character(text); stray < text.size())
     fail({fmt::format("{}, line {}", path, 1 + std::count(text.begin(), text.begin() + long(stray), '\n')),
           "there is a character beyond ASCII outside of comments and strings of one line with a blank before "
