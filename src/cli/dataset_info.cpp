@@ -114,9 +114,7 @@ Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixel
 void print_dataset(const Json& j) {
   const bool alpha = j["alpha"].get<bool>();
   fmt::print("{}: {}, {}\n", j["dataset"].get<std::string>(), j["format"].get<std::string>(),
-             !alpha                           ? "opaque pictures"
-             : j["pictures_read"].get<bool>() ? "pictures with alpha"
-                                              : "pictures with a channel for alpha");
+             alpha ? "pictures with alpha" : "opaque pictures");
   for (const Json& s : j["splits"])
     fmt::print("  {:<6} {:>5} frames of {}x{}, model times {:.4f} to {:.4f}, {} moments\n",
                s["name"].get<std::string>(), s["frames"].get<int>(), s["width"].get<int>(),
@@ -142,9 +140,7 @@ void print_dataset(const Json& j) {
              c["forward_facing"].get<bool>() ? ", all looking much the same way" : "");
   if (j.contains("box"))
     fmt::print("  box    {} to {}{}\n", text_of(j["box"][0]), text_of(j["box"][1]),
-               !alpha                           ? ""
-               : j["pictures_read"].get<bool>() ? ", not used: silhouettes say more"
-                                                : ", not used if pictures are transparent somewhere");
+               alpha ? ", not used: silhouettes say more" : "");
   for (const Json& note : j["notes"]) fmt::print("  note: {}\n", note.get<std::string>());
 }
 

@@ -121,6 +121,17 @@ std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan,
   return facts;
 }
 
+/// Whether the first picture of a split, the middle one or the last has a pixel with alpha < 1: a channel for it
+/// says nothing.
+bool some_see_through(const PicturePlan& plan) {
+  const std::size_t n = plan.paths.size();
+  for (const std::size_t i : {std::size_t(0), n / 2, n - 1}) {
+    const Picture image(read_picture(plan.paths[i], plan.where[i]));
+    if (look_at({&image})[0].see_through) return true;
+  }
+  return false;
+}
+
 void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSplit>& raw,
                 std::vector<std::string>& notes) {
   for (std::size_t s = 0; s < plans.size(); ++s) {
@@ -165,7 +176,7 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   }
   note_sizes(plans, raw, dataset.notes);
   if (!options.pixels) {
-    for (const PicturePlan& plan : plans) dataset.has_alpha |= plan.alpha;
+    dataset.has_alpha = plans[0].alpha && !plans[0].film() && some_see_through(plans[0]);
     return dataset;
   }
   check_memory(plans);

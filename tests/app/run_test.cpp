@@ -159,7 +159,8 @@ TEST_SUITE("app/run") {
             .code == 0);
     const auto train = [&](const std::string& run, std::vector<std::string> more) {
       std::vector<std::string> words = scene.train(run, "20", {"--quiet", "--effects", "all"});
-      words[1] = scene.path("wall");
+      words[1] = scene.path("wall");  // plain, and here it shall be learned
+      words.insert(words.end(), {"--set", "run.find_ground=false"});
       words.insert(words.end(), more.begin(), more.end());
       const Ended e = program(words);
       CAPTURE(e.err);

@@ -32,8 +32,8 @@ struct Dataset {
   std::string path;
   std::vector<Split> splits;  ///< those that exist on disk, train first
   TimeMap time_map;
-  /// Any training pixel with alpha < 1 (any pixel read, if train was not); where pixels were not read,
-  /// whether any picture has a channel for it.
+  /// Any training pixel with alpha < 1 (any pixel read, if train was not); where pixels were not read, of the
+  /// first, the middle and the last picture.
   bool has_alpha = false;
   int downscale = 1;
   std::uint64_t fingerprint = 0;  ///< hash of lenses, poses, times and pixels of train; 0 if not read

@@ -2,6 +2,7 @@
 #include "train/bounds/ground.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -37,7 +38,7 @@ void visit_border(const Picture& image, const Visit& visit) {
   }
 }
 
-/// The most frequent colour along all borders, to a 32nd, and the mean of what lies near it.
+/// The most frequent colour along all borders, to a 32nd, and the median of what lies near it.
 Vec3 border_mode(const Split& train) {
   constexpr float kBins = 32;
   std::map<int, std::pair<std::size_t, Vec3d>> bins;
@@ -53,16 +54,26 @@ Vec3 border_mode(const Split& train) {
   const auto most = std::max_element(
       bins.begin(), bins.end(), [](const auto& a, const auto& b) { return a.second.first < b.second.first; });
   const Vec3 centre = cast<float>(1 / double(most->second.first) * most->second.second);
-  Vec3d sum{};  // the bin's edges are not the colour's
-  double count = 0;
+  // The median of what lies near: the mean of a black ground with noise would be grey everywhere.
+  constexpr int kLevels = 4096;
+  std::array<std::vector<std::size_t>, 3> levels;
+  for (auto& l : levels) l.resize(kLevels + 1);
+  std::size_t near = 0;
   for (const Frame& f : train.frames)
     visit_border(f.image, [&](int x, int y) {
       const Vec3 c = colour_at(f.image, x, y);
       if (!is_ground(c, centre)) return;
-      sum += cast<double>(c);
-      ++count;
+      for (int k = 0; k < 3; ++k) ++levels[std::size_t(k)][std::size_t(c[k] * kLevels + 0.5f)];
+      ++near;
     });
-  return count > 0 ? cast<float>(1 / count * sum) : centre;
+  if (near == 0) return centre;
+  Vec3 median;
+  for (int k = 0; k < 3; ++k) {
+    std::size_t below = 0, level = 0;
+    while ((below += levels[std::size_t(k)][level]) * 2 < near) ++level;
+    median[k] = float(level) / kLevels;
+  }
+  return median;
 }
 
 /// Whether each pixel is ground that hangs together with the border.
