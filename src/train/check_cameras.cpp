@@ -36,26 +36,36 @@ double psnr_of_mean(const Picture& image) {
   return -10 * std::log10(std::max(error / 3, 1e-10));
 }
 
+/// The largest distance of a camera from the first, scene units.
+double spread_of(const std::vector<Camera>& cameras) {
+  double spread = 0;
+  for (const Camera& c : cameras) spread = std::max(spread, length(c.position - cameras.front().position));
+  return spread;
+}
+
 }  // namespace
 
 void check_silhouettes(const Split& train, const std::function<void(std::string)>& note) {
-  constexpr double kMeets = 0.5, kAgrees = 0.9;
+  constexpr double kMeets = 0.5, kAgrees = 0.97, kBetter = 0.05;
   constexpr std::size_t kFewest = 3;  // two silhouettes always meet somewhere
   if (train.frames.size() < kFewest) return;
-  std::vector<Camera> own;
-  for (const Frame& f : train.frames) own.push_back(f.camera);
+  const std::vector<Camera> own = cameras_of(train);
   const double share = explained_by_hull(train, own);
-  if (share >= kMeets) return;
+  if (share >= kAgrees) return;
+  // From nearly one place most silhouettes agree. Cameras that go round an object are in nearly one place if
+  // their matrices are read the wrong way round, so the right way is the one that is spread wider.
+  const double spread = spread_of(own);
   const std::string found = fmt::format("{:.0f}% of what the pictures show", 100 * share);
   for (const OtherCameras& other : other_cameras(train)) {
     const double theirs = explained_by_hull(train, other.cameras);
-    if (theirs < kAgrees) continue;
+    if (theirs < std::max(kAgrees, share + kBetter) || spread_of(other.cameras) < spread) continue;
     fail({"the training cameras", "the silhouettes of the pictures do not meet where the cameras look",
           "cameras to world with OpenGL's axes (x right, y up, z backwards)",
           fmt::format("{}; as {} it would be {:.0f}%", found, other.what, 100 * theirs),
           fmt::format("write 'transform_matrix' from camera to world in OpenGL's axes: it looks like {}",
                       other.what)});
   }
+  if (share >= kMeets) return;
   note(fmt::format(
       "silhouettes of neighbouring times meet in only {}: the cameras may not belong to the pictures. "
       "Likely causes: {}",
@@ -65,8 +75,9 @@ void check_silhouettes(const Split& train, const std::function<void(std::string)
 double check_parallax(const Config& config, const Split& train,
                       const std::function<void(std::string)>& note) {
   const std::vector<float>& b = config.grid.box;
-  const Box box = b.size() == 6 ? Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}} : camera_cube(train);
-  const double angle = parallax(train, box);
+  const std::vector<Camera> cameras = cameras_of(train);
+  const Box box = b.size() == 6 ? Box{{b[0], b[1], b[2]}, {b[3], b[4], b[5]}} : camera_cube(cameras);
+  const double angle = parallax(cameras, box);
   if (angle < kLeastParallax)
     note(fmt::format(
         "all cameras see the scene from within {:.2g} degrees: its depth is not determined, and views "

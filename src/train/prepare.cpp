@@ -50,9 +50,7 @@ void settle_ground(Config& config, Dataset& data, const std::function<void(std::
   if (!colour) return;
   constexpr double kLeastCut = 0.02, kAgrees = 0.9;
   const double cut = cut_ground(train, *colour);
-  std::vector<Camera> cameras;
-  for (const Frame& f : train.frames) cameras.push_back(f.camera);
-  if (cut < kLeastCut || cut == 1 || explained_by_hull(train, cameras) < kAgrees) {
+  if (cut < kLeastCut || cut == 1 || explained_by_hull(train, cameras_of(train)) < kAgrees) {
     undo_cut(train);
     return;
   }

@@ -48,9 +48,10 @@ def test_training_gives_the_same_bits(model, run):
     same_values(model, sv.load_model(run + "/model.vdb"))
 
 
-@pytest.mark.parametrize("effects", ["all", "auto"])
-def test_opaque_pictures_train_in_the_box_of_the_data_to_the_same_file(opaque_scene, tmp_path, effects):
-    settings = {**SMALL, "effects.steps": 6}  # few enough for 60 steps to try effects out
+@pytest.mark.parametrize("effects,ground", [("all", False), ("auto", False), ("auto", True)])
+def test_opaque_pictures_train_to_the_same_file(opaque_scene, tmp_path, effects, ground):
+    # few enough for 60 steps to try effects out
+    settings = {**SMALL, "effects.steps": 6, "run.find_ground": str(ground).lower()}
     run = tmp_path / "run"
     words = ["--out", run, "--preset", "draft", "--max-steps", STEPS, "--effects", effects, "--quiet",
              *sets(settings)]
@@ -60,7 +61,11 @@ def test_opaque_pictures_train_in_the_box_of_the_data_to_the_same_file(opaque_sc
     config = sv.Config("draft", settings=settings, max_steps=STEPS, effects=effects)
     ready = sv.prepare(config, data, choose=effects == "auto")
     flat_box = sum(BOX, [])
-    assert ready.config["grid.box"] == flat_box and "the box is the data's own" in ready.notes[0]
+    if ground:
+        assert ready.config["grid.box"] == [] and "plain ground" in ready.notes[0]
+        assert data.has_alpha and ready.config["sampling.background"] == "ground"
+    else:
+        assert ready.config["grid.box"] == flat_box and "the box is the data's own" in ready.notes[0]
     model = sv.train(data, ready.config)
     opened = sv.open_run(str(run))
     assert opened.config.to_toml() == ready.config.to_toml() and opened.notes["preset"] == "draft"

@@ -32,12 +32,6 @@ Prepared kept(const Config& config, Dataset& data) {
   return prepare(config, data, {.effects = EffectPolicy::keep});
 }
 
-std::vector<Camera> cameras_of(const Split& split) {
-  std::vector<Camera> cameras;
-  for (const Frame& f : split.frames) cameras.push_back(f.camera);
-  return cameras;
-}
-
 /// The notes of a check.
 template <class Check>
 std::vector<std::string> notes_of(const Check& check) {
@@ -59,7 +53,8 @@ TEST_SUITE("train/ground") {
     std::size_t ground = 0, kept_ground = 0, pixels = 0;
     for (std::size_t f = 0; f < train.frames.size(); ++f)
       for (std::size_t i = 0; i < train.frames[f].image.pixels(); ++i) {
-        const bool cut = train.frames[f].image.pixel(i)[3] == 0, empty = truth.find("train")->frames[f].image.pixel(i)[3] == 0;
+        const bool cut = train.frames[f].image.pixel(i)[3] == 0,
+                   empty = truth.find("train")->frames[f].image.pixel(i)[3] == 0;
         if (cut) CHECK(empty);
         ground += empty ? 1 : 0;
         kept_ground += empty && !cut ? 1 : 0;
@@ -68,7 +63,8 @@ TEST_SUITE("train/ground") {
     CHECK(double(kept_ground) < 0.25 * double(ground));  // the ring around what is shown
     CHECK(share == doctest::Approx(double(ground - kept_ground) / double(pixels)));
     undo_cut(train);
-    for (std::size_t f = 0; f < train.frames.size(); ++f) CHECK(train.frames[f].image == ball(true).find("train")->frames[f].image);
+    for (std::size_t f = 0; f < train.frames.size(); ++f)
+      CHECK(train.frames[f].image == ball(true).find("train")->frames[f].image);
   }
 
   TEST_CASE("pictures whose borders differ have no ground") {
@@ -78,7 +74,8 @@ TEST_SUITE("train/ground") {
     for (std::size_t f = 0; f < train.frames.size(); ++f) {
       Image16 image = train.frames[f].image.unpacked();
       for (std::size_t i = 0; i < image.rgba.size(); i += 4)  // another wall in every picture
-        for (std::size_t c = 0; c < 3; ++c) image.rgba[i + c] = std::uint16_t(257 * ((image.rgba[i + c] / 257 + 9 * f) % 256));
+        for (std::size_t c = 0; c < 3; ++c)
+          image.rgba[i + c] = std::uint16_t(257 * ((image.rgba[i + c] / 257 + 9 * f) % 256));
       train.frames[f].image = Picture(std::move(image));
     }
     CHECK_FALSE(find_ground(train));
@@ -99,7 +96,8 @@ TEST_SUITE("train/ground") {
     cut_ground(ready.config, again);
     for (std::size_t f = 0; f < 24; ++f)
       CHECK(again.find("train")->frames[f].image == data.find("train")->frames[f].image);
-    Trainer one(ready.config, *data.find("train"), data.time_map), other(ready.config, *again.find("train"), again.time_map);
+    Trainer one(ready.config, *data.find("train"), data.time_map),
+        other(ready.config, *again.find("train"), again.time_map);
     CHECK(one.step().loss == other.step().loss);
   }
 
@@ -169,7 +167,8 @@ TEST_SUITE("train/check_cameras") {
     Split& train = *data.find("train");
     CHECK(check_parallax(config_of(), train, [](const std::string&) {}) > 30);
     for (Frame& f : train.frames) f.camera = train.frames[0].camera;
-    const auto notes = notes_of([&](const auto& note) { CHECK(check_parallax(config_of(), train, note) == 0); });
+    const auto notes =
+        notes_of([&](const auto& note) { CHECK(check_parallax(config_of(), train, note) == 0); });
     REQUIRE(notes.size() == 1);
     CHECK(notes[0].find("its depth is not determined") != std::string::npos);
   }

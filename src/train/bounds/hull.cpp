@@ -20,40 +20,6 @@ namespace {
 /// picture hardly changes.
 constexpr double kSurround = 8;
 
-/// Cube around the point nearest to all viewing axes: as large as the views of cameras that look at it. If
-/// most look away from it they are inside the scene, which a cube between them would not hold (numerics H28).
-Box camera_cube(const std::vector<Camera>& cameras) {
-  Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (const Camera& c : cameras) {
-    const Vec3d z = c.axes[2], p = c.position;
-    const Eigen::Vector3d axis(z.x, z.y, z.z), position(p.x, p.y, p.z);
-    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
-    a += across;
-    b += across * position;
-  }
-  const Eigen::Vector3d x = a.ldlt().solve(b);
-  const Vec3d center{x[0], x[1], x[2]};
-  std::vector<double> reach;
-  double spread = 0;
-  std::size_t away = 0;
-  for (const Camera& c : cameras) {
-    const double half = std::max(c.width / c.fx, c.height / c.fy) / 2;
-    const Vec3d outwards = c.position - center;
-    reach.push_back(length(outwards) * half);
-    spread = std::max(spread, length(outwards));
-    away += dot(outwards, c.axes[2]) <= 0;
-  }
-  std::nth_element(reach.begin(), reach.begin() + reach.size() / 2, reach.end());
-  const bool inside = 2 * away > cameras.size();
-  // Cameras all in one point say nothing of lengths: any will do.
-  const double r = !inside                          ? std::max(1e-6, 1.1 * reach[reach.size() / 2])
-                   : spread > 1e-9 * length(center) ? kSurround * spread
-                                                    : 1.0;
-  const Vec3 c = cast<float>(center), e{float(r), float(r), float(r)};
-  return {c - e, c + e};
-}
-
 /// Silhouette in blocks: set where any pixel of the block, or of a ring of `grow` pixels around it, has alpha
 /// > 0.
 struct Silhouette {
@@ -145,12 +111,6 @@ BitGrid swept_hull(const Split& train, const std::vector<Camera>& cameras, const
   return hull;
 }
 
-std::vector<Camera> cameras_of(const Split& train) {
-  std::vector<Camera> cameras;
-  for (const Frame& f : train.frames) cameras.push_back(f.camera);
-  return cameras;
-}
-
 /// Whether a ray meets a set cell.
 bool meets(const BitGrid& hull, const Ray& ray) {
   const Vec3d lo = cast<double>(hull.origin),
@@ -172,7 +132,43 @@ constexpr int kCoarse = 48;  ///< cells of a first hull along an edge
 
 }  // namespace
 
-Box camera_cube(const Split& train) { return camera_cube(cameras_of(train)); }
+std::vector<Camera> cameras_of(const Split& train) {
+  std::vector<Camera> cameras;
+  for (const Frame& f : train.frames) cameras.push_back(f.camera);
+  return cameras;
+}
+
+Box camera_cube(const std::vector<Camera>& cameras) {
+  Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  for (const Camera& c : cameras) {
+    const Vec3d z = c.axes[2], p = c.position;
+    const Eigen::Vector3d axis(z.x, z.y, z.z), position(p.x, p.y, p.z);
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
+    a += across;
+    b += across * position;
+  }
+  const Eigen::Vector3d x = a.ldlt().solve(b);
+  const Vec3d center{x[0], x[1], x[2]};
+  std::vector<double> reach;
+  double spread = 0;
+  std::size_t away = 0;
+  for (const Camera& c : cameras) {
+    const double half = std::max(c.width / c.fx, c.height / c.fy) / 2;
+    const Vec3d outwards = c.position - center;
+    reach.push_back(length(outwards) * half);
+    spread = std::max(spread, length(outwards));
+    away += dot(outwards, c.axes[2]) <= 0;
+  }
+  std::nth_element(reach.begin(), reach.begin() + reach.size() / 2, reach.end());
+  const bool inside = 2 * away > cameras.size();
+  // Cameras all in one point say nothing of lengths: any will do.
+  const double r = !inside                          ? std::max(1e-6, 1.1 * reach[reach.size() / 2])
+                   : spread > 1e-9 * length(center) ? kSurround * spread
+                                                    : 1.0;
+  const Vec3 c = cast<float>(center), e{float(r), float(r), float(r)};
+  return {c - e, c + e};
+}
 
 double explained_by_hull(const Split& train, const std::vector<Camera>& cameras) {
   const BitGrid hull = swept_hull(train, cameras, camera_cube(cameras), kCoarse);
@@ -220,14 +216,14 @@ std::vector<OtherCameras> other_cameras(const Split& train) {
            })}};
 }
 
-double parallax(const Split& train, const Box& box) {
+double parallax(const std::vector<Camera>& cameras, const Box& box) {
   const Vec3d middle = cast<double>(box.center());
   std::vector<Vec3d> towards;
   double furthest_off = 0, spread = 0;
-  for (const Frame& f : train.frames) {
-    const Vec3d off = f.camera.position - middle;
+  for (const Camera& c : cameras) {
+    const Vec3d off = c.position - middle;
     furthest_off = std::max(furthest_off, length(off));
-    spread = std::max(spread, length(f.camera.position - train.frames.front().camera.position));
+    spread = std::max(spread, length(c.position - cameras.front().position));
     if (length(off) > 0) towards.push_back(normalize(off));
   }
   if (towards.empty() || spread <= 1e-9 * furthest_off) return 0;

@@ -24,8 +24,12 @@ struct SceneBounds {
 /// @param margin  added around the hull's box, share of its longest edge.
 SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float margin);
 
-/// A cube around the point nearest to all viewing axes, as large as the views are there.
-Box camera_cube(const Split& train);
+/// The cameras of a split's frames.
+std::vector<Camera> cameras_of(const Split& split);
+
+/// Cube around the point nearest to all viewing axes: as large as the views of cameras that look at it. If
+/// most look away from it they are inside the scene, which a cube between them would not hold (numerics H28).
+Box camera_cube(const std::vector<Camera>& cameras);
 
 /// The share of what the silhouettes show that their hull can show, 0..1: of pixels with alpha, whose rays
 /// meet a cell that views of about the same time agree on. Near 1 where cameras belong to the pictures; far
@@ -42,6 +46,6 @@ std::vector<OtherCameras> other_cameras(const Split& train);
 
 /// How far apart the cameras see the middle of the box, degrees: the largest angle between two of its views.
 /// Below one the depth of a static scene is not determined.
-double parallax(const Split& train, const Box& box);
+double parallax(const std::vector<Camera>& cameras, const Box& box);
 
 }  // namespace splinevox
