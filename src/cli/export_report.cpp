@@ -96,8 +96,9 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
                fresh / seconds, used / fresh, 100 * writing_ / used);
   }
   if (wide_)
-    fmt::print("some grids hold values beyond 65504, the largest of 16-bit floats, and are of 32 bits: in a larger "
-               "unit of length (convert --scale) they would be half as large\n");
+    fmt::print(
+        "some grids hold values beyond 65504, the largest of 16-bit floats, and are of 32 bits: in a larger "
+        "unit of length (convert --scale) they would be half as large\n");
   if (short_ > 0)
     fmt::print(
         "motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are "

@@ -28,7 +28,7 @@ class ExportReport {
   Talk talk_;
   const ExportOptions& options_;
   double bytes_ = 0, speed_ = 0, writing_ = 0;
-  double short_ = 0;  ///< voxels of velocity that the fastest matter asks for and does not get
+  double short_ = 0;   ///< voxels of velocity that the fastest matter asks for and does not get
   bool wide_ = false;  ///< some grid did not fit 16-bit floats
   int kept_ = 0;
   std::chrono::steady_clock::time_point start_;

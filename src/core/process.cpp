@@ -28,9 +28,9 @@ double seconds_of(clockid_t clock) {
 }  // namespace
 
 double processor_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
-double awake_seconds() {
+double running_seconds() {
   static std::mutex mutex;
-  static AwakeClock clock;
+  static RunningClock clock;
   const std::lock_guard lock(mutex);
   return clock(seconds_of(CLOCK_MONOTONIC), processor_seconds());
 }

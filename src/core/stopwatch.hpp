@@ -4,41 +4,41 @@
 namespace splinevox {
 
 /// A clock that stands still while the process is suspended (Ctrl-Z, a scheduler that freezes it): a budget
-/// of seconds must not run out asleep. The two clocks it is made of are given, so that it can be tested.
-class AwakeClock {
+/// of seconds must not run out meanwhile. The two clocks it is made of are given, so that it can be tested.
+class RunningClock {
  public:
-  /// @param wall, processor  seconds so far, by the clock and by the process. @return seconds awake.
+  /// @param wall, processor  seconds so far, by the clock and by the process. @return seconds that it ran.
   double operator()(double wall, double processor) {
     const double gap = wall - wall_, worked = processor - processor_;
-    if (begun_ && gap > kLongest && worked < kIdle * gap) asleep_ += gap - worked;
+    if (begun_ && gap > kLongest && worked < kIdle * gap) suspended_ += gap - worked;
     begun_ = true;
     wall_ = wall;
     processor_ = processor;
-    return wall - asleep_;
+    return wall - suspended_;
   }
 
  private:
   static constexpr double kLongest = 1;   ///< seconds between two looks that need no explanation
   static constexpr double kIdle = 0.005;  ///< share of them that a process on the busiest machine still gets
   bool begun_ = false;
-  double wall_ = 0, processor_ = 0, asleep_ = 0;
+  double wall_ = 0, processor_ = 0, suspended_ = 0;
 };
 
 /// Seconds that this process was not suspended, as far as calls tell; from any thread.
-double awake_seconds();
+double running_seconds();
 
 /// That clock in laps.
 class Stopwatch {
  public:
   /// Seconds since the last lap, or since the watch was made.
   double lap() {
-    const double now = awake_seconds(), seconds = now - last_;
+    const double now = running_seconds(), seconds = now - last_;
     last_ = now;
     return seconds;
   }
 
  private:
-  double last_ = awake_seconds();
+  double last_ = running_seconds();
 };
 
 }  // namespace splinevox

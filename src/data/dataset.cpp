@@ -121,8 +121,8 @@ std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan,
   return facts;
 }
 
-/// Whether the first picture of a split, the middle one or the last has a pixel with alpha < 1: a channel for it
-/// says nothing.
+/// Whether the first picture of a split, the middle one or the last has a pixel with alpha < 1: a channel for
+/// it says nothing.
 bool some_see_through(const PicturePlan& plan) {
   const std::size_t n = plan.paths.size();
   for (const std::size_t i : {std::size_t(0), n / 2, n - 1}) {

@@ -89,7 +89,7 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
   held_out_ = split->frames[split->frames.size() / 2];
 }
 
-double TrainSession::clock() const { return awake_seconds(); }
+double TrainSession::clock() const { return running_seconds(); }
 
 /// Ranks hear signals at different steps, and must stop at the same one.
 bool TrainSession::go_on() {

@@ -182,7 +182,8 @@ float density_of(double alpha, const Lattice& lattice) {
 
 /// Whether 16-bit floats hold every value of a grid: in small units densities are large.
 bool fits_half(const VdbGrid& grid) {
-  return std::all_of(grid.values.begin(), grid.values.end(), [](float v) { return std::abs(v) <= kLargestHalf; });
+  return std::all_of(grid.values.begin(), grid.values.end(),
+                     [](float v) { return std::abs(v) <= kLargestHalf; });
 }
 
 }  // namespace

@@ -17,7 +17,6 @@
 namespace splinevox {
 namespace {
 
-
 /// Opens the writer that io::File and io::Stream share: only it can write grid offsets to a stream of ours.
 class Writer : public openvdb::io::Archive {
  public:

@@ -42,7 +42,7 @@ void check(bool good, const char* what) {
 VoxelModel trained_by_hand(const run::TrainOptions& options) {
   LoadOptions load;
   load.splits = {"train"};
-  const Dataset data = load_dataset(options.dataset, load);
+  Dataset data = load_dataset(options.dataset, load);
   PrepareOptions how;
   how.effects = EffectPolicy::keep;
   const Prepared ready = prepare(run::effective_config(options), data, how);
