@@ -49,7 +49,7 @@ Dataset open_split(const Run& run, const std::string& dataset, const std::string
   load.downscale = run.config.run.downscale;
   load.splits = {split};
   load.time_map = run.record.time_map;
-  if (dataset.empty()) load.rules = run.record.rules;
+  load.rules = run.record.rules;
   return load_dataset(dataset.empty() ? run.record.dataset : dataset, load);
 }
 
