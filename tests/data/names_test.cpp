@@ -40,7 +40,7 @@ bool counts_moments(const NamesRead& read, int cameras, int moments) {
   for (int c = 0; c < cameras; ++c)
     for (int t = 0; t < moments; ++t)
       if (std::abs(read.times[std::size_t(c * moments + t)] - (read.times[0] + step * t)) >
-          1e-6 * std::abs(step))
+          1e-4 * std::abs(step))
         return false;
   return step > 0;
 }
@@ -112,6 +112,7 @@ TEST_SUITE("data/names") {
     CHECK(
         read_names(film(20, forms[0])).reason ==
         "'images/frame_00001.png' is at 1, 'images/frame_00020.png' at 20 (the only number that counts up)");
+    CHECK_FALSE(read_names(film(20, forms[0])).sure);  // nerfstudio's programs call photographs so
   }
 
   TEST_CASE("decimals, date and time of day, nanoseconds are times") {
@@ -148,7 +149,7 @@ TEST_SUITE("data/names") {
     const NamesRead cameras =
         read_names(film(76, [](int t) { return "images/cam_" + padded(t, 3) + ".png"; }));
     CHECK(cameras.verdict == Verdict::one_moment);
-    CHECK(cameras.sure);
+    CHECK_FALSE(cameras.sure);  // a film may be called that as well
     const NamesRead folders =
         read_names(film(9, [](int t) { return "camera" + padded(t, 3) + "/image.png"; }));
     CHECK(folders.verdict == Verdict::one_moment);
@@ -195,6 +196,83 @@ TEST_SUITE("data/names") {
         film(20, [](int t) { return t == 7 ? "DSC_0412.png" : "frame_" + padded(t, 4) + ".png"; }));
     CHECK(other.verdict == Verdict::unclear);
     CHECK(other.reason == "'DSC_0412.png' has another form than the other names");
+  }
+
+  TEST_CASE("a number that no two pictures share may count pictures: said as a guess") {
+    const auto running = [](int c, int t) { return "img" + padded(12 * c + t, 4) + ".png"; };
+    CHECK_FALSE(read_names(rig(3, 12, true, running)).sure);
+    const auto with_camera = [&](int c, int t) { return "cam" + std::to_string(c) + "/" + running(c, t); };
+    CHECK_FALSE(read_names(rig(3, 12, true, with_camera)).sure);
+    CHECK_FALSE(read_names(rig(3, 12, false, with_camera)).sure);
+    CHECK(read_names(rig(1, 12, true, running)).sure);  // one camera that stands still
+    CHECK_FALSE(read_names(film(12, [](int t) { return "view_" + padded(t, 4) + ".png"; })).sure);
+  }
+
+  TEST_CASE("a date or decimals in a camera's name are not the time") {
+    const auto start = [](int c, int t) {
+      return "take_20240501_12000" + std::to_string(3 + c) + "/" + padded(t, 4) + ".png";
+    };
+    CHECK(counts_moments(read_names(rig(4, 12, true, start)), 4, 12));
+    CHECK_FALSE(read_names(rig(4, 12, false, start)).sure);
+    const auto angle = [](int c, int t) {
+      return "view_" + std::to_string(10 + c) + ".50/frame_" + padded(t, 4) + ".png";
+    };
+    CHECK(counts_moments(read_names(rig(4, 12, true, angle)), 4, 12));
+    CHECK(counts_moments(read_names(rig(4, 12, false, angle)), 4, 12));
+    CHECK(read_names(film(20, [](int t) { return std::to_string(0.25 * t) + ".png"; })).sure == false);
+    CHECK(read_names(film(20, [](int t) { return "t_" + std::to_string(0.25 * t) + ".png"; })).sure);
+  }
+
+  TEST_CASE("a camera's number behind a time of day is no part of a second, nor is a serial number a date") {
+    const auto behind = [](int c, int t) {
+      return "20240229_1059" + std::to_string(10 + t) + "_" + std::to_string(c) + ".png";
+    };
+    CHECK(counts_moments(read_names(rig(5, 12, false, behind)), 5, 12));
+    const auto of_date = [](int c, int t) {
+      return "2024-05-01_" + padded(t, 4) + "_" + padded(c, 2) + ".png";
+    };
+    CHECK(counts_moments(read_names(rig(5, 12, true, of_date)), 5, 12));
+    const auto serial = [](int c, int t) {
+      return "kinect" + std::to_string(20250114 + c) + "_20240229_1059" + std::to_string(10 + t) + ".png";
+    };
+    CHECK(counts_moments(read_names(rig(3, 12, false, serial)), 3, 12));
+    const auto part = [](int t) { return "2024-02-29_10-59-07-" + std::to_string(100 + 40 * t) + ".png"; };
+    CHECK(counts_moments(read_names(film(12, part)), 1, 12));
+    const NamesRead mixed = read_names(film(4, [](int t) {
+      return (t % 2 ? "20240229_105910" : "12345678_105910") + std::string("_") + std::to_string(t) + ".png";
+    }));
+    CHECK(mixed.verdict == Verdict::unclear);
+  }
+
+  TEST_CASE("points: padded numbers, three groups and nanoseconds are no decimals; even steps are") {
+    const auto padded_point = [](int c, int t) { return "f" + padded(t, 4) + "." + padded(c, 3) + ".png"; };
+    CHECK(counts_moments(read_names(rig(4, 12, true, padded_point)), 4, 12));
+    const auto nanoseconds = [](int c, int t) {
+      return "cam" + std::to_string(c) + "." + std::to_string(1700000000000000000LL + 40000000LL * t) +
+             ".png";
+    };
+    CHECK(counts_moments(read_names(rig(3, 12, true, nanoseconds)), 3, 12));
+    const auto quarters = [](int t) { return "t" + std::to_string(0.25 * t).substr(0, 4) + ".png"; };
+    CHECK(counts_moments(read_names(film(20, quarters)), 1, 20));  // 0.00 to 4.75: five wholes, four parts
+    CHECK_FALSE(read_names(rig(4, 12, false, [](int c, int t) {
+                  return "view" + std::to_string(c) + ".000." + std::to_string(t) + ".png";
+                })).sure);
+  }
+
+  TEST_CASE("two pictures of one camera and one moment contradict each other") {
+    const auto depth = [](int c, int t) {
+      return "cam" + std::to_string(c) + "/" + padded(t / 2, 4) + (t % 2 ? "_depth.png" : ".png");
+    };
+    const NamesRead read = read_names(rig(3, 12, true, depth));
+    CHECK(read.verdict == Verdict::unclear);
+    CHECK(read.reason == "'cam0/0000.png' and 'cam0/0000_depth.png' would be of one camera and one moment");
+  }
+
+  TEST_CASE("a word that is a hexadecimal digit is no part of an identifier") {
+    const auto form = [](int c, int t) {
+      return "cam" + std::to_string(c) + "/f" + std::to_string(1700000000000LL + 40 * t) + ".png";
+    };
+    CHECK(counts_moments(read_names(rig(3, 12, true, form)), 3, 12));
   }
 
   TEST_CASE("a group may be chosen from either end; names without it are named") {

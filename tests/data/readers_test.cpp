@@ -188,7 +188,8 @@ TEST_SUITE("data/readers") {
     fs::remove(folder.path() / "times.txt");
     CHECK(load_dataset(folder.str()).notes[0] ==
           "the data has no times, so they are those in the names: 'images/frame_0000.png' is at 0, "
-          "'images/frame_0015.png' at 15 (the only number that counts up)");
+          "'images/frame_0015.png' at 15 (the only number that counts up) (a guess: --times none if they are "
+          "of one moment)");
   }
 
   TEST_CASE("what is missing is counted: a tenth is left out with a note, more only if told to") {

@@ -39,6 +39,7 @@ constexpr double kHour = 3600;
 constexpr Least kLeast[] = {{"inputs", "dataset_json", 1'000'000},
                             {"inputs", "png", 100'000},
                             {"inputs", "model_vdb", 10'000},
+                            {"structure", "", 10'000},
                             {"kills", "", 300},
                             {"soak", "", 200'000}};
 
@@ -75,10 +76,13 @@ int main(int argc, char** argv) {
   words.add_option("--soak-steps", o.soak_steps, "training steps of the soak at most")
       ->check(CLI::Range(1000, 100'000'000))
       ->capture_default_str();
+  words.add_option("--structure-cases", o.structure_cases, "data sets of the structure trial at most")
+      ->capture_default_str();
+  words.add_flag("--keep-all", o.keep_all, "keep data sets that were refused or guessed wrongly too");
   std::vector<std::string> only;
-  words.add_option("--only", only, "some of inputs, float, kills, disk, soak")
+  words.add_option("--only", only, "some of inputs, structure, float, kills, disk, soak")
       ->delimiter(',')
-      ->check(CLI::IsMember({"inputs", "float", "kills", "disk", "soak"}));
+      ->check(CLI::IsMember({"inputs", "structure", "float", "kills", "disk", "soak"}));
   CLI11_PARSE(words, argc, argv);
   try {
     std::filesystem::create_directories(o.out);
@@ -105,7 +109,8 @@ int main(int argc, char** argv) {
         report(try_inputs(o, target, seconds * weight(target.name) / all));
     };
     const std::vector<Trial> trials = {
-        {"inputs", 0.35, inputs},
+        {"inputs", 0.30, inputs},
+        {"structure", 0.05, [&](double s) { report(try_structure(o, s)); }},
         {"float", 0.08, [&](double s) { report(in_fork([&] { return try_float_double(o, s); })); }},
         {"kills", 0.25,
          [&](double s) {

@@ -4,25 +4,12 @@
 #include <algorithm>
 #include <cstring>
 
-#include "core/rng.hpp"
+#include "torture/draw.hpp"
 
 namespace splinevox::torture {
 namespace {
 
 constexpr std::size_t kLongest = std::size_t(1) << 20;  ///< bytes of a mutated file
-
-/// Draws that depend on (seed, index) alone.
-class Draw {
- public:
-  Draw(std::uint64_t seed, std::uint64_t index) : rng_(hash64(seed ^ hash64(index)), 1) {}
-  std::uint64_t bits() { return rng_.bits(n_++); }
-  /// In [0, n); 0 for n = 0.
-  std::size_t below(std::size_t n) { return n ? std::size_t(bits() % n) : 0; }
-
- private:
-  Rng rng_;
-  std::uint64_t n_ = 0;
-};
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 

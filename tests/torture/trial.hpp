@@ -21,10 +21,12 @@ struct Options {
   std::uint64_t seed = 1;
   std::int64_t soak_steps =
       200'000;  ///< at most, within its share of the time; all of them in an hour or more
+  std::uint64_t structure_cases = 100'000;  ///< at most
+  bool keep_all = false;                    ///< keep what was read wrongly with a note, or refused, as well
 };
 
 struct Line {
-  std::string trial{};  ///< "inputs", "float against double", "kills", "full disk", "soak"
+  std::string trial{};  ///< "inputs", "float against double", "structure", "kills", "full disk", "soak"
   std::string what{};   ///< parser, verb or scene
   std::uint64_t tried = 0, crashes = 0, hangs = 0, lost = 0;
   double seconds = 0;
@@ -39,6 +41,9 @@ inline double since(Clock::time_point start) {
 /// Mutated files of one parser for so many seconds. What crashes it, hangs it (2 s of processor time) or
 /// makes it throw anything but an input Error is kept in OUT.
 Line try_inputs(const Options& o, const fuzz::Target& target, double seconds);
+/// Data sets whose truth is known, with the structure of strangers' files. What is read wrongly and without a
+/// note is lost, and kept in OUT.
+Line try_structure(const Options& o, double seconds);
 /// Micro-scenes with random numbers: the float kernel against the double one.
 Line try_float_double(const Options& o, double seconds);
 /// The program killed (SIGKILL) or asked to stop (SIGTERM) at random moments, gone on with, and compared with

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // COLMAP models beside their pictures. Times are not theirs: times.txt or the pictures' names give them.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "data/layouts/colmap_model.hpp"
 #include "data/layouts/folder_list.hpp"
@@ -93,6 +96,59 @@ std::string picture_prefix(const fs::path& folder, const fs::path& inside,
         "copy the pictures beside the model"});
 }
 
+/// COLMAP writes a model for every part of the pictures that it could not join to the others.
+void note_other_models(const fs::path& folder, const fs::path& place, std::vector<std::string>& notes) {
+  if (place.filename() != "0") return;
+  std::vector<std::string> others;
+  for (const std::string& name : folders_in(folder / place.parent_path()))
+    if (const fs::path other = folder / place.parent_path() / name;
+        name != "0" && (has_model(other, ".bin") || has_model(other, ".txt")))
+      others.push_back((place.parent_path() / name).generic_string());
+  if (!others.empty())
+    notes.push_back(fmt::format(
+        "there are other models, of pictures that could not be joined to these: {}; {} is read alone",
+        list_of(others), place.generic_string()));
+}
+
+/// The folders that hold the model's pictures, and all folders in `top`, but for those of masks.
+std::set<std::string> picture_folders(const fs::path& folder, const std::string& top, const RawSplit& all) {
+  std::set<std::string> folders;
+  for (const RawFrame& frame : all.frames)
+    folders.insert(fs::path(frame.file_path).lexically_normal().parent_path().generic_string());
+  if (top.empty()) return folders;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder / top, error), end; !error && it != end;
+       it.increment(error)) {
+    std::error_code ignored;
+    if (!it->is_directory(ignored)) continue;
+    if (lower_case(it->path().filename().string()).find("mask") != std::string::npos)
+      it.disable_recursion_pending();
+    else
+      folders.insert(it->path().lexically_relative(folder).generic_string());
+  }
+  return folders;
+}
+
+/// Pictures that lie among those of the model and that it has no camera for.
+void note_pictures_without(const fs::path& folder, const std::string& top, const RawSplit& all,
+                           std::vector<std::string>& notes) {
+  std::set<std::string> placed;
+  for (const RawFrame& frame : all.frames)
+    placed.insert(fs::path(frame.file_path).lexically_normal().generic_string());
+  std::size_t count = 0, without = 0;
+  std::string first;
+  for (const std::string& inside : picture_folders(folder, top, all))
+    for (const std::string& name : without_masks(files_in(folder / inside, FileKind::picture))) {
+      const std::string path = (fs::path(inside) / name).generic_string();
+      ++count;
+      if (placed.count(path)) continue;
+      if (++without == 1) first = path;
+    }
+  if (without > 0)
+    notes.push_back(fmt::format("{} of {} pictures have no camera in the model, such as {}", without, count,
+                                in_quotes(first)));
+}
+
 }  // namespace
 
 bool is_colmap(const fs::path& folder) { return !model_folder(folder).empty(); }
@@ -109,6 +165,8 @@ RawScene read_colmap(const fs::path& folder) {
   std::vector<std::string> notes;
   if (prefix.rfind("images_", 0) == 0)
     notes.push_back("pictures are those of " + prefix.substr(0, prefix.size() - 1));
+  note_other_models(folder, place, notes);
+  note_pictures_without(folder, prefix, all, notes);
   RawScene scene;
   scene.splits.push_back(std::move(all));
   scene.one_list = true;

@@ -86,15 +86,35 @@ std::string mask_of(std::string name) {
   return name;
 }
 
+namespace {
+
+/// A mask's name with a star in place of the picture's; empty for names that are no masks'.
+std::string mask_form(const std::string& name) {
+  if (kind_of(fs::path(name).stem()) == FileKind::picture) return "*.*.*";
+  std::string low = lower_case(name);
+  if (low.find("mask") == std::string::npos) return {};
+  const std::string picture = lower_case(mask_of(name));
+  const std::size_t at = picture.empty() ? std::string::npos : low.find(picture);
+  return at == std::string::npos ? std::string() : low.replace(at, picture.size(), "*");
+}
+
+}  // namespace
+
 MaskedNames::MaskedNames(const std::vector<std::string>& names) : names_(names.begin(), names.end()) {
   for (const std::string& name : names) stems_.insert(fs::path(name).stem().string());
+  for (const std::string& name : names)
+    if (const std::string form = mask_form(name); !form.empty() && has_picture(name)) forms_.insert(form);
+}
+
+bool MaskedNames::has_picture(const std::string& mask) const {
+  const std::string inner = fs::path(mask).stem().string();
+  return kind_of(inner) == FileKind::picture ? names_.contains(inner)  // COLMAP's: the whole name and .png
+                                             : stems_.contains(mask_of(mask));
 }
 
 bool MaskedNames::is_mask(const std::string& name) const {
-  const std::string inner = fs::path(name).stem().string();
-  if (kind_of(inner) == FileKind::picture)
-    return names_.contains(inner);  // COLMAP's: the whole name and .png
-  return lower_case(name).find("mask") != std::string::npos && stems_.contains(mask_of(name));
+  const std::string form = mask_form(name);
+  return !form.empty() && (forms_.contains(form) || has_picture(name));
 }
 
 std::vector<std::string> without_masks(const std::vector<std::string>& names) {

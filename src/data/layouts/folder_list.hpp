@@ -39,11 +39,13 @@ std::string mask_of(std::string name);
 class MaskedNames {
  public:
   explicit MaskedNames(const std::vector<std::string>& names);
-  /// Whether it has the word "mask", or two endings, and the picture it is for is one of the others.
+  /// Whether it has the word "mask", or two endings, and the picture it is for is one of the others, or is
+  /// missing while another name of this form is a mask.
   bool is_mask(const std::string& name) const;
 
  private:
-  std::set<std::string> names_, stems_;
+  bool has_picture(const std::string& mask) const;
+  std::set<std::string> names_, stems_, forms_;
 };
 /// The names without those that are masks.
 std::vector<std::string> without_masks(const std::vector<std::string>& names);

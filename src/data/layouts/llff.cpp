@@ -9,6 +9,7 @@
 #include "data/layouts/raw_scene.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
+#include "data/times/names.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::data {
@@ -85,6 +86,10 @@ RawScene pictures_scene(const fs::path& folder, const std::vector<PoseRow>& rows
   std::vector<std::string> notes;
   const std::vector<std::string> names = pictures(folder, where, notes);
   check_count(rows.size(), names.size(), "pictures", where);
+  if (!std::is_sorted(names.begin(), names.end(), natural_less))
+    notes.push_back(
+        "rows are taken in the order of letters, in which programs write them, not as people count: " +
+        list_of(names));
   RawSplit all{"train", where, true, {}};
   std::vector<std::array<double, 2>> depths;
   for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -47,7 +47,12 @@ struct Unread {
 };
 constexpr const char* kGiveK = "give k1, k2, p1, p2 and k3, each a field of its own";
 constexpr const char* kUndistort = "undistort the pictures first";
-constexpr Unread kUnread[] = {{"distortion", kGiveK},
+constexpr const char* kCallTime = "call it 'time', or 'timestep' in NeRFlow's files, if it is the time";
+constexpr Unread kUnread[] = {{"timestamp", kCallTime},
+                              {"time_stamp", kCallTime},
+                              {"frame_time", kCallTime},
+                              {"t", kCallTime},
+                              {"distortion", kGiveK},
                               {"distortions", kGiveK},
                               {"distortion_params", kGiveK},
                               {"distortion_coefficients", kGiveK},

@@ -21,8 +21,10 @@ using nlohmann::json;
 std::string as_listed(const std::string& path) { return fs::path(path).lexically_normal().generic_string(); }
 
 /// {train,val,test}_filenames, where the file has them: which split a picture belongs to.
-std::map<std::string, std::string> read_split_lists(const json& file, const std::string& where) {
+std::map<std::string, std::string> read_split_lists(const json& file, const std::string& where,
+                                                    std::vector<std::string>& notes) {
   std::map<std::string, std::string> split_of;
+  std::size_t trained = 0;
   for (const char* split : {"train", "test", "val"}) {  // where val and test are the same: test
     const std::string field = std::string(split) + "_filenames";
     const auto found = file.find(field);
@@ -33,9 +35,14 @@ std::map<std::string, std::string> read_split_lists(const json& file, const std:
       if (!name.is_string())
         fail({where, "'" + field + "' holds something else than paths", "file paths as in 'frames'",
               shown(name), ""});
-      split_of.emplace(as_listed(name.get<std::string>()), split);
+      const auto [found_split, fresh] = split_of.emplace(as_listed(name.get<std::string>()), split);
+      trained += !fresh && found_split->second == "train" && split != found_split->second ? 1 : 0;
     }
   }
+  if (trained > 0)
+    notes.push_back(
+        std::to_string(trained) +
+        " names in the lists of val and test are in several lists: they train, and are not held out");
   return split_of;
 }
 
@@ -79,8 +86,8 @@ RawScene read_nerfstudio(const fs::path& folder) {
   const json& frames = frames_of(file, where);
   for (std::size_t i = 0; i < frames.size(); ++i) all.frames[i].label = "frame " + std::to_string(i);
   read_times(frames, "time", all);
-  const std::vector<std::string> notes = std::exchange(all.notes, {});
-  const std::map<std::string, std::string> split_of = read_split_lists(file, where);
+  std::vector<std::string> notes = std::exchange(all.notes, {});
+  const std::map<std::string, std::string> split_of = read_split_lists(file, where, notes);
   RawScene scene;
   if (split_of.empty()) {
     scene.splits.push_back(std::move(all));

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "data/layouts/masks.hpp"
 #include "data/layouts/near_miss.hpp"
@@ -147,6 +148,23 @@ void val_as_test(RawScene& scene, const LoadOptions& options) {
   scene.notes.push_back("the data names no test split: val is the test split");
 }
 
+/// A picture that two frames have counts twice, and is no held-out one where one of them trains.
+void note_repeats(RawScene& scene) {
+  std::map<std::pair<std::string, int>, std::string> taken;
+  std::size_t all = 0, again = 0;
+  std::string first;
+  for (const RawSplit& split : scene.splits)
+    for (const RawFrame& frame : split.frames) {
+      ++all;
+      const std::string path = fs::path(frame.file_path).lexically_normal().generic_string();
+      const auto [at, fresh] = taken.try_emplace({path, frame.film_frame}, split.name);
+      if (!fresh && ++again == 1) first = in_quotes(path) + " (" + at->second + " and " + split.name + ")";
+    }
+  if (again > 0)
+    scene.notes.push_back(
+        fmt::format("{} of {} frames have a picture that another frame has, such as {}", again, all, first));
+}
+
 }  // namespace
 
 namespace data {
@@ -165,6 +183,7 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
                ? std::nullopt
                : std::optional(image_missing(root, frame.file_path, where));
   });
+  note_repeats(scene);
   if (const std::optional<std::string> note = note_on_masks(root, scene)) scene.notes.push_back(*note);
   settle_times(folder, times, scene.splits, scene.notes);
   if (layout.read)

@@ -23,7 +23,7 @@ bool ends_with_folded(std::string_view text, std::string_view end) {
 }
 
 /// The length of an identifier that begins here: a UUID, or at least twelve hexadecimal digits in a row of
-/// which some are letters. 0 if there is none.
+/// which two are letters (f1700000000000 is a number behind a word). 0 if there is none.
 std::size_t identifier_length(std::string_view text) {
   constexpr std::array<std::size_t, 5> kUuid = {8, 4, 4, 4, 12};
   constexpr std::size_t kShortest = 12;
@@ -42,7 +42,7 @@ std::size_t identifier_length(std::string_view text) {
   }
   const std::size_t n = run(0);
   const bool digits = std::any_of(text.begin(), text.begin() + std::ptrdiff_t(n), is_digit);
-  const bool letters = std::any_of(text.begin(), text.begin() + std::ptrdiff_t(n), is_letter);
+  const bool letters = std::count_if(text.begin(), text.begin() + std::ptrdiff_t(n), is_letter) >= 2;
   const bool ends = n >= text.size() || !is_letter(text[n]);
   return n >= kShortest && digits && letters && ends ? n : 0;
 }
@@ -115,21 +115,37 @@ std::string digits_of(std::string_view text, std::size_t begin, std::size_t end)
   return digits;
 }
 
-/// How many groups from `first` on are a date and a time of day together, apart by one character each.
+/// How many groups from `first` on are a date and a time of day together, apart by one character each: a date
+/// of one group or three, a time of one or three, then digits of a second. These stand behind a point, or
+/// behind what stands between minutes and seconds; elsewhere a camera's number may follow.
 std::size_t date_groups(std::string_view text, const std::vector<Span>& groups, std::size_t first) {
-  const auto size = [&](std::size_t g) { return groups[g].end - groups[g].begin; };
-  std::size_t found = 0;
-  for (std::size_t last = first; last < groups.size() && last < first + 7; ++last) {
-    if (last > first && groups[last].begin - groups[last - 1].end != 1) break;
-    const std::string digits = digits_of(text, groups[first].begin, groups[last].end);
-    // a date of one group or of three, then a time of day of one or of three, then digits of a second
-    const std::size_t n = last - first + 1;
-    const bool form = (n == 1 && size(first) >= 14) || (n == 2 && size(first) == 8) ||
-                      (n == 3 && size(first) == 8 && size(first + 1) == 6) ||
-                      (n >= 4 && (size(first) == 4 || size(first) == 8));
-    if (form && seconds_of(digits)) found = n;
-  }
-  return found;
+  const auto size = [&](std::size_t g) { return g < groups.size() ? groups[g].end - groups[g].begin : 0; };
+  const auto gap = [&](std::size_t g) {  // what stands before a group
+    return groups[g].begin - groups[g - 1].end == 1 ? text[groups[g].begin - 1] : '\0';
+  };
+  std::size_t end = first + 1;
+  std::size_t of_day = 6;  // digits that are still wanted; milli- or microseconds may follow
+  if (size(first) == 4 && size(first + 1) == 2 && size(first + 2) == 2)
+    end += 2;
+  else if (size(first) >= 14)
+    of_day = 0;
+  else if (size(first) != 8)
+    return 0;
+  if (of_day > 0 && (size(end) == of_day || size(end) == of_day + 3 || size(end) == of_day + 6))
+    end += 1;
+  else if (of_day > 0 && size(end) == 2 && size(end + 1) == 2 && size(end + 2) >= 2)
+    end += 3;
+  else if (of_day > 0)
+    return 0;
+  for (std::size_t g = first + 1; g < end; ++g)
+    if (gap(g) == '\0') return 0;
+  const auto is_time = [&](std::size_t last) {
+    return seconds_of(digits_of(text, groups[first].begin, groups[last - 1].end)).has_value();
+  };
+  if (!is_time(end)) return 0;
+  const bool part = end < groups.size() && gap(end) != '\0' &&
+                    (gap(end) == '.' || (size(end) >= 3 && size(end - 1) == 2 && gap(end) == gap(end - 1)));
+  return part && is_time(end + 1) ? end + 1 - first : end - first;
 }
 
 /// The letters that end right before `at`, separators between left out.
@@ -144,6 +160,17 @@ std::string word_after(std::string_view text, std::size_t at) {
   std::string word;
   for (; at < text.size() && is_letter(text[at]); ++at) word += lower(text[at]);
   return word;
+}
+
+/// Whether two groups of digits from `g` on have a point between them and may be a decimal: 1.2.3 and
+/// 0001.005 are none.
+bool is_decimal(std::string_view text, const std::vector<Span>& groups, std::size_t g) {
+  const auto point_behind = [&](std::size_t i) {
+    return i + 1 < groups.size() && groups[i + 1].begin == groups[i].end + 1 && text[groups[i].end] == '.';
+  };
+  const bool padded = text[groups[g].begin] == '0' && groups[g].end - groups[g].begin > 1;
+  return point_behind(g) && !padded && !point_behind(g + 1) && !(g > 0 && point_behind(g - 1)) &&
+         unit_since_1970(text.substr(groups[g + 1].begin, groups[g + 1].end - groups[g + 1].begin)) == 0;
 }
 
 void take(std::string_view text, bool decimals, std::vector<NameNumber>& numbers, std::string& rest) {
@@ -162,8 +189,7 @@ void take(std::string_view text, bool decimals, std::vector<NameNumber>& numbers
       n.kind = NameNumber::Kind::clock;
       std::from_chars(first.data(), first.data() + first.size(), n.value);
       n.value *= unit_since_1970(first);
-    } else if (decimals && g + 1 < groups.size() && groups[g + 1].begin == groups[g].end + 1 &&
-               text[groups[g].end] == '.') {
+    } else if (decimals && is_decimal(text, groups, g)) {
       used = 2;
       n.kind = NameNumber::Kind::decimal;
       std::from_chars(text.data() + groups[g].begin, text.data() + groups[g + 1].end, n.value);

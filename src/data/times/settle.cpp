@@ -11,6 +11,7 @@
 
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
+#include "data/times/digits.hpp"
 #include "data/times/names.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -51,16 +52,23 @@ std::map<std::string, double> read_times_file(const fs::path& path, const std::s
   return times;
 }
 
-/// A picture is named by its path, its file's name, or that without ending.
+/// A name without ending and "./".
+std::string bare(const std::string& name) {
+  return std::string(bare_name(fs::path(name).lexically_normal().generic_string()));
+}
+
+/// A picture is named by its path or its file's name, each with or without ending.
 void times_from_file(const fs::path& file, std::vector<RawSplit>& splits) {
   const std::string where = printable(file.string());
-  const std::map<std::string, double> times = read_times_file(file, where);
+  std::map<std::string, double> times = read_times_file(file, where);
+  for (const auto& [name, time] : std::map(times)) times.try_emplace(bare(name), time);
   for (RawSplit& split : splits)
     for (RawFrame& frame : split.frames) {
       const fs::path path(frame.file_path);
       auto found = times.end();
-      for (const std::string& name : {frame.file_path, path.lexically_normal().generic_string(),
-                                      path.filename().string(), path.stem().string()})
+      for (const std::string& name :
+           {frame.file_path, path.lexically_normal().generic_string(), path.filename().string(),
+            bare(frame.file_path), bare(path.filename().string())})
         if (found == times.end()) found = times.find(name);
       if (found == times.end())
         fail({where, "a picture has no time", "a line for each picture",

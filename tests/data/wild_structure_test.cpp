@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include "data/expect_error.hpp"
+#include "data/wild.hpp"
+
+/// What the structure trial of tests/torture found: sets that were read wrongly without a word.
+namespace {
+
+using namespace splinevox;
+using namespace splinevox::test;
+
+TEST_SUITE("data/wild structure") {
+  TEST_CASE("COLMAP: other models and pictures without a camera are counted") {
+    const TempFolder folder;
+    write_colmap_text(folder.path(), true_cameras({}, 10), ColmapLens{"PINHOLE", 1, {11, 11, 6, 4}});
+    CHECK(notes_with(load_dataset(folder.str()), "camera in the model").empty());
+    write_png(folder.path() / "images/frame_0010.png", flat_png(kWide, kHigh));
+    write_png(folder.path() / "images/more/a.png", flat_png(kWide, kHigh));
+    write_png(folder.path() / "images/masks/frame_0010.png", flat_png(kWide, kHigh));
+    fs::copy(folder.path() / "sparse/0", folder.path() / "sparse/1");
+    const Dataset data = load_dataset(folder.str());
+    CHECK(frames_of(data) == 10);
+    CHECK(notes_with(data, "2 of 12 pictures have no camera in the model, such as 'images/frame_0010.png'")
+              .size() == 1);
+    CHECK(notes_with(data, "'sparse/1'; sparse/0 is read alone").size() == 1);
+  }
+
+  TEST_CASE("lists and files that name a picture twice are noticed") {
+    const TempFolder lists;
+    write_nerfstudio(lists.path(), true_cameras({}, 5));
+    replace_in(lists.path() / "transforms.json", "\"aabb_scale\"",
+               "\"train_filenames\": [\"images/frame_0000.png\", \"images/frame_0004.png\"], "
+               "\"test_filenames\": [\"images/frame_0002.png\", \"images/frame_0004.png\"], \"aabb_scale\"");
+    const Dataset data = load_dataset(lists.str());
+    CHECK(data.find("test")->frames.size() == 1);
+    CHECK(notes_with(data, "1 names in the lists of val and test are in several lists").size() == 1);
+    const TempFolder files;
+    write_moving_ball(files.path());
+    fs::copy_file(files.path() / "transforms_val.json", files.path() / "transforms_test.json",
+                  fs::copy_options::overwrite_existing);
+    CHECK(notes_with(load_dataset(files.str()),
+                     "2 of 12 frames have a picture that another frame has, such as 'val/r_0' (val and test)")
+              .size() == 1);
+  }
+
+  TEST_CASE("LLFF: rows go by letters; a note where people count otherwise") {
+    const TempFolder folder;
+    write_llff(folder.path(), true_cameras({}, 12));
+    CHECK(notes_with(load_dataset(folder.str()), "order of letters").empty());
+    for (int i = 0; i < 12; ++i)
+      fs::rename(folder.path() / "images_4" / ("frame_" + padded(i) + ".png"),
+                 folder.path() / "images_4" / ("frame_" + std::to_string(i) + ".png"));
+    CHECK(notes_with(load_dataset(folder.str()), "rows are taken in the order of letters").size() == 1);
+  }
+
+  TEST_CASE("a mask whose picture is missing does not stand in for it") {
+    for (const std::string form : {"dynamic_mask_NAME.png", "NAME.png.png", "NAME_mask.png"}) {
+      CAPTURE(form);
+      const TempFolder folder;
+      write_llff(folder.path(), true_cameras({}, 8));
+      for (int i = 0; i < 8; ++i) {
+        std::string name = form;
+        name.replace(name.find("NAME"), 4, "frame_" + padded(i));
+        write_png(folder.path() / "images_4" / name, flat_png(kWide, kHigh));
+      }
+      fs::remove(folder.path() / "images_4/frame_0003.png");
+      expect_error([&] { load_dataset(folder.str()); },
+                   {"not as many pictures as cameras", "8, one per row", "7"});
+    }
+  }
+
+  TEST_CASE("a rig's depth maps beside its pictures are no frames") {
+    const TempFolder folder;
+    write_rig(folder.path(), 3, 6,
+              [](int c, int k) { return "cam0" + std::to_string(c) + "/" + padded(k) + ".png"; });
+    for (int c = 0; c < 3; ++c)
+      for (int k = 0; k < 6; ++k)
+        write_png(folder.path() / ("cam0" + std::to_string(c)) / (padded(k) + "_depth.png"),
+                  flat_png(kWide, kHigh));
+    expect_error([&] { load_dataset(folder.str()); },
+                 {"'cam01/0000_depth.png' would be of one camera and one moment"});
+  }
+
+  TEST_CASE("times.txt: names with or without ending, for paths with or without") {
+    const TempFolder folder;
+    write_moving_ball(folder.path(), {.train = 6, .val = 0, .test = 0});
+    replace_in(folder.path() / "transforms_train.json", "\"time\"", "\"timestamp\"");
+    std::string lines;
+    for (int i = 0; i < 6; ++i)
+      lines.append(i % 2 ? "train/r_" : "./train/r_")
+          .append(std::to_string(i))
+          .append(i < 3 ? ".png " : " ")
+          .append(std::to_string(10 * i * i) + "\n");
+    write_text(folder.path() / "times.txt", lines);
+    const Dataset data = load_dataset(folder.str());
+    for (int i = 0; i < 6; ++i)
+      CHECK(data.splits[0].frames[std::size_t(i)].time == doctest::Approx(i * i / 25.0));
+    CHECK(notes_with(data, "'timestamp' is not read: call it 'time'").size() == 1);
+  }
+}
+
+}  // namespace
