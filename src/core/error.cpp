@@ -31,5 +31,6 @@ Error::Error(Problem p, Fault f) : std::runtime_error(message(p)), problem(std::
 
 void fail(Problem problem) { throw Error(std::move(problem), Fault::input); }
 void fail_output(Problem problem) { throw Error(std::move(problem), Fault::output); }
+void fail_memory(Problem problem) { throw Error(std::move(problem), Fault::memory); }
 
 }  // namespace splinevox

@@ -104,7 +104,7 @@ FileCheck check_file(const std::string& folder, const ManifestFile& listed) {
     if (found.hash != listed.digest.hash)
       return {listed.name, false,
               "has hash " + hash_text(found.hash) + ", the manifest says " + hash_text(listed.digest.hash)};
-    // Bytes that nobody vouches for never reach the parser.
+
     if (listed.name == "model.vdb")
       load_model(path);
     else if (path.ends_with(".vdb"))

@@ -76,6 +76,7 @@ std::string message_of(const std::string& path, const VdbLimits& limits = {}) {
   try {
     read_vdb(path, limits);
   } catch (const Error& e) {
+    CAPTURE(e.what());
     CHECK(e.fault == Fault::input);
     return e.what();
   }

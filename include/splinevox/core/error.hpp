@@ -8,9 +8,10 @@ namespace splinevox {
 
 /// What kind of thing went wrong; decides the exit code of the command line.
 enum class Fault {
-  input,   ///< the user's files or arguments: exit code 2
-  output,  ///< a file could not be written (full disk, no permission): exit code 1
-  numeric  ///< the computation itself failed (non-finite steps in a row): exit code 1
+  input,    ///< the user's files or arguments: exit code 2
+  output,   ///< a file could not be written (full disk, no permission): exit code 1
+  numeric,  ///< the computation itself failed (non-finite steps in a row): exit code 1
+  memory    ///< there is not enough of it, though nothing is wrong with the input: exit code 1
 };
 
 /// One problem as a user reads it: where it is, what is wrong, what was expected, what was found, what to
@@ -36,5 +37,7 @@ class Error : public std::runtime_error {
 [[noreturn]] void fail(Problem problem);
 /// Throws Error for output that could not be written.
 [[noreturn]] void fail_output(Problem problem);
+/// Throws Error for work that needs more memory than there is.
+[[noreturn]] void fail_memory(Problem problem);
 
 }  // namespace splinevox

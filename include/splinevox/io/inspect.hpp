@@ -15,8 +15,10 @@ namespace splinevox {
 struct VdbLimits {
   std::uint64_t max_bytes = std::uint64_t(8) << 30;  ///< size of the file
   int max_grids = kMostGrids;
-  std::uint32_t max_text = 1u << 24;                  ///< bytes of one metadata entry or name
-  std::uint64_t max_voxels = std::uint64_t(1) << 28;  ///< active voxels of one grid once tiles are expanded
+  std::uint32_t max_text = 1u << 24;  ///< bytes of one metadata entry or name
+  /// Voxels of all grids together: in leaves of 512, and those that active tiles stand for.
+  std::uint64_t max_voxels = std::uint64_t(1) << 30;
+  std::uint64_t max_tile_voxels = std::uint64_t(1) << 24;  ///< of them, in tiles
 };
 
 /// What `info` prints about one grid of any type.

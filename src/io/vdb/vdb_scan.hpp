@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "io/vdb/vdb_file.hpp"
+#include "io/vdb/vdb_walk.hpp"
 
 namespace splinevox {
 
@@ -19,10 +20,11 @@ std::string vdb_seal(std::uint64_t bytes_before, std::uint64_t hash_before);
 struct VdbScan {
   std::string_view payload;  ///< the file without its seal
   bool sealed = false;
+  VdbCost cost;  ///< of all grids
 };
 
-/// Checks what can be checked without OpenVDB: the seal, the header, every length in the metadata and the
-/// table of grids against the file's own size and the limits. Throws Error (Fault::input) naming `path`.
+/// Checks what can be checked without OpenVDB: the seal, the header, and every length, count and block of all
+/// grids against the file's own size and the limits (walk_grid). Throws Error (Fault::input) naming `path`.
 VdbScan scan_vdb(const std::string& path, std::string_view bytes, const VdbLimits& limits);
 
 }  // namespace splinevox
