@@ -14,8 +14,6 @@ ordered_json parse_ordered_json(std::string_view text, const ordered_json::parse
   return ordered_json::parse(text, guard);
 }
 
-ordered_json parse_own_json(std::string_view text) { return ordered_json::parse(text, nullptr, false); }
-
 std::string dump_json(const json& value, int indent, NotUtf8 wrong) {
   return value.dump(indent, ' ', false, wrong);
 }

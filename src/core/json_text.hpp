@@ -15,8 +15,6 @@ nlohmann::json parse_json(std::string_view text, const nlohmann::json::parser_ca
 /// The same with fields in the text's order.
 nlohmann::ordered_json parse_ordered_json(std::string_view text,
                                           const nlohmann::ordered_json::parser_callback_t& guard);
-/// The same without exceptions: malformed text gives a value that is of no type, so no object either.
-nlohmann::ordered_json parse_own_json(std::string_view text);
 
 /// What to do with bytes that are not UTF-8.
 using NotUtf8 = nlohmann::json::error_handler_t;

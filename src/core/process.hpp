@@ -8,9 +8,11 @@ namespace splinevox {
 double processor_seconds();
 /// That of the calling thread alone.
 double thread_seconds();
-/// Memory that could be had now without pushing anything out to disk, bytes, as the machine sees it (a limit
-/// of the process's own is not looked at); 0 where it cannot be told.
+/// Memory that could be had now without pushing anything out to disk, bytes: what the machine, the container
+/// (cgroup) and this process's own limit (ulimit -v) leave; 0 where it cannot be told.
 double free_memory();
+/// The most memory that this process could have by those three, bytes; 0 where it cannot be told.
+double total_memory();
 /// The most memory this process has had in use at once, bytes.
 double peak_memory();
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/pictures/pictures.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cctype>
@@ -16,6 +14,7 @@
 
 #include "core/parallel.hpp"
 #include "core/printable.hpp"
+#include "core/process.hpp"
 #include "data/fingerprint.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
@@ -113,6 +112,7 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
   PicturePlan plan;
   plan.downscale = downscale;
   std::map<std::filesystem::path, FilmFacts> films;
+  std::map<std::filesystem::path, PictureHeader> headers;  // frames may name one file again and again
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
     const std::string& file = split.frames[i].file_path;
     const auto path = find_image(root, file, split.where(i));
@@ -126,7 +126,9 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
       if (!films.count(plan.paths[i])) films[plan.paths[i]] = film_facts(plan.paths[i], plan.where[i]);
       header.size = {films[plan.paths[i]].width, films[plan.paths[i]].height};
     } else {
-      header = read_picture_header(plan.paths[i], plan.where[i]);
+      const auto [known, first] = headers.try_emplace(plan.paths[i]);
+      if (first) known->second = read_picture_header(plan.paths[i], plan.where[i]);
+      header = known->second;
     }
     const Lens& lens = split.frames[i].lens;
     plan.alpha |= header.alpha;
@@ -146,13 +148,21 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
   return plan;
 }
 
-void check_memory(const std::vector<PicturePlan>& plans) {
-  double bytes = 0;
+double memory_for(const std::vector<PicturePlan>& plans, int threads) {
+  constexpr double kPixel = sizeof(std::uint16_t) * 4;
+  double kept = 0, largest = 0;
   for (const PicturePlan& plan : plans)
-    for (const PictureSize& size : plan.sizes)
-      bytes += 8.0 * size.width * size.height / plan.downscale / plan.downscale;
-  const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGE_SIZE));
-  if (bytes <= memory) return;
+    for (std::size_t i = 0; i < plan.sizes.size(); ++i) {
+      const double bytes = kPixel * plan.sizes[i].width * plan.sizes[i].height;
+      kept += bytes / plan.downscale / plan.downscale;
+      if (plan.downscale > 1 || plan.turns[i] != 1) largest = std::max(largest, bytes);  // else kept as it is
+    }
+  return kept + threads * largest;
+}
+
+void check_memory(const std::vector<PicturePlan>& plans) {
+  const double bytes = memory_for(plans, thread_count()), memory = total_memory();
+  if (memory == 0 || bytes <= memory) return;
   constexpr double kGiB = 1u << 30;
   fail({plans[0].where[0], "the pictures do not fit into memory", "at most " + number(memory / kGiB) + " GiB",
         number(bytes / kGiB) + " GiB", "--downscale " + std::to_string(2 * plans[0].downscale)});
@@ -222,12 +232,15 @@ std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& pla
     ++frames[names.back()];
   }
   std::set<std::string> taken;
+  std::map<std::string, int> numbered;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (frames[names[i]] > 1)
       names[i] = plain(plan.paths[i].parent_path().filename().string()) + "_" +
                  names[i];  // cam01/0007.png and cam02/0007.png
     const std::string name = names[i];
-    for (int k = 2; !taken.insert(names[i]).second; ++k) names[i] = name + "_" + std::to_string(k);
+    if (taken.insert(name).second) continue;
+    int& k = numbered.try_emplace(name, 2).first->second;  // all below are taken
+    while (!taken.insert(names[i] = name + "_" + std::to_string(k)).second) ++k;
   }
   return names;
 }

@@ -40,7 +40,11 @@ std::string size_text(const PictureSize& size);
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
                           bool upright);
 
-/// Throws Error (Fault::input) if the pictures of all plans together exceed the machine's memory.
+/// Bytes that the pictures of all plans take while they are decoded: all of them as they are kept, and on
+/// each thread one as it is stored.
+double memory_for(const std::vector<PicturePlan>& plans, int threads);
+
+/// Throws Error (Fault::input) if that exceeds the memory that this process may have (total_memory).
 void check_memory(const std::vector<PicturePlan>& plans);
 
 /// Decodes on all cores. If several pictures are bad, the Error is always that of the first of them.

@@ -7,6 +7,14 @@
 #include <new>
 
 namespace splinevox::data {
+namespace {
+
+/// Chunks that have nothing to do with pixels here, some of which the library would inflate: a few bytes can
+/// be a thousand times as many.
+constexpr png_byte kUnused[] = "zTXt\0iTXt\0tEXt\0iCCP\0sPLT\0eXIf\0hIST\0pCAL\0sCAL\0tIME";
+constexpr std::size_t kNameBytes = 5;
+
+}  // namespace
 
 PngDecoder::PngDecoder(std::span<const std::uint8_t> bytes) : bytes_(bytes) {
   png_ = png_create_read_struct(PNG_LIBPNG_VER_STRING, this, on_error, on_warning);
@@ -24,6 +32,7 @@ bool PngDecoder::begin(int width, int height) {
   png_set_read_fn(png_, this, on_read);
   png_set_user_limits(png_, png_uint_32(width), png_uint_32(height));
   png_set_chunk_malloc_max(png_, 8u << 20);
+  png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, kUnused, int(sizeof kUnused / kNameBytes));
   png_read_info(png_, info_);
   ask_for_rgba16();
   png_read_update_info(png_, info_);

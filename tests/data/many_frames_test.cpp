@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <set>
+
+#include "core/process.hpp"
+#include "data/pictures/pictures.hpp"
+
+using namespace splinevox;
+using namespace splinevox::data;
+
+namespace {
+
+/// A split of frames whose pictures have one name, as a file that names one picture again and again makes.
+std::vector<std::string> names_of(std::size_t frames) {
+  RawSplit raw{"train", "transforms_train.json", true, {}};
+  raw.frames.resize(frames);
+  PicturePlan plan;
+  plan.paths.assign(frames, "/data/train/a.png");
+  return frame_names(raw, plan);
+}
+
+double seconds_for(std::size_t frames) {
+  const double begin = thread_seconds();
+  names_of(frames);
+  return thread_seconds() - begin;
+}
+
+}  // namespace
+
+TEST_SUITE("data/many_frames") {
+  TEST_CASE("frames of one picture have names of their own, numbered from 2") {
+    CHECK(names_of(3) == std::vector<std::string>{"train_a", "train_a_2", "train_a_3"});
+    const std::vector<std::string> names = names_of(100'000);
+    CHECK(names.back() == "train_a_100000");
+    CHECK(std::set<std::string>(names.begin(), names.end()).size() == 100'000);
+  }
+
+  TEST_CASE("a name that another frame has by itself is not given twice") {
+    RawSplit raw{"train", "transforms_train.json", true, {}};
+    PicturePlan plan;
+    for (const char* name : {"b_2", "b", "b", "b_2", "b"}) {
+      raw.frames.emplace_back();
+      raw.frames.back().name = name;
+      plan.paths.push_back("/data/x/y.png");
+    }
+    const std::vector<std::string> names = frame_names(raw, plan);
+    CHECK(std::set<std::string>(names.begin(), names.end()).size() == names.size());
+  }
+
+  TEST_CASE("ten times the frames take about ten times the work, not a hundred times") {
+    seconds_for(1000);
+    const double few = seconds_for(20'000), many = seconds_for(200'000);
+    CHECK(many < 40 * few + 0.1);
+  }
+
+  TEST_CASE("what decoding needs counts the largest picture for every thread") {
+    PicturePlan plan;
+    plan.downscale = 4;
+    plan.sizes = {{400, 300}, {4000, 3000}};
+    plan.turns = {1, 1};
+    const double small = 8.0 * 400 * 300, large = 8.0 * 4000 * 3000;
+    CHECK(memory_for({plan}, 1) == doctest::Approx((small + large) / 16 + large));
+    CHECK(memory_for({plan}, 64) == doctest::Approx((small + large) / 16 + 64 * large));
+    plan.downscale = 1;  // kept as they are decoded
+    CHECK(memory_for({plan}, 64) == doctest::Approx(small + large));
+    plan.turns = {1, 6};  // a picture that is turned is there twice
+    CHECK(memory_for({plan}, 2) == doctest::Approx(small + 3 * large));
+  }
+}
