@@ -10,6 +10,7 @@
 #include "core/atomic_file.hpp"
 #include "io/manifest.hpp"
 #include "run/edit_session.hpp"
+#include "run/own_json.hpp"
 #include "run/run_folder.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/model_vdb.hpp"
@@ -43,14 +44,6 @@ std::vector<Asked> in_order(const CLI::App& verb, const std::vector<CLI::Option*
   return asked;
 }
 
-/// What was done to the run so far, the newest last.
-Json history(const std::string& run) {
-  if (!fs::exists(run + "/" + kEditHistory)) return Json::array();
-  const Json old = read_json(run + "/" + kEditHistory);
-  return old.is_object() && old.contains("history") && old["history"].is_array() ? old["history"]
-                                                                                 : Json::array();
-}
-
 int edit(const EditVerb& o, const std::vector<Asked>& asked) {
   if (asked.empty())
     fail({"edit", "there is nothing to do", "one operation or more", "", "splinevox edit --help lists them"});
@@ -61,7 +54,7 @@ int edit(const EditVerb& o, const std::vector<Asked>& asked) {
   const std::string from = run.path;
   const ModelNotes notes = run.notes;
   RunFolder folder(o.out, false);
-  Json steps = history(from);
+  Json steps = read_history_if_there(from + "/" + kEditHistory);
   EditSession session(std::move(run), o.quiet);
   for (const Asked& a : asked) session.apply(a.operation, a.value);
   steps.push_back({{"from", fs::absolute(from).lexically_normal().string()},

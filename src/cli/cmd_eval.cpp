@@ -12,6 +12,7 @@
 #include "core/atomic_file.hpp"
 #include "run/correspondence.hpp"
 #include "run/folder_lock.hpp"
+#include "run/own_json.hpp"
 #include "run/support.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
@@ -94,9 +95,8 @@ void save(const Run& run, const ModelFile& read, const Json& result) {
   Json metrics = Json::object();
   if (split != "test")
     path = fmt::format("{}/metrics_{}.json", run.path, split);
-  else if (fs::exists(path))
-    metrics = read_json(path);
-  if (!metrics.is_object()) metrics = Json::object();
+  else
+    metrics = read_metrics_if_there(path);
   Json merged = result;  // the figures of interest first
   for (const auto& [key, value] : metrics.items())
     if (!merged.contains(key)) merged[key] = value;

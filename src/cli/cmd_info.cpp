@@ -9,7 +9,7 @@
 #include "cli/command.hpp"
 #include "cli/dataset_info.hpp"
 #include "cli/options.hpp"
-#include "core/json_text.hpp"
+#include "run/own_json.hpp"
 #include "run/run_folder.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -113,15 +113,14 @@ Json run_json(const std::string& path) {
          {"fingerprint", fmt::format("{:016x}", record.fingerprint)},
          {"time_map", {{"origin", record.time_map.origin}, {"scale", record.time_map.scale}}},
          {"version", record.version}};
-  if (fs::exists(path + "/" + kEditHistory))
-    j["edited"] = read_json(path + "/" + kEditHistory).value("history", Json::array());
-  if (fs::exists(path + "/metrics.json")) j["metrics"] = read_json(path + "/metrics.json");
+  if (Json edits = read_history_if_there(path + "/" + kEditHistory); !edits.empty())
+    j["edited"] = std::move(edits);
+  if (Json metrics = read_metrics_if_there(path + "/metrics.json"); !metrics.empty())
+    j["metrics"] = std::move(metrics);
   Json curve = Json::array();  // PSNR of the held-out view over training
-  for (const std::string& line : split_list(read_text_if_there(path + "/metrics.jsonl"), '\n')) {
-    const Json l = parse_own_json(line);
-    if (l.is_object() && l.contains("held_view"))
-      curve.push_back({{"seconds", l["seconds"]}, {"psnr", l["held_psnr"]}});
-  }
+  for (const MetricsLine& line : read_metrics_lines(path + "/metrics.jsonl"))
+    if (const Json& l = line.json; l.contains("held_view"))
+      curve.push_back({{"seconds", l.value("seconds", 0.0)}, {"psnr", l.value("held_psnr", 0.0)}});
   j["held_view"] = curve;
   j["model"] = vdb_json(path + "/model.vdb");
   return j;

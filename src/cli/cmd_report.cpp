@@ -9,11 +9,11 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
-#include "core/json_text.hpp"
 #include "core/own_folder.hpp"
 #include "report/page.hpp"
 #include "run/colours.hpp"
 #include "run/html.hpp"
+#include "run/own_json.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -86,13 +86,10 @@ ReportRun read_run(const ReportOptions& o, std::string path) {
   ReportRun page;
   page.model_file = network ? "model.pt" : "model.vdb";
   page.name = fs::weakly_canonical(path).filename().string();
-  if (fs::exists(path + "/metrics.json")) page.metrics = read_json(path + "/metrics.json");
-  if (!page.metrics.is_object()) page.metrics = Json::object();
-  for (const std::string& line : split_list(read_text_if_there(path + "/metrics.jsonl"), '\n')) {
-    Json j = parse_own_json(line);
-    if (j.is_object()) page.lines.push_back(std::move(j));
-  }
-  if (fs::exists(path + "/effects.json")) page.effects = read_json(path + "/effects.json");
+  page.metrics = read_metrics_if_there(path + "/metrics.json");
+  for (MetricsLine& line : read_metrics_lines(path + "/metrics.jsonl"))
+    page.lines.push_back(std::move(line.json));
+  page.effects = read_effects_if_there(path + "/effects.json");
   page.config = read_text_if_there(path + "/config.toml");
   page.model_bytes = double(fs::file_size(path + "/" + page.model_file));
   if (network)

@@ -9,6 +9,7 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
+#include "run/own_json.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/run/evaluate.hpp"
@@ -47,7 +48,7 @@ std::vector<ViewShot> shots_of(const Run& run, const ViewVerb& o) {
 std::string about(const Run& run) {
   std::string text = fs::path(run.record.dataset).filename().string() + ", preset " + run.config.preset;
   const std::string file = run.path + "/metrics.json";
-  const Json metrics = fs::exists(file) ? read_json(file) : Json::object();
+  const Json metrics = read_metrics_if_there(file);
   if (metrics.contains("psnr") && metrics["psnr"].is_number() && metrics.contains("split"))
     text += fmt::format(", {:.1f} dB on the {} split", metrics["psnr"].get<double>(),
                         metrics["split"].get<std::string>());

@@ -19,6 +19,7 @@ namespace {
 using nlohmann::json;
 constexpr std::uintmax_t kLargestFile = 64u << 20;
 constexpr std::size_t kDeepest = 64;
+constexpr std::size_t kMostKeys = 4096;  ///< of an object whose fields are looked for one by one
 
 /// Watches the parser: remembers where it is, refuses depth and repeated keys.
 class Guard {
@@ -110,16 +111,21 @@ std::string reason(std::string_view message) {
 }
 
 template <class J>
+auto heard_by(Guard& guard) {
+  return [&guard](int, typename J::parse_event_t event, J& parsed) {
+    guard(event, parsed);
+    return true;
+  };
+}
+
+template <class J>
 J read(J (*parse)(std::string_view, const typename J::parser_callback_t&), const std::filesystem::path& path,
        const std::string& where, std::size_t most_keys) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestFile);
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   Guard guard(where, most_keys);
   try {
-    return parse(text, [&guard](int, typename J::parse_event_t event, J& parsed) {
-      guard(event, parsed);
-      return true;
-    });
+    return parse(text, heard_by<J>(guard));
   } catch (const json::parse_error& error) {
     fail_malformed(where, position(text, error.byte), guard, error.what());
   } catch (const json::exception& error) {
@@ -134,7 +140,16 @@ json read_json(const std::filesystem::path& path, const std::string& where) {
 }
 
 nlohmann::ordered_json read_ordered_json(const std::filesystem::path& path, const std::string& where) {
-  return read(parse_ordered_json, path, where, 4096);
+  return read(parse_ordered_json, path, where, kMostKeys);
+}
+
+std::optional<nlohmann::ordered_json> read_json_line(std::string_view line, const std::string& where) {
+  Guard guard(where, kMostKeys);
+  try {
+    return parse_ordered_json(line, heard_by<nlohmann::ordered_json>(guard));
+  } catch (const json::exception&) {
+    return {};
+  }
 }
 
 }  // namespace splinevox::data

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace splinevox::data {
 
@@ -15,5 +17,8 @@ nlohmann::json read_json(const std::filesystem::path& path, const std::string& w
 /// The same with fields in the file's order, for files of this program: at most 4096 fields in an object,
 /// since looking for one takes time in proportion to their number.
 nlohmann::ordered_json read_ordered_json(const std::filesystem::path& path, const std::string& where);
+
+/// One line of a file of such lines, as strictly; nothing if it is no JSON, as a line that was torn is none.
+std::optional<nlohmann::ordered_json> read_json_line(std::string_view line, const std::string& where);
 
 }  // namespace splinevox::data

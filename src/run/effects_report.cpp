@@ -29,7 +29,8 @@ const char* name_of(EffectDecision d) {
 
 Json finite(double v) { return std::isfinite(v) ? Json(v) : Json(nullptr); }
 
-std::string decibels(const Json& v) {
+std::string decibels(const Json& effect, const char* key) {
+  const Json v = effect.value(key, Json());
   return v.is_number() ? fmt::format("{:+.2f} dB", v.get<double>()) : "?";
 }
 
@@ -59,7 +60,7 @@ std::vector<std::string> notes_on(const Json& effects) {
   for (const Json& e : effects.at("effects")) {
     const bool used = e.value("used", false), confounded = !used && e.value("decision", "") == "confounded";
     any |= confounded;
-    const std::string name = e.at("effect");
+    const std::string name = e.value("effect", "");
     if (!used && !confounded) continue;
     named += (named.empty() ? "" : ",") + name;
     const std::optional<Effect> effect = effect_named(name);
@@ -136,7 +137,7 @@ std::string effects_line(const Json& effects) {
       const std::string where =
           e.contains("where") ? fmt::format(" in {:.1f}% of the pictures", 100 * e.at("where").get<double>())
                               : "";
-      list += fmt::format(" ({}{}{})", decibels(e.at("gain_db")), where, plain ? "" : ", " + decision);
+      list += fmt::format(" ({}{}{})", decibels(e, "gain_db"), where, plain ? "" : ", " + decision);
     }
   }
   std::string line = "effects: " + (used.empty() ? "none" : used);
@@ -158,14 +159,14 @@ std::string effects_table(const Json& effects) {
     if (e.contains("gain_db"))
       html += fmt::format(
           "<td>{}</td><td>{}{}{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>",
-          escape(e.value("decision", "")), decibels(e["gain_db"]),
+          escape(e.value("decision", "")), decibels(e, "gain_db"),
           e.contains("where") ? fmt::format(" where only it explains the pictures, {:.1f}% of them",
                                             100 * e["where"].get<double>())
                               : "",
           e.contains("far")
               ? fmt::format("; {:.2f}% of what they show goes far", 100 * e["far"].get<double>())
               : "",
-          decibels(e["gain_lo"]), decibels(e["gain_hi"]), e.value("time_ratio", 1.0),
+          decibels(e, "gain_lo"), decibels(e, "gain_hi"), e.value("time_ratio", 1.0),
           e.value("bytes_ratio", 1.0));
     else
       html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";

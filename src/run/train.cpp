@@ -12,6 +12,7 @@
 #include "data/times/settle.hpp"
 #include "io/manifest.hpp"
 #include "run/effects_report.hpp"
+#include "run/own_json.hpp"
 #include "run/train_session.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/train/prepare.hpp"
@@ -97,8 +98,7 @@ void note_few_steps(const Config& config, std::int64_t steps, Progress& progress
 /// Whether a run has had its budget and saved what came of it.
 bool has_ended(const RunFolder& folder) {
   if (!folder.has("metrics.json") || !folder.has("model.vdb")) return false;
-  const Json metrics = read_json(folder.file("metrics.json"));
-  return metrics.is_object() && metrics.value("finished", false);
+  return read_metrics(folder.file("metrics.json")).value("finished", false);
 }
 
 }  // namespace
@@ -140,7 +140,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
   if (finished) {
     progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));
-    const Json figures = writes ? read_json(folder.file("metrics.json")) : Json::object();
+    const Json figures = writes ? read_metrics(folder.file("metrics.json")) : Json::object();
     return {folder.path(), figures, TrainedRun::End::was_finished, writes};
   }
   greet(data, config, device, progress);

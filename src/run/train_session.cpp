@@ -14,12 +14,12 @@
 #include <utility>
 
 #include "core/atomic_file.hpp"
-#include "core/json_text.hpp"
 #include "core/own_folder.hpp"
 #include "core/process.hpp"
 #include "core/stopwatch.hpp"
 #include "io/checkpoint.hpp"
 #include "io/manifest.hpp"
+#include "run/own_json.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -68,10 +68,8 @@ Json discarded_json(const StepReport& r, const Split& train) {
 /// metrics.jsonl without the lines after `step`: those of a run that died after its last checkpoint.
 void cut_metrics(const std::string& path, std::int64_t step) {
   std::string kept;
-  for (const std::string& line : split_list(read_text_if_there(path), '\n')) {
-    const Json j = parse_own_json(line);
-    if (j.is_object() && j.value("step", std::int64_t(0)) <= step) kept += line + "\n";
-  }
+  for (const MetricsLine& line : read_metrics_lines(path))
+    if (line.json.value("step", 0.0) <= double(step)) kept += line.text + "\n";
   write_file(path, {kept});
 }
 

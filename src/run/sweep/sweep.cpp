@@ -10,9 +10,9 @@
 #include <map>
 #include <set>
 
-#include "core/json_text.hpp"
 #include "core/nearest.hpp"
 #include "core/printable.hpp"
+#include "run/own_json.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/train/config.hpp"
 #include "train/config/toml_text.hpp"
@@ -183,8 +183,14 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
 
 SweepState state_of(const SweepTask& task) {
   SweepState s;
-  const Json j = parse_own_json(read_text_if_there(task.run + "/metrics.json"));
-  if (!j.is_object() || !j.value("finished", false)) return s;
+  Json j;
+  try {
+    j = read_metrics_if_there(task.run + "/metrics.json");
+  } catch (const Error& e) {  // of this run alone: the others go on
+    s.fault = e.what();
+    return s;
+  }
+  if (!j.value("finished", false)) return s;
   s.trained = true;
   s.done = j.contains("psnr");
   if (s.done) s.metrics = j;

@@ -25,6 +25,7 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
 struct SweepState {
   bool trained = false, done = false;  ///< done: evaluated as well
   Json metrics;                        ///< metrics.json, if done
+  std::string fault;                   ///< why its files cannot tell; empty: they can
 };
 SweepState state_of(const SweepTask& task);
 

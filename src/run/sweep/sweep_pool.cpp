@@ -10,10 +10,12 @@
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "core/atomic_file.hpp"
+#include "core/printable.hpp"
 #include "run/signals.hpp"
 #include "run/sweep/sweep.hpp"
 #include "splinevox/core/error.hpp"
@@ -54,12 +56,12 @@ constexpr std::chrono::milliseconds kLook{50};
 /// What is still to do for a task: training, then evaluation. Empty: nothing.
 std::vector<std::string> next_words(const SweepTask& t, int threads) {
   const SweepState s = state_of(t);
+  if (!s.fault.empty()) throw std::runtime_error(s.fault);
   const std::string path = t.run + ".words", asked = fmt::format("{}\n", fmt::join(t.train, "\n"));
   if (!s.trained)
     write_file(path, {asked});
   else if (const std::string trained = read_text_if_there(path); !trained.empty() && trained != asked)
-    fail({t.run, "was trained with other words than this sweep has for it",
-          "the same description, or another name for the setting", "see " + path, "another --out"});
+    throw std::runtime_error("was trained with other words than this sweep has for it, see " + path);
   if (s.done) return {};
   std::vector<std::string> words = s.trained ? std::vector<std::string>{"eval", t.run} : t.train;
   words.insert(words.end(), {"--threads", std::to_string(threads)});
@@ -74,9 +76,23 @@ std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const st
   std::map<pid_t, std::size_t> running;
   std::size_t next = 0, ended = 0;
   bool announced = false;
+  const auto tell = [&](const SweepTask& t, const std::string& what) {
+    ++ended;
+    if (!quiet) {
+      fmt::print("{} of {}  {}: {}\n", ended, tasks.size(), t.name, what);
+      std::fflush(stdout);
+    }
+  };
   const auto go_on = [&](std::size_t task) {  // false: there is nothing left to do for it
     const SweepTask& t = tasks[task];
-    const std::vector<std::string> words = next_words(t, threads);
+    std::vector<std::string> words;
+    try {
+      words = next_words(t, threads);
+    } catch (const std::runtime_error& e) {  // one bad run is no reason to leave the others
+      failed.push_back(t.name);
+      tell(t, fmt::format("failed: {}", all_printable(e.what())));
+      return true;
+    }
     if (words.empty()) return false;
     try {
       running[start(words, out + "/" + t.name + ".log")] = task;
@@ -85,13 +101,6 @@ std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const st
       throw;
     }
     return true;
-  };
-  const auto tell = [&](const SweepTask& t, const std::string& what) {
-    ++ended;
-    if (!quiet) {
-      fmt::print("{} of {}  {}: {}\n", ended, tasks.size(), t.name, what);
-      std::fflush(stdout);
-    }
   };
   while (!running.empty() || (next < tasks.size() && !stop_asked())) {
     while (next < tasks.size() && int(running.size()) < jobs && !stop_asked()) {
