@@ -17,7 +17,7 @@ inline constexpr int kBrickRows = kBrick * kBrick * kBrick;  ///< rows per brick
 /// What is stored and read back (io/model_vdb.hpp) has no more: vertices of an axis, bricks of a lattice with
 /// the ring around them.
 inline constexpr int kMostVertices = 1 << 13;
-inline constexpr double kMostBricks = 1 << 28;
+inline constexpr double kMostBricks = 1 << 25;  ///< places of a table of bricks: 2500 vertices an axis
 
 /// Regular lattice of vertices: vertex ijk sits at origin + spacing * ijk, as in OpenVDB
 /// (a voxel's value is at its index, not half a voxel beside it).

@@ -14,6 +14,7 @@ namespace splinevox {
 namespace {
 
 constexpr int kMaxWidth = widest_motion(kMaxPoints);  // floats per row
+constexpr double kMostSteps = 1 << 20;                // of a ray through the box
 constexpr std::size_t kMaxKnots = 1 << 16;            // of a time curve
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
@@ -126,7 +127,8 @@ FieldShape parse_shape(const NamedMeta& in, const std::vector<Column>& columns) 
   }
   if (!ok || table > kMostBricks)
     bad(in, "lattice",
-        "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMostVertices),
+        "origin (3), spacing > 0, vertices per axis (3) from 2 to " + std::to_string(kMostVertices) +
+            ", at most 2^25 bricks in all",
         quoted(in, "lattice"));
   const int least = padded_width(columns);
   shape.width = integer(in, "row_width", least, kMaxWidth);
@@ -215,7 +217,9 @@ void parse_model_meta(const NamedMeta& in, VoxelModel& m) {
       m.background.raw[j] = {raw[3 * j], raw[3 * j + 1], raw[3 * j + 2]};
   }
   m.step = numbers<float>(in, "march_step", 1)[0];
-  if (!(m.step > 0)) bad(in, "march_step", "a number > 0", quoted(in, "march_step"));
+  const double diagonal = length(cast<double>(m.box.hi) - cast<double>(m.box.lo));
+  if (!(m.step > 0) || !(diagonal <= kMostSteps * double(m.step)))
+    bad(in, "march_step", "a number > 0, and at most 2^20 steps through the box", quoted(in, "march_step"));
   const auto time = numbers<double>(in, "time_map", 2);
   m.time_map = {time[0], time[1]};
 }

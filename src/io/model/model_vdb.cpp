@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/process.hpp"
 #include "io/model/model_grid.hpp"
 #include "io/model/model_meta.hpp"
 #include "io/vdb/vdb_file.hpp"
@@ -71,6 +72,17 @@ TopologyPtr read_topology(const std::string& path, const Lattice& lattice,
   return make_topology(lattice, std::move(stored));
 }
 
+/// A row has every column, also where only one grid stores a brick.
+void check_room(const std::string& path, const Topology& topology, int width) {
+  const double bytes = sizeof(float) * double(topology.rows()) * width, room = free_memory();
+  if (room == 0 || bytes <= room) return;
+  fail_memory({.where = path,
+               .what = "not enough memory for this model",
+               .expected = std::to_string(std::uint64_t(bytes) >> 20) + " MiB",
+               .got = std::to_string(std::uint64_t(room) >> 20) + " MiB",
+               .hint = "end other programs, or use a larger machine"});
+}
+
 Channels read_channels(const std::string& path, const VdbFile& file, const Lattice& lattice, int width,
                        const std::vector<Column>& columns) {
   const std::vector<const VdbGrid*> grids = find_all(path, file, columns);
@@ -78,7 +90,9 @@ Channels read_channels(const std::string& path, const VdbFile& file, const Latti
   for (std::size_t g = 0; g < grids.size(); ++g)
     for (int c = 0; c < columns[g].width; ++c)
       background[std::size_t(columns[g].first + c)] = grids[g]->background[c];
-  Channels channels = make_channels(read_topology(path, lattice, grids), width, background.data());
+  TopologyPtr topology = read_topology(path, lattice, grids);
+  check_room(path, *topology, width);
+  Channels channels = make_channels(std::move(topology), width, background.data());
   for (std::size_t g = 0; g < grids.size(); ++g) {
     const VdbGrid& grid = *grids[g];
     const float* in = grid.values.data();
