@@ -82,6 +82,7 @@ const std::vector<Target>& targets() {
         {"jpeg", jpeg, jpeg_seeds},
         {"exr", exr, exr_seeds},
         {"model_vdb", model_vdb, model_seeds},
+        {"sealed_vdb", model_vdb, model_seeds, mend_vdb},
         {"checkpoint", checkpoint, checkpoint_seeds, mend_checkpoint},
         {"training_state", training_state, state_seeds},
         {"manifest", manifest, manifest_seeds},

@@ -39,6 +39,7 @@ int verdict(const std::function<void()>& parse);
 
 void mend_png(std::string& file);
 void mend_checkpoint(std::string& file);
+void mend_vdb(std::string& file);
 
 int dataset_json(const std::uint8_t*, std::size_t);
 int png(const std::uint8_t*, std::size_t);

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <map>
 
-#include "core/atomic_file.hpp"
+#include "torture/folder_files.hpp"
 #include "torture/scene.hpp"
 #include "torture/trial.hpp"
 
@@ -15,32 +14,6 @@ namespace splinevox::torture {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Files that a run of the same words may or may not have: pictures of the way, and the checkpoint before the
-/// last.
-bool by_chance(const std::string& path) {
-  return (path.find("/preview/") != std::string::npos && path.ends_with(".png")) || path.ends_with(".prev");
-}
-
-/// Hash of every file below a folder that has to be there, by relative path.
-std::map<std::string, FileDigest> files_of(const std::string& folder) {
-  std::map<std::string, FileDigest> out;
-  if (!fs::exists(folder)) return out;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file() && !by_chance(entry.path()))
-      out[fs::relative(entry.path(), folder)] = digest_file(entry.path());
-  return out;
-}
-
-/// Files whose bytes hold the time of day, the clock or the folder's own name: only the others are compared.
-bool differs_anyway(const std::string& path) {
-  const std::string name = fs::path(path).filename();
-  for (const char* of_sweep : {"tasks.txt", "array.sh", "table.csv", "table.md"})
-    if (name == of_sweep) return true;
-  return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") ||
-         name.ends_with("manifest.json") || name.ends_with(".partial.json") || name.ends_with(".html") ||
-         name.ends_with(".log") || name.ends_with(".words");
-}
 
 struct Writer {
   std::string name;
@@ -68,12 +41,6 @@ class SmallDisk {
  private:
   std::string folder_;
 };
-
-std::uint64_t total(const std::map<std::string, FileDigest>& files) {
-  std::uint64_t sum = 0;
-  for (const auto& [name, digest] : files) sum += digest.size;
-  return sum;
-}
 
 /// From no room at all to nearly enough, geometrically from 64 bytes on.
 std::vector<std::int64_t> limits_up_to(std::uint64_t largest, int count) {
@@ -121,6 +88,9 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
       {.name = "render mp4",  // a film of several pages of a disk
        .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:12", "--size", "160",
                  "--layers", "depth", "--format", "mp4"}},
+      {.name = "render mp4, long",  // larger than any of the disks but the last
+       .words = {o.program, "render", run, "--camera", "orbit", "--times", "0:1:48", "--size", "256",
+                 "--layers", "rgb", "--format", "mp4"}},
       {.name = "eval", .words = {o.program, "eval", run}, .option = "--images"},
       {.name = "track csv",
        .words = {o.program, "track", run, "--points", points, "--to", "0,0.5,1", "--quiet"},
@@ -160,15 +130,9 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
         wrong = "ended by a signal or not at all";
         ++(code < 0 ? line.hangs : line.crashes);
       }
-      for (const auto& [name, digest] : files_of(out)) {
-        const auto same = good.find(name);
-        if (name.ends_with(".tmp")) {
-          wrong = "left " + name;
-          ++line.lost;
-        } else if (!differs_anyway(name) && same != good.end() && !(same->second == digest)) {
-          wrong = "left " + name + " damaged";
-          ++line.lost;
-        }
+      if (const std::string left = what_is_wrong(files_of(out), good); !left.empty()) {
+        wrong = left;
+        ++line.lost;
       }
       if (code == 0 && (files_of(out).size() != good.size() ||
                         (w.listed && Process({o.program, "verify", out + "/out"}, log).wait() != 0))) {

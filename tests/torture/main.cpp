@@ -69,6 +69,7 @@ int main(int argc, char** argv) {
   words.add_option("--out", o.out, "folder for torture.jsonl, torture.md and whatever broke")
       ->required()
       ->take_last();
+  words.add_option("--failing", o.failing, "libsplinevox_failing.so, for the trials calls and memory");
   words.add_option("--seconds", o.seconds, "for all trials together")
       ->check(CLI::Range(5.0, 1e6))
       ->capture_default_str();
@@ -80,9 +81,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   words.add_flag("--keep-all", o.keep_all, "keep data sets that were refused or guessed wrongly too");
   std::vector<std::string> only;
-  words.add_option("--only", only, "some of inputs, structure, float, kills, disk, soak")
+  words
+      .add_option("--only", only,
+                  "some of inputs, structure, float, kills, disk, links, siblings, memory, calls, suspend, soak")
       ->delimiter(',')
-      ->check(CLI::IsMember({"inputs", "structure", "float", "kills", "disk", "soak"}));
+      ->check(CLI::IsMember(
+          {"inputs", "structure", "float", "kills", "disk", "links", "siblings", "memory", "calls", "suspend", "soak"}));
   CLI11_PARSE(words, argc, argv);
   try {
     std::filesystem::create_directories(o.out);
@@ -109,18 +113,26 @@ int main(int argc, char** argv) {
         report(try_inputs(o, target, seconds * weight(target.name) / all));
     };
     const std::vector<Trial> trials = {
-        {"inputs", 0.30, inputs},
+        {"inputs", 0.25, inputs},
         {"structure", 0.05, [&](double s) { report(try_structure(o, s)); }},
-        {"float", 0.08, [&](double s) { report(in_fork([&] { return try_float_double(o, s); })); }},
-        {"kills", 0.25,
+        {"float", 0.05, [&](double s) { report(in_fork([&] { return try_float_double(o, s); })); }},
+        {"kills", 0.2,
          [&](double s) {
            for (const Line& l : try_kills(o, s)) report(l);
          }},
-        {"disk", 0.17,
+        {"disk", 0.15,
          [&](double s) {
            for (const Line& l : try_full_disk(o, s)) report(l);
          }},
-        {"soak", 0.15, [&](double s) { report(in_fork([&] { return try_soak(o, s); })); }}};
+        {"links", 0.05, [&](double s) { report(try_links(o, s)); }},
+        {"siblings", 0.05, [&](double s) { report(try_siblings(o, s)); }},
+        {"memory", 0.05, [&](double s) { report(try_allocations(o, s)); }},
+        {"calls", 0.05,
+         [&](double s) {
+           for (const Line& l : try_system_calls(o, s)) report(l);
+         }},
+        {"suspend", 0.03, [&](double s) { report(try_suspended(o, s)); }},
+        {"soak", 0.07, [&](double s) { report(in_fork([&] { return try_soak(o, s); })); }}};
     const auto wanted = [&](const Trial& t) {
       return only.empty() || std::find(only.begin(), only.end(), t.name) != only.end();
     };

@@ -11,7 +11,8 @@
 
 namespace splinevox::torture {
 
-Process::Process(std::vector<std::string> words, const std::string& log, std::int64_t file_bytes) {
+Process::Process(std::vector<std::string> words, const std::string& log, std::int64_t file_bytes,
+                 const std::vector<std::string>& environment) {
   std::vector<char*> arguments;
   for (std::string& w : words) arguments.push_back(w.data());
   arguments.push_back(nullptr);
@@ -27,6 +28,8 @@ Process::Process(std::vector<std::string> words, const std::string& log, std::in
   }
   const rlimit no_core{0, 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
+  for (const std::string& e : environment)
+    ::setenv(e.substr(0, e.find('=')).c_str(), e.substr(e.find('=') + 1).c_str(), 1);
   ::execv(arguments[0], arguments.data());
   ::_exit(127);
 }
@@ -34,7 +37,11 @@ Process::Process(std::vector<std::string> words, const std::string& log, std::in
 void Process::send(int signal) { ::kill(process_, signal); }
 
 bool Process::ended() {
-  if (!ended_) ended_ = ::waitpid(process_, &status_, WNOHANG) == process_;
+  if (ended_) return true;
+  rusage usage{};
+  ended_ = ::wait4(process_, &status_, WNOHANG, &usage) == process_;
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  if (ended_) processor_seconds_ = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   return ended_;
 }
 

@@ -17,6 +17,7 @@ namespace splinevox::torture {
 struct Options {
   std::string program;  ///< the splinevox binary
   std::string out;      ///< folder for lines, table and what broke
+  std::string failing;  ///< the library that makes calls fail
   double seconds = 60;
   std::uint64_t seed = 1;
   std::int64_t soak_steps =
@@ -26,7 +27,7 @@ struct Options {
 };
 
 struct Line {
-  std::string trial{};  ///< "inputs", "float against double", "structure", "kills", "full disk", "soak"
+  std::string trial{};  ///< "inputs", "structure", "float against double", "kills", "full disk", "links", ...
   std::string what{};   ///< parser, verb or scene
   std::uint64_t tried = 0, crashes = 0, hangs = 0, lost = 0;
   double seconds = 0;
@@ -51,6 +52,17 @@ Line try_float_double(const Options& o, double seconds);
 std::vector<Line> try_kills(const Options& o, double seconds);
 /// Every verb that writes, with room for so many bytes a file only.
 std::vector<Line> try_full_disk(const Options& o, double seconds);
+/// Folders that come from somebody else: links out of them in the place of their files. Nothing that they
+/// point to may change or be made.
+Line try_links(const Options& o, double seconds);
+/// Folders that come from somebody else: pipes, folders, endless or ill-typed texts beside what is right.
+Line try_siblings(const Options& o, double seconds);
+/// One allocation after another fails. Little memory is no fault of a file, and no reason to crash.
+Line try_allocations(const Options& o, double seconds);
+/// One system call after another fails, for each reason that it may have.
+std::vector<Line> try_system_calls(const Options& o, double seconds);
+/// Training that is stopped for a while (Ctrl-Z, a scheduler): its budget is not spent asleep.
+Line try_suspended(const Options& o, double seconds);
 /// Training steps in one process: nothing non-finite, no growing memory.
 Line try_soak(const Options& o, double seconds);
 
@@ -60,18 +72,23 @@ Line in_fork(const std::function<Line()>& work);
 /// A program that was started with limits. Output goes to a file.
 class Process {
  public:
-  /// @param file_bytes  no file can grow beyond that; negative: any size.
-  Process(std::vector<std::string> words, const std::string& log, std::int64_t file_bytes = -1);
+  /// @param file_bytes  no file can grow beyond that; negative: any size. @param environment  NAME=VALUE,
+  /// besides this program's own.
+  Process(std::vector<std::string> words, const std::string& log, std::int64_t file_bytes = -1,
+          const std::vector<std::string>& environment = {});
   void send(int signal);
   /// Whether it has; wait() still tells how.
   bool ended();
   /// Exit code, 128 + signal if a signal ended it, -1 if it took more than `seconds` and was killed.
   int wait(double seconds = 300);
+  /// Processor seconds that it took, its children's included, once it has ended.
+  double processor_seconds() const { return processor_seconds_; }
 
  private:
   pid_t process_ = -1;
   int status_ = 0;
   bool ended_ = false;
+  double processor_seconds_ = 0;
 };
 
 std::string table(const std::vector<Line>& lines, const Options& o, const std::string& machine);
