@@ -46,6 +46,27 @@ std::set<std::string> grid_names(const std::string& path) {
 }  // namespace
 
 TEST_SUITE("io/model_vdb") {
+  TEST_CASE("a march step or a lattice beyond reason is refused, however few bytes ask for it") {
+    const Scratch scratch;
+    const std::string path = scratch.path("model.vdb");
+    save_model(path, blob_model(8));
+    const VdbFile good = read_vdb(path);
+    const auto with = [&](const char* key, const char* text, bool in_grids) {
+      VdbFile file = good;
+      if (!in_grids) file.meta[key] = std::string(text);
+      for (VdbGrid& grid : file.grids)
+        if (in_grids) grid.meta[key] = std::string(text);
+      write_vdb(path, file);
+      return message_of(path);
+    };
+    CHECK(with("march_step", "1e-9", false).find("2^20 steps through the box") != std::string::npos);
+    CHECK(with("march_step", "1e-44", false).find("march_step") != std::string::npos);
+    CHECK(with("march_step", "nan", false).find("march_step") != std::string::npos);
+    CHECK(with("march_step", "0.01", false).empty());
+    CHECK(with("lattice", "0 0 0 0.1 8192 8192 8192", true).find("2^25 bricks") != std::string::npos);
+    CHECK(with("lattice", "0 0 0 0.1 1e9 8 8", true).find("lattice") != std::string::npos);
+  }
+
   TEST_CASE(
       "a model whose light changes and nothing moves has no control points in its file, and comes back the "
       "same") {

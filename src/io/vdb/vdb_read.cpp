@@ -132,7 +132,11 @@ Opened parse(const std::string& path, const VdbLimits& limits,
   ChildReport report;
   try {
     report = run_in_child(
-        [&](const Sink& sink) { send(parse_payload(scan.payload), sink); },
+        [&](const Sink& sink) {
+          tbb::task_arena alone(
+              1);  // OpenVDB counts and frees in parallel, and the child may have no threads
+          alone.execute([&] { send(*new Parsed(parse_payload(scan.payload)), sink); });  // freed by its end
+        },
         [&](const Source& source) {
           vdb_pack::Reader reader(source, limits);
           take(reader);
@@ -268,10 +272,7 @@ void send_info(const Parsed& parsed, const Sink& sink) {
   VdbInfo info;
   info.version = parsed.version;
   info.meta = to_text(*parsed.meta);
-  tbb::task_arena alone(1);  // OpenVDB counts in parallel, and the child has no threads
-  alone.execute([&] {
-    for (const openvdb::GridBase::Ptr& grid : *parsed.grids) info.grids.push_back(info_of(*grid));
-  });
+  for (const openvdb::GridBase::Ptr& grid : *parsed.grids) info.grids.push_back(info_of(*grid));
   vdb_pack::put(sink, info);
 }
 

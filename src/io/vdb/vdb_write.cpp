@@ -81,6 +81,15 @@ std::string uuid_text(std::uint64_t a, std::uint64_t b) {
          digits.substr(16, 4) + "-" + digits.substr(20);
 }
 
+/// Throws std::bad_alloc where there is no memory for what writing will need. Blosc does not look whether it
+/// got what it asked for, so it must not be where memory ends.
+void ask_for_memory(const VdbFile& file) {
+  constexpr std::size_t kAside = std::size_t(16) << 20;
+  std::size_t bytes = kAside;  // the values as OpenVDB's, and at most as many in the file
+  for (const VdbGrid& grid : file.grids) bytes += 2 * sizeof(float) * grid.values.size();
+  ::operator delete(::operator new(bytes));
+}
+
 }  // namespace
 
 openvdb::GridBase::Ptr to_openvdb(const VdbGrid& in) {
@@ -107,6 +116,7 @@ openvdb::GridBase::Ptr to_openvdb(const VdbGrid& in) {
 
 FileDigest write_vdb(const std::string& path, VdbFile file) {
   openvdb::initialize();
+  ask_for_memory(file);
   std::string bytes;
   try {
     openvdb::GridCPtrVec grids;
