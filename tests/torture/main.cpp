@@ -82,11 +82,12 @@ int main(int argc, char** argv) {
   words.add_flag("--keep-all", o.keep_all, "keep data sets that were refused or guessed wrongly too");
   std::vector<std::string> only;
   words
-      .add_option("--only", only,
-                  "some of inputs, structure, float, kills, disk, links, siblings, memory, calls, suspend, soak")
+      .add_option(
+          "--only", only,
+          "some of inputs, structure, float, kills, disk, links, siblings, memory, calls, suspend, soak")
       ->delimiter(',')
-      ->check(CLI::IsMember(
-          {"inputs", "structure", "float", "kills", "disk", "links", "siblings", "memory", "calls", "suspend", "soak"}));
+      ->check(CLI::IsMember({"inputs", "structure", "float", "kills", "disk", "links", "siblings", "memory",
+                             "calls", "suspend", "soak"}));
   CLI11_PARSE(words, argc, argv);
   try {
     std::filesystem::create_directories(o.out);

@@ -52,8 +52,8 @@ struct Otherwise {
 /// open_run, changed accordingly. Throws Error (input).
 Run open_run(const std::string& path, const Otherwise& otherwise);
 
-/// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale, time map
-/// and rules. Throws Error (input).
+/// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale, time
+/// map and rules. Throws Error (input).
 Dataset open_split(const Run& run, const std::string& dataset, const std::string& split);
 
 }  // namespace splinevox::run
