@@ -42,7 +42,8 @@ Line try_suspended(const Options& o, double seconds) {
     const std::int64_t alone = steps_in(out);
     std::filesystem::remove_all(out);
     Process process(words, log);
-    ::usleep(useconds_t(1e6 * (0.2 + 0.8 * double(random() % 1000) / 1000)));  // while it starts, or trains
+    while (!process.ended() && !std::filesystem::exists(out + "/metrics.jsonl")) ::usleep(1000);  // it trains
+    ::usleep(useconds_t(1000 * (random() % 1000)));
     process.send(SIGSTOP);
     ::usleep(useconds_t(1e6 * kAsleep));
     process.send(SIGCONT);
