@@ -381,6 +381,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);
   result.others = other_frames(folder, manifest);
+  remove_quietly(fs::path(folder) / partial_name(options.share));  // also where the folder cannot be listed
   for (const std::string& name : partial_manifests(folder)) remove_quietly(fs::path(folder) / name);
   return result;
 }

@@ -207,6 +207,36 @@ class TreeWalk {
   VdbCost& cost_;
 };
 
+<<<<<<< HEAD
+=======
+/// A table that lets other programs read leaves later: their number, a byte for each, eight for each. Both
+/// lists may be compressed, and OpenVDB makes room for what their lengths say. Each leaf takes its mask in
+/// the file at least.
+void check_leaf_table(const Cursor& cursor, std::string_view value) {
+  constexpr std::uint32_t kNone = ~std::uint32_t(0);
+  std::uint64_t at = 0;
+  const auto take = [&] {
+    std::uint32_t n = 0;
+    if (value.size() < at + sizeof n) cursor.bad("a table of leaves ends early");
+    std::memcpy(&n, value.data() + at, sizeof n);
+    at += sizeof n;
+    return n;
+  };
+  if (value.empty()) return;
+  const std::uint64_t leaves = take(), most = (cursor.at() + cursor.left()) / (kLeafVoxels / 8);
+  bool fits = leaves <= most;
+  for (const std::uint64_t each : {1, 8}) {
+    if (!fits) break;
+    const std::uint32_t packed = take();
+    if (packed != kNone) at += packed > 0 ? packed : each * leaves;
+    fits = at <= value.size();
+  }
+  if (!fits)
+    cursor.bad("a table of leaves is longer than the file", "at most " + std::to_string(most) + " leaves",
+               std::to_string(leaves));
+}
+
+>>>>>>> b8476f3 (The table of leaves in a VDB is bounded to its last length)
 }  // namespace
 
 bool walk_metadata(Cursor& cursor) {
