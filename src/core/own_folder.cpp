@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/own_folder.hpp"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <sys/random.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <memory>
+#include <new>
 #include <random>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "core/atomic_file.hpp"
 #include "core/handle.hpp"
@@ -25,18 +35,56 @@ bool leads_within(const fs::path& link, const fs::path& folder) {
   return !from_folder.empty() && *from_folder.begin() != "..";
 }
 
-void check_entry(const fs::directory_entry& entry, const fs::path& root) {
+/// @return whether the entry is a folder
+bool check_entry(const fs::path& entry, const fs::path& root) {
   std::error_code ignored;
-  const fs::file_status status = entry.symlink_status(ignored);
+  const fs::file_status status = fs::symlink_status(entry, ignored);
+  if (!fs::exists(status)) return false;  // a draft that has got its name meanwhile
   if (fs::is_symlink(status)) {
-    if (!leads_within(entry.path(), root))
-      fail({entry.path().string(), "is a link that leads out of its folder",
+    if (!leads_within(entry, root))
+      fail({entry.string(), "is a link that leads out of its folder",
             "files of this folder alone, since they are read and written",
-            fs::read_symlink(entry.path(), ignored).string(),
+            fs::read_symlink(entry, ignored).string(),
             "remove the link, or put the file itself there, or choose another folder"});
   } else if (!fs::is_regular_file(status) && !fs::is_directory(status)) {
-    fail({entry.path().string(), "is neither a file nor a folder", "files and folders alone",
+    fail({entry.string(), "is neither a file nor a folder", "files and folders alone",
           "a pipe, a socket or a device", "remove it, or choose another folder"});
+  }
+  return fs::is_directory(status);
+}
+
+[[noreturn]] void fail_listing(const fs::path& folder, int reason) {
+  fail({folder.string(), "this folder cannot be looked through", "", std::strerror(reason), ""});
+}
+
+/// What is in a folder. The iterators of the standard library end the program where memory ends, and take an
+/// interruption for an error.
+std::vector<std::string> names_in(const fs::path& folder) {
+  const int fd =
+      retried([&] { return ::openat(AT_FDCWD, folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+  if (fd < 0) fail_listing(folder, errno);
+  const std::unique_ptr<DIR, int (*)(DIR*)> list(::fdopendir(fd), ::closedir);
+  if (!list) {
+    const int reason = errno;
+    ::close(fd);
+    if (reason == ENOMEM) throw std::bad_alloc();
+    fail_listing(folder, reason);
+  }
+  std::vector<std::string> names;
+  for (;;) {
+    errno = 0;
+    const dirent* entry = ::readdir(list.get());
+    if (!entry && errno != 0) fail_listing(folder, errno);
+    if (!entry) return names;
+    const std::string_view name = entry->d_name;
+    if (name != "." && name != "..") names.emplace_back(name);
+  }
+}
+
+void check_folder(const fs::path& folder, const fs::path& root, Depth depth) {
+  for (const std::string& name : names_in(folder)) {
+    const fs::path entry = folder / name;
+    if (check_entry(entry, root) && depth == Depth::all) check_folder(entry, root, depth);
   }
 }
 
@@ -46,11 +94,7 @@ void check_own_folder(const std::string& folder, Depth depth) {
   std::error_code error;
   const fs::path root = fs::canonical(folder, error);
   if (error) return;
-  for (fs::recursive_directory_iterator at(root, error), end; !error && at != end; at.increment(error)) {
-    check_entry(*at, root);
-    if (depth == Depth::entries) at.disable_recursion_pending();
-  }
-  if (error) fail({folder, "this folder cannot be looked through", "", error.message(), ""});
+  check_folder(root, root, depth);
 }
 
 bool append_to_file(const std::string& path, std::string_view text) {
