@@ -30,6 +30,7 @@ Action verify_command(CLI::App& verb) {
           RunRecord record;
           read_run_config(o->folder, config, record);
         } catch (const Error& e) {
+          if (e.fault == Fault::memory) throw;
           c = {c.file, false, e.problem.what};
         }
     for (const FileCheck& c : checks) {

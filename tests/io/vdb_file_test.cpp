@@ -76,7 +76,8 @@ std::string message_of(const std::string& path, const VdbLimits& limits = {}) {
   try {
     read_vdb(path, limits);
   } catch (const Error& e) {
-    CAPTURE(e.what());
+    const std::string what = e.what();
+    CAPTURE(what);
     CHECK(e.fault == Fault::input);
     return e.what();
   }

@@ -35,7 +35,7 @@ class Stage {
     };
     verbs = {{"info", {p, "info", run + "/model.vdb"}},
              {"verify", {p, "verify", run}},
-             {"train", with(scene.train_words(), {"--max-steps", "20", "--out", out()}), out(), true},
+             {"train", with(scene.train_words(), {"--out", out()}), out(), true},
              {"export", with(scene.export_words(), {"--out", out()}), out(), true},
              {"edit", {p, "edit", run, "--reverse", "--quiet", "--out", out()}, out(), true},
              {"render",

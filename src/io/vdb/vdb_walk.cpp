@@ -207,8 +207,6 @@ class TreeWalk {
   VdbCost& cost_;
 };
 
-<<<<<<< HEAD
-=======
 /// A table that lets other programs read leaves later: their number, a byte for each, eight for each. Both
 /// lists may be compressed, and OpenVDB makes room for what their lengths say. Each leaf takes its mask in
 /// the file at least.
@@ -236,7 +234,6 @@ void check_leaf_table(const Cursor& cursor, std::string_view value) {
                std::to_string(leaves));
 }
 
->>>>>>> b8476f3 (The table of leaves in a VDB is bounded to its last length)
 }  // namespace
 
 bool walk_metadata(Cursor& cursor) {
@@ -248,6 +245,7 @@ bool walk_metadata(Cursor& cursor) {
     if (const Size* size = find_size(kMetadata, type); size && size->bytes != value.size())
       cursor.bad("a metadata value is not as long as its type", std::to_string(size->bytes) + " bytes",
                  std::to_string(value.size()));
+    if (type == "__delayedload") check_leaf_table(cursor, value);
     if (name != "is_saved_as_half_float") continue;
     if (halves >= 0 || type != "bool") cursor.bad("it is not clear how floats are stored");
     halves = value[0] != 0;
