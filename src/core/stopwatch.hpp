@@ -19,7 +19,7 @@ class RunningClock {
 
  private:
   static constexpr double kLongest = 1;  ///< seconds between two looks that need no explanation
-  static constexpr double kIdle = 0.04;  ///< share of them that a process on a busy machine still gets
+  static constexpr double kIdle = 0.02;  ///< share of them that a process on a busy machine still gets
   bool begun_ = false;
   double wall_ = 0, processor_ = 0, suspended_ = 0;
 };

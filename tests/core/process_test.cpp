@@ -23,7 +23,6 @@ TEST_SUITE("core/process") {
     CHECK(free_memory() > 1e6);
   }
 
-<<<<<<< HEAD
   TEST_CASE("a process that was suspended has not been awake, one that waits for its turn has") {
     RunningClock clock;
     CHECK(clock(100, 5) == 100);
@@ -33,7 +32,8 @@ TEST_SUITE("core/process") {
     CHECK(clock(162.6, 5.16) == doctest::Approx(102.61));
     const double before = running_seconds();
     CHECK(running_seconds() >= before);
-=======
+  }
+
   TEST_CASE("a clock stands still while its process is stopped, also where a step was under way") {
     RunningClock clock;
     const double begin = clock(100, 7);
@@ -43,6 +43,5 @@ TEST_SUITE("core/process") {
     // A busy machine: a tenth of a processor for 3 s is work.
     CHECK(clock(107.5, 7.75) - begin == doctest::Approx(3.55));
     CHECK(clock(108.4, 7.75) - begin == doctest::Approx(4.45));  // to wait for less than a second is too
->>>>>>> b8476f3 (The table of leaves in a VDB is bounded to its last length)
   }
 }
