@@ -259,6 +259,18 @@ TEST_SUITE("data/names") {
                 })).sure);
   }
 
+  TEST_CASE("a count behind a camera's number and a point is no decimal") {
+    const auto form = [](int, int t) { return "kinect23117042." + std::to_string(t) + ".png"; };
+    CHECK(counts_moments(read_names(rig(1, 12, true, form)), 1, 12));
+    CHECK_FALSE(read_names(rig(1, 12, true, form)).sure);
+    const char* quarters[] = {"t0.05.png", "t0.3.png", "t0.55.png", "t0.8.png"};
+    CHECK(counts_moments(read_names(film(4, [&](int t) { return quarters[t]; })), 1, 4));
+  }
+
+  TEST_CASE("decimals of one whole number may be a moment and cameras: a guess") {
+    CHECK_FALSE(read_names(film(17, [](int t) { return "frame1." + padded(t, 3) + ".png"; })).sure);
+  }
+
   TEST_CASE("two pictures of one camera and one moment contradict each other") {
     const auto depth = [](int c, int t) {
       return "cam" + std::to_string(c) + "/" + padded(t / 2, 4) + (t % 2 ? "_depth.png" : ".png");

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <map>
 #include <new>
+#include <stdexcept>
 
 #include "torture/structure/case.hpp"
 #include "torture/trial.hpp"
@@ -82,6 +83,7 @@ Line try_structure(const Options& o, double seconds) {
       begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
   while (told.next < o.structure_cases && Clock::now() < end) {
     const pid_t process = ::fork();
+    if (process < 0) throw std::runtime_error("the structure trial cannot fork");
     if (process == 0) {
       try {
         child(o, told, end, o.structure_cases);

@@ -138,10 +138,18 @@ Point point_in(const std::vector<NamedPicture>& pictures) {
   if (decimal == joined.columns.end()) return Point::between;
   std::set<std::string> whole, parts;
   std::set<double> values;
+  std::set<std::size_t> lengths;
   for (const NameNumber& n : decimal->numbers) {
     values.insert(n.value);
     whole.insert(n.digits.substr(0, n.digits.rfind('.')));
     parts.insert(n.digits.substr(n.digits.rfind('.') + 1));
+  }
+  for (const std::string& part : parts) lengths.insert(part.size());
+  if (whole.size() == 1 && lengths.size() > 1) {
+    const bool counted = std::none_of(parts.begin(), parts.end(), [](const std::string& part) {
+      return part.size() > 1 && part[0] == '0';
+    });
+    return !counted ? Point::decimal : whole.begin()->size() > 1 ? Point::between : Point::maybe;
   }
   const double step =
       (*values.rbegin() - *values.begin()) / double(std::max<std::size_t>(values.size() - 1, 1));

@@ -61,11 +61,17 @@ void drop_repeats(std::vector<Column>& columns);
 /// Where none has, the number may count pictures.
 bool is_shared(const Column& column);
 
-/// Two groups of digits with a point between them.
-enum class Point { none, decimal, between };
+/// What a point between two groups of digits is.
+enum class Point {
+  none,     ///< there is none
+  decimal,  ///< a decimal point
+  maybe,    ///< taken as one
+  between   ///< it stands between two numbers
+};
 
-/// Whether a point is a decimal point: the groups are a camera and a frame if every camera has every frame,
-/// unless the numbers count up evenly.
+/// The groups are a camera and a frame, or a constant and a count, if every whole number has every part,
+/// unless all count up evenly, or if the parts are written without zeros in front and behind a constant of
+/// two digits or more (kinect42.7, kinect42.11).
 Point point_in(const std::vector<NamedPicture>& pictures);
 
 }  // namespace splinevox::data

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -146,16 +147,22 @@ std::optional<NamesRead> time_by_form(const std::vector<Column>& columns,
       if (form) found = &c;
     }
     if (forms != 1 || timed > 0) continue;
-    // a camera's folder may be named after the start of its film, a view after its angle
+    // a camera's folder may be named after the start of its film, a view after its angle; t1.004 may be
+    // camera 4
     const bool alone = cameras + 1 == columns.size();
-    return times_from(*found, pictures, alone && (found->clock() || all_of(*found, names_time)), why);
+    const double whole = std::floor(found->numbers[0].value);
+    const bool many = std::any_of(found->numbers.begin(), found->numbers.end(),
+                                  [&](const NameNumber& n) { return std::floor(n.value) != whole; });
+    return times_from(*found, pictures, alone && (found->clock() || (many && all_of(*found, names_time))),
+                      why);
   }
   return {};
 }
 
 NamesRead read_numbers(const std::vector<NamedPicture>& pictures) {
   const Point point = point_in(pictures);
-  Table table = table_of(pictures, point == Point::decimal);
+  const bool plain = point == Point::none || point == Point::decimal;
+  Table table = table_of(pictures, point == Point::decimal || point == Point::maybe);
   if (table.odd_one_out)
     return unclear(example(pictures[*table.odd_one_out]) + " has another form than the other names");
   std::vector<Column>& columns = table.columns;
@@ -175,14 +182,14 @@ NamesRead read_numbers(const std::vector<NamedPicture>& pictures) {
                [&](const Column& c) { return varies_at_one_place(c, pictures); });
   const std::size_t places = places_of(pictures);
   if (moving.size() == 1 && 2 * places <= pictures.size())
-    return times_from(moving[0], pictures, places == 1 || is_shared(moving[0]),
+    return times_from(moving[0], pictures, places == 1 ? plain : is_shared(moving[0]),
                       "cameras that stand still have several of these numbers");
   if (!moving.empty()) columns = moving;
   std::optional<NamesRead> by_form = time_by_form(columns, pictures);
   NamesRead read = by_form               ? *by_form
                    : columns.size() == 1 ? weigh(columns[0], pictures)
                                          : choose(columns, pictures);
-  read.sure &= point != Point::between;  // 1.25 and 2.25, 1.50 and 2.50 may be four decimals
+  read.sure &= plain;  // 1.25 and 2.25, 1.50 and 2.50 may be four decimals
   return read;
 }
 
@@ -201,7 +208,8 @@ NamesRead read_names(const std::vector<NamedPicture>& pictures) {
 }
 
 std::vector<double> times_of_group(const std::vector<NamedPicture>& pictures, int group) {
-  const bool decimals = point_in(pictures) == Point::decimal;
+  const Point point = point_in(pictures);
+  const bool decimals = point == Point::decimal || point == Point::maybe;
   std::vector<double> times;
   for (const NamedPicture& p : pictures) {
     NameParts parts = take_apart(p.path, decimals);

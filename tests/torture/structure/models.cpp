@@ -43,7 +43,11 @@ void write_text_model(Case& c, const fs::path& place, const std::vector<std::siz
     images += std::to_string(i + 1);
     for (const double v : test::quaternion_of(s.seen)) images.append(" ").append(exactly(v));
     for (const double v : test::translation_of(s.seen)) images.append(" ").append(exactly(v));
-    images += " " + std::to_string(lenses.at(s.seen.lens.fx)) + " " + s.path + "\n";
+    images.append(" ")
+        .append(std::to_string(lenses.at(s.seen.lens.fx)))
+        .append(" ")
+        .append(s.path)
+        .append("\n");
     if (points == 0)
       images += "\n";
     else if (points == 1)

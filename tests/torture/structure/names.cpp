@@ -31,7 +31,7 @@ struct Token {
         return word +
                (value < 12 ? std::to_string(kSerials[value]) : std::to_string(30000000 + 7919 * value));
       case Style::letters:
-        return value < 12 ? std::string(kLetters[value]) : "x" + std::string(1, char('a' + value % 26));
+        return value < 12 ? std::string(kLetters[value]) : fmt::format("x{}", char('a' + value % 26));
       case Style::date: {
         const int second = 10 * 3600 + 59 * 60 + 50 + first + value;
         return word + fmt::format("20240229_{:02}{:02}{:02}", second / 3600, second / 60 % 60, second % 60);
@@ -198,7 +198,7 @@ void draw_rig_names(Case& c, bool films) {
   const std::string film = draw.one_of({".mp4", ".mkv", ".MP4", ".mov"});
   for (Shot& s : c.shots) {
     std::string name = camera(s.camera);
-    if (name.empty()) name = "x";
+    if (name.empty()) name.push_back('x');
     s.path = films ? name + film : name + inside + (repeat ? name + "_" : "") + moment(int(s.time)) + ending;
   }
   c.drawn.push_back(c.shots[0].path);

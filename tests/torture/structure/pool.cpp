@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures that tell which shot they are: made once, linked into every data set.
-#include <jpeglib.h>  // needs cstdio before it
+// clang-format off
+#include <cstdio>  // jpeglib.h needs FILE
+#include <jpeglib.h>
+// clang-format on
+
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 
