@@ -267,6 +267,14 @@ TEST_SUITE("data/names") {
     CHECK(counts_moments(read_names(film(4, [&](int t) { return quarters[t]; })), 1, 4));
   }
 
+  TEST_CASE("a count of six digits behind a date may look like a time after midnight: a guess") {
+    const auto step = [](int by) {
+      return [by](int t) { return "2024-05-01_" + padded(by * t, 6) + ".png"; };
+    };
+    CHECK_FALSE(read_names(film(12, step(1))).sure);
+    CHECK(read_names(film(12, step(20))).verdict == Verdict::unclear);  // 000060 is no time
+  }
+
   TEST_CASE("decimals of one whole number may be a moment and cameras: a guess") {
     CHECK_FALSE(read_names(film(17, [](int t) { return "frame1." + padded(t, 3) + ".png"; })).sure);
   }

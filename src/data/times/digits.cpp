@@ -67,7 +67,7 @@ std::optional<double> seconds_of(std::string_view digits) {
             second = digits_at(digits, 12, 2);
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(unsigned(month)),
                                          std::chrono::day(unsigned(day))};
-  if (year < 1970 || year > 2100 || !date.ok() || hour > 23 || minute > 59 || second > 60) return {};
+  if (year < 1970 || year > 2100 || !date.ok() || hour > 23 || minute > 59 || second > 59) return {};
   double part = 0, unit = 0.1;
   for (const char c : digits.substr(14)) {
     part += unit * (c - '0');

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <set>
@@ -24,6 +25,12 @@ struct Column {
   }
   bool clock() const { return kind_is(NameNumber::Kind::clock); }
   bool decimal() const { return kind_is(NameNumber::Kind::decimal); }
+  /// Whether all are of the hour after midnight, as a date with a count of six digits behind it is.
+  bool after_midnight() const {
+    constexpr double kDay = 86400, kHour = 3600;
+    return clock() && std::all_of(numbers.begin(), numbers.end(),
+                                  [](const NameNumber& n) { return std::fmod(n.value, kDay) < kHour; });
+  }
   bool mixed() const { return !kind_is(numbers[0].kind); }
 
  private:

@@ -68,7 +68,7 @@ NamesRead times_from(const Column& column, const std::vector<NamedPicture>& pict
   constexpr double kFarOff = 10;  // a gap this many times as wide as everything else together
   constexpr std::size_t kEnough = 5;
   std::map<double, std::size_t> first_at;
-  NamesRead read{Verdict::times, sure, {}, {}};
+  NamesRead read{Verdict::times, sure && !column.after_midnight(), {}, {}};
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     read.times.push_back(column.numbers[i].value);
     first_at.try_emplace(read.times.back(), i);
