@@ -81,8 +81,13 @@ std::string reason_text(int reason) {
 bool keep_previous(int folder, const std::string& name, const std::string& previous) {
   const std::string link = previous + ".tmp";
   ::unlinkat(folder, link.c_str(), 0);
-  if (::linkat(folder, name.c_str(), folder, link.c_str(), 0) == 0)
-    return ::renameat(folder, link.c_str(), folder, previous.c_str()) == 0;
+  if (::linkat(folder, name.c_str(), folder, link.c_str(), 0) == 0) {
+    if (::renameat(folder, link.c_str(), folder, previous.c_str()) == 0) return true;
+    const int reason = errno;
+    ::unlinkat(folder, link.c_str(), 0);
+    errno = reason;
+    return false;
+  }
   if (errno == ENOENT) return true;
   return ::renameat(folder, name.c_str(), folder, previous.c_str()) == 0;
 }

@@ -57,11 +57,19 @@ bool check_entry(const fs::path& entry, const fs::path& root) {
   fail({folder.string(), "this folder cannot be looked through", "", std::strerror(reason), ""});
 }
 
-/// What is in a folder. The iterators of the standard library end the program where memory ends, and take an
-/// interruption for an error.
-std::vector<std::string> names_in(const fs::path& folder) {
+void check_folder(const fs::path& folder, const fs::path& root, Depth depth) {
+  for (const std::string& name : names_in_folder(folder.string())) {
+    const fs::path entry = folder / name;
+    if (check_entry(entry, root) && depth == Depth::all) check_folder(entry, root, depth);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> names_in_folder(const std::string& folder) {
   const int fd =
       retried([&] { return ::openat(AT_FDCWD, folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
+  if (fd < 0 && (errno == ENOENT || errno == ENOTDIR)) return {};
   if (fd < 0) fail_listing(folder, errno);
   const std::unique_ptr<DIR, int (*)(DIR*)> list(::fdopendir(fd), ::closedir);
   if (!list) {
@@ -80,15 +88,6 @@ std::vector<std::string> names_in(const fs::path& folder) {
     if (name != "." && name != "..") names.emplace_back(name);
   }
 }
-
-void check_folder(const fs::path& folder, const fs::path& root, Depth depth) {
-  for (const std::string& name : names_in(folder)) {
-    const fs::path entry = folder / name;
-    if (check_entry(entry, root) && depth == Depth::all) check_folder(entry, root, depth);
-  }
-}
-
-}  // namespace
 
 void check_own_folder(const std::string& folder, Depth depth) {
   std::error_code error;

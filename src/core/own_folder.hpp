@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 /// Folders that this program writes into: those of runs, exports and pictures. They may come from strangers,
 /// as an archive does, and must not lead anywhere else.
@@ -17,6 +18,11 @@ enum class Depth {
 /// is there that is neither a file nor a folder (a pipe, a device). The folder itself may be reached through
 /// a link: whoever called chose it. A folder that is not there holds nothing.
 void check_own_folder(const std::string& folder, Depth depth);
+
+/// Names of what is in a folder, in no order; none if there is no such folder, or a file. Throws Error
+/// (input). Unlike the standard library's iterators it does not end the program where memory ends, nor stop
+/// at a signal.
+std::vector<std::string> names_in_folder(const std::string& folder);
 
 /// Adds to the end of a file, or begins it. A link, pipe or device is left alone.
 /// @return false if the file did not take it

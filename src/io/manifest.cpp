@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
+#include "core/own_folder.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"
@@ -153,11 +154,8 @@ FileDigest write_manifest(const std::string& folder, const Manifest& manifest, c
 
 std::vector<std::string> partial_manifests(const std::string& folder) {
   std::vector<std::string> names;
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
-    const std::string name = entry.path().filename().string();
+  for (const std::string& name : names_in_folder(folder))
     if (name.starts_with("manifest.partial.") && name.ends_with(".json")) names.push_back(name);
-  }
   std::sort(names.begin(), names.end());
   return names;
 }

@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <filesystem>
 #include <string_view>
-#include <vector>
 
 #include "core/handle.hpp"
+#include "core/own_folder.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -51,11 +51,11 @@ bool is_leftover(std::string_view name) {
 
 void remove_leftovers(const std::string& folder) {
   std::error_code ignored;
-  std::vector<fs::path> found;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored))
-    if (entry.is_regular_file(ignored) && is_leftover(entry.path().filename().native()))
-      found.push_back(entry.path());
-  for (const fs::path& path : found) fs::remove(path, ignored);
+  for (const std::string& name : names_in_folder(folder)) {
+    const fs::path path = fs::path(folder) / name;
+    if (fs::is_regular_file(fs::symlink_status(path, ignored)) && is_leftover(name))
+      fs::remove(path, ignored);
+  }
 }
 
 }  // namespace

@@ -43,8 +43,8 @@ RunFolder::~RunFolder() {
 /// A run that was killed before it wrote config.toml leaves what stands before it, and nothing else.
 void RunFolder::remove_unfinished() {
   std::error_code ignored;
-  for (const fs::directory_entry& e : fs::directory_iterator(path_))
-    if (e.path().filename() != kEffects && e.path().filename() != kAskedConfig) return;
+  for (const std::string& name : names_in_folder(path_))
+    if (name != kEffects && name != kAskedConfig) return;
   for (const char* name : {kEffects, kAskedConfig}) fs::remove(file(name), ignored);
 }
 

@@ -106,6 +106,7 @@ int main(int argc, char** argv) {
       const char* name;
       double share;  ///< of the time
       std::function<void(double seconds)> run;
+      bool only_if_named = false;
     };
     const auto inputs = [&](double seconds) {
       double all = 0;
@@ -127,7 +128,7 @@ int main(int argc, char** argv) {
          }},
         {"links", 0.05, [&](double s) { report(try_links(o, s)); }},
         {"siblings", 0.05, [&](double s) { report(try_siblings(o, s)); }},
-        {"memory", 0.05, [&](double s) { report(try_allocations(o, s)); }},
+        {"memory", 0.05, [&](double s) { report(try_allocations(o, s)); }, /*only_if_named=*/true},
         {"calls", 0.05,
          [&](double s) {
            for (const Line& l : try_system_calls(o, s)) report(l);
@@ -135,7 +136,7 @@ int main(int argc, char** argv) {
         {"suspend", 0.03, [&](double s) { report(try_suspended(o, s)); }},
         {"soak", 0.07, [&](double s) { report(in_fork([&] { return try_soak(o, s); })); }}};
     const auto wanted = [&](const Trial& t) {
-      return only.empty() || std::find(only.begin(), only.end(), t.name) != only.end();
+      return only.empty() ? !t.only_if_named : std::find(only.begin(), only.end(), t.name) != only.end();
     };
     double all = 0;
     for (const Trial& t : trials) all += wanted(t) ? t.share : 0;

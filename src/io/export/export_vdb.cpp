@@ -141,9 +141,7 @@ std::vector<std::string> other_frames(const std::string& folder, const Manifest&
   std::set<std::string> listed;
   for (const ManifestFile& file : manifest.files) listed.insert(file.name);
   std::vector<std::string> others;
-  std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
-    const std::string name = entry.path().filename().string();
+  for (const std::string& name : names_in_folder(folder)) {
     const bool frame =
         name.starts_with("frame_") || name.starts_with("mesh_") || name.starts_with("cluster_");
     if (frame && listed.count(name) == 0) others.push_back(name);
@@ -381,7 +379,6 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);
   result.others = other_frames(folder, manifest);
-  remove_quietly(fs::path(folder) / partial_name(options.share));  // also where the folder cannot be listed
   for (const std::string& name : partial_manifests(folder)) remove_quietly(fs::path(folder) / name);
   return result;
 }
