@@ -64,9 +64,12 @@ TEST_SUITE("data/wild structure") {
         name.replace(name.find("NAME"), 4, "frame_" + padded(i));
         write_png(folder.path() / "images_4" / name, flat_png(kWide, kHigh));
       }
+      CHECK(notes_with(load_dataset(folder.str()), "named as masks").empty());
       fs::remove(folder.path() / "images_4/frame_0003.png");
       expect_error([&] { load_dataset(folder.str()); },
                    {"not as many pictures as cameras", "8, one per row", "7"});
+      for (int i = 0; i < 8; ++i) fs::remove(folder.path() / "images_4" / ("frame_" + padded(i) + ".png"));
+      CHECK(notes_with(load_dataset(folder.str()), "are named as masks are").size() == 1);
     }
   }
 

@@ -117,6 +117,11 @@ bool MaskedNames::is_mask(const std::string& name) const {
   return !form.empty() && (forms_.contains(form) || has_picture(name));
 }
 
+bool all_named_masks(const std::vector<std::string>& names) {
+  return std::none_of(names.begin(), names.end(),
+                      [](const std::string& name) { return mask_form(name).empty(); });
+}
+
 std::vector<std::string> without_masks(const std::vector<std::string>& names) {
   const MaskedNames all(names);
   std::vector<std::string> rest;

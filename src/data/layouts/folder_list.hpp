@@ -47,6 +47,8 @@ class MaskedNames {
   bool has_picture(const std::string& mask) const;
   std::set<std::string> names_, stems_, forms_;
 };
+/// Whether all names are such as masks have, and none is there that they could be for.
+bool all_named_masks(const std::vector<std::string>& names);
 /// The names without those that are masks.
 std::vector<std::string> without_masks(const std::vector<std::string>& names);
 

@@ -68,6 +68,9 @@ std::vector<std::string> pictures(const fs::path& folder, const std::string& whe
   for (const char* inside : {"images", "images_2", "images_4", "images_8"}) {
     if (others.empty()) others = files_in(folder / inside, FileKind::other_picture);
     std::vector<std::string> names = without_masks(files_in(folder / inside, FileKind::picture));
+    if (!names.empty() && all_named_masks(names))
+      notes.push_back(std::string("all pictures in ") + inside +
+                      " are named as masks are: " + list_of(names));
     for (std::string& name : names) name = (fs::path(inside) / name).generic_string();
     if (names.empty()) continue;
     if (std::string(inside) != "images") notes.push_back(std::string("pictures are those of ") + inside);

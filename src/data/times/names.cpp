@@ -132,6 +132,13 @@ NamesRead weigh(const Column& column, const std::vector<NamedPicture>& pictures)
   return times_from(column, pictures, false, "the only number that counts up");
 }
 
+/// Of a decimal only the word before it speaks: in 1.25frame_0007 it is the frame's.
+bool word_says_time(const NameNumber& n) {
+  NameNumber alone = n;
+  alone.after.clear();
+  return names_time(alone);
+}
+
 /// A number that is a time by its form, if there is one, and no word says that another is.
 std::optional<NamesRead> time_by_form(const std::vector<Column>& columns,
                                       const std::vector<NamedPicture>& pictures) {
@@ -153,7 +160,7 @@ std::optional<NamesRead> time_by_form(const std::vector<Column>& columns,
     const double whole = std::floor(found->numbers[0].value);
     const bool many = std::any_of(found->numbers.begin(), found->numbers.end(),
                                   [&](const NameNumber& n) { return std::floor(n.value) != whole; });
-    return times_from(*found, pictures, alone && (found->clock() || (many && all_of(*found, names_time))),
+    return times_from(*found, pictures, alone && (found->clock() || (many && all_of(*found, word_says_time))),
                       why);
   }
   return {};
