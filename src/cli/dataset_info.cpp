@@ -40,8 +40,7 @@ Json lens_json(const Camera& c) {
          {"fl_y", c.fy},
          {"cx", c.cx},
          {"cy", c.cy},
-         {"field_of_view",
-          {2 * kDegrees * std::atan(c.width / (2 * c.fx)), 2 * kDegrees * std::atan(c.height / (2 * c.fy))}}};
+         {"field_of_view", {kDegrees * angle_of(c.fx, c.width), kDegrees * angle_of(c.fy, c.height)}}};
   if (c.lens.kind == Distortion::Kind::none) return j;
   j["distortion"] = {{"model", c.lens.kind == Distortion::Kind::fisheye ? "fisheye" : "brown"},
                      {"k", c.lens.k},

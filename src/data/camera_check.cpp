@@ -47,8 +47,6 @@ void check_rigid(const Eigen::Vector3d& s, double det, const std::string& where)
           "scale " + number(s.mean()), "divide its first three columns by " + number(s.mean())});
 }
 
-double focal(double angle, int pixels) { return 0.5 * pixels / std::tan(0.5 * angle); }
-
 void check_angle(const std::optional<double>& angle, const char* field, const std::string& where) {
   if (!angle || (*angle > 0 && *angle < std::numbers::pi)) return;
   const bool degrees = *angle > std::numbers::pi && *angle < 180;
@@ -169,9 +167,9 @@ Camera pinhole(const Lens& stated, const RigidPose& pose, int width, int height,
     check_size(lens.h, "h", height, where);
   }
   Camera camera{width, height, 0, 0, 0, 0, pose.axes, pose.position, {}};
-  camera.fx = lens.fl_x ? *lens.fl_x : focal(*lens.camera_angle_x, width);
+  camera.fx = lens.fl_x ? *lens.fl_x : focal_of(*lens.camera_angle_x, width);
   const bool by_angle = !lens.fl_x && lens.camera_angle_y;
-  camera.fy = lens.fl_y ? *lens.fl_y : by_angle ? focal(*lens.camera_angle_y, height) : camera.fx;
+  camera.fy = lens.fl_y ? *lens.fl_y : by_angle ? focal_of(*lens.camera_angle_y, height) : camera.fx;
   camera.cx = lens.cx.value_or(0.5 * width);
   camera.cy = lens.cy.value_or(0.5 * height);
   check_focal(camera.fx, "fl_x", width, where);

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "math/camera.hpp"
+
 namespace splinevox::data {
 namespace {
 
@@ -15,7 +17,7 @@ constexpr double kNarrowest = 5, kWidest = 170;  ///< degrees, of a lens without
 constexpr double kUneven = 2;                    ///< of the focal lengths along x and y
 constexpr double kAgree = 0.01;                  ///< of focal lengths that are given twice
 
-double degrees(double focal, int pixels) { return 2 * kDegrees * std::atan(pixels / (2 * focal)); }
+double degrees(double focal, int pixels) { return kDegrees * angle_of(focal, pixels); }
 
 /// Degrees, without a point where they are large and without "0" where they are small.
 std::string angle_text(double angle) {
@@ -42,7 +44,7 @@ struct Other {
 
 Other other_view(const Lens& lens, const Camera& c) {
   const auto differ = [](const std::optional<double>& angle, double focal, int pixels) {
-    return angle && std::abs(0.5 * pixels / std::tan(0.5 * *angle) / focal - 1) > kAgree;
+    return angle && std::abs(focal_of(*angle, pixels) / focal - 1) > kAgree;
   };
   if (lens.fl_x && differ(lens.camera_angle_x, c.fx, c.width))
     return {"camera_angle_x", "fl_x", *lens.camera_angle_x * kDegrees};

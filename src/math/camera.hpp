@@ -25,6 +25,12 @@ SPLINEVOX_HD inline Ray camera_ray(const Camera& camera, double u, double v) {
   return {camera.position, {d.x * scale, d.y * scale, d.z * scale}};
 }
 
+/// The full field of view along a side of `pixels`, radians, of a lens without distortion; and back.
+/// @{
+inline double angle_of(double focal, int pixels) { return 2 * std::atan(pixels / (2 * focal)); }
+inline double focal_of(double angle, int pixels) { return 0.5 * pixels / std::tan(0.5 * angle); }
+/// @}
+
 /// Image position of a world point, and its depth along the viewing axis (<= 0: behind the camera).
 struct Projection {
   double u, v, depth;

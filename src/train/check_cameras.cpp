@@ -45,12 +45,13 @@ double spread_of(const std::vector<Camera>& cameras) {
 
 }  // namespace
 
-void check_silhouettes(const Split& train, const std::function<void(std::string)>& note) {
+void check_silhouettes(const Split& train, const std::function<void(std::string)>& note,
+                       std::optional<double> known) {
   constexpr double kMeets = 0.5, kAgrees = 0.97, kBetter = 0.05;
   constexpr std::size_t kFewest = 3;  // two silhouettes always meet somewhere
   if (train.frames.size() < kFewest) return;
   const std::vector<Camera> own = cameras_of(train);
-  const double share = explained_by_hull(train, own);
+  const double share = known ? *known : explained_by_hull(train, own);
   if (share >= kAgrees) return;
   // From nearly one place most silhouettes agree. Cameras that go round an object are in nearly one place if
   // their matrices are read the wrong way round, so the right way is the one that is spread wider.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "splinevox/data/scene.hpp"
@@ -16,7 +17,9 @@ constexpr double kLeastParallax = 1;
 /// Whether the silhouettes of the train split meet where its cameras look. If they do not, and would with
 /// cameras written in another way, throws Error (Fault::input) naming that way; else says that they do not.
 /// @param note  hears it
-void check_silhouettes(const Split& train, const std::function<void(std::string)>& note);
+/// @param known  explained_by_hull of the split's own cameras, if it was computed before
+void check_silhouettes(const Split& train, const std::function<void(std::string)>& note,
+                       std::optional<double> known = {});
 
 /// The largest angle between two views of the scene, degrees; says so where it is below kLeastParallax.
 /// @param config  whose box the scene lies in, if it has one

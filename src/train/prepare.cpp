@@ -27,7 +27,9 @@ bool takes_box(const Config& config, const Dataset& data) {
 
 /// The ground behind opaque pictures: looked for, or of the colour that the configuration names, and cut out
 /// of them if what is left makes silhouettes that meet.
-void settle_ground(Config& config, Dataset& data, const std::function<void(std::string)>& note) {
+/// @return explained_by_hull of what was cut out now
+std::optional<double> settle_ground(Config& config, Dataset& data,
+                                    const std::function<void(std::string)>& note) {
   const bool named = config.sampling.background == BackgroundKind::ground;
   const auto stand_on = [&](const Vec3& colour) {
     config.run.background = {colour.x, colour.y, colour.z};
@@ -36,23 +38,24 @@ void settle_ground(Config& config, Dataset& data, const std::function<void(std::
   };
   if (data.ground) {  // cut out before
     if (named || config.run.find_ground) stand_on(*data.ground);
-    return;
+    return {};
   }
   if (data.has_alpha) {  // silhouettes are known: what is opaque is so before any background
     if (named) config.sampling.background = BackgroundKind::random;
-    return;
+    return {};
   }
   Split& train = *data.find("train");
   const std::vector<float>& c = config.run.background;
   const std::optional<Vec3> colour = named                    ? std::optional(Vec3{c[0], c[1], c[2]})
                                      : config.run.find_ground ? find_ground(train)
                                                               : std::nullopt;
-  if (!colour) return;
+  if (!colour) return {};
   constexpr double kLeastCut = 0.02, kAgrees = 0.9;
   const double cut = cut_ground(train, *colour);
-  if (cut < kLeastCut || cut == 1 || explained_by_hull(train, cameras_of(train)) < kAgrees) {
+  const double explained = cut < kLeastCut || cut == 1 ? 0 : explained_by_hull(train, cameras_of(train));
+  if (explained < kAgrees) {
     undo_cut(train);
-    return;
+    return {};
   }
   data.ground = colour;
   data.has_alpha = true;
@@ -61,6 +64,7 @@ void settle_ground(Config& config, Dataset& data, const std::function<void(std::
       "the pictures stand on a plain ground of ({:.2f}, {:.2f}, {:.2f}): it is cut out, {:.0f}% of "
       "all pixels (--set run.find_ground=0 otherwise)",
       colour->x, colour->y, colour->z, 100 * cut));
+  return explained;
 }
 
 EffectChoice kept(const Config& config) {
@@ -89,7 +93,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     tell(text);
     out.notes.push_back(std::move(text));
   };
-  settle_ground(out.config, data, note);
+  const std::optional<double> explained = settle_ground(out.config, data, note);
   if (takes_box(config, data)) {
     const Box& b = *data.box;
     out.config.grid.box = {b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z};
@@ -98,7 +102,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
                     "grid.box=... for another)",
                     b.extent().x, b.extent().y, b.extent().z));
   }
-  if (data.has_alpha && out.config.grid.box.empty()) check_silhouettes(train, note);
+  if (data.has_alpha && out.config.grid.box.empty()) check_silhouettes(train, note, explained);
   out.parallax = check_parallax(out.config, train, note);
   out.brightness = brightness(out.config, picture_stats(train));
   if (out.brightness < 1)

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/layouts/axes.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "data/message_text.hpp"
+#include "math/nearest_point.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -24,18 +24,12 @@ double scale_of(const Matrix& m) { return std::cbrt(std::abs(turn_of_matrix(m).d
 /// The share of cameras that look towards the point nearest to all their axes with the third axis backwards;
 /// nothing if there is no such point.
 std::optional<double> looking_backwards(const std::vector<Matrix>& cameras) {
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  for (const Matrix& m : cameras) {
-    const Eigen::Vector3d axis = turn_of_matrix(m).col(2).normalized();
-    const Eigen::Matrix3d off = Eigen::Matrix3d::Identity() - axis * axis.transpose();
-    sum += off;
-    right += off * Eigen::Vector3d(m[3], m[7], m[11]);
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(sum);
+  NearestPoint nearest;
+  for (const Matrix& m : cameras) nearest.add(turn_of_matrix(m).col(2).normalized(), {m[3], m[7], m[11]});
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(nearest.across);
   constexpr double kParallel = 0.01;
   if (cameras.size() < 3 || !(solver.eigenvalues()[0] > kParallel * double(cameras.size()))) return {};
-  const Eigen::Vector3d middle = sum.ldlt().solve(right);
+  const Eigen::Vector3d middle = nearest.solve();
   std::size_t backwards = 0;
   for (const Matrix& m : cameras)
     backwards += (Eigen::Vector3d(m[3], m[7], m[11]) - middle).dot(turn_of_matrix(m).col(2)) > 0 ? 1 : 0;

@@ -90,6 +90,7 @@ std::vector<std::string> add_films(Rig& rig, const fs::path& folder, const std::
     frame.label = "film " + printable(names[i]);
     frame.file_path = names[i];
     const FilmFacts facts = film_facts(folder / names[i], printable((folder / names[i]).string()));
+    frame.film_size = {facts.width, facts.height};
     if (i == 0) rate = facts.rate;
     fewest = std::min(fewest, facts.frames());
     most = std::max(most, facts.frames());

@@ -29,7 +29,7 @@ void set_pose(RawFrame& frame, const std::array<double, 16>& matrix, const std::
 }
 
 void leave_out(RawScene& scene, const DatasetRules& rules,
-               const std::function<std::optional<Error>(const RawFrame&, const std::string&)>& there) {
+               const std::function<std::optional<Error>(RawFrame&, const std::string&)>& look_for) {
   if (!rules.missing.empty() && rules.missing != "skip" && rules.missing != "refuse")
     fail({"--missing", "there is no such rule", "skip or refuse", in_quotes(rules.missing), ""});
   std::optional<Error> first;
@@ -39,7 +39,7 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
     for (std::size_t i = 0; i < split.frames.size(); ++i, ++all) {
       RawFrame& frame = split.frames[i];
       const bool bad_camera = frame.fault.has_value();
-      if (!bad_camera) frame.fault = there(frame, split.where(i));
+      if (!bad_camera) frame.fault = look_for(frame, split.where(i));
       if (!frame.fault) continue;
       (bad_camera ? faulty : missing) += 1;
       if (!first) mirrored = bad_camera && is_mirrored(frame.matrix);

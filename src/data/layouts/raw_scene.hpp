@@ -11,22 +11,26 @@
 #include "data/camera_check.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/core/vec3.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 
 namespace splinevox::data {
 
-/// One frame as a reader understood it: checked, its picture not yet looked for.
+/// One frame as a reader understood it: checked, its picture not yet read.
 struct RawFrame {
   std::string file_path;            ///< as written: a picture, or a film
   double time = 0;                  ///< the data's own, if the split is timed; else settle_times gives it
   std::array<double, 16> matrix{};  ///< camera to world, row-major, OpenGL axes
   RigidPose pose;
   Lens lens;
-  int film_frame = -1;     ///< which picture of a film, from 0; -1: file_path is a picture
-  std::string name = {};   ///< as reports show it; empty: the file's name without folder and extension
-  std::string label = {};  ///< how messages name it; empty: by its number
+  int film_frame = -1;         ///< which picture of a film, from 0; -1: file_path is a picture
+  PictureSize film_size = {};  ///< of that film's pictures
+  std::string name = {};       ///< as reports show it; empty: the file's name without folder and extension
+  std::string label = {};      ///< how messages name it; empty: by its number
   std::optional<Error> fault = {};  ///< what is wrong with its camera, for leave_out
-  std::string mask = {};            ///< its mask's path, where the data names one
+  std::filesystem::path found =
+      {};                 ///< the file that file_path names, links resolved, once it was looked for
+  std::string mask = {};  ///< its mask's path, where the data names one
 };
 
 /// Sets a frame's matrix and pose. A matrix that is no camera becomes the frame's fault.
@@ -57,10 +61,11 @@ struct RawScene {
   bool upright = true;  ///< whether the program that made the cameras obeys EXIF's orientation
 };
 
-/// Leaves out frames that are faulty or whose picture `there` does not find, and says how many. Throws the
+/// Leaves out frames that are faulty or whose picture `look_for` does not find, and says how many. Throws the
 /// first one's Error where `rules` or their number forbid it.
+/// @param look_for  sets the frame's `found`, or says what is missing
 void leave_out(RawScene& scene, const DatasetRules& rules,
-               const std::function<std::optional<Error>(const RawFrame&, const std::string& where)>& there);
+               const std::function<std::optional<Error>(RawFrame&, const std::string& where)>& look_for);
 
 /// Divides a scene that has one list: every eighth frame in the order of time becomes the test split, the
 /// others train. The first and the last moment always train: pictures of theirs are held out only where four

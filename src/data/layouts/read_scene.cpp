@@ -178,10 +178,11 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
     for (std::string& note : split.notes) scene.notes.push_back(std::move(note));
   if (const std::string note = take_foreign_paths(root, scene.splits); !note.empty())
     scene.notes.push_back(note);
-  leave_out(scene, options.rules, [&](const RawFrame& frame, const std::string& where) {
-    return find_image(root, frame.file_path, where)
-               ? std::nullopt
-               : std::optional(image_missing(root, frame.file_path, where));
+  leave_out(scene, options.rules, [&](RawFrame& frame, const std::string& where) -> std::optional<Error> {
+    std::optional<fs::path> found = find_image(root, frame.file_path, where);
+    if (!found) return image_missing(root, frame.file_path, where);
+    frame.found = std::move(*found);
+    return {};
   });
   note_repeats(scene);
   if (const std::optional<std::string> note = note_on_masks(root, scene)) scene.notes.push_back(*note);

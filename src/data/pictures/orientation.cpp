@@ -50,37 +50,14 @@ Image16 turned(Image16 image, int orientation) {
   const PictureSize size = turned(PictureSize{w, h}, orientation);
   Image16 out{size.width, size.height, {}};
   out.rgba.resize(image.rgba.size());
+  const bool turns = orientation >= 5;
+  const bool from_right = orientation == 2 || orientation == 3 || orientation == 7 || orientation == 8;
+  const bool from_below = orientation == 3 || orientation == 4 || orientation == 6 || orientation == 7;
   for (int y = 0; y < size.height; ++y)
     for (int x = 0; x < size.width; ++x) {
-      int u = x, v = y;  // where the pixel is stored
-      switch (orientation) {
-        case 2:
-          u = w - 1 - x;
-          break;
-        case 3:
-          u = w - 1 - x;
-          v = h - 1 - y;
-          break;
-        case 4:
-          v = h - 1 - y;
-          break;
-        case 5:
-          u = y;
-          v = x;
-          break;
-        case 6:
-          u = y;
-          v = h - 1 - x;
-          break;
-        case 7:
-          u = w - 1 - y;
-          v = h - 1 - x;
-          break;
-        default:
-          u = w - 1 - y;
-          v = x;
-          break;
-      }
+      int u = turns ? y : x, v = turns ? x : y;  // where the pixel is stored
+      if (from_right) u = w - 1 - u;
+      if (from_below) v = h - 1 - v;
       const auto from = image.rgba.begin() + 4 * (std::ptrdiff_t(v) * w + u);
       std::copy(from, from + 4, out.rgba.begin() + 4 * (std::ptrdiff_t(y) * size.width + x));
     }

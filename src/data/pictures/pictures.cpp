@@ -16,7 +16,6 @@
 #include "core/printable.hpp"
 #include "core/process.hpp"
 #include "data/fingerprint.hpp"
-#include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/film_read.hpp"
 #include "data/pictures/picture_header.hpp"
@@ -111,20 +110,15 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
   const std::filesystem::path root = std::filesystem::canonical(folder);
   PicturePlan plan;
   plan.downscale = downscale;
-  std::map<std::filesystem::path, FilmFacts> films;
   std::map<std::filesystem::path, PictureHeader> headers;  // frames may name one file again and again
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
-    const std::string& file = split.frames[i].file_path;
-    const auto path = find_image(root, file, split.where(i));
-    if (!path) throw image_missing(root, file, split.where(i));
-    plan.paths.push_back(*path);
+    plan.paths.push_back(split.frames[i].found);
     const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
     plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
     plan.film_frame.push_back(split.frames[i].film_frame);
     PictureHeader header;
     if (plan.film()) {
-      if (!films.count(plan.paths[i])) films[plan.paths[i]] = film_facts(plan.paths[i], plan.where[i]);
-      header.size = {films[plan.paths[i]].width, films[plan.paths[i]].height};
+      header.size = split.frames[i].film_size;
     } else {
       const auto [known, first] = headers.try_emplace(plan.paths[i]);
       if (first) known->second = read_picture_header(plan.paths[i], plan.where[i]);

@@ -32,8 +32,8 @@ std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& pla
 /// "400 x 300".
 std::string size_text(const PictureSize& size);
 
-/// Finds a split's pictures and reads their headers. Throws Error (Fault::input) for the first frame whose
-/// picture is missing, not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame
+/// Reads the headers of a split's pictures, which were found. Throws Error (Fault::input) for the first frame
+/// whose picture is not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame
 /// 0's though its lens does not say what size it is for (w, h, fl_x): an angle of view means nothing for a
 /// picture that was cropped.
 /// @param upright  whether cameras are for pictures turned by EXIF where neither sizes nor angles tell.

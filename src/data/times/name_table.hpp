@@ -80,5 +80,7 @@ enum class Point {
 /// unless all count up evenly, or if the parts are written without zeros in front and behind a constant of
 /// two digits or more (kinect42.7, kinect42.11).
 Point point_in(const std::vector<NamedPicture>& pictures);
+/// Whether the groups on both sides of it are one number.
+inline bool is_decimal(Point point) { return point == Point::decimal || point == Point::maybe; }
 
 }  // namespace splinevox::data

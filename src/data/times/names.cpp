@@ -169,7 +169,7 @@ std::optional<NamesRead> time_by_form(const std::vector<Column>& columns,
 NamesRead read_numbers(const std::vector<NamedPicture>& pictures) {
   const Point point = point_in(pictures);
   const bool plain = point == Point::none || point == Point::decimal;
-  Table table = table_of(pictures, point == Point::decimal || point == Point::maybe);
+  Table table = table_of(pictures, is_decimal(point));
   if (table.odd_one_out)
     return unclear(example(pictures[*table.odd_one_out]) + " has another form than the other names");
   std::vector<Column>& columns = table.columns;
@@ -215,8 +215,7 @@ NamesRead read_names(const std::vector<NamedPicture>& pictures) {
 }
 
 std::vector<double> times_of_group(const std::vector<NamedPicture>& pictures, int group) {
-  const Point point = point_in(pictures);
-  const bool decimals = point == Point::decimal || point == Point::maybe;
+  const bool decimals = is_decimal(point_in(pictures));
   std::vector<double> times;
   for (const NamedPicture& p : pictures) {
     NameParts parts = take_apart(p.path, decimals);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "train/bounds/hull.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -11,6 +10,7 @@
 
 #include "core/parallel.hpp"
 #include "math/camera.hpp"
+#include "math/nearest_point.hpp"
 #include "train/by_time.hpp"
 
 namespace splinevox {
@@ -139,16 +139,13 @@ std::vector<Camera> cameras_of(const Split& train) {
 }
 
 Box camera_cube(const std::vector<Camera>& cameras) {
-  Eigen::Matrix3d a = 1e-9 * Eigen::Matrix3d::Identity();
-  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+  NearestPoint nearest;
+  nearest.across = 1e-9 * Eigen::Matrix3d::Identity();  // parallel axes have no such point: any will do
   for (const Camera& c : cameras) {
     const Vec3d z = c.axes[2], p = c.position;
-    const Eigen::Vector3d axis(z.x, z.y, z.z), position(p.x, p.y, p.z);
-    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - axis * axis.transpose();
-    a += across;
-    b += across * position;
+    nearest.add({z.x, z.y, z.z}, {p.x, p.y, p.z});
   }
-  const Eigen::Vector3d x = a.ldlt().solve(b);
+  const Eigen::Vector3d x = nearest.solve();
   const Vec3d center{x[0], x[1], x[2]};
   std::vector<double> reach;
   double spread = 0;

@@ -122,9 +122,7 @@ void check_grids(const Config& c) {
   motion.basis = c.motion.basis;
   motion.points = points_at_end(c.motion);
   motion.first_point = c.motion.first_point;
-  motion.displaces = c.motion.enabled;
-  motion.rigidity = c.motion.enabled && c.motion.rigidity;
-  motion.light = c.motion.light;
+  store(effects_of(c), motion);
   grids += motion_columns(motion).size();
   if (grids > std::size_t(kMostGrids))
     wrong("motion.points", "leads to more grids than a model file may have",

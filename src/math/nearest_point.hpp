@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Dense>
+
+namespace splinevox {
+
+/// The point with the smallest sum of squared distances to lines: the x of sum (I - d d^T) x = sum (I - d
+/// d^T) p. Nearly singular where all lines are nearly parallel.
+struct NearestPoint {
+  Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d through = Eigen::Vector3d::Zero();
+
+  /// @param direction  d, of length 1 @param position  p, of any point of the line
+  void add(const Eigen::Vector3d& direction, const Eigen::Vector3d& position) {
+    const Eigen::Matrix3d off = Eigen::Matrix3d::Identity() - direction * direction.transpose();
+    across += off;
+    through += off * position;
+  }
+  Eigen::Vector3d solve() const { return across.ldlt().solve(through); }
+};
+
+}  // namespace splinevox
