@@ -21,4 +21,27 @@ struct BallScene {
   }
 };
 
+/// A run that is trained on such a ball for four steps, and the words for others beside it.
+struct SmallRun {
+  TempFolder temp;
+  std::string data = path("ball"), run = path("run");
+  SmallRun() {
+    write_moving_ball(data, {6, 1, 2, 12, 0.8});
+    REQUIRE(program(train("run", {"--max-steps", "4"})).code == 0);
+  }
+  std::string path(const std::string& name) const { return temp.str() + "/" + name; }
+  std::vector<std::string> train(const std::string& out, const std::vector<std::string>& more) const {
+    std::vector<std::string> words = {"train",    data,
+                                      "--out",    path(out),
+                                      "--preset", "draft",
+                                      "--set",    "sampling.rays=128",
+                                      "--set",    "grid.radiance=8,12,16",
+                                      "--set",    "motion.points=4",
+                                      "--set",    "effects.steps=0",
+                                      "--quiet"};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+  }
+};
+
 }  // namespace splinevox::test

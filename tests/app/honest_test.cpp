@@ -7,7 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "program.hpp"
+#include "ball_scene.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -16,28 +16,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 namespace {
-
-struct Home {
-  TempFolder temp;
-  std::string data = path("ball"), run = path("run");
-  Home() {
-    write_moving_ball(data, {6, 1, 2, 12, 0.8});
-    REQUIRE(program(train("run", {"--max-steps", "4"})).code == 0);
-  }
-  std::string path(const std::string& name) const { return temp.str() + "/" + name; }
-  std::vector<std::string> train(const std::string& out, const std::vector<std::string>& more) const {
-    std::vector<std::string> words = {"train",    data,
-                                      "--out",    path(out),
-                                      "--preset", "draft",
-                                      "--set",    "sampling.rays=128",
-                                      "--set",    "grid.radiance=8,12,16",
-                                      "--set",    "motion.points=4",
-                                      "--set",    "effects.steps=0",
-                                      "--quiet"};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
-  }
-};
 
 /// Every file below a folder with its bytes.
 std::map<std::string, std::string> files_of(const std::string& folder) {
@@ -58,7 +36,7 @@ TEST_SUITE("app/honest") {
       MESSAGE("skipped: there is no ffmpeg");
       return;
     }
-    const Home home;
+    const SmallRun home;
     const auto film = [&](const std::string& limit) {
       fs::remove_all(home.path("film"));
       return Started({"sh", "-c",
@@ -86,7 +64,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("a configuration that cannot be read is an error, and so is one within a run") {
-    const Home home;
+    const SmallRun home;
     for (const char* file : {kUnreadable, "/dev/null/x", "/"}) {
       const Ended e = program(home.train("other", {"--max-steps", "2", "--config", file}));
       CAPTURE(file);
@@ -102,7 +80,7 @@ TEST_SUITE("app/honest") {
     CHECK_THROWS_AS(run::read_text("/nowhere/metrics.jsonl"), Error);
     CHECK(run::read_text_if_there("/nowhere/metrics.jsonl").empty());
     // `--resume` cuts the lines that it has read: those of a file that it cannot read would be lost.
-    const Home home;
+    const SmallRun home;
     fs::remove(home.run + "/metrics.json");
     fs::remove(home.run + "/metrics.jsonl");
     fs::create_directory(home.run + "/metrics.jsonl");
@@ -113,7 +91,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("a run cannot lead to more grids than its readers take, and says so before it trains") {
-    const Home home;
+    const SmallRun home;
     const Ended e = program(home.train("other", {"--max-steps", "2", "--effects", "all", "--set",
                                                  "motion.points=140", "--set", "motion.halve_start="}));
     CAPTURE(e.err);
@@ -123,7 +101,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("eval never writes its pictures among files that are not its own") {
-    const Home home;
+    const SmallRun home;
     const auto before = files_of(home.data);
     for (const char* name : {"test", "train", ""}) {
       const Ended e = program({"eval", home.run, "--images", home.data + "/" + name});
@@ -141,7 +119,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("a page or a table replaces only what is one") {
-    const Home home;
+    const SmallRun home;
     write_text(home.path("points.csv"), "x,y,z\n0,0,0\n");
     for (const std::string& theirs :
          {home.run + "/model.vdb", home.run + "/config.toml", home.run + "/metrics.json",
@@ -170,7 +148,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("eval prints its figures and then says that it could not keep them") {
-    const Home home;
+    const SmallRun home;
     REQUIRE(program(home.train("other", {"--max-steps", "8"})).code == 0);
     const std::string metrics = slurp(home.run + "/metrics.json");
     // Somebody trains on.
@@ -191,7 +169,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("eval of a model that was replaced meanwhile leaves the new model's figures alone") {
-    const Home home;
+    const SmallRun home;
     REQUIRE(program(home.train("other", {"--max-steps", "8"})).code == 0);
     // It has read the model when the first picture's line is out, which it writes at once; a pipe that nobody
     // reads from holds it there.
@@ -219,7 +197,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("numbers that are none are refused where they are read, and never saved") {
-    const Home home;
+    const SmallRun home;
     const std::string config = slurp(home.run + "/config.toml");
     for (const char* value : {"nan", "inf", "-inf", "\"1\""}) {
       std::string changed = config;
@@ -244,7 +222,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("training that ends in numbers that are none says so, and its checkpoint stays") {
-    const Home home;
+    const SmallRun home;
     const Ended e = program(home.train(
         "nan", {"--max-steps", "600", "--set", "optimiser.beta2=0", "--set", "optimiser.epsilon=1e-16"}));
     CAPTURE(e.err);
@@ -259,7 +237,7 @@ TEST_SUITE("app/honest") {
   }
 
   TEST_CASE("verify reads what it calls whole") {
-    const Home home;
+    const SmallRun home;
     CHECK(program({"verify", home.run}).code == 0);
     Json manifest = Json::parse(slurp(home.run + "/manifest.json"));
     // A run that was written with half a configuration: size and hash are those of the half.

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "program.hpp"
+#include "ball_scene.hpp"
 #include "report/page.hpp"
 #include "run/sweep/sweep.hpp"
 #include "splinevox/core/error.hpp"
@@ -20,27 +20,9 @@ using Json = nlohmann::json;
 namespace {
 
 /// A small run, something of the user's beside it, and what a link may do to it.
-struct Home {
-  TempFolder temp;
-  std::string data = path("ball"), run = path("run"), precious = path("bashrc");
-  Home() {
-    write_moving_ball(data, {6, 1, 2, 12, 0.8});
-    REQUIRE(program(train({"--max-steps", "4"})).code == 0);
-    write_text(precious, "alias ls=ls\n");
-  }
-  std::string path(const std::string& name) const { return temp.str() + "/" + name; }
-  std::vector<std::string> train(const std::vector<std::string>& more, const std::string& out = "run") const {
-    std::vector<std::string> words = {"train",    data,
-                                      "--out",    path(out),
-                                      "--preset", "draft",
-                                      "--set",    "sampling.rays=128",
-                                      "--set",    "grid.radiance=8,12,16",
-                                      "--set",    "motion.points=4",
-                                      "--set",    "effects.steps=0",
-                                      "--quiet"};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
-  }
+struct Home : SmallRun {
+  std::string precious = path("bashrc");
+  Home() { write_text(precious, "alias ls=ls\n"); }
   /// Puts a link in place of a file or folder.
   void link(const std::string& at, const std::string& to) const {
     fs::remove_all(at);
@@ -110,7 +92,7 @@ TEST_SUITE("app/stranger") {
          {"frame_0001.vdb", "load_in_blender.py", "manifest.json", "manifest.partial.json"}},
         {{"render", home.run, "--times", "0:1:2", "--size", "8", "--quiet"}, {"rgb_0001.png"}},
         {{"edit", home.run, "--reverse", "--quiet"}, {"model.vdb"}},
-        {home.train({"--max-steps", "2"}), {"metrics.jsonl", "preview", "config.toml"}}};
+        {home.train("run", {"--max-steps", "2"}), {"metrics.jsonl", "preview", "config.toml"}}};
     for (auto [words, files] : all) {
       if (const auto at = std::find(words.begin(), words.end(), "--out"); at != words.end())
         words.erase(at, at + 2);

@@ -19,8 +19,8 @@ TEST_SUITE("core/printable") {
                              "\xe2\x80\xad", "\xe2\x81\xa6", "\xe2\x81\xa7", "\xe2\x81\xa8", "\xe2\x81\xa9",
                              "\xe2\x80\xa8", "\xe2\x80\xa9", "\xd8\x9c"})
       CHECK(all_printable(sign).starts_with("\\u"));
-    for (const char* text : {"plain", "Größe 5 µm", "漢字.png", "שלום", "frame (1).png", "back\\slash"})
-      CHECK(all_printable(text) == text);
+    const char* harmless[] = {"plain", "Größe 5 µm", "漢字.png", "שלום", "frame (1).png", "back\\slash"};
+    for (const char* text : harmless) CHECK(all_printable(text) == text);
     CHECK(all_printable("a\xff") == "a\\xff");
   }
 

@@ -15,10 +15,12 @@ namespace splinevox::test {
 struct JpegKind {
   int width = 16, height = 8, components = 3, quality = 95;
   bool progressive = false;
+  bool whole_colours = false;            ///< a colour for every pixel, not for every four
+  std::vector<unsigned char> app1 = {};  ///< what stands in its EXIF marker; empty: there is none
 };
 
-/// A smooth picture: red grows to the right, green downwards; grey and CMYK likewise.
-inline std::string jpeg_bytes(const JpegKind& kind = {}) {
+/// @param rows  width * height * components bytes
+inline std::string jpeg_bytes(const JpegKind& kind, const std::vector<unsigned char>& rows) {
   jpeg_compress_struct info;
   jpeg_error_mgr errors;
   info.err = jpeg_std_error(&errors);
@@ -33,23 +35,32 @@ inline std::string jpeg_bytes(const JpegKind& kind = {}) {
   jpeg_set_defaults(&info);
   jpeg_set_quality(&info, kind.quality, TRUE);
   if (kind.progressive) jpeg_simple_progression(&info);
+  if (kind.whole_colours) info.comp_info[0].h_samp_factor = info.comp_info[0].v_samp_factor = 1;
   jpeg_start_compress(&info, TRUE);
-  std::vector<unsigned char> row(std::size_t(kind.width) * std::size_t(kind.components));
-  for (int y = 0; y < kind.height; ++y) {
-    for (int x = 0; x < kind.width; ++x)
-      for (int c = 0; c < kind.components; ++c)
-        row[std::size_t(x * kind.components + c)] =
-            static_cast<unsigned char>(c == 0   ? 255 * x / kind.width
-                                       : c == 1 ? 255 * y / kind.height
-                                                : 60);
-    JSAMPROW rows = row.data();
-    jpeg_write_scanlines(&info, &rows, 1);
+  if (!kind.app1.empty())
+    jpeg_write_marker(&info, JPEG_APP0 + 1, kind.app1.data(), static_cast<unsigned int>(kind.app1.size()));
+  const std::size_t stride = std::size_t(kind.width) * std::size_t(kind.components);
+  for (std::size_t y = 0; y < std::size_t(kind.height); ++y) {
+    JSAMPROW row = const_cast<JSAMPROW>(rows.data() + y * stride);  // libjpeg does not write to it
+    jpeg_write_scanlines(&info, &row, 1);
   }
   jpeg_finish_compress(&info);
   jpeg_destroy_compress(&info);
   const std::string bytes(reinterpret_cast<char*>(memory), size);
   std::free(memory);
   return bytes;
+}
+
+/// A smooth picture: red grows to the right, green downwards; grey and CMYK likewise.
+inline std::string jpeg_bytes(const JpegKind& kind = {}) {
+  std::vector<unsigned char> rows;
+  for (int y = 0; y < kind.height; ++y)
+    for (int x = 0; x < kind.width; ++x)
+      for (int c = 0; c < kind.components; ++c)
+        rows.push_back(static_cast<unsigned char>(c == 0   ? 255 * x / kind.width
+                                                  : c == 1 ? 255 * y / kind.height
+                                                           : 60));
+  return jpeg_bytes(kind, rows);
 }
 
 }  // namespace splinevox::test

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures that tell which shot they are: made once, linked into every data set.
-// clang-format off
-#include <cstdio>  // jpeglib.h needs FILE
-#include <jpeglib.h>
-// clang-format on
-
 #include <unistd.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 
+#include "data/jpeg_bytes.hpp"
 #include "torture/structure/case.hpp"
 
 namespace splinevox::torture::structure {
@@ -53,37 +48,13 @@ std::vector<std::uint8_t> stored(int shot, int turn, int& wide, int& high) {
 }
 
 test::Bytes jpeg_of(int shot, int turn) {
-  int wide = 0, high = 0;
-  std::vector<std::uint8_t> rows = stored(shot, turn, wide, high);
-  jpeg_compress_struct info;
-  jpeg_error_mgr errors;
-  info.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&info);
-  unsigned char* memory = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&info, &memory, &size);
-  info.image_width = JDIMENSION(wide);
-  info.image_height = JDIMENSION(high);
-  info.input_components = 3;
-  info.in_color_space = JCS_RGB;
-  jpeg_set_defaults(&info);
-  jpeg_set_quality(&info, 100, TRUE);
-  info.comp_info[0].h_samp_factor = 1;
-  info.comp_info[0].v_samp_factor = 1;
-  jpeg_start_compress(&info, TRUE);
-  const std::uint8_t exif[] = {'E', 'x', 'i', 'f',  0,    0, 'M', 'M', 0, 42, 0, 0, 0,
-                               8,   0,   1,   0x01, 0x12, 0, 3,   0,   0, 0,  1, 0, std::uint8_t(turn),
-                               0,   0,   0,   0,    0,    0};
-  jpeg_write_marker(&info, JPEG_APP0 + 1, exif, sizeof exif);
-  for (int y = 0; y < high; ++y) {
-    JSAMPROW row = rows.data() + std::size_t(3 * wide * y);
-    jpeg_write_scanlines(&info, &row, 1);
-  }
-  jpeg_finish_compress(&info);
-  jpeg_destroy_compress(&info);
-  const test::Bytes bytes(memory, memory + size);
-  std::free(memory);
-  return bytes;
+  test::JpegKind kind{.quality = 100, .whole_colours = true};
+  kind.app1 = {'E', 'x', 'i', 'f',  0,    0, 'M', 'M', 0, 42, 0, 0, 0,
+               8,   0,   1,   0x01, 0x12, 0, 3,   0,   0, 0,  1, 0, std::uint8_t(turn),
+               0,   0,   0,   0,    0,    0};
+  const std::vector<std::uint8_t> rows = stored(shot, turn, kind.width, kind.height);
+  const std::string bytes = test::jpeg_bytes(kind, rows);
+  return {bytes.begin(), bytes.end()};
 }
 
 test::Bytes png_of(int shot) {
