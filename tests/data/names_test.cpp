@@ -277,6 +277,7 @@ TEST_SUITE("data/names") {
 
   TEST_CASE("decimals of one whole number may be a moment and cameras: a guess") {
     CHECK_FALSE(read_names(film(17, [](int t) { return "frame1." + padded(t, 3) + ".png"; })).sure);
+    CHECK_FALSE(read_names(film(17, [](int t) { return "20240229_105950." + padded(t, 2) + ".png"; })).sure);
     CHECK_FALSE(read_names(film(17, [](int t) {
                   return std::to_string(0.25 * t) + "frame_" + padded(t, 4) + ".png";
                 })).sure);

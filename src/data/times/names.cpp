@@ -160,8 +160,9 @@ std::optional<NamesRead> time_by_form(const std::vector<Column>& columns,
     const double whole = std::floor(found->numbers[0].value);
     const bool many = std::any_of(found->numbers.begin(), found->numbers.end(),
                                   [&](const NameNumber& n) { return std::floor(n.value) != whole; });
-    return times_from(*found, pictures, alone && (found->clock() || (many && all_of(*found, word_says_time))),
-                      why);
+    const bool plain = found->clock() && found->numbers[0].digits.find('.') == std::string::npos;
+    const bool said = found->clock() || all_of(*found, word_says_time);
+    return times_from(*found, pictures, alone && (plain || (many && said)), why);
   }
   return {};
 }
