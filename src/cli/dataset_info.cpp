@@ -71,6 +71,10 @@ Json cameras_json(const Dataset& data) {
          {"lens", lens_json(data.splits[0].frames[0].camera)}};
   j["positions"] = {{lo.x, lo.y, lo.z}, {hi.x, hi.y, hi.z}};
   j["forward_facing"] = together > kForward;
+  Json rig = Json::array();
+  for (const RigCamera& camera : data.cameras)
+    rig.push_back({{"name", camera.name}, {"still", camera.still}});
+  if (!rig.empty()) j["rig"] = rig;
   return j;
 }
 
@@ -137,6 +141,12 @@ void print_dataset(const Json& j) {
   fmt::print("  places {} cameras from {} to {}{}\n", c["places"].get<int>(), text_of(c["positions"][0]),
              text_of(c["positions"][1]),
              c["forward_facing"].get<bool>() ? ", all looking much the same way" : "");
+  if (c.contains("rig")) {
+    const auto still = std::count_if(c["rig"].begin(), c["rig"].end(),
+                                     [](const Json& camera) { return camera["still"].get<bool>(); });
+    fmt::print("  rig    {} cameras film, {} of them stand still, such as {}\n", c["rig"].size(), still,
+               c["rig"][0]["name"].get<std::string>());
+  }
   if (j.contains("box"))
     fmt::print("  box    {} to {}{}\n", text_of(j["box"][0]), text_of(j["box"][1]),
                alpha ? ", not used: silhouettes say more" : "");

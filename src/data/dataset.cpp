@@ -38,7 +38,8 @@ Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map
   Split split{raw.name, {}};
   const std::vector<std::string> names = frame_names(raw, plan);
   for (std::size_t i = 0; i < raw.frames.size(); ++i)
-    split.frames.push_back({names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}});
+    split.frames.push_back(
+        {names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}, raw.frames[i].camera_id});
   return split;
 }
 
@@ -162,6 +163,7 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   dataset.path = path;
   dataset.format = open.format;
   dataset.box = open.scene.box;
+  dataset.cameras = open.scene.cameras;
   dataset.notes = open.scene.notes;
   dataset.downscale = options.downscale;
   dataset.time_map = map_of(open, options, dataset.notes);

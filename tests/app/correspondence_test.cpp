@@ -84,7 +84,7 @@ TEST_SUITE("app/correspondence") {
     const std::string path = (folder.path() / "truth/r_7_0000.exr").string();
     write_exr(path, {{"position", position, {"X", "Y", "Z"}}, {"rest", rest, {"R", "G", "B", "A"}}});
     Split split{"test", {}};
-    split.frames.push_back({"r_7", camera, 0.25, {}});
+    split.frames.push_back({"r_7", camera, 0.25, {}, -1});
     const auto frames = read_truth(folder.str(), split, 0.1f);
     REQUIRE(frames.size() == 1);
     CHECK(frames[0].time == 0.25);

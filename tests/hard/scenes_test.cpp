@@ -179,7 +179,7 @@ TEST_SUITE("hard/scenes") {
     const TempFolder folder;
     const double nan = std::nan("");
     const Camera camera{9, 9, 100, 100, 4.5, 4.5, {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}, {}, {}};
-    Split split{"test", {Frame{"r_000", camera, 0.5, {}}}};
+    Split split{"test", {Frame{"r_000", camera, 0.5, {}, -1}}};
     const auto points_with = [&](float poison, bool in_rest) {
       Image position{9, 9, 3}, rest{9, 9, 3};
       for (int y = 0; y < 9; ++y)

@@ -194,7 +194,7 @@ TEST_SUITE("hard/volume") {
     for (int i = 0; i < 64; ++i)
       for (int c = 0; c < 4; ++c)
         picture.rgba.push_back(c < 3 ? std::uint16_t(random()) : i % 3 == 0 ? 0 : i % 3 == 1 ? 65535 : 32768);
-    const Split split{"train", {Frame{"a", camera, 0, picture}}};
+    const Split split{"train", {Frame{"a", camera, 0, picture, -1}}};
     SamplingConfig sampling;
     sampling.frames = 1;
     sampling.rays = 256;

@@ -20,6 +20,13 @@ struct Frame {
   Camera camera;
   double time = 0;
   Picture image;
+  int camera_id = -1;  ///< which of Dataset::cameras took it; -1: nobody knows
+};
+
+/// A real camera that took two frames or more.
+struct RigCamera {
+  std::string name;    ///< as the data calls it: an id, a film, a folder; else "camera 3"
+  bool still = false;  ///< all its frames have one pose and one lens
 };
 
 struct Split {
@@ -42,6 +49,8 @@ struct Dataset {
   std::string format;  ///< the layout it was recognised as: a name of dataset_formats()
   std::optional<Box> box =
       {};  ///< where the scene lies, from its points or depth bounds, if the data says; scene units
+
+  std::vector<RigCamera> cameras = {};  ///< empty: every frame may be of another one
 
   /// Colour of the plain ground that prepare (train/prepare.hpp) cut out of the train split's opaque
   /// pictures: their pixels of it have alpha 0.

@@ -89,6 +89,7 @@ std::vector<std::string> add_films(Rig& rig, const fs::path& folder, const std::
     RawFrame frame = rig.cameras.frames[i];
     frame.label = "film " + printable(names[i]);
     frame.file_path = names[i];
+    frame.camera = fs::path(names[i]).stem().string();
     const FilmFacts facts = film_facts(folder / names[i], printable((folder / names[i]).string()));
     frame.film_size = {facts.width, facts.height};
     if (i == 0) rate = facts.rate;
@@ -117,6 +118,7 @@ std::vector<std::string> add_folders(Rig& rig, const fs::path& folder,
     for (const std::string& path : paths) {
       RawFrame frame = rig.cameras.frames[i];
       frame.file_path = path;
+      frame.camera = names[i];
       frame.label = "picture " + printable(path);
       frame.name = names[i] + "_" + fs::path(path).stem().string();
       (i == 0 && names.size() > 1 ? rig.test : rig.train).frames.push_back(frame);

@@ -29,8 +29,10 @@ struct RawFrame {
   std::string label = {};      ///< how messages name it; empty: by its number
   std::optional<Error> fault = {};  ///< what is wrong with its camera, for leave_out
   std::filesystem::path found =
-      {};                 ///< the file that file_path names, links resolved, once it was looked for
-  std::string mask = {};  ///< its mask's path, where the data names one
+      {};                   ///< the file that file_path names, links resolved, once it was looked for
+  std::string mask = {};    ///< its mask's path, where the data names one
+  std::string camera = {};  ///< the name of the camera that took it, where the data names one
+  int camera_id = -1;       ///< which of Dataset::cameras, by settle_cameras
 };
 
 /// Sets a frame's matrix and pose. A matrix that is no camera becomes the frame's fault.
@@ -58,6 +60,7 @@ struct RawScene {
   bool one_list = false;        ///< the data names no splits: `splits` has one with all frames, to be divided
   std::optional<Box> box = {};  ///< where the scene lies, scene units
   std::vector<std::string> notes = {};
+  std::vector<RigCamera> cameras = {};
   bool upright = true;  ///< whether the program that made the cameras obeys EXIF's orientation
 };
 

@@ -10,6 +10,7 @@
 #include "data/layouts/near_miss.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
+#include "data/rig_cameras.hpp"
 #include "data/times/settle.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -187,12 +188,14 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   note_repeats(scene);
   if (const std::optional<std::string> note = note_on_masks(root, scene)) scene.notes.push_back(*note);
   settle_times(folder, times, scene.splits, scene.notes);
+  scene.cameras = settle_cameras(scene.splits);
   if (layout.read)
     for (RawSplit& split : scene.splits) sort_by_time(split);
   if (scene.one_list) hold_out(scene);
   val_as_test(scene, options);
   OpenScene open{layout.name, {}, {}};
   open.scene.box = scene.box;
+  open.scene.cameras = scene.cameras;
   open.scene.notes = scene.notes;
   open.scene.upright = scene.upright;
   std::vector<std::string> there;

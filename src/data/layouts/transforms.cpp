@@ -139,6 +139,8 @@ RawSplit read_frames(const json& file, const std::string& where) {
     raw.lens = merge(shared, read_lens(frame, at));
     if (const auto mask = frame.find("mask_path"); mask != frame.end() && mask->is_string())
       raw.mask = mask->get<std::string>();
+    if (const auto id = frame.find("camera_id"); id != frame.end() && (id->is_string() || id->is_number()))
+      raw.camera = id->is_string() ? id->get<std::string>() : id->dump();
     const std::string meant = unread.meant_for({"fl_x", "camera_angle_x", "K"});
     if (!raw.lens.fl_x && !raw.lens.camera_angle_x && !meant.empty())
       fail({at, "there is no focal length", "'camera_angle_x' (radians) or 'fl_x' (pixels)", meant,

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/rig_cameras.hpp"
+
+#include <doctest/doctest.h>
+
+using namespace splinevox;
+using namespace splinevox::data;
+
+namespace {
+
+RawFrame frame(const std::string& path, double place, double time, const std::string& camera = "") {
+  RawFrame f;
+  f.file_path = path;
+  f.time = time;
+  f.matrix = {1, 0, 0, place, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  f.lens.fl_x = 100;
+  f.camera = camera;
+  return f;
+}
+
+std::vector<RawSplit> scene(std::vector<RawFrame> train, std::vector<RawFrame> test = {}) {
+  return {{"train", "file", true, std::move(train)}, {"test", "file", true, std::move(test)}};
+}
+
+}  // namespace
+
+TEST_SUITE("data/rig_cameras") {
+  TEST_CASE("frames of one pose are of one camera, named after their folder, in all splits") {
+    auto splits =
+        scene({frame("left/1.png", 0, 0), frame("right/images/1.png", 1, 0), frame("left/2.png", 0, 1)},
+              {frame("right/images/2.png", 1, 1)});
+    const auto cameras = settle_cameras(splits);
+    REQUIRE(cameras.size() == 2);
+    CHECK(cameras[0].name == "left");
+    CHECK(cameras[1].name == "right");
+    CHECK(cameras[1].still);
+    CHECK(splits[0].frames[2].camera_id == 0);
+    CHECK(splits[1].frames[0].camera_id == 1);
+  }
+
+  TEST_CASE("a folder that two cameras share names neither") {
+    auto splits =
+        scene({frame("images/1.png", 0, 0), frame("images/2.png", 0, 1), frame("images/3.png", 1, 1)});
+    const auto cameras = settle_cameras(splits);
+    REQUIRE(cameras.size() == 2);
+    CHECK(cameras[0].name == "camera 0");
+    CHECK(cameras[0].still);
+    CHECK_FALSE(cameras[1].still);  // one frame proves nothing
+  }
+
+  TEST_CASE("names come before poses: a named camera may move") {
+    auto splits = scene({frame("1.png", 0, 0, "a"), frame("2.png", 0.5, 1, "a"), frame("3.png", 2, 0, "b"),
+                         frame("4.png", 2, 1, "b")});
+    const auto cameras = settle_cameras(splits);
+    REQUIRE(cameras.size() == 2);
+    CHECK_FALSE(cameras[0].still);
+    CHECK(cameras[1].still);
+  }
+
+  TEST_CASE("one camera that is elsewhere every time, or one moment only, is no rig") {
+    auto film = scene({frame("1.png", 0, 0), frame("2.png", 0.1, 1), frame("3.png", 0.2, 2)});
+    CHECK(settle_cameras(film).empty());
+    CHECK(film[0].frames[1].camera_id == -1);
+    auto moment = scene({frame("1.png", 0, 0), frame("2.png", 0.1, 0), frame("3.png", 0.1, 0)});
+    CHECK(settle_cameras(moment).empty());
+  }
+}
