@@ -32,7 +32,7 @@ std::string file_name_of(const RawFrame& frame) {
   if (frame.film_frame >= 0) return path.stem().string();
   fs::path folder = path.parent_path();
   if (folder.filename() == "images") folder = folder.parent_path();
-  return folder.filename().string();
+  return folder == "." ? "" : folder.filename().string();
 }
 
 }  // namespace

@@ -275,6 +275,26 @@ TEST_SUITE("data/names") {
     CHECK(read_names(film(12, step(20))).verdict == Verdict::unclear);  // 000060 is no time
   }
 
+  TEST_CASE("clocks keep their microseconds and nanoseconds") {
+    const NamesRead read =
+        read_names(film(8, [](int t) { return "20240229_105951." + padded(137 + 10 * t, 6) + ".png"; }));
+    REQUIRE(read.times.size() == 8);
+    for (int t = 0; t < 8; ++t) CHECK(read.times[std::size_t(t)] == doctest::Approx(1e-5 * t).epsilon(1e-12));
+    const NamesRead nano =
+        read_names(film(8, [](int t) { return std::to_string(1709204391000000100 + 7 * t) + ".png"; }));
+    REQUIRE(nano.times.size() == 8);
+    for (int t = 0; t < 8; ++t) CHECK(nano.times[std::size_t(t)] == doctest::Approx(7e-9 * t).epsilon(1e-12));
+  }
+
+  TEST_CASE("uneven decimals may be moments and cameras, some of them missing: a guess") {
+    std::vector<std::string> names;
+    for (int t = 0; t < 40; t += 3)
+      for (const int camera : {1, 2})
+        if (t + camera > 1)
+          names.push_back("time" + std::to_string(t) + "." + std::to_string(camera) + ".png");
+    CHECK_FALSE(read_names(film(int(names.size()), [&](int i) { return names[std::size_t(i)]; })).sure);
+  }
+
   TEST_CASE("decimals of one whole number may be a moment and cameras: a guess") {
     CHECK_FALSE(read_names(film(17, [](int t) { return "frame1." + padded(t, 3) + ".png"; })).sure);
     CHECK_FALSE(read_names(film(17, [](int t) { return "20240229_105950." + padded(t, 2) + ".png"; })).sure);

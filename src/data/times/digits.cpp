@@ -10,6 +10,8 @@
 namespace splinevox::data {
 namespace {
 
+constexpr std::int64_t kSecond = 1000000000;  // nanoseconds
+
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 bool is_hex(char c) { return is_digit(c) || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); }
@@ -59,8 +61,8 @@ int digits_at(std::string_view text, std::size_t at, std::size_t count) {
   return value;
 }
 
-/// Seconds since 1970 of YYYYMMDDHHMMSS and digits of a second behind it, if it is a time at all.
-std::optional<double> seconds_of(std::string_view digits) {
+/// Nanoseconds since 1970 of YYYYMMDDHHMMSS and digits of a second behind it, if it is a time at all.
+std::optional<std::int64_t> nanoseconds_of(std::string_view digits) {
   if (digits.size() < 14 || digits.size() > 20) return {};
   const int year = digits_at(digits, 0, 4), month = digits_at(digits, 4, 2), day = digits_at(digits, 6, 2),
             hour = digits_at(digits, 8, 2), minute = digits_at(digits, 10, 2),
@@ -68,19 +70,24 @@ std::optional<double> seconds_of(std::string_view digits) {
   const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(unsigned(month)),
                                          std::chrono::day(unsigned(day))};
   if (year < 1970 || year > 2100 || !date.ok() || hour > 23 || minute > 59 || second > 59) return {};
-  double part = 0, unit = 0.1;
+  std::int64_t part = 0, unit = kSecond / 10;
   for (const char c : digits.substr(14)) {
     part += unit * (c - '0');
     unit /= 10;
   }
-  const double days = double(std::chrono::sys_days(date).time_since_epoch().count());
-  return days * 86400 + hour * 3600 + minute * 60 + second + part;
+  const std::int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
+  return (days * 86400 + hour * 3600 + minute * 60 + second) * kSecond + part;
 }
 
-/// The unit of a whole number of 13 to 19 digits that can be a time since 1970; 0 if it cannot.
-double unit_since_1970(std::string_view digits) {
-  if (digits[0] == '0') return 0;
-  return digits.size() == 13 ? 1e-3 : digits.size() == 16 ? 1e-6 : digits.size() == 19 ? 1e-9 : 0;
+/// The nanoseconds of a whole number of 13, 16 or 19 digits that can be a time since 1970; 0 if it cannot.
+std::int64_t since_1970(std::string_view digits) {
+  const std::int64_t unit = digits.size() == 13   ? kSecond / 1000
+                            : digits.size() == 16 ? kSecond / 1000000
+                            : digits.size() == 19 ? 1
+                                                  : 0;
+  std::int64_t count = 0;
+  std::from_chars(digits.data(), digits.data() + digits.size(), count);
+  return digits[0] == '0' ? 0 : unit * count;
 }
 
 /// A group of digits and where it lies in the text.
@@ -140,7 +147,7 @@ std::size_t date_groups(std::string_view text, const std::vector<Span>& groups, 
   for (std::size_t g = first + 1; g < end; ++g)
     if (gap(g) == '\0') return 0;
   const auto is_time = [&](std::size_t last) {
-    return seconds_of(digits_of(text, groups[first].begin, groups[last - 1].end)).has_value();
+    return nanoseconds_of(digits_of(text, groups[first].begin, groups[last - 1].end)).has_value();
   };
   if (!is_time(end)) return 0;
   const bool part = end < groups.size() && gap(end) != '\0' &&
@@ -170,7 +177,7 @@ bool is_decimal(std::string_view text, const std::vector<Span>& groups, std::siz
   };
   const bool padded = text[groups[g].begin] == '0' && groups[g].end - groups[g].begin > 1;
   return point_behind(g) && !padded && !point_behind(g + 1) && !(g > 0 && point_behind(g - 1)) &&
-         unit_since_1970(text.substr(groups[g + 1].begin, groups[g + 1].end - groups[g + 1].begin)) == 0;
+         since_1970(text.substr(groups[g + 1].begin, groups[g + 1].end - groups[g + 1].begin)) == 0;
 }
 
 void take(std::string_view text, bool decimals, std::vector<NameNumber>& numbers, std::string& rest) {
@@ -184,11 +191,12 @@ void take(std::string_view text, bool decimals, std::vector<NameNumber>& numbers
     if (const std::size_t date = date_groups(text, groups, g); date > 0) {
       used = date;
       n.kind = NameNumber::Kind::clock;
-      n.value = *seconds_of(digits_of(text, groups[g].begin, groups[g + date - 1].end));
-    } else if (unit_since_1970(first) > 0) {
+      n.nanoseconds = *nanoseconds_of(digits_of(text, groups[g].begin, groups[g + date - 1].end));
+      n.value = double(n.nanoseconds) / kSecond;
+    } else if (since_1970(first) > 0) {
       n.kind = NameNumber::Kind::clock;
-      std::from_chars(first.data(), first.data() + first.size(), n.value);
-      n.value *= unit_since_1970(first);
+      n.nanoseconds = since_1970(first);
+      n.value = double(n.nanoseconds) / kSecond;
     } else if (decimals && is_decimal(text, groups, g)) {
       used = 2;
       n.kind = NameNumber::Kind::decimal;
@@ -220,6 +228,14 @@ std::string_view without_copy_number(std::string_view stem) {
 }
 
 }  // namespace
+
+void count_from_first(std::vector<NameNumber>& clocks) {
+  if (clocks.empty()) return;
+  const std::int64_t first = std::min_element(clocks.begin(), clocks.end(), [](const auto& a, const auto& b) {
+                               return a.nanoseconds < b.nanoseconds;
+                             })->nanoseconds;
+  for (NameNumber& n : clocks) n.value = double(n.nanoseconds - first) / kSecond;
+}
 
 std::string_view bare_name(std::string_view path) {
   while (path.starts_with("./")) path.remove_prefix(2);

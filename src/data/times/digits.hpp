@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,9 +13,10 @@ struct NameNumber {
   enum class Kind {
     count,    ///< whole numbers such as 0007
     decimal,  ///< 0.25
-    clock,    ///< date and time of day, or milli-, micro- or nanoseconds since 1970; the value is in seconds
+    clock,    ///< date and time of day, or milli-, micro- or nanoseconds since 1970
   };
-  double value = 0;
+  double value = 0;              ///< of a clock in seconds since any one moment that all names share
+  std::int64_t nanoseconds = 0;  ///< of a clock, since 1970: a double of seconds has no microseconds left
   Kind kind = Kind::count;
   std::string digits;  ///< as written
   std::string before;  ///< the letters right before it, in lower case, separators left out; may be empty
@@ -32,6 +34,9 @@ struct NameParts {
 /// numbers), whose digits count nothing.
 /// @param decimals  whether two groups with a point between them are one number.
 NameParts take_apart(std::string_view path, bool decimals);
+
+/// Gives clocks their values: seconds since the first of them.
+void count_from_first(std::vector<NameNumber>& clocks);
 
 /// The path without the ending of a picture and without a leading "./".
 std::string_view bare_name(std::string_view path);

@@ -29,6 +29,7 @@ void add_columns(const std::vector<NameParts>& parts, bool in_folder, std::vecto
   for (std::size_t g = 0; g < groups; ++g) {
     Column column{{}, in_folder};
     for (std::size_t i = 0; i < parts.size(); ++i) column.numbers.push_back(side(i)[g]);
+    if (column.clock()) count_from_first(column.numbers);
     if (column.distinct() > 1) columns.push_back(std::move(column));
   }
 }
@@ -157,7 +158,9 @@ Point point_in(const std::vector<NamedPicture>& pictures) {
                         return std::abs(b - a - step) > 1e-6 * step;
                       }) == values.end();
   const bool grid = whole.size() > 1 && whole.size() * parts.size() == values.size();
-  return evenly || !grid ? Point::decimal : Point::between;
+  if (evenly) return Point::decimal;
+  if (grid) return Point::between;
+  return decimal->clock() ? Point::decimal : Point::maybe;  // moment and camera, some of them missing
 }
 
 }  // namespace splinevox::data

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <set>
@@ -27,9 +26,9 @@ struct Column {
   bool decimal() const { return kind_is(NameNumber::Kind::decimal); }
   /// Whether all are of the hour after midnight, as a date with a count of six digits behind it is.
   bool after_midnight() const {
-    constexpr double kDay = 86400, kHour = 3600;
+    constexpr std::int64_t kHour = 3600'000'000'000, kDay = 24 * kHour;
     return clock() && std::all_of(numbers.begin(), numbers.end(),
-                                  [](const NameNumber& n) { return std::fmod(n.value, kDay) < kHour; });
+                                  [](const NameNumber& n) { return n.nanoseconds % kDay < kHour; });
   }
   bool mixed() const { return !kind_is(numbers[0].kind); }
 

@@ -217,7 +217,7 @@ NamesRead read_names(const std::vector<NamedPicture>& pictures) {
 
 std::vector<double> times_of_group(const std::vector<NamedPicture>& pictures, int group) {
   const bool decimals = is_decimal(point_in(pictures));
-  std::vector<double> times;
+  Column column;
   for (const NamedPicture& p : pictures) {
     NameParts parts = take_apart(p.path, decimals);
     parts.folder.insert(parts.folder.end(), parts.stem.begin(), parts.stem.end());
@@ -226,8 +226,11 @@ std::vector<double> times_of_group(const std::vector<NamedPicture>& pictures, in
       fail({in_quotes(p.path), "this name has no such group of digits",
             "--times name:GROUP, from 1 at the left or from -1 at the right", std::to_string(group),
             n == 0 ? "there are none" : "there are " + list_groups(p.path)});
-    times.push_back(parts.folder[std::size_t(at)].value);
+    column.numbers.push_back(parts.folder[std::size_t(at)]);
   }
+  if (!pictures.empty() && column.clock()) count_from_first(column.numbers);
+  std::vector<double> times;
+  for (const NameNumber& n : column.numbers) times.push_back(n.value);
   return times;
 }
 
