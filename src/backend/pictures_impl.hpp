@@ -49,11 +49,10 @@ class Pictures final : public PictureMaker {
       for (int x = 0; x < camera.width; ++x) {
         const std::size_t i = std::size_t(y) * camera.width + x;
         const Pixel& p = host_[i];
-        // One colour needs no ray.
-        const Vec3 behind =
-            background.learned()
-                ? background.towards(cast<float>(camera_ray(camera, x + 0.5, y + 0.5).direction))
-                : background.color;
+        // One colour needs no ray, and neither does what does not show.
+        const Vec3 behind = background.learned() && p.transmittance > 0
+                                ? model_.behind(camera_ray(camera, x + 0.5, y + 0.5))
+                                : background.color;
         const Vec3 rgb = p.rgb + p.transmittance * behind;
         for (int c = 0; c < 3; ++c) {
           out.rgb.data[3 * i + c] = rgb[c];

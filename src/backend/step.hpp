@@ -66,6 +66,8 @@ struct StepInput {
   std::span<const double> times;   ///< of the slots, model time in [0, 1]
   std::span<const int> occupancy;  ///< of the slots: which of StepModel::occupancy
   const Background* background;    ///< behind the rays
+  std::span<Vec3> behind;  ///< [rays] gets the gradient of the colour behind each, 0 of other ranks' rays;
+                           ///< empty: not wanted
   RayLosses losses;
   float tv_scale, tv_share;
   std::uint64_t draw;  ///< of total variation: levels take draw + 1, ...

@@ -103,10 +103,16 @@ class Steps final : public StepBackend {
     out.samples = t[2];
     out.usable = t[0] + t[1] == 0;
     out.bad_rows = t[1];
-    if (in.background->learned() && out.usable) {
+    if (wants_behind(in) && out.usable) {
       std::vector<Vec3> behind(behind_.size());
       run_.download(behind_, behind.data());
-      out.background = background_gradient(*in.background, share_.rays(), share_.tasks(), behind, ranks_);
+      if (in.background->learned())
+        out.background = background_gradient(*in.background, share_.rays(), share_.tasks(), behind, ranks_);
+      if (!in.behind.empty()) {
+        std::fill(in.behind.begin(), in.behind.end(), Vec3{});
+        for (std::size_t i = 0; i < behind.size(); ++i)
+          in.behind[std::size_t(share_.in_batch(int(i)))] = behind[i];
+      }
     }
     return out;
   }
@@ -123,6 +129,8 @@ class Steps final : public StepBackend {
  private:
   template <class T>
   using Buffer = typename Executor::template Buffer<T>;
+
+  static bool wants_behind(const StepInput& in) { return in.background->learned() || !in.behind.empty(); }
   template <class T>
   void clear(Buffer<T>& buffer, std::size_t n) {
     run_.resize(buffer, n);
@@ -164,7 +172,7 @@ class Steps final : public StepBackend {
     run_.upload(rays_, share_.rays().data(), share_.rays().size());
     run_.upload(targets_, share_.targets().data(), share_.targets().size());
     run_.resize(outcomes_, share_.rays().size());
-    run_.resize(behind_, in.background->learned() ? share_.rays().size() : 0);
+    run_.resize(behind_, wants_behind(in) ? share_.rays().size() : 0);
     run_.resize(totals_, 5);
     radiance_.prepare(run_, in.tv_scale, in.tv_share);
     for (auto& level : levels_) level.prepare(run_, in.tv_scale, in.tv_share);
@@ -239,7 +247,7 @@ class Steps final : public StepBackend {
                     radiance_.touched.data(), radiance_.width,
                     model_.radiance.visible.empty() ? nullptr : radiance_.visible.data()};
     job.motion = motion_rows_.data();
-    job.behind = in.background->learned() ? behind_.data() : nullptr;
+    job.behind = wants_behind(in) ? behind_.data() : nullptr;
     switch (m.radiance.sh_order) {
       case -1:
         run_march<Executor, -1>(run_, job);

@@ -137,7 +137,7 @@ std::span<const int> BatchSampler::window(double progress) const {
 }
 
 void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background,
-                        Batch& out) const {
+                        const Surroundings& around, Batch& out) const {
   const std::span<const int> window = this->window(progress);
   const int n = int(window.size()), frames = std::min(config_.frames, n);
   const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
@@ -152,6 +152,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   }
   out.rays.resize(std::size_t(frames) * patches * 4);
   out.targets.resize(out.rays.size());
+  out.lines.resize(around.any() ? out.rays.size() : 0);
   out.tasks.clear();
   const int per_frame = patches * 4;
   const bool random = config_.background != BackgroundKind::fixed && !background.learned(),
@@ -183,7 +184,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const Vec3 behind = (rgba[3] == 65535 ? opaque_random : random)
                                 ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
                                                     ray_rng.uniform(4 * r + 2)}
-                                : background.towards(cast<float>(ray.direction));
+                                : behind_box(background, around, ray);
+        if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const float alpha = rgba[3] * (1 / 65535.0f);
         for (int c = 0; c < 3; ++c)

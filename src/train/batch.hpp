@@ -17,6 +17,7 @@ struct Batch {
   std::vector<int> frames;            ///< training frame of each slot
   std::vector<double> times;          ///< of the slots, model time in [0, 1]
   std::vector<RayInput<float>> rays;  ///< grouped by slot, equally many each
+  std::vector<Ray> lines;             ///< the same before they were clipped, if there are surroundings
   std::vector<Vec3>
       targets;  ///< [rays] composited over the ray's background; 1: or more (math/photometric.hpp)
   std::vector<RayTask> tasks;  ///< fixed cut of the rays into pieces of work, none across slots
@@ -48,8 +49,9 @@ class BatchSampler {
   /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
-  /// they are random.
-  void draw(std::int64_t index, double progress, float step, const Background& background, Batch& out) const;
+  /// they are random. @param around  before it
+  void draw(std::int64_t index, double progress, float step, const Background& background,
+            const Surroundings& around, Batch& out) const;
   /// The frames that may be drawn, in order of time.
   std::span<const int> window(double progress) const;
   /// Whether that is all of them.

@@ -34,6 +34,8 @@ class Home {
   double moving_share() const { return volume_.moving.share; }
   const Background& background() const { return volume_.lattices.model.background; }
   Background& background() { return volume_.lattices.model.background; }
+  const Surroundings& surroundings() const { return volume_.lattices.model.surroundings; }
+  Surroundings& surroundings() { return volume_.lattices.model.surroundings; }
 
  private:
   mutable Volume volume_;

@@ -10,6 +10,7 @@
 #include "math/activation.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/learn_background.hpp"
+#include "train/learn_surroundings.hpp"
 #include "train/rates.hpp"
 #include "train/refine.hpp"
 
@@ -34,6 +35,7 @@ Lattices::Lattices(const Setting& setting, const TimeMap& time_map, const Box& b
   const Config& c = setting.config;
   model.box = box;
   model.background = starting_background(c, setting.train, setting.stats);
+  model.surroundings = starting_surroundings(c, box, model.background, setting.stats);
   model.time_map = time_map;
   model.radiance.sh_order = order_at(c.radiance, 0);
   MotionField& m = model.motion;
@@ -51,7 +53,7 @@ void Lattices::start_radiance(const Setting& setting, const BitGrid& cells) {
   // One step of the first lattice has alpha initial_alpha at raw density 0: softplus(shift) = -log(1 -
   // alpha).
   model.radiance.activation.scale = 1 / model.step;
-  model.radiance.activation.shift = float(inverse_softplus(optical_depth(c.radiance.initial_alpha)));
+  model.radiance.activation.shift = float(inverse_softplus(optical_depth(initial_alpha(c, setting.stats))));
   const std::vector<float> row = first_row(model.radiance, c.radiance, setting.stats);
   model.radiance.raw = make_channels(bricks_near(lattice, cells), int(row.size()), row.data());
   for (int i = 0; i < kBrickRows; ++i) model.radiance.raw.row(i)[0] = kEmptyDensity;

@@ -22,8 +22,7 @@ class Look {
         frame_{slice_.values.data(), occupancy ? occupancy->view() : OccupancyView<float>{}} {}
 
   Vec3 along(const Ray& ray) {
-    through_ =
-        clip_ray(ray, model_.box, model_.step, 0.5f, model_.background.towards(cast<float>(ray.direction)));
+    through_ = clip_ray(ray, model_.box, model_.step, 0.5f, model_.behind(ray));
     return (field_.moving ? moving_.forward(through_, field_, frame_, kStop)
                           : still_.forward(through_, field_, frame_, kStop))
         .rgb;

@@ -8,7 +8,10 @@ namespace splinevox {
 /// What a run is given and never changes.
 struct Setting {
   Setting(const Config& c, const Split& t)
-      : stats(picture_stats(t)), unit(brightness(c, stats)), config(in_units_of(unit, c)), train(t) {}
+      : stats(picture_stats(t)),
+        unit(brightness(c, stats)),
+        config(for_places(stats, in_units_of(unit, c))),
+        train(t) {}
 
   const PictureStats stats;
   const float unit;     ///< of brightness; 1 unless the scene is dark

@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <set>
 #include <vector>
 
 #include "core/parallel.hpp"
@@ -88,6 +90,13 @@ PictureStats picture_stats(const Split& train) {
       out.brightest = std::max(out.brightest, float(alpha / 65535.0 * std::max({p[0], p[1], p[2]})));
     }
   out.see_through = any_alpha(train);
+  std::set<std::array<double, 6>> places;
+  for (const Frame& f : train.frames) {
+    const Vec3d &p = f.camera.position, &z = f.camera.axes[2];
+    places.insert({p.x, p.y, p.z, z.x, z.y, z.z});
+  }
+  out.places = int(places.size());
+  out.pictures = int(train.frames.size());
   if (weights > 0) out.mean = cast<float>(1 / weights * sum);
   return out;
 }
@@ -112,6 +121,20 @@ Config in_units_of(float brightness, Config config) {
   config.loss = in_unit_of_brightness(config.loss, brightness);
   config.optimiser.epsilon *= brightness * brightness;
   return config;
+}
+
+Config for_places(const PictureStats& stats, Config config) {
+  constexpr float kMost = 16;
+  if (!stats.rig()) return config;
+  const float factor = std::clamp(float(config.loss.tv_places) / float(stats.places), 1.0f, kMost);
+  config.loss.tv_density *= factor;
+  config.loss.tv_share = std::min(1.0f, config.loss.tv_share * std::sqrt(factor));
+  return config;
+}
+
+float initial_alpha(const Config& config, const PictureStats& stats) {
+  return stats.see_through ? config.radiance.initial_alpha
+                           : std::max(config.radiance.initial_alpha, config.radiance.opaque_alpha);
 }
 
 Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats) {

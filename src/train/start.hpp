@@ -11,6 +11,11 @@ struct PictureStats {
   Vec3 mean{0.5f, 0.5f, 0.5f};
   float brightest = 0;       ///< of any channel
   bool see_through = false;  ///< some pixel of them all is transparent
+  int places = 0;  ///< that pictures were taken from; several of a camera that stands still are of one
+  int pictures = 0;
+  /// Whether cameras stand still: what is seen from few places leaves much open, however many pictures say
+  /// so.
+  bool rig() const { return 2 * places <= pictures; }
   bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
 };
 PictureStats picture_stats(const Split& train);
@@ -29,6 +34,15 @@ float brightness(const Config& config, const PictureStats& stats);
 /// The weights of the regularisers and Adam's epsilon times the square of the unit, as the loss and its
 /// gradients are.
 Config in_units_of(float brightness, Config config);
+
+/// With the weight of density's total variation, and the share of bricks that it visits, as few places ask
+/// for: in proportion to loss.tv_places / places, and to its root. Matter that few cameras see has room to
+/// hide, and to have holes, that other views show (docs/experiments/matter.md).
+Config for_places(const PictureStats& stats, Config config);
+
+/// Alpha of one step of the first lattice before training. Behind opaque pictures matter is everywhere and is
+/// taken away: what begins thin stays full of holes.
+float initial_alpha(const Config& config, const PictureStats& stats);
 
 /// Raw colour before training: 0, half way up. A scene darker than 0.03 on average begins at its mean: from
 /// half way the rates would need hundreds of steps down, and what they do not reach lights up its

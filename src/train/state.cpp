@@ -29,13 +29,17 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
     : setting(config, train),
       ranks(r),
       home(starting_volume(setting, time_map), std::move(backend)),
-      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit) {}
+      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit) {
+  if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
+}
 
 bool Trainer::State::refine(double progress_now) {
   progress = progress_now;
   if (plan.due(setting.config, progress).empty()) return false;
   Volume& volume = home.change();
   const bool changed = plan.carry_out(setting, progress, clock.step > 0, window(), volume);
+  constexpr double kSettled = 0.3;  // before, what is thin may still become a wall
+  if (changed && progress > kSettled && home.surroundings().any()) surroundings.prune(home.surroundings());
   sampler.set_box(volume.lattices.model.box);
   return changed;
 }
@@ -47,7 +51,7 @@ bool Trainer::State::occupancy_is_due() const {
 }
 
 void Trainer::State::draw() {
-  sampler.draw(clock.step, progress, home.march_step(), home.background(), batch);
+  sampler.draw(clock.step, progress, home.march_step(), home.background(), home.surroundings(), batch);
   batch.grids.clear();
   for (const int f : batch.frames) batch.grids.push_back(home.occupancy().grid_of(f));
 }
@@ -69,7 +73,7 @@ RayLosses Trainer::State::ray_losses() const {
   return losses;
 }
 
-StepInput Trainer::State::step_input() const {
+StepInput Trainer::State::step_input() {
   const OptimiserConfig& o = setting.config.optimiser;
   const LossConfig& loss = setting.config.loss;
   StepInput in{};
@@ -79,6 +83,8 @@ StepInput Trainer::State::step_input() const {
   in.times = batch.times;
   in.occupancy = batch.grids;
   in.background = &home.background();
+  behind_.resize(batch.lines.size());
+  in.behind = behind_;
   in.losses = ray_losses();
   in.tv_scale = float(std::pow(double(loss.tv_final), progress));
   in.tv_share = loss.tv_share;
@@ -94,6 +100,9 @@ void Trainer::State::learn_background(const StepInput& in, const BackgroundGradi
   if (home.background().learned())
     update(home.background(), background, gradient, in.factors,
            setting.config.optimiser.lr_background * in.radiance_rate);
+  if (!home.surroundings().any()) return;
+  if (ranks) sum_over_ranks(*ranks, {&behind_[0].x, 3 * behind_.size()});
+  surroundings.step(setting.config, batch.lines, behind_, home.background(), in, home.surroundings());
 }
 
 void Trainer::State::archive(Archive& a) {
@@ -108,6 +117,8 @@ void Trainer::State::archive(Archive& a) {
     a(home.background(), background);
     check_fits(home.background().order == order);
   });
+  if (home.surroundings().any())
+    a.section("surroundings", [&] { check_fits(surroundings.archive(a, home.surroundings())); });
   if (!a.reading()) return;
   Volume& volume = home.change();
   check_fits(plan.fits(setting.config, volume.lattices));

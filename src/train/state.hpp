@@ -9,6 +9,7 @@
 #include "train/batch.hpp"
 #include "train/home.hpp"
 #include "train/learn_background.hpp"
+#include "train/learn_surroundings.hpp"
 #include "train/plan.hpp"
 #include "train/run_clock.hpp"
 #include "train/setting.hpp"
@@ -25,6 +26,7 @@ struct Trainer::State {
   Home home;
   BatchSampler sampler;
   BackgroundLearner background;  ///< of the volume's background, if that is learned
+  SurroundingsLearner surroundings;
   RunClock clock;
   double progress = 0;  ///< of the last refine
   Plan plan;
@@ -40,8 +42,8 @@ struct Trainer::State {
   /// The rays of the next step.
   void draw();
   /// What it asks for. Good until the next draw.
-  StepInput step_input() const;
-  /// A step on the background, if it is learned.
+  StepInput step_input();
+  /// A step on the background and the surroundings, if they are learned.
   void learn_background(const StepInput& in, const BackgroundGradient& gradient);
   /// The report of a step that changed nothing, which is remembered. After too many in a row, back to the
   /// last good one and an error.
@@ -49,6 +51,7 @@ struct Trainer::State {
   void archive(Archive& a);
 
  private:
+  std::vector<Vec3> behind_;  ///< gradient of the colour behind each ray of the batch, if it is wanted
   RayLosses ray_losses() const;
 };
 

@@ -122,7 +122,7 @@ TEST_SUITE("hard/gradients") {
       sampling.carve = 0;
       const BatchSampler sampler(train, model.box, sampling, 3);
       Batch batch;
-      sampler.draw(1, 1, model.step, {}, batch);
+      sampler.draw(1, 1, model.step, {}, {}, batch);
       const std::vector<double>& times = batch.times;
       BitGrid all(model.box, 16);
       std::fill(all.bits.begin(), all.bits.end(), ~0u);

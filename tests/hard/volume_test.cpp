@@ -202,7 +202,7 @@ TEST_SUITE("hard/volume") {
     sampling.carve = 0;
     const BatchSampler sampler(split, model.box, sampling, 3);
     Batch batch;
-    sampler.draw(0, 1, 0.05f, {}, batch);
+    sampler.draw(0, 1, 0.05f, {}, {}, batch);
     int at_background = 0, inside = 0;
     for (std::size_t r = 0; r < batch.rays.size(); ++r) {
       at_background += batch.targets[r] == batch.rays[r].background;

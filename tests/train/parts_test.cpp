@@ -246,15 +246,15 @@ TEST_SUITE("train/bounds and batches") {
     Batch a, b;
     std::set<int> used;
     for (int step = 0; step < 10; ++step) {
-      sampler.draw(step, 1, 0.02f, {}, a);
+      sampler.draw(step, 1, 0.02f, {}, {}, a);
       CHECK(a.rays.size() == 256);
       used.insert(a.frames.begin(), a.frames.end());
     }
     CHECK(used.size() == 40);  // one round of the deck shows every frame once
-    sampler.draw(3, 1, 0.02f, {}, a);
-    sampler.draw(3, 1, 0.02f, {}, b);
+    sampler.draw(3, 1, 0.02f, {}, {}, a);
+    sampler.draw(3, 1, 0.02f, {}, {}, b);
     CHECK(a.targets == b.targets);
-    sampler.draw(4, 1, 0.02f, {}, b);
+    sampler.draw(4, 1, 0.02f, {}, {}, b);
     CHECK(a.targets != b.targets);
 
     // What a picture shows as 1 is a target of 1, which means 1 or more; without `clipped` it is the float
@@ -267,7 +267,7 @@ TEST_SUITE("train/bounds and batches") {
       SamplingConfig as = config;
       as.clipped = clipped;
       as.carve = 0;
-      BatchSampler(white, bounds.box, as, 9).draw(0, 1, 0.02f, {}, b);
+      BatchSampler(white, bounds.box, as, 9).draw(0, 1, 0.02f, {}, {}, b);
       for (const Vec3& target : b.targets)
         for (int c = 0; c < 3; ++c) CHECK(target[c] == (clipped ? 1.0f : std::nextafter(1.0f, 0.0f)));
     }
@@ -279,7 +279,7 @@ TEST_SUITE("train/bounds and batches") {
     const auto drawn_at = [&](double progress) {
       std::set<double> times;
       for (int step = 0; step < 40; ++step) {
-        growing.draw(step, progress, 0.02f, {}, a);
+        growing.draw(step, progress, 0.02f, {}, {}, a);
         for (const int f : a.frames) times.insert(train.frames[f].time);
       }
       return times;
@@ -296,7 +296,7 @@ TEST_SUITE("train/bounds and batches") {
     const BatchSampler rig(together, bounds.box, config, 9);
     used.clear();
     for (int step = 0; step < 10; ++step) {
-      rig.draw(step, 0, 0.02f, {}, a);
+      rig.draw(step, 0, 0.02f, {}, {}, a);
       used.insert(a.frames.begin(), a.frames.end());
     }
     CHECK(used.size() == 40);
@@ -310,7 +310,7 @@ TEST_SUITE("train/bounds and batches") {
     const BatchSampler carver(train, bounds.box, config, 9);
     int carved = 0;
     for (int step = 0; step < 4; ++step) {
-      carver.draw(step, 1, 0.02f, {}, a);
+      carver.draw(step, 1, 0.02f, {}, {}, a);
       for (const RayTask& task : a.tasks) {
         const Frame& own = train.frames[a.frames[task.slot]];
         const SynthMoment moment = scene.at(own.time);

@@ -80,14 +80,38 @@ struct Background {
   friend bool operator==(const Background&, const Background&) = default;
 };
 
+/// What stands around the box of opaque pictures, out to infinity: static and matte matter on one coarse
+/// lattice of contracted space (math/contract.hpp). It is what real cameras see behind a scene.
+struct Surroundings {
+  Box box;          ///< that they surround, scene units; model.box lies in it
+  float shift = 0;  ///< optical depth of one of a ray's samples: softplus(raw + shift)
+  Channels
+      raw;  ///< over [-2, 2]^3, outside of [-1, 1]^3: raw density, raw colour; no topology: there are none
+
+  bool any() const { return raw.topology != nullptr; }
+};
+
+/// The colour behind the box along a ray: the surroundings, and the background behind them.
+Vec3 behind_box(const Background& background, const Surroundings& surroundings, const Ray& ray);
+
+/// The lattice of surroundings, and its bricks. @param cells  along an edge of [-2, 2]^3
+/// @{
+Lattice outer_lattice(int cells);
+TopologyPtr outer_topology(int cells);
+/// @}
+
 /// A reconstructed scene: everything rendering needs and nothing it does not.
 struct VoxelModel {
-  Box box;                ///< scene units; outside it is empty
-  Background background;  ///< behind everything
-  float step = 0;         ///< march step, scene units
-  TimeMap time_map;       ///< from the data's own time to [0, 1]
+  Box box;                    ///< scene units; around it are only the surroundings
+  Background background;      ///< behind everything
+  float step = 0;             ///< march step, scene units
+  TimeMap time_map;           ///< from the data's own time to [0, 1]
+  Surroundings surroundings;  ///< behind the box
   RadianceField radiance;
   MotionField motion;
+
+  /// The colour behind the box along a ray.
+  Vec3 behind(const Ray& ray) const;
 };
 
 }  // namespace splinevox

@@ -30,6 +30,8 @@ struct RunConfig {
   std::vector<float> background{1, 1, 1};  ///< colour behind the scene, [3] in [0, 1]
   int background_order =
       2;  ///< of the harmonics of a colour learned behind opaque pictures, 0..3; -1: run.background
+  int surroundings =
+      0;  ///< cells along an edge of the surroundings learned before it (field/model.hpp); 0: none
   bool find_ground = true;  ///< whether a plain ground behind opaque pictures is looked for and cut out
 };
 
@@ -56,6 +58,7 @@ struct RadianceConfig {
   std::vector<float> sh_start;  ///< progress at which the harmonics of order 1, 2, ... join, the last for all
                                 ///< that follow; empty: at the start
   float initial_alpha = 0.01f;  ///< alpha of one step of the first lattice before training
+  float opaque_alpha = 0.05f;   ///< the same behind opaque pictures, if it is more
   float initial_sh = 0;  ///< band 0 at the start: the view factor begins at 1 - sigmoid(Y00 * initial_sh) / 2
 };
 
@@ -101,8 +104,10 @@ struct LossConfig {
   float tv_final =
       0.003f;  ///< share of the total variation weights left at the end; they decay exponentially
   float tv_share =
-      0.0625f;       ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
-  float offset = 0;  ///< lambda_off of Eq. 8
+      0.0625f;         ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
+  int tv_places = 96;  ///< places of cameras that stand still, below which tv_density grows in proportion
+                       ///< (for_places in train/start.hpp); 0: never
+  float offset = 0;    ///< lambda_off of Eq. 8
   float offset_rigidity = 0.3f;  ///< lambda_r of Eq. 6
   float divergence = 0;          ///< lambda_div of Eq. 8
   DivergenceKind divergence_kind = DivergenceKind::analytic;
@@ -176,6 +181,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("run.background", c.run.background, "r, g, b behind the scene", 0, 1);
   visit("run.background_order", c.run.background_order,
         "harmonics of a colour learned behind opaque pictures, -1 = run.background", -1, 3);
+  visit("run.surroundings", c.run.surroundings,
+        "cells along an edge of what is learned around the box of opaque pictures, 0 = nothing", 0, 512);
   visit("run.find_ground", c.run.find_ground,
         "whether a plain ground behind opaque pictures is looked for and cut out", 0, 1);
   visit("grid.radiance", c.grid.radiance, "cells along the longest edge, per stage", 8, 1024);
@@ -197,6 +204,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("radiance.sh_start", c.radiance.sh_start,
         "progress at which the harmonics of order 1, 2, ... join, the last for all that follow", 0, 1);
   visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
+  visit("radiance.opaque_alpha", c.radiance.opaque_alpha,
+        "alpha per step before training behind opaque pictures, if it is more", 0, 0.5);
   visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);
   visit("motion.enabled", c.motion.enabled, "whether the scene may move", 0, 1);
   visit("motion.basis", c.motion.basis, trained_basis_names(), 0, 1);
@@ -241,6 +250,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.tv_light", c.loss.tv_light, "total variation of the raw light", 0, inf);
   visit("loss.tv_final", c.loss.tv_final, "share of the total variation weights left at the end", 1e-9, 1);
   visit("loss.tv_share", c.loss.tv_share, "share of the bricks visited per step", 1e-4, 1);
+  visit("loss.tv_places", c.loss.tv_places,
+        "places of cameras that stand still below which tv_density grows in proportion, 0 = never", 0, 1000);
   visit("loss.offset", c.loss.offset, "offset loss (Eq. 6)", 0, inf);
   visit("loss.offset_rigidity", c.loss.offset_rigidity, "lambda_r inside the offset loss", 0, inf);
   visit("loss.divergence", c.loss.divergence, "divergence loss (Eq. 7)", 0, inf);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "backend/host/host_step.hpp"
 
+#include <algorithm>
 #include <span>
 
 #include "backend/background_gradient.hpp"
@@ -41,7 +42,7 @@ StepSums HostStep::run(const StepInput& in) {
 
   // The finest level takes the gradient of the sum of all levels as it is.
   const std::vector<RayTask> tasks = own(in.tasks);
-  behind_.resize(in.background->learned() ? in.rays.size() : 0);
+  behind_.assign(in.background->learned() || !in.behind.empty() ? in.rays.size() : 0, Vec3{});
   PassResult pass = engine_->run(model_, moving() ? &sums_.sum() : nullptr, in, tasks, radiance_,
                                  moving() ? &levels_.back() : nullptr, behind_);
   watch.lap();
@@ -72,6 +73,7 @@ StepSums HostStep::run(const StepInput& in) {
   update(in);
   if (in.background->learned())
     out.background = background_gradient(*in.background, in.rays, tasks, behind_, ranks_);
+  std::copy_n(behind_.begin(), in.behind.size(), in.behind.begin());
   out.update_seconds = watch.lap();
   return out;
 }

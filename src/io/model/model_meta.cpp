@@ -89,6 +89,7 @@ int format_of(const VoxelModel& model) {
   const MotionField& m = model.motion;
   int format = m.time_curve.identity() && basis_of(m.basis).trained ? kModelFormat : kEditedFormat;
   if (model.background.learned()) format = kBackgroundFormat;
+  if (model.surroundings.any()) format = kSurroundingsFormat;
   for (const ColumnFacts& c : kColumns)
     if (!columns_of(model, c.kind).empty()) format = std::max(format, c.format);
   return format;
@@ -164,6 +165,43 @@ VdbMeta radiance_meta(const RadianceField& radiance) {
   meta["activation_shift"] = exact_text<float>({radiance.activation.shift});
   meta["sh_order"] = std::int64_t(radiance.sh_order);
   return meta;
+}
+
+VdbMeta surroundings_meta(const Surroundings& around) {
+  VdbMeta meta;
+  put_shape(meta, around.raw);
+  const Box& b = around.box;
+  meta["surrounds"] = exact_text<float>({b.lo.x, b.lo.y, b.lo.z, b.hi.x, b.hi.y, b.hi.z});
+  meta["activation"] = std::string(kActivations[0]);
+  meta["activation_scale"] = exact_text<float>({1.0f});
+  meta["activation_shift"] = exact_text<float>({around.shift});
+  return meta;
+}
+
+FieldShape parse_surroundings_meta(const NamedMeta& in, Surroundings& around) {
+  const auto b = numbers<float>(in, "surrounds", 6);
+  around.box = {{b[0], b[1], b[2]}, {b[3], b[4], b[5]}};
+  for (int a = 0; a < 3; ++a)
+    if (!(b[std::size_t(a)] < b[std::size_t(a + 3)]))
+      bad(in, "surrounds", "lo.xyz below hi.xyz", quoted(in, "surrounds"));
+  around.shift = numbers<float>(in, "activation_shift", 1)[0];
+  return parse_shape(in, surroundings_columns());
+}
+
+std::vector<Column> surroundings_columns() {
+  std::vector<Column> columns;
+  for (const ColumnKind kind : {ColumnKind::density, ColumnKind::color}) {
+    const ColumnFacts& facts = facts_of(kind);
+    Column c;
+    c.kind = kind;
+    c.grid = std::string("surroundings_") + facts.name;
+    c.first = kind == ColumnKind::density ? 0 : 1;
+    c.width = facts.width;
+    c.activation = facts.activation;
+    c.role = std::string("around the box, in contracted space: ") + facts.role;
+    columns.push_back(std::move(c));
+  }
+  return columns;
 }
 
 VdbMeta motion_meta(const MotionField& motion) {

@@ -192,6 +192,12 @@ FileDigest save_model(const std::string& path, const VoxelModel& model, const Mo
     for (const Column& column : motion_columns(model.motion))
       file.grids.push_back(to_grid(model.motion.levels[0], column, motion, half));
   }
+  if (model.surroundings.any()) {
+    const VdbMeta around = surroundings_meta(model.surroundings);
+    parse_surroundings_meta({path, around}, probe.surroundings);
+    for (const Column& column : surroundings_columns())
+      file.grids.push_back(to_grid(model.surroundings.raw, column, around, half));
+  }
   check_writable(path, file);
   for (VdbGrid& grid : file.grids)  // for programs that keep grids and not the file's own table
     for (const char* key : {"splinevox_model", "time_map", "background"}) grid.meta[key] = file.meta[key];
@@ -226,6 +232,12 @@ VoxelModel load_model(const std::string& path, ModelNotes* notes) {
     model.motion.levels.push_back(
         read_channels(path, file, motion.lattice, motion.width, motion_columns(model.motion)));
     break;
+  }
+  const std::vector<Column> around = surroundings_columns();
+  if (const VdbGrid* grid = find(file, around[0].grid)) {
+    const FieldShape shape =
+        parse_surroundings_meta({path + ", grid '" + grid->name + "'", grid->meta}, model.surroundings);
+    model.surroundings.raw = read_channels(path, file, shape.lattice, shape.width, around);
   }
   return model;
 }

@@ -39,7 +39,7 @@ std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, co
     for (int x = stride / 2; x < camera.width; x += stride) {
       const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
       const Vec3 error = photometric_error(
-          look.along(ray), composite(view.image, x, y, model.background.towards(cast<float>(ray.direction))));
+          look.along(ray), composite(view.image, x, y, model.behind(ray)));
       look.each_sample([&](const Vec3& position, float w, int i) {
         CellSums& cell = cells[grid.index(grid.cell_of(position))];
         cell.displacement += w * look.displacement(i);

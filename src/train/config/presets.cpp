@@ -91,6 +91,8 @@ Config published() {
   c.optimiser.beta2 = 0.999f;
   c.optimiser.shrink = 0;
   c.loss.tv_final = 1;
+  c.loss.tv_places = 0;
+  c.radiance.opaque_alpha = 0;
   c.sampling.growth = 1;
   c.sampling.carve = 0;
   c.sampling.frames = 8;
