@@ -12,7 +12,6 @@
 namespace splinevox {
 namespace {
 
-constexpr float kStartAlpha = 0.02f;  ///< of a ray's samples, each
 constexpr int kTaskRays = 128;
 constexpr float kFaintest = 2e-4f;  ///< gradient behind a ray: an error of a tenth behind an alpha of 0.999
 
@@ -29,7 +28,7 @@ Surroundings starting_surroundings(const Config& config, const Box& box, const B
   Surroundings out;
   if (!learns_surroundings(config, stats)) return out;
   out.box = box;
-  out.shift = float(inverse_softplus(optical_depth(kStartAlpha)));
+  out.shift = float(inverse_softplus(optical_depth(config.radiance.outer_alpha)));
   float row[OuterWalk::kWidth] = {};
   for (int c = 0; c < 3; ++c) row[1 + c] = logit(std::clamp(background.color[c], 0.01f, 0.99f));
   out.raw = make_channels(outer_topology(config.run.surroundings), OuterWalk::kWidth, row);

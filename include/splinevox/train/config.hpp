@@ -59,6 +59,7 @@ struct RadianceConfig {
                                 ///< that follow; empty: at the start
   float initial_alpha = 0.01f;  ///< alpha of one step of the first lattice before training
   float opaque_alpha = 0.05f;   ///< the same behind opaque pictures, if it is more
+  float outer_alpha = 0.02f;    ///< of each of a ray's samples in the surroundings before training
   float initial_sh = 0;  ///< band 0 at the start: the view factor begins at 1 - sigmoid(Y00 * initial_sh) / 2
 };
 
@@ -206,6 +207,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
   visit("radiance.opaque_alpha", c.radiance.opaque_alpha,
         "alpha per step before training behind opaque pictures, if it is more", 0, 0.5);
+  visit("radiance.outer_alpha", c.radiance.outer_alpha,
+        "alpha per sample of the surroundings before training", 1e-8, 0.5);
   visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);
   visit("motion.enabled", c.motion.enabled, "whether the scene may move", 0, 1);
   visit("motion.basis", c.motion.basis, trained_basis_names(), 0, 1);
