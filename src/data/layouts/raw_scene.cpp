@@ -123,6 +123,10 @@ std::array<double, 16> matrix_of(const std::array<Vec3d, 3>& columns, const Vec3
   return m;
 }
 
+std::array<double, 16> matrix_of_opencv(const std::array<Vec3d, 3>& rows, const Vec3d& t) {
+  return matrix_of({rows[0], -rows[1], -rows[2]}, -(t.x * rows[0] + t.y * rows[1] + t.z * rows[2]));
+}
+
 Box frusta_box(const RawSplit& split, const std::vector<std::array<double, 2>>& near_far) {
   std::vector<double> nears, fars;
   for (const auto& [near, far] : near_far) {

@@ -82,6 +82,11 @@ void sort_by_time(RawSplit& split);
 /// z axes in the world.
 std::array<double, 16> matrix_of(const std::array<Vec3d, 3>& columns, const Vec3d& position);
 
+/// The camera-to-world matrix, OpenGL axes, of a camera that maps x of the world to R x + t with OpenCV's
+/// axes.
+/// @param rows  of R: the camera's axes in the world, right, down and forwards
+std::array<double, 16> matrix_of_opencv(const std::array<Vec3d, 3>& rows, const Vec3d& t);
+
 /// The box around what all cameras of `split` see between their depths, the nearest and furthest tenth of the
 /// cameras' left out. `near_far`: one pair per frame, depths along the axis in scene units; pictures are
 /// taken to be w x h of their lens.
@@ -108,6 +113,12 @@ bool is_nrnerf(const std::filesystem::path& folder);
 RawScene read_nrnerf(const std::filesystem::path& folder);
 bool is_dynerf(const std::filesystem::path& folder);
 RawScene read_dynerf(const std::filesystem::path& folder);
+bool is_dynamic_gaussians(const std::filesystem::path& folder);
+RawScene read_dynamic_gaussians(const std::filesystem::path& folder);
+bool is_pinf(const std::filesystem::path& folder);
+RawScene read_pinf(const std::filesystem::path& folder);
+bool is_easymocap(const std::filesystem::path& folder);
+RawScene read_easymocap(const std::filesystem::path& folder);
 /// @}
 
 }  // namespace splinevox::data
