@@ -190,7 +190,7 @@ class StorageReader {
       else if (key == "cols")
         value.columns = read_size("cols", read_text(rest));
       else if (key == "data" && rest.starts_with("[") && !data)
-        value.numbers = numbers_of(read_flow(rest));
+        value.numbers = numbers_of(read_flow(rest), begin);
       else if (key != "dt" || read_text(rest).find_first_not_of("ucswifd") != std::string::npos)
         refuse("this is no field of a matrix: rows, cols, dt and data once");
       data |= key == "data";
@@ -202,12 +202,12 @@ class StorageReader {
     return value;
   }
 
-  std::vector<double> numbers_of(const std::vector<std::string>& texts) const {
+  std::vector<double> numbers_of(const std::vector<std::string>& texts, int begin) const {
     std::vector<double> numbers;
     for (const std::string& text : texts) {
       numbers.push_back(storage_number(text));
       if (std::isnan(numbers.back()) && text != ".Nan" && text != ".NaN" && text != ".nan")
-        refuse("the data of a matrix holds something else than numbers");
+        fail({place(begin), "a matrix holds something else than numbers", kExpected, in_quotes(text), ""});
     }
     return numbers;
   }

@@ -70,9 +70,10 @@ struct RawScene {
 void leave_out(RawScene& scene, const DatasetRules& rules,
                const std::function<std::optional<Error>(RawFrame&, const std::string& where)>& look_for);
 
-/// Divides a scene that has one list: every eighth frame in the order of time becomes the test split, the
-/// others train. The first and the last moment always train: pictures of theirs are held out only where four
-/// or more cameras see them. Says so in notes.
+/// Divides a scene that has one list. Of a rig (rig_cameras.hpp, cameras_to_hold_out) whole cameras become
+/// the test split. Else it is every eighth frame in the order of time, and the others train. The first and
+/// the last moment always train: pictures of theirs are held out only where four or more cameras see them.
+/// Says so in notes.
 void hold_out(RawScene& scene);
 
 /// Sorts frames by time, then by picture and place in the film.
