@@ -7,6 +7,9 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
+
+#include "data/times/names.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -87,6 +90,49 @@ std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
     cameras[c].name = own ? file : "camera " + std::to_string(c);
   }
   return cameras;
+}
+
+std::vector<int> cameras_to_hold_out(const RawSplit& split, const std::vector<RigCamera>& cameras) {
+  constexpr std::size_t kFewest = 5, kEvery = 8;
+  if (cameras.size() < kFewest) return {};
+  std::set<double> moments;
+  std::vector<std::set<double>> seen(cameras.size());
+  std::vector<Vec3d> places(cameras.size());
+  for (const RawFrame& frame : split.frames) {
+    moments.insert(frame.time);
+    seen.at(std::size_t(frame.camera_id)).insert(frame.time);
+    places[std::size_t(frame.camera_id)] = frame.pose.position;
+  }
+  std::vector<int> order;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (!cameras[c].still || 10 * seen[c].size() < 9 * moments.size()) return {};
+    order.push_back(int(c));
+  }
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return natural_less(cameras[std::size_t(a)].name, cameras[std::size_t(b)].name);
+  });
+  const std::size_t parts = std::max<std::size_t>(1, order.size() / kEvery);
+  std::vector<int> held_out;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const std::size_t first = part * order.size() / parts, last = (part + 1) * order.size() / parts;
+    Vec3d middle{};
+    for (std::size_t i = first; i < last; ++i)
+      middle += (1 / double(last - first)) * places[std::size_t(order[i])];
+    const auto off = [&](std::size_t i) { return length(places[std::size_t(order[i])] - middle); };
+    double furthest = 1e-30;
+    for (std::size_t i = first; i < last; ++i) furthest = std::max(furthest, off(i));
+    const auto rank =
+        [&](std::size_t i) {  // in a ring all are equally far: then it is the middle one in order
+          return std::pair(std::round(1e4 * off(i) / furthest),
+                           std::abs(2 * double(i) + 1 - double(first + last)));
+        };
+    std::size_t best = first;
+    for (std::size_t i = first + 1; i < last; ++i)
+      if (rank(i) < rank(best)) best = i;
+    held_out.push_back(order[best]);
+  }
+  std::sort(held_out.begin(), held_out.end());
+  return held_out;
 }
 
 }  // namespace splinevox::data

@@ -3,6 +3,7 @@
 #include "core/atomic_file.hpp"
 #include "data/jpeg_bytes.hpp"
 #include "data/layouts.hpp"
+#include "data/rig_layouts.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -45,6 +46,11 @@ constexpr Layout kColmapBinaryCameras{"colmap_binary_cameras", "sparse/0/cameras
                                       few<test::write_colmap_binary, &kLens>};
 constexpr Layout kColmapBinaryPoints{"colmap_binary_points", "sparse/0/points3D.bin",
                                      few<test::write_colmap_binary, &kLens>};
+
+constexpr int kRigMoments = 2;
+constexpr Layout kGaussians{"gaussians", "train_meta.json", few<test::write_gaussians, &kRigMoments>};
+constexpr Layout kEasymocapLenses{"easymocap_lenses", "intri.yml", few<test::write_easymocap, &kRigMoments>};
+constexpr Layout kEasymocapPoses{"easymocap_poses", "extri.yml", few<test::write_easymocap, &kRigMoments>};
 
 /// The folder of this process with the data set, written once; the file in it gets the bytes and all is read.
 template <const Layout& L>
@@ -97,7 +103,10 @@ std::vector<Target> layout_targets() {
           target<kColmapTextPoints>,
           target<kColmapBinary>,
           target<kColmapBinaryCameras>,
-          target<kColmapBinaryPoints>};
+          target<kColmapBinaryPoints>,
+          target<kGaussians>,
+          target<kEasymocapLenses>,
+          target<kEasymocapPoses>};
 }
 
 }  // namespace splinevox::fuzz

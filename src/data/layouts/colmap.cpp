@@ -9,6 +9,7 @@
 #include "data/layouts/colmap_model.hpp"
 #include "data/layouts/folder_list.hpp"
 #include "data/layouts/raw_scene.hpp"
+#include "data/layouts/still_model.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -58,19 +59,16 @@ std::array<Vec3d, 3> rows_of(const std::array<double, 4>& quaternion, const std:
            {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
-RawFrame frame_of(const ColmapModel& model, const ColmapImage& image, const std::string& pictures) {
+RawFrame frame_of(const ColmapModel& model, const ColmapImage& image) {
   const std::string where = model.where + ", image " + printable(image.name);
   const auto camera = model.cameras.find(image.camera);
   if (camera == model.cameras.end())
     fail({where, "there is no such camera", "the number of a camera in the cameras file",
           std::to_string(image.camera), ""});
-  const std::array<Vec3d, 3> rows = rows_of(image.rotation, where);
-  const Vec3d& t = image.translation;
   RawFrame frame;
-  set_pose(frame, matrix_of({rows[0], -rows[1], -rows[2]}, -(t.x * rows[0] + t.y * rows[1] + t.z * rows[2])),
-           where);
+  set_pose(frame, matrix_of_opencv(rows_of(image.rotation, where), image.translation), where);
   frame.lens = lens_of(camera->second, where);
-  frame.file_path = pictures + image.name;
+  frame.file_path = image.name;
   frame.label = "image " + printable(image.name);
   return frame;
 }
@@ -159,20 +157,20 @@ RawScene read_colmap(const fs::path& folder) {
   if (model.images.empty()) fail({model.where, "the model has no images", "at least one", "none", ""});
   std::sort(model.images.begin(), model.images.end(),
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
-  const std::string prefix = picture_prefix(folder, place, model.images, model.where);
-  RawSplit all{"train", model.where, false, {}};
-  for (const ColmapImage& image : model.images) all.frames.push_back(frame_of(model, image, prefix));
-  std::vector<std::string> notes;
-  if (prefix.rfind("images_", 0) == 0)
-    notes.push_back("pictures are those of " + prefix.substr(0, prefix.size() - 1));
-  note_other_models(folder, place, notes);
-  note_pictures_without(folder, prefix, all, notes);
   RawScene scene;
-  scene.splits.push_back(std::move(all));
+  scene.splits.push_back({"train", model.where, false, {}});
   scene.one_list = true;
   scene.upright = false;  // COLMAP takes pictures as they are stored
+  RawSplit& all = scene.splits[0];
+  for (const ColmapImage& image : model.images) all.frames.push_back(frame_of(model, image));
   scene.box = points_box(std::move(model.points));
-  scene.notes = std::move(notes);
+  note_other_models(folder, place, scene.notes);
+  if (take_still_model(folder, scene)) return scene;
+  const std::string prefix = picture_prefix(folder, place, model.images, model.where);
+  for (RawFrame& frame : all.frames) frame.file_path = prefix + frame.file_path;
+  if (prefix.rfind("images_", 0) == 0)
+    scene.notes.push_back("pictures are those of " + prefix.substr(0, prefix.size() - 1));
+  note_pictures_without(folder, prefix, all, scene.notes);
   return scene;
 }
 

@@ -4,13 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "data/layouts/folder_list.hpp"
 #include "data/layouts/pose_rows.hpp"
 #include "data/layouts/raw_scene.hpp"
+#include "data/layouts/rig_footage.hpp"
 #include "data/message_text.hpp"
-#include "data/pictures/film_read.hpp"
 #include "data/times/names.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -26,27 +25,10 @@ struct RigParts {
   std::vector<std::string> films, folders;
 };
 
-/// The pictures of a camera's folder: in itself or in its images. Masks among them are left out.
-std::vector<std::string> frames_in(const fs::path& folder, const std::string& camera) {
-  for (const fs::path& inside : {fs::path(camera) / "images", fs::path(camera)}) {
-    std::vector<std::string> paths = without_masks(files_in(folder / inside, FileKind::picture));
-    for (std::string& path : paths) path = (inside / path).generic_string();
-    if (!paths.empty()) return paths;
-  }
-  return {};
-}
-
-/// Folders of pictures that are no camera's: what other layouts and programs leave.
-bool is_no_camera(const std::string& name) {
-  const std::string low = lower_case(name);
-  return low.starts_with("images") || low.starts_with("sparse") || low.starts_with("colmap") ||
-         low.find("mask") != std::string::npos || low.find("depth") != std::string::npos;
-}
-
 RigParts rig_parts(const fs::path& folder) {
   RigParts parts{files_in(folder, FileKind::film), {}};
   for (const std::string& name : folders_in(folder))
-    if (!is_no_camera(name) && !frames_in(folder, name).empty()) parts.folders.push_back(name);
+    if (!is_no_camera(name) && !pictures_of_camera(folder, name).empty()) parts.folders.push_back(name);
   return parts;
 }
 
@@ -79,32 +61,23 @@ struct Rig {
       : train{"train", where, timed, {}},
         test{"test", where, timed, {}},
         cameras{"train", where, timed, {}} {}
+
+  RawSplit& split_of(std::size_t camera) { return camera == 0 && cameras.frames.size() > 1 ? test : train; }
 };
 
 /// A frame's time is its time stamp, in frames of the first film.
 std::vector<std::string> add_films(Rig& rig, const fs::path& folder, const std::vector<std::string>& names) {
   int fewest = 1 << 30, most = 0;
-  double rate = 1;
+  double rate = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    RawFrame frame = rig.cameras.frames[i];
-    frame.label = "film " + printable(names[i]);
-    frame.file_path = names[i];
-    frame.camera = fs::path(names[i]).stem().string();
-    const FilmFacts facts = film_facts(folder / names[i], printable((folder / names[i]).string()));
-    frame.film_size = {facts.width, facts.height};
-    if (i == 0) rate = facts.rate;
-    fewest = std::min(fewest, facts.frames());
-    most = std::max(most, facts.frames());
-    for (frame.film_frame = 0; frame.film_frame < facts.frames(); ++frame.film_frame) {
-      const double time = rate * facts.times[std::size_t(frame.film_frame)], whole = std::round(time);
-      frame.time = std::abs(time - whole) < 1e-6 ? whole : time;
-      frame.name = fmt::format("{}_{:04}", fs::path(names[i]).stem().string(), frame.film_frame);
-      (i == 0 && names.size() > 1 ? rig.test : rig.train).frames.push_back(frame);
-    }
+    RawFrame& camera = rig.cameras.frames[i];
+    camera.camera = fs::path(names[i]).stem().string();
+    const int frames = add_film(folder, camera, names[i], rate, rig.split_of(i).frames);
+    fewest = std::min(fewest, frames);
+    most = std::max(most, frames);
   }
-  if (fewest == most) return {};
-  return {"films have from " + std::to_string(fewest) + " to " + std::to_string(most) +
-          " frames; their first frames are taken at the same time"};
+  if (const std::string note = note_on_lengths(fewest, most); !note.empty()) return {note};
+  return {};
 }
 
 /// Times are those of the pictures' names: settle_times gives them.
@@ -112,17 +85,11 @@ std::vector<std::string> add_folders(Rig& rig, const fs::path& folder,
                                      const std::vector<std::string>& names) {
   std::size_t fewest = SIZE_MAX, most = 0;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::vector<std::string> paths = frames_in(folder, names[i]);
+    const std::vector<std::string> paths = pictures_of_camera(folder, names[i]);
     fewest = std::min(fewest, paths.size());
     most = std::max(most, paths.size());
-    for (const std::string& path : paths) {
-      RawFrame frame = rig.cameras.frames[i];
-      frame.file_path = path;
-      frame.camera = names[i];
-      frame.label = "picture " + printable(path);
-      frame.name = names[i] + "_" + fs::path(path).stem().string();
-      (i == 0 && names.size() > 1 ? rig.test : rig.train).frames.push_back(frame);
-    }
+    rig.cameras.frames[i].camera = names[i];
+    add_pictures(rig.cameras.frames[i], paths, rig.split_of(i).frames);
   }
   std::vector<std::string> notes{
       fmt::format("every folder of pictures is a camera that stands still: {}", list_of(names))};

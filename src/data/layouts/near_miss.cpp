@@ -97,20 +97,20 @@ bool holds(const fs::path& folder, const char* name) {
 }
 
 bool looks_known(const fs::path& folder) {
-  for (const char* name :
-       {"transforms_train.json", "transforms.json", "transform_train.json", "poses_bounds.npy",
-        "precomputed.json", "dataset.json", "sparse", "colmap_sparse", "cameras.bin", "cameras.txt"})
+  for (const char* name : {"transforms_train.json", "transforms.json", "transform_train.json",
+                           "poses_bounds.npy", "precomputed.json", "dataset.json", "train_meta.json",
+                           "intri.yml", "sparse", "colmap_sparse", "cameras.bin", "cameras.txt"})
     if (holds(folder, name)) return true;
   return false;
 }
 
 /// The file's name that one of the folder's is nearly; empty if none is near.
 std::string meant_file(const std::string& name) {
-  if (lower_case(fs::path(name).extension().string()) == ".json" ||
-      lower_case(fs::path(name).extension().string()) == ".npy")
-    for (const std::string known :
-         {"transforms.json", "transforms_train.json", "transforms_val.json", "transforms_test.json",
-          "poses_bounds.npy", "precomputed.json", "dataset.json"}) {
+  const std::string ending = lower_case(fs::path(name).extension().string());
+  if (ending == ".json" || ending == ".npy" || ending == ".yml" || ending == ".yaml")
+    for (const std::string known : {"transforms.json", "transforms_train.json", "transforms_val.json",
+                                    "transforms_test.json", "poses_bounds.npy", "precomputed.json",
+                                    "dataset.json", "train_meta.json", "intri.yml", "extri.yml"}) {
       const std::string a = bare_name(name), b = bare_name(known);
       if (a == b || edits(a, b) <= 2) return known;
     }

@@ -7,6 +7,7 @@
 
 #include "data/json_file.hpp"
 #include "data/layouts/raw_scene.hpp"
+#include "data/layouts/still_model.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
@@ -97,6 +98,7 @@ RawScene read_nerfstudio(const fs::path& folder) {
   }
   scene.notes.insert(scene.notes.begin(), notes.begin(), notes.end());
   scene.box = read_scene_box(file, where);
+  take_still_model(folder, scene);
   return scene;
 }
 

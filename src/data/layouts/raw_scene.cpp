@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/layouts/raw_scene.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "data/layouts/axes.hpp"
+#include "data/layouts/folder_list.hpp"
 #include "data/message_text.hpp"
+#include "data/rig_cameras.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -74,10 +78,10 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
                           first->problem.what + ")");
 }
 
-void hold_out(RawScene& scene) {
-  RawSplit all = std::move(scene.splits.at(0));
-  scene.one_list = false;
-  sort_by_time(all);
+namespace {
+
+/// Every eighth frame, as far as both ends of time keep some for training.
+std::vector<bool> every_eighth(const RawSplit& all) {
   const std::size_t n = all.frames.size();
   const double first = n > 0 ? all.frames.front().time : 0, last = n > 0 ? all.frames.back().time : 0;
   constexpr std::ptrdiff_t kManyCameras = 4;  // a moment with as many keeps some for training
@@ -98,12 +102,33 @@ void hold_out(RawScene& scene) {
       tests[i] = true;
       break;
     }
+  return tests;
+}
+
+}  // namespace
+
+void hold_out(RawScene& scene) {
+  RawSplit all = std::move(scene.splits.at(0));
+  scene.one_list = false;
+  sort_by_time(all);
+  const std::size_t n = all.frames.size();
+  const std::vector<int> cameras = cameras_to_hold_out(all, scene.cameras);
+  std::vector<bool> tests(n, false);
+  if (cameras.empty()) tests = every_eighth(all);
+  for (std::size_t i = 0; i < n && !cameras.empty(); ++i)
+    tests[i] = std::binary_search(cameras.begin(), cameras.end(), all.frames[i].camera_id);
   RawSplit train{"train", all.file, all.timed, {}}, test{"test", all.file, all.timed, {}};
   for (std::size_t i = 0; i < n; ++i) (tests[i] ? test : train).frames.push_back(std::move(all.frames[i]));
   scene.splits = {std::move(train)};
   if (test.frames.empty()) return;
-  scene.notes.push_back("the data names no test split: every eighth picture in the order of time is one, " +
-                        std::to_string(test.frames.size()) + " in all");
+  std::vector<std::string> names;
+  for (const int camera : cameras) names.push_back(scene.cameras[std::size_t(camera)].name);
+  scene.notes.push_back(
+      "the data names no test split: " +
+      (cameras.empty() ? std::string("every eighth picture in the order of time is one, ")
+                       : fmt::format("{} of {} cameras, which stand still, are held out: {}; pictures: ",
+                                     cameras.size(), scene.cameras.size(), list_of(names))) +
+      std::to_string(test.frames.size()) + " in all");
   scene.splits.push_back(std::move(test));
 }
 
@@ -121,6 +146,10 @@ std::array<double, 16> matrix_of(const std::array<Vec3d, 3>& columns, const Vec3
   }
   m[15] = 1;
   return m;
+}
+
+std::array<double, 16> matrix_of_opencv(const std::array<Vec3d, 3>& rows, const Vec3d& t) {
+  return matrix_of({rows[0], -rows[1], -rows[2]}, -(t.x * rows[0] + t.y * rows[1] + t.z * rows[2]));
 }
 
 Box frusta_box(const RawSplit& split, const std::vector<std::array<double, 2>>& near_far) {

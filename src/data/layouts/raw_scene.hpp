@@ -70,9 +70,10 @@ struct RawScene {
 void leave_out(RawScene& scene, const DatasetRules& rules,
                const std::function<std::optional<Error>(RawFrame&, const std::string& where)>& look_for);
 
-/// Divides a scene that has one list: every eighth frame in the order of time becomes the test split, the
-/// others train. The first and the last moment always train: pictures of theirs are held out only where four
-/// or more cameras see them. Says so in notes.
+/// Divides a scene that has one list. Of a rig (rig_cameras.hpp, cameras_to_hold_out) whole cameras become
+/// the test split. Else it is every eighth frame in the order of time, and the others train. The first and
+/// the last moment always train: pictures of theirs are held out only where four or more cameras see them.
+/// Says so in notes.
 void hold_out(RawScene& scene);
 
 /// Sorts frames by time, then by picture and place in the film.
@@ -81,6 +82,11 @@ void sort_by_time(RawSplit& split);
 /// A camera-to-world matrix from the rows of a rotation and a position. @param columns  the camera's x, y and
 /// z axes in the world.
 std::array<double, 16> matrix_of(const std::array<Vec3d, 3>& columns, const Vec3d& position);
+
+/// The camera-to-world matrix, OpenGL axes, of a camera that maps x of the world to R x + t with OpenCV's
+/// axes.
+/// @param rows  of R: the camera's axes in the world, right, down and forwards
+std::array<double, 16> matrix_of_opencv(const std::array<Vec3d, 3>& rows, const Vec3d& t);
 
 /// The box around what all cameras of `split` see between their depths, the nearest and furthest tenth of the
 /// cameras' left out. `near_far`: one pair per frame, depths along the axis in scene units; pictures are
@@ -108,6 +114,12 @@ bool is_nrnerf(const std::filesystem::path& folder);
 RawScene read_nrnerf(const std::filesystem::path& folder);
 bool is_dynerf(const std::filesystem::path& folder);
 RawScene read_dynerf(const std::filesystem::path& folder);
+bool is_dynamic_gaussians(const std::filesystem::path& folder);
+RawScene read_dynamic_gaussians(const std::filesystem::path& folder);
+bool is_pinf(const std::filesystem::path& folder);
+RawScene read_pinf(const std::filesystem::path& folder);
+bool is_easymocap(const std::filesystem::path& folder);
+RawScene read_easymocap(const std::filesystem::path& folder);
 /// @}
 
 }  // namespace splinevox::data

@@ -23,8 +23,9 @@ constexpr const char* kSplits[] = {"train", "val", "test"};
 constexpr const char* kLookedFor =
     "transforms_train.json, transforms_val.json or transforms_test.json (NeRF / D-NeRF), transforms.json "
     "(nerfstudio, instant-ngp), "
-    "transform_train.json (NeRFlow), dataset.json with camera/ (Nerfies, HyperNeRF), precomputed.json "
-    "(NR-NeRF), poses_bounds.npy (LLFF; with "
+    "transform_train.json (NeRFlow), train_meta.json (Dynamic 3D Gaussians), info.json with train_videos "
+    "(PINF), dataset.json with camera/ (Nerfies, HyperNeRF), precomputed.json "
+    "(NR-NeRF), intri.yml with extri.yml (EasyMocap), poses_bounds.npy (LLFF; with "
     "a film or a folder of pictures per camera DyNeRF), sparse/0/cameras.bin or .txt (COLMAP)";
 
 bool named(const std::vector<std::string>& list, const std::string& split) {
@@ -53,8 +54,11 @@ struct Layout {
 constexpr Layout kLayouts[] = {{"NeRF / D-NeRF", is_dnerf, nullptr},
                                {"nerfstudio / instant-ngp", is_nerfstudio, read_nerfstudio},
                                {"NeRFlow (Gibson)", is_gibson, read_gibson},
+                               {"Dynamic 3D Gaussians", is_dynamic_gaussians, read_dynamic_gaussians},
+                               {"PINF", is_pinf, read_pinf},
                                {"Nerfies / HyperNeRF", is_nerfies, read_nerfies},
                                {"NR-NeRF", is_nrnerf, read_nrnerf},
+                               {"EasyMocap", is_easymocap, read_easymocap},
                                {"DyNeRF", is_dynerf, read_dynerf},
                                {"LLFF", is_llff, read_llff},
                                {"COLMAP", is_colmap, read_colmap}};

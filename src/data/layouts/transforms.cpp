@@ -30,6 +30,33 @@ std::optional<double> number_field(const json& object, const char* field, const 
   return found->get<double>();
 }
 
+std::vector<double> matrix_numbers(const json& value, std::size_t rows, std::size_t columns,
+                                   const std::string& name, const std::string& where) {
+  const std::string shape = std::to_string(rows) + " rows of " + std::to_string(columns) + " finite numbers";
+  if (!value.is_array() || value.size() != rows)
+    fail({where, name + " has the wrong shape", shape, shown(value), ""});
+  std::vector<double> numbers;
+  for (const json& row : value) {
+    if (!row.is_array() || row.size() != columns)
+      fail({where, name + " has a row of the wrong shape", shape, shown(row), ""});
+    for (const json& element : row) {
+      if (!element.is_number())
+        fail({where, name + " holds something else than numbers", shape, shown(element), ""});
+      numbers.push_back(element.get<double>());
+    }
+  }
+  return numbers;
+}
+
+const json& needed_field(const json& object, const char* field, const std::string& expected,
+                         const std::string& where) {
+  if (!object.is_object()) fail({where, "this is no object with fields", expected, shown(object), ""});
+  const auto found = object.find(field);
+  if (found == object.end())
+    fail({where, std::string("'") + field + "' is missing", expected, "no such field", ""});
+  return *found;
+}
+
 namespace {
 
 /// What to say of a field that is missing: that it is, and what may be meant for it.

@@ -30,6 +30,12 @@ std::optional<Box> read_scene_box(const nlohmann::json& file, const std::string&
 /// @{
 std::string shown(const nlohmann::json& value);  ///< a short description for "got"
 std::optional<double> number_field(const nlohmann::json& object, const char* field, const std::string& where);
+/// The numbers of a matrix, row by row. @param name  how messages call it, as "'k'"
+std::vector<double> matrix_numbers(const nlohmann::json& value, std::size_t rows, std::size_t columns,
+                                   const std::string& name, const std::string& where);
+/// A field that must be there.
+const nlohmann::json& needed_field(const nlohmann::json& object, const char* field,
+                                   const std::string& expected, const std::string& where);
 /// The lens of a file or a frame, from fields of its own or a matrix in "K", "intrinsics" ... of numbers in
 /// pixels.
 Lens read_lens(const nlohmann::json& object, const std::string& where);

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/layouts/still_model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "data/layouts/rig_footage.hpp"
+#include "data/message_text.hpp"
+
+namespace splinevox::data {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a model calls its cameras, in three ways.
+constexpr std::string (*kNamings[])(const RawFrame&) = {
+    [](const RawFrame& frame) { return frame.camera; },
+    [](const RawFrame& frame) { return fs::path(frame.file_path).stem().string(); },
+    [](const RawFrame& frame) {
+      const fs::path inside = fs::path(frame.file_path).parent_path();
+      return (inside.filename() == "images" ? inside.parent_path() : inside).filename().string();
+    }};
+
+/// The names of all frames' cameras; empty unless every one has a name of its own.
+std::vector<std::string> names_by(const RawScene& scene, std::string (*naming)(const RawFrame&)) {
+  std::set<std::string> names;
+  std::size_t frames = 0;
+  for (const RawSplit& split : scene.splits)
+    for (const RawFrame& frame : split.frames) {
+      names.insert(naming(frame));
+      ++frames;
+    }
+  if (names.size() < frames || names.contains("")) return {};
+  return {names.begin(), names.end()};
+}
+
+bool is_one_moment(const RawScene& scene) {
+  for (const RawSplit& split : scene.splits)
+    for (const RawFrame& frame : split.frames)
+      if (frame.time != scene.splits[0].frames[0].time) return false;
+  return true;
+}
+
+}  // namespace
+
+bool take_still_model(const fs::path& folder, RawScene& scene) {
+  if (!is_one_moment(scene)) return false;
+  for (const auto naming : kNamings) {
+    const std::vector<std::string> names = names_by(scene, naming);
+    if (names.size() < 2) continue;
+    std::vector<Footage> footage = find_footage(folder, names);
+    std::erase_if(footage, [](const Footage& f) { return f.film.empty() && f.pictures.size() < 2; });
+    const auto named = std::find_if(footage.begin(), footage.end(), [&](const Footage& f) {
+      return std::binary_search(names.begin(), names.end(), f.camera);
+    });
+    if (named == footage.end()) continue;
+    scene.notes.push_back(fmt::format(
+        "{} has one pose for every camera, which stands still: its pictures are those of the {} with its "
+        "name, "
+        "such as {}",
+        scene.splits[0].file, named->film.empty() ? "folder" : "film",
+        in_quotes(named->film.empty() ? fs::path(named->pictures[0]).parent_path().generic_string()
+                                      : named->film)));
+    for (RawSplit& split : scene.splits)
+      for (RawFrame& frame : split.frames) frame.camera = naming(frame);
+    take_footage(folder, footage, scene);
+    return true;
+  }
+  return false;
+}
+
+}  // namespace splinevox::data
