@@ -40,7 +40,7 @@ std::vector<std::string> frames_in(const fs::path& folder, const std::string& ca
 bool is_no_camera(const std::string& name) {
   const std::string low = lower_case(name);
   return low.starts_with("images") || low.starts_with("sparse") || low.starts_with("colmap") ||
-         low.find("mask") != std::string::npos || low.find("depth") != std::string::npos;
+         is_mask_folder(name) || low.find("depth") != std::string::npos;
 }
 
 RigParts rig_parts(const fs::path& folder) {
