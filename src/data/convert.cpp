@@ -83,7 +83,7 @@ void write_bytes(const fs::path& to, const std::vector<char>& bytes) {
   write_file(to.string(), {std::string_view(bytes.data(), bytes.size())});
 }
 
-void copy_file(const fs::path& from, const fs::path& to) {
+void copy_bytes(const fs::path& from, const fs::path& to) {
   write_file(to.string(), {read_file(from.string(), kLargestFile, Named::by_user)});
 }
 
@@ -129,7 +129,7 @@ std::vector<std::string> mask_targets(const RawSplit& raw, const PicturePlan& pl
 /// Masks that are used become black where they ignore, others stay what they are.
 void write_mask(const PicturePlan& plan, std::size_t i, const fs::path& to) {
   const MaskPlan& masks = plan.masks;
-  if (!masks.use.used() && masks.turns[i] == 1) return copy_file(masks.files[i], to);
+  if (!masks.use.used() && masks.turns[i] == 1) return copy_bytes(masks.files[i], to);
   const Mask mask = read_mask(masks, i);
   const bool black = masks.use.used() && masks.use.keeps_black(masks.files[i]);
   Image image(mask.width, mask.height, 1);
@@ -140,7 +140,7 @@ void write_mask(const PicturePlan& plan, std::size_t i, const fs::path& to) {
 
 void write_picture(const PicturePlan& plan, std::size_t i, const fs::path& to) {
   const bool cut = is_cut_out(plan, i);
-  if (plan.asked[i] == 1 && !cut) return copy_file(plan.paths[i], to);
+  if (plan.asked[i] == 1 && !cut) return copy_bytes(plan.paths[i], to);
   // No reader shall wonder again how it is turned.
   Image16 picture = turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]);
   write_bytes(to, cut ? png_of(cut_out(std::move(picture), plan.masks, i), 4) : png_of(picture));
