@@ -28,7 +28,7 @@ namespace splinevox::cli {
 namespace {
 
 struct EvalOptions {
-  std::string run, data, split = "test", images, device = "auto";
+  std::string run, data, split = "test", images, device = "auto", masks;
   int threads = 0;
   bool json = false, truth = false;
   Otherwise otherwise;
@@ -105,13 +105,35 @@ void save(const Run& run, const ModelFile& read, const Json& result) {
 
 Json scores_json(const Scores& s) {
   Json frames = Json::array();
-  for (const ViewScore& v : s.views)
-    frames.push_back({{"name", v.name},
-                      {"time", v.time},
-                      {"psnr", capped_psnr(v.psnr)},
-                      {"ssim", v.ssim},
-                      {"ms_ssim", v.ms_ssim}});
-  return {{"psnr", s.psnr}, {"ssim", s.ssim}, {"ms_ssim", s.ms_ssim}, {"split", s.split}, {"frames", frames}};
+  for (const ViewScore& v : s.views) {
+    Json frame{{"name", v.name},
+               {"time", v.time},
+               {"psnr", capped_psnr(v.psnr)},
+               {"ssim", v.ssim},
+               {"ms_ssim", v.ms_ssim}};
+    if (v.psnr_inside) frame["psnr_inside"] = capped_psnr(*v.psnr_inside);
+    frames.push_back(std::move(frame));
+  }
+  Json j{{"psnr", s.psnr}, {"ssim", s.ssim}, {"ms_ssim", s.ms_ssim}, {"split", s.split}};
+  if (s.psnr_inside) {
+    j["psnr_inside"] = *s.psnr_inside;
+    j["inside_views"] = s.inside_views;
+    j["inside_share"] = s.inside_share;
+  }
+  if (s.ignored_share > 0) j["ignored_share"] = s.ignored_share;
+  j["frames"] = std::move(frames);
+  return j;
+}
+
+void print_means(const Scores& s) {
+  fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", s.psnr, s.ssim, s.ms_ssim,
+             s.views.size());
+  if (s.psnr_inside)
+    fmt::print("{:<16} {:>7} {:>8.3f} {:>17}   ({} views, {:.1f}% of their pixels)\n", "inside the masks", "",
+               *s.psnr_inside, "", s.inside_views, 100 * s.inside_share);
+  if (s.ignored_share > 0)
+    fmt::print("{:.1f}% of all pixels are ignored, as the masks say: not in these figures\n",
+               100 * s.ignored_share);
 }
 
 Json truth_figures(const MotionScore& s) {
@@ -152,7 +174,9 @@ void print_truth(const MotionScore& s) {
 int eval(const EvalOptions& o) {
   const Device device = choose_device(o.device);
   const ModelFile read(o.run);
-  const Run run = open_run(o.run, o.otherwise);
+  Otherwise otherwise = o.otherwise;
+  if (!o.masks.empty()) otherwise.masks = o.masks;
+  const Run run = open_run(o.run, otherwise);
   const Dataset data = open_split(run, o.data, o.split);
   if (!o.images.empty()) claim_pictures(o.images, run, o.split);
   std::vector<SurfaceFrame>
@@ -187,8 +211,7 @@ int eval(const EvalOptions& o) {
   if (o.json)
     fmt::print("{}\n", json_text(result, 2));
   else
-    fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", scores.psnr, scores.ssim,
-               scores.ms_ssim, scores.views.size());
+    print_means(scores);
   if (flat && !o.json)
     fmt::print(
         "note: all training cameras see the scene from within {:.2g} degrees: its depth is not determined, "
@@ -196,7 +219,7 @@ int eval(const EvalOptions& o) {
         *run.record.parallax);
   if (o.truth && !o.json) print_truth(motion);
   std::fflush(stdout);
-  if (!o.otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
+  if (!otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
   return 0;
 }
 
@@ -212,6 +235,7 @@ Action eval_command(CLI::App& verb) {
   verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   add_otherwise(verb, o->otherwise);
+  add_masks(verb, o->masks);
   verb.add_flag("--json", o->json, "the figures as JSON on stdout");
   add_threads(verb, o->threads);
   add_device(verb, o->device);

@@ -152,6 +152,8 @@ void print_run(const Json& j) {
   if (metrics.contains("psnr"))
     fmt::print("{} split: PSNR {:.2f} dB, SSIM {:.4f}, MS-SSIM {:.4f}\n", metrics.value("split", ""),
                metrics["psnr"].get<double>(), metrics.value("ssim", 0.0), metrics.value("ms_ssim", 0.0));
+  if (metrics.contains("psnr_inside"))
+    fmt::print("  inside the masks: PSNR {:.2f} dB\n", metrics["psnr_inside"].get<double>());
   print_vdb(j["model"]);
 }
 

@@ -62,7 +62,7 @@ void add_views(ReportRun& page, const ReportOptions& o, const std::string& path)
       };
       const MotionField& motion = run.model.motion;
       page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render),
-                            encode_png(error_colours(v.render, v.truth)), layer(motion.moves(), "flow"),
+                            encode_png(error_picture(v, frame)), layer(motion.moves(), "flow"),
                             layer(motion.moves() && motion.rigidity, "rigidity")});
     }
     std::stable_sort(page.views.begin(), page.views.end(),

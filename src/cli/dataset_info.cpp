@@ -107,6 +107,13 @@ Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixel
          {"splits", splits},
          {"cameras", cameras_json(data)},
          {"notes", data.notes}};
+  if (data.masks)
+    j["masks"] = {{"use", data.masks->use},
+                  {"pictures", data.masks->pictures},
+                  {"frames", data.masks->frames},
+                  {"example", data.masks->example},
+                  {"looked_at", data.masks->looked_at},
+                  {"white", data.masks->white}};
   if (pixels) j["fingerprint"] = fmt::format("{:016x}", data.fingerprint);
   if (data.box)
     j["box"] = {{data.box->lo.x, data.box->lo.y, data.box->lo.z},
@@ -147,6 +154,14 @@ void print_dataset(const Json& j) {
     fmt::print("  rig    {} cameras film, {} of them stand still, such as {}\n", c["rig"].size(), still,
                c["rig"][0]["name"].get<std::string>());
   }
+  if (j.contains("masks"))
+    fmt::print(
+        "  masks  of {} of {} pictures, {}{}\n", j["masks"]["pictures"].get<int>(),
+        j["masks"]["frames"].get<int>(),
+        j["masks"]["use"].get<std::string>().empty() ? "not used" : j["masks"]["use"].get<std::string>(),
+        j["masks"]["looked_at"].get<int>() > 0
+            ? fmt::format("; white on average {:.1f}%", 100 * j["masks"]["white"].get<double>())
+            : "");
   if (j.contains("box"))
     fmt::print("  box    {} to {}{}\n", text_of(j["box"][0]), text_of(j["box"][1]),
                alpha ? ", not used: silhouettes say more" : "");

@@ -78,6 +78,16 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
           "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "
           "skipped up to a tenth of all")
       ->type_name("{skip,refuse}");
+  add_masks(verb, rules.masks);
+}
+
+void add_masks(CLI::App& verb, std::string& masks) {
+  verb.add_option(
+          "--masks", masks,
+          "what masks beside the pictures are for: subject (white is the scene, all else is empty), ignore "
+          "(black says nothing: neither drawn nor scored; in files dynamic_mask_... white does), "
+          "subject-black, ignore-white and ignore-black (this colour, whatever the names), or none")
+      ->type_name("USE");
 }
 
 void add_train_options(CLI::App& verb, TrainVerb& o) {

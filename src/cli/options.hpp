@@ -19,8 +19,10 @@ void add_device(CLI::App& verb, std::string& device);
 void add_share(CLI::App& verb, std::string& share);
 /// --downscale and --background of verbs that read a run.
 void add_otherwise(CLI::App& verb, Otherwise& otherwise);
-/// --times and --missing of verbs that read a data set.
+/// --times, --missing and --masks of verbs that read a data set.
 void add_rules(CLI::App& verb, DatasetRules& rules);
+/// --masks alone.
+void add_masks(CLI::App& verb, std::string& masks);
 /// The command line of `train` as typed.
 struct TrainVerb : TrainOptions {
   int threads = 0;

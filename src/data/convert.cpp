@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <filesystem>
 #include <map>
@@ -9,6 +10,7 @@
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
 #include "data/file_bytes.hpp"
+#include "data/layouts/folder_list.hpp"
 #include "data/layouts/read_scene.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
@@ -68,11 +70,21 @@ Json matrix_json(const std::array<double, 16>& m, const Vec3d& shift, double sca
   return matrix;
 }
 
-std::vector<char> png_of(const Image16& picture) {
-  Image image(picture.width, picture.height, 3);
+std::vector<char> png_of(const Image16& picture, int channels = 3) {
+  Image image(picture.width, picture.height, channels);
   for (std::size_t p = 0; p < picture.pixels(); ++p)
-    for (std::size_t c = 0; c < 3; ++c) image.data[3 * p + c] = float(picture.rgba[4 * p + c]) / 65535;
+    for (int c = 0; c < channels; ++c)
+      image.data[std::size_t(channels) * p + std::size_t(c)] =
+          float(picture.rgba[4 * p + std::size_t(c)]) / 65535;
   return encode_png(image);
+}
+
+void write_bytes(const fs::path& to, const std::vector<char>& bytes) {
+  write_file(to.string(), {std::string_view(bytes.data(), bytes.size())});
+}
+
+void copy_bytes(const fs::path& from, const fs::path& to) {
+  write_file(to.string(), {read_file(from.string(), kLargestFile, Named::by_user)});
 }
 
 /// The ending of a picture's name, of letters and digits: a data set may hold any.
@@ -83,14 +95,55 @@ std::string ending_of(const fs::path& picture) {
   return ending;
 }
 
+/// Whether a frame's mask becomes the alpha of its picture.
+bool is_cut_out(const PicturePlan& plan, std::size_t i) {
+  return plan.masks.use.what == MaskUse::What::subject && !plan.masks.files[i].empty();
+}
+
 /// Where a split's pictures go, relative to the folder, with their endings.
 std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
   const std::vector<std::string> names = frame_names(raw, plan);
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < names.size(); ++i)
-    paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i],
-                                plan.film() || plan.asked[i] != 1 ? ".png" : ending_of(plan.paths[i])));
+    paths.push_back(fmt::format(
+        "./{}/{}{}", raw.name, names[i],
+        plan.film() || plan.asked[i] != 1 || is_cut_out(plan, i) ? ".png" : ending_of(plan.paths[i])));
   return paths;
+}
+
+/// Where its masks go; empty for frames without one. Their names say as much as before.
+std::vector<std::string> mask_targets(const RawSplit& raw, const PicturePlan& plan) {
+  const std::vector<std::string> names = frame_names(raw, plan);
+  const MaskPlan& masks = plan.masks;
+  std::vector<std::string> paths(names.size());
+  for (std::size_t i = 0; i < masks.files.size(); ++i) {
+    if (masks.files[i].empty() || is_cut_out(plan, i)) continue;
+    const bool as_it_is = !masks.use.used(),
+               dynamic = lower_case(masks.files[i].filename().string()).starts_with("dynamic_mask");
+    paths[i] = fmt::format("./masks/{}/{}{}{}", raw.name, as_it_is && dynamic ? "dynamic_mask_" : "",
+                           names[i], as_it_is && masks.turns[i] == 1 ? ending_of(masks.files[i]) : ".png");
+  }
+  return paths;
+}
+
+/// Masks that are used become black where they ignore, others stay what they are.
+void write_mask(const PicturePlan& plan, std::size_t i, const fs::path& to) {
+  const MaskPlan& masks = plan.masks;
+  if (!masks.use.used() && masks.turns[i] == 1) return copy_bytes(masks.files[i], to);
+  const Mask mask = read_mask(masks, i);
+  const bool black = masks.use.used() && masks.use.keeps_black(masks.files[i]);
+  Image image(mask.width, mask.height, 1);
+  for (std::size_t p = 0; p < image.pixels(); ++p)
+    image.data[p] = float(black ? 65535 - mask.white[p] : mask.white[p]) / 65535;
+  write_bytes(to, encode_png(image));
+}
+
+void write_picture(const PicturePlan& plan, std::size_t i, const fs::path& to) {
+  const bool cut = is_cut_out(plan, i);
+  if (plan.asked[i] == 1 && !cut) return copy_bytes(plan.paths[i], to);
+  // No reader shall wonder again how it is turned.
+  Image16 picture = turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]);
+  write_bytes(to, cut ? png_of(cut_out(std::move(picture), plan.masks, i), 4) : png_of(picture));
 }
 
 void write_films(const PicturePlan& plan, const std::vector<std::string>& to, const fs::path& folder,
@@ -108,8 +161,7 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
     read_film(
         path, size, wanted,
         [&](std::size_t k, Image16&& image) {
-          const std::vector<char> png = png_of(image);
-          write_file((folder / to[place[k]]).string(), {std::string_view(png.data(), png.size())});
+          write_bytes(folder / to[place[k]], png_of(image));
           done();
         },
         plan.where[place[0]]);
@@ -129,13 +181,15 @@ void convert_dataset(const std::string& path, const std::string& target, const C
   int done = 0, total = 0;
   for (const RawSplit& raw : open.scene.splits) {
     plans.push_back(plan_pictures(path, raw, 1, open.scene.upright));
-    const PicturePlan& plan = plans.back();
-    const std::vector<std::string> to = targets(raw, plan);
+    PicturePlan& plan = plans.back();
+    plan.masks = plan_masks(path, raw, open.mask_use, plan.sizes, plan.turns);
+    const std::vector<std::string> to = targets(raw, plan), masks = mask_targets(raw, plan);
     Json frames = Json::array();
     for (std::size_t i = 0; i < raw.frames.size(); ++i) {
       const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width,
                                     plan.sizes[i].height, raw.where(i));
       Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
+      if (!masks[i].empty()) frame["mask_path"] = masks[i];
       frame.update(lens_json(camera));
       frame["transform_matrix"] = matrix_json(raw.frames[i].matrix, shift, scale);
       frames.push_back(std::move(frame));
@@ -165,14 +219,12 @@ void convert_dataset(const std::string& path, const std::string& target, const C
       write_films(plans[s], to, folder, count);
       continue;
     }
+    const std::vector<std::string> masks = mask_targets(open.scene.splits[s], plans[s]);
+    if (std::any_of(masks.begin(), masks.end(), [](const std::string& m) { return !m.empty(); }))
+      make_folder(folder / "masks" / open.scene.splits[s].name);
     for (std::size_t i = 0; i < to.size(); ++i) {
-      const fs::path& from = plans[s].paths[i];
-      if (plans[s].asked[i] != 1) {  // no reader shall wonder again
-        const std::vector<char> png = png_of(turned(read_picture(from), plans[s].turns[i]));
-        write_file((folder / to[i]).string(), {std::string_view(png.data(), png.size())});
-      } else {
-        write_file((folder / to[i]).string(), {read_file(from.string(), data::kLargestFile, Named::by_user)});
-      }
+      write_picture(plans[s], i, folder / to[i]);
+      if (!masks[i].empty()) write_mask(plans[s], i, folder / masks[i]);
       count();
     }
   }

@@ -7,7 +7,9 @@
 #include "data/fingerprint.hpp"
 #include "data/layouts/read_scene.hpp"
 #include "data/lens_notes.hpp"
+#include "data/mask_notes.hpp"
 #include "data/message_text.hpp"
+#include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
 #include "data/times/time_map.hpp"
 #include "splinevox/core/error.hpp"
@@ -39,7 +41,7 @@ Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map
   const std::vector<std::string> names = frame_names(raw, plan);
   for (std::size_t i = 0; i < raw.frames.size(); ++i)
     split.frames.push_back(
-        {names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}, raw.frames[i].camera_id});
+        {names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}, raw.frames[i].camera_id, {}, {}});
   return split;
 }
 
@@ -82,7 +84,8 @@ void note_pictures(const Split& split, const std::vector<PictureFacts>& facts, b
 }
 
 /// Over the numbers as written and the pixels as kept, so that it does not depend on this machine's rounding.
-std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts>& facts) {
+std::uint64_t fingerprint_of(const RawSplit& raw, const Split& split,
+                             const std::vector<PictureFacts>& facts) {
   Fingerprint hash;
   hash.add(std::uint64_t(raw.frames.size()));
   for (std::size_t i = 0; i < raw.frames.size(); ++i) {
@@ -102,6 +105,7 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const std::vector<PictureFacts
     if (lens.fisheye.value_or(false)) hash.add(std::uint64_t(1));
     hash.add(frame.time);
     hash.add(facts[i].hash);
+    split.frames[i].ignored.each_word([&](std::uint64_t word) { hash.add(word); });
   }
   return hash.value();
 }
@@ -122,12 +126,57 @@ std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan,
   return facts;
 }
 
+/// What masks say of a split's pixels. A picture of which all is ignored is left out, with what was recorded
+/// of it.
+void fill_masks(const LoadOptions& options, const PicturePlan& plan, RawSplit& raw, Split& split,
+                std::vector<PictureFacts>& facts, std::vector<std::string>& notes) {
+  const MaskPlan& masks = plan.masks;
+  const bool ignore = masks.use.what == MaskUse::What::ignore;
+  if (masks.use.what == MaskUse::What::unsaid && options.inside) {
+    try {
+      std::vector<PixelMask> inside = read_inside(masks, plan.downscale);
+      for (std::size_t i = 0; i < inside.size(); ++i) split.frames[i].inside = std::move(inside[i]);
+    } catch (const Error& error) {
+      notes.push_back("nothing is measured inside the masks: " + error.problem.where + ": " +
+                      error.problem.what);
+    }
+  }
+  if (!ignore) return;
+  std::vector<PixelMask> ignored = read_ignored(masks, plan.downscale);
+  std::size_t kept = 0, out = 0;
+  std::string first;
+  for (std::size_t i = 0; i < ignored.size(); ++i) {
+    if (ignored[i].all()) {
+      if (++out == 1) first = split.frames[i].name;
+      continue;
+    }
+    split.frames[i].ignored = std::move(ignored[i]);
+    if (kept != i) {
+      split.frames[kept] = std::move(split.frames[i]);
+      raw.frames[kept] = std::move(raw.frames[i]);
+      facts[kept] = facts[i];
+    }
+    ++kept;
+  }
+  if (out == 0) return;
+  if (kept == 0)
+    fail({raw.file, "the masks ignore every pixel of the " + raw.name + " split",
+          "pictures of which something is left", "--masks " + masks.use.text,
+          opposite_masks(masks.use, masks.use.keeps_black(raw.frames[0].mask_file))});
+  notes.push_back(raw.name + ": " + std::to_string(out) + " of " + std::to_string(ignored.size()) +
+                  " pictures are left out because their masks ignore all of them, first " + first);
+  split.frames.resize(kept);
+  raw.frames.resize(kept);
+  facts.resize(kept);
+}
+
 /// Whether the first picture of a split, the middle one or the last has a pixel with alpha < 1: a channel for
 /// it says nothing.
 bool some_see_through(const PicturePlan& plan) {
   const std::size_t n = plan.paths.size();
   for (const std::size_t i : {std::size_t(0), n / 2, n - 1}) {
-    const Picture image(read_picture(plan.paths[i], plan.where[i]));
+    const Picture image(
+        cut_out(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.masks, i));
     if (look_at({&image})[0].see_through) return true;
   }
   return false;
@@ -170,21 +219,26 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   std::vector<PicturePlan> plans;
   for (const RawSplit& split : raw) {
     plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright));
-    note_turns(split, plans.back(), dataset.notes);
-    dataset.splits.push_back(frames_of(split, plans.back(), dataset.time_map));
+    PicturePlan& plan = plans.back();
+    plan.masks = plan_masks(folder, split, open.mask_use, plan.sizes, plan.turns);
+    note_turns(split, plan, dataset.notes);
+    dataset.splits.push_back(frames_of(split, plan, dataset.time_map));
     note_times(split, dataset.time_map, dataset.notes);
     note_cameras(split, dataset.notes);
     note_lenses(split, dataset.splits.back(), dataset.notes);
   }
   note_sizes(plans, raw, dataset.notes);
+  dataset.masks = note_masks(open, plans, dataset.notes);
   if (!options.pixels) {
-    dataset.has_alpha = plans[0].alpha && !plans[0].film() && some_see_through(plans[0]);
+    const bool may = plans[0].alpha || open.mask_use.what == MaskUse::What::subject;
+    dataset.has_alpha = may && !plans[0].film() && some_see_through(plans[0]);
     return dataset;
   }
   check_memory(plans);
   for (std::size_t s = 0; s < raw.size(); ++s) {
-    const auto facts = fill_pictures(dataset.splits[s], plans[s], dataset.notes);
-    if (raw[s].name == "train") dataset.fingerprint = fingerprint_of(raw[s], facts);
+    auto facts = fill_pictures(dataset.splits[s], plans[s], dataset.notes);
+    fill_masks(options, plans[s], raw[s], dataset.splits[s], facts, dataset.notes);
+    if (raw[s].name == "train") dataset.fingerprint = fingerprint_of(raw[s], dataset.splits[s], facts);
     if (raw[s].name == "train" || raw[0].name != "train")
       for (const PictureFacts& f : facts) dataset.has_alpha |= f.see_through;
   }

@@ -88,9 +88,33 @@ struct Similarity {
   double contrast = 0;  ///< mean of contrast * structure
 };
 
-Similarity similarity(const Plane& a, const Plane& b) {
-  const int side = std::min({kWindow, a.width, a.height});
-  const std::vector<double> w = gaussian(side % 2 ? side : side - 1);
+/// The corners of windows of n x n pixels that meet a pixel of the mask.
+PixelMask windows_on(const PixelMask& mask, int n) {
+  if (mask.empty()) return {};
+  const int width = mask.width() - n + 1, height = mask.height() - n + 1;
+  std::vector<char> rows(std::size_t(width) * mask.height(), 0);
+  for (int y = 0; y < mask.height(); ++y)
+    for (int x = 0; x < mask.width(); ++x)
+      if (mask.test(x, y))
+        for (int u = std::max(0, x - n + 1); u <= std::min(x, width - 1); ++u)
+          rows[std::size_t(y) * width + u] = 1;
+  PixelMask out(width, height);
+  for (int y = 0; y < mask.height(); ++y)
+    for (int x = 0; x < width; ++x)
+      if (rows[std::size_t(y) * width + x])
+        for (int v = std::max(0, y - n + 1); v <= std::min(y, height - 1); ++v)
+          out.set(std::size_t(v) * width + x);
+  return out;
+}
+
+int window_of(int width, int height) {
+  const int side = std::min({kWindow, width, height});
+  return side % 2 ? side : side - 1;
+}
+
+/// @param without  corners of windows to leave out
+Similarity similarity(const Plane& a, const Plane& b, const PixelMask& without) {
+  const std::vector<double> w = gaussian(window_of(a.width, a.height));
   const double mean_a = mean_of(a.data), mean_b = mean_of(b.data);
   Plane da = a, db = b;
   for (double& v : da.data) v -= mean_a;
@@ -105,6 +129,7 @@ Similarity similarity(const Plane& a, const Plane& b) {
               mab = filter(ab, w);
   Similarity sum;
   for (std::size_t i = 0; i < ma.data.size(); ++i) {
+    if (without.test(i)) continue;
     const double va = maa.data[i] - ma.data[i] * ma.data[i], vb = mbb.data[i] - mb.data[i] * mb.data[i];
     const double cov = mab.data[i] - ma.data[i] * mb.data[i];
     const double mu_a = ma.data[i] + mean_a, mu_b = mb.data[i] + mean_b;
@@ -112,7 +137,7 @@ Similarity similarity(const Plane& a, const Plane& b) {
     sum.contrast += contrast;
     sum.full += contrast * (2 * mu_a * mu_b + kC1) / (mu_a * mu_a + mu_b * mu_b + kC1);
   }
-  const double n = double(ma.data.size());
+  const double n = double(ma.data.size() - without.count());
   return {sum.full / n, sum.contrast / n};
 }
 
@@ -125,6 +150,27 @@ Plane halve(const Plane& in) {
       out.data[std::size_t(y) * out.width + x] = 0.25 * (p[0] + p[1] + p[in.width] + p[in.width + 1]);
     }
   return out;
+}
+
+/// The mask of a halved picture: whatever holds any pixel of it.
+PixelMask halve(const PixelMask& in) {
+  if (in.empty()) return {};
+  PixelMask out(in.width() / 2, in.height() / 2);
+  for (int y = 0; y < out.height(); ++y)
+    for (int x = 0; x < out.width(); ++x)
+      if (in.test(2 * x, 2 * y) || in.test(2 * x + 1, 2 * y) || in.test(2 * x, 2 * y + 1) ||
+          in.test(2 * x + 1, 2 * y + 1))
+        out.set(std::size_t(y) * out.width() + x);
+  return out;
+}
+
+void require_mask_of(const char* metric, const Image& picture, const PixelMask& mask) {
+  if (mask.empty() || (mask.width() == picture.width && mask.height() == picture.height)) return;
+  fail({.where = metric,
+        .what = "the mask is not of the pictures' size",
+        .expected = shape(picture),
+        .got = std::to_string(mask.width()) + "x" + std::to_string(mask.height()),
+        .hint = {}});
 }
 
 }  // namespace
@@ -153,19 +199,50 @@ double mean_psnr(std::span<const double> db) {
   return db.empty() ? std::numeric_limits<double>::quiet_NaN() : sum / double(db.size());
 }
 
-double ssim(const Image& a, const Image& b) {
-  require_same_shape("SSIM", a, b);
+double psnr(const Image& a, const Image& b, const PixelMask& without) {
+  if (without.empty()) return psnr(a, b);
+  require_same_shape("PSNR", a, b);
+  require_mask_of("PSNR", a, without);
   double sum = 0;
-  for (int c = 0; c < a.channels; ++c) sum += similarity(channel_of(a, c), channel_of(b, c)).full;
+  for (std::size_t i = 0; i < a.pixels(); ++i) {
+    if (without.test(i)) continue;
+    for (int c = 0; c < a.channels; ++c) {
+      const std::size_t at = i * std::size_t(a.channels) + std::size_t(c);
+      const double d = double(a.data[at]) - double(b.data[at]);
+      sum += d * d;
+    }
+  }
+  const std::size_t n = (a.pixels() - without.count()) * std::size_t(a.channels);
+  return n == 0 ? std::numeric_limits<double>::quiet_NaN() : psnr_from_mse(sum / double(n));
+}
+
+double ssim(const Image& a, const Image& b) { return ssim(a, b, {}); }
+
+double ssim(const Image& a, const Image& b, const PixelMask& without) {
+  require_same_shape("SSIM", a, b);
+  require_mask_of("SSIM", a, without);
+  const PixelMask windows = windows_on(without, window_of(a.width, a.height));
+  double sum = 0;
+  for (int c = 0; c < a.channels; ++c) sum += similarity(channel_of(a, c), channel_of(b, c), windows).full;
   return sum / a.channels;
 }
 
-MsSsim ms_ssim_detail(const Image& a, const Image& b) {
+namespace {
+
+MsSsim ms_ssim_detail(const Image& a, const Image& b, const PixelMask& without) {
   require_same_shape("MS-SSIM", a, b);
+  require_mask_of("MS-SSIM", a, without);
   const int side = std::min(a.width, a.height);
-  if (side < kWindow) return {.value = ssim(a, b), .scales = 1};
-  MsSsim result{.value = 0, .scales = 1};
-  while (result.scales < int(kScaleWeights.size()) && (side >> result.scales) >= kWindow) ++result.scales;
+  if (side < kWindow) return {.value = ssim(a, b, without), .scales = 1};
+  MsSsim result{.value = 0, .scales = 0};
+  std::vector<PixelMask> windows;  // of each scale, those to leave out
+  PixelMask mask = without;
+  for (; result.scales < int(kScaleWeights.size()) && (side >> result.scales) >= kWindow; ++result.scales) {
+    windows.push_back(windows_on(mask, kWindow));
+    if (windows.back().all()) break;
+    mask = halve(mask);
+  }
+  if (result.scales == 0) return {.value = std::numeric_limits<double>::quiet_NaN(), .scales = 0};
   double total = 0;
   for (int s = 0; s < result.scales; ++s) total += kScaleWeights[s];
   const double norm = result.scales == int(kScaleWeights.size()) ? 1.0 : 1.0 / total;
@@ -174,7 +251,7 @@ MsSsim ms_ssim_detail(const Image& a, const Image& b) {
     Plane pa = channel_of(a, c), pb = channel_of(b, c);
     double product = 1;
     for (int s = 0; s < result.scales; ++s) {
-      const Similarity now = similarity(pa, pb);
+      const Similarity now = similarity(pa, pb, windows[s]);
       double factor = s + 1 == result.scales ? now.full : now.contrast;
       if (factor < 0) {
         factor = 0;
@@ -189,6 +266,14 @@ MsSsim ms_ssim_detail(const Image& a, const Image& b) {
     result.value += product / a.channels;
   }
   return result;
+}
+
+}  // namespace
+
+MsSsim ms_ssim_detail(const Image& a, const Image& b) { return ms_ssim_detail(a, b, {}); }
+
+double ms_ssim(const Image& a, const Image& b, const PixelMask& without) {
+  return ms_ssim_detail(a, b, without).value;
 }
 
 double ms_ssim(const Image& a, const Image& b) { return ms_ssim_detail(a, b).value; }

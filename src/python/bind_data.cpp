@@ -100,6 +100,14 @@ void bind_data(py::module_& m) {
           },
           "uint16 (height, width, 4), straight RGBA, 65535 = 1. A copy: in memory a picture of 8 bits is "
           "kept in 8.")
+      .def_property_readonly(
+          "ignored",
+          [](const Frame& f) {
+            py::array_t<bool> out({py::ssize_t(f.image.height), py::ssize_t(f.image.width)});
+            for (std::size_t i = 0; i < f.image.pixels(); ++i) out.mutable_data()[i] = f.ignored.test(i);
+            return out;
+          },
+          "bool (height, width): pixels that masks say to ignore; they are neither drawn nor scored. A copy.")
       .def(
           "composited",
           [](const Frame& f, std::array<float, 3> b) {
@@ -138,19 +146,19 @@ void bind_data(py::module_& m) {
   m.def(
       "load_dataset",
       [](const std::string& path, int downscale, std::vector<std::string> splits, const std::string& times,
-         const std::string& missing) {
+         const std::string& missing, const std::string& masks) {
         LoadOptions options;
         options.downscale = downscale;
         options.splits = std::move(splits);
-        options.rules = {times, missing};
+        options.rules = {times, missing, masks};
         auto data = std::make_shared<Dataset>();
         released([&] { *data = load_dataset(path, options); });
         return data;
       },
-      "Reads a data set folder as the command line does. splits: which; none = all. times, missing: as "
-      "--times and --missing.",
+      "Reads a data set folder as the command line does. splits: which; none = all. times, missing, "
+      "masks: as --times, --missing and --masks.",
       py::arg("path"), py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{},
-      py::arg("times") = "", py::arg("missing") = "");
+      py::arg("times") = "", py::arg("missing") = "", py::arg("masks") = "");
   m.def(
       "make_synth",
       [](const std::string& scene, int frames, int size, std::uint64_t seed) {

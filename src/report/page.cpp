@@ -39,8 +39,10 @@ struct Column {
   int digits;
   int better;              ///< +1: more is better, -1: less, 0: neither
   bool of_pixels = false;  ///< depends on which pixels were compared
+  bool optional = false;   ///< shown where some run has it
 };
 constexpr Column kColumns[] = {{"PSNR", "dB", "psnr", 1, 2, 1, true},
+                               {"PSNR inside the masks", "dB", "psnr_inside", 1, 2, 1, true, true},
                                {"SSIM", "", "ssim", 1, 4, 1, true},
                                {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
                                {"training", "s", "train_seconds", 1, 1, -1},
@@ -59,6 +61,7 @@ std::string tiles(const ReportRun& run) {
   };
   const std::string split = text_of(run.metrics, "split");
   for (const Column& c : kColumns) {
+    if (c.optional && !run.metrics.contains(c.key)) continue;
     const bool quality = c.better == 1 && c.scale == 1;
     tile(figure(number(run.metrics, c.key) * c.scale, c.digits, c.unit),
          c.title + (quality && !split.empty() ? ", " + split : ""));
@@ -70,7 +73,12 @@ std::string tiles(const ReportRun& run) {
 
 std::string table(const std::vector<ReportRun>& runs) {
   std::string html = "<div class=\"card\"><table><tr><th>run</th><th>preset</th>";
-  for (const Column& c : kColumns)
+  std::vector<Column> columns(std::begin(kColumns), std::end(kColumns));
+  std::erase_if(columns, [&](const Column& c) {
+    return c.optional && std::none_of(runs.begin(), runs.end(),
+                                      [&](const ReportRun& run) { return run.metrics.contains(c.key); });
+  });
+  for (const Column& c : columns)
     html += fmt::format("<th>{}{}</th>", c.title, *c.unit ? fmt::format(" [{}]", c.unit) : "");
   html += "</tr>";
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -80,7 +88,7 @@ std::string table(const std::vector<ReportRun>& runs) {
         every > 1 ? fmt::format(" <span class=\"note\">every {}th pixel and row of a view</span>", every)
                   : "",
         text_of(runs[i].metrics, "preset"));
-    for (const Column& c : kColumns) {
+    for (const Column& c : columns) {
       const double v = number(runs[i].metrics, c.key);
       // Figures of some pixels only (splinevox-mlp) do not compete with those of all.
       const auto stride = [](const ReportRun& run) { return run.metrics.value("stride", 1); };
@@ -155,14 +163,16 @@ std::string frame_table(const Json& metrics) {
   std::vector<Json> frames(metrics["frames"].begin(), metrics["frames"].end());
   std::stable_sort(frames.begin(), frames.end(),
                    [](const Json& a, const Json& b) { return number(a, "psnr") < number(b, "psnr"); });
+  const bool inside = metrics.contains("psnr_inside");
   std::string html = fmt::format(
       "<details><summary>All {} views, worst first</summary><table><tr><th>view</th><th>time</th><th>PSNR "
-      "[dB]</th><th>SSIM</th><th>MS-SSIM</th></tr>",
-      frames.size());
+      "[dB]</th><th>SSIM</th><th>MS-SSIM</th>{}</tr>",
+      frames.size(), inside ? "<th>PSNR inside the mask [dB]</th>" : "");
   for (const Json& f : frames)
-    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+    html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>{}</tr>",
                         text_of(f, "name"), figure(number(f, "time"), 3), figure(number(f, "psnr"), 2),
-                        figure(number(f, "ssim"), 4), figure(number(f, "ms_ssim"), 4));
+                        figure(number(f, "ssim"), 4), figure(number(f, "ms_ssim"), 4),
+                        inside ? "<td>" + figure(number(f, "psnr_inside"), 2) + "</td>" : "");
   return html + "</table></details>";
 }
 

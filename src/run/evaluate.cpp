@@ -15,6 +15,25 @@
 namespace splinevox::run {
 namespace {
 
+/// The mean of what is a number; NaN for none.
+double mean_of_finite(const std::vector<ViewScore>& views, double ViewScore::*figure) {
+  double sum = 0;
+  int count = 0;
+  for (const ViewScore& v : views) {
+    if (!std::isfinite(v.*figure)) continue;
+    sum += v.*figure;
+    ++count;
+  }
+  return sum / count;
+}
+
+PixelMask others_than(const PixelMask& mask) {
+  PixelMask out(mask.width(), mask.height());
+  for (std::size_t i = 0; i < mask.pixels(); ++i)
+    if (!mask.test(i)) out.set(i);
+  return out;
+}
+
 /// The nearest and the farthest corner of the box before a camera.
 std::pair<float, float> depth_range(const Box& box, const Camera& camera) {
   float near = 1e30f, far = 0;
@@ -35,9 +54,10 @@ View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& fra
   v.truth = composite(frame.image, model.background.color);
   v.layers = renderer.render(frame.camera, frame.time);
   v.render = clamped(v.layers.rgb);
-  v.psnr = psnr(v.render, v.truth);
-  v.ssim = ssim(v.render, v.truth);
-  v.ms_ssim = ms_ssim(v.render, v.truth);
+  v.psnr = psnr(v.render, v.truth, frame.ignored);
+  v.ssim = ssim(v.render, v.truth, frame.ignored);
+  v.ms_ssim = ms_ssim(v.render, v.truth, frame.ignored);
+  if (frame.inside.count() > 0) v.psnr_inside = psnr(v.render, v.truth, others_than(frame.inside));
   return v;
 }
 
@@ -45,21 +65,32 @@ Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
                 const std::function<void(const Frame&, const View&)>& on_view) {
   Scores out;
   out.split = split.name;
-  std::vector<double> psnrs;
+  std::vector<double> psnrs, psnrs_inside;
+  double pixels = 0, pixels_inside = 0, inside = 0, ignored = 0;
   for (const Frame& frame : split.frames) {
     const auto start = std::chrono::steady_clock::now();
     const View v = evaluate_view(model, renderer, frame);
     out.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    out.views.push_back({frame.name, frame.time, v.psnr, v.ssim, v.ms_ssim});
+    out.views.push_back({frame.name, frame.time, v.psnr, v.ssim, v.ms_ssim, v.psnr_inside});
     psnrs.push_back(v.psnr);
-    out.ssim += v.ssim;
-    out.ms_ssim += v.ms_ssim;
+    pixels += double(v.truth.pixels());
+    ignored += double(frame.ignored.count());
+    if (v.psnr_inside) {
+      psnrs_inside.push_back(*v.psnr_inside);
+      pixels_inside += double(v.truth.pixels());
+      inside += double(frame.inside.count());
+    }
     if (on_view) on_view(frame, v);
   }
-  const double n = double(split.frames.size());
   out.psnr = mean_psnr(psnrs);
-  out.ssim /= n;
-  out.ms_ssim /= n;
+  out.ssim = mean_of_finite(out.views, &ViewScore::ssim);
+  out.ms_ssim = mean_of_finite(out.views, &ViewScore::ms_ssim);
+  out.ignored_share = pixels > 0 ? ignored / pixels : 0;
+  out.inside_views = psnrs_inside.size();
+  if (!psnrs_inside.empty()) {
+    out.psnr_inside = mean_psnr(psnrs_inside);
+    out.inside_share = inside / pixels_inside;
+  }
   return out;
 }
 
@@ -73,8 +104,15 @@ Image layer_picture(const VoxelModel& model, const Rendered& r, const std::strin
   return clamped(r.rgb);
 }
 
+Image error_picture(const View& view, const Frame& frame) {
+  Image render = view.render;
+  for (std::size_t i = 0; i < render.pixels(); ++i)
+    if (frame.ignored.test(i)) std::copy_n(view.truth.data.begin() + 3 * i, 3, render.data.begin() + 3 * i);
+  return error_colours(render, view.truth);
+}
+
 void save_view(const VoxelModel& model, const View& view, const Frame& frame, const std::string& folder) {
-  std::vector<Image> pictures = {view.truth, view.render, error_colours(view.render, view.truth)};
+  std::vector<Image> pictures = {view.truth, view.render, error_picture(view, frame)};
   for (const char* layer : {"depth", "flow", "rigidity"})
     pictures.push_back(layer_picture(model, view.layers, layer, frame.camera));
   write_png(fmt::format("{}/{}.png", folder, frame.name), contact_sheet(pictures, 3));

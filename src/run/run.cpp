@@ -38,6 +38,7 @@ Run open_run(const std::string& path) {
 Run open_run(const std::string& path, const Otherwise& otherwise) {
   Run run = open_run(path);
   if (otherwise.downscale) run.config.run.downscale = *otherwise.downscale;
+  if (otherwise.masks) run.record.rules.masks = *otherwise.masks;
   if (!otherwise.background) return run;
   const std::vector<float> c = parse_background(*otherwise.background);
   run.model.background = {.color = {c[0], c[1], c[2]}};
@@ -50,6 +51,7 @@ Dataset open_split(const Run& run, const std::string& dataset, const std::string
   load.splits = {split};
   load.time_map = run.record.time_map;
   load.rules = run.record.rules;
+  load.inside = true;
   return load_dataset(dataset.empty() ? run.record.dataset : dataset, load);
 }
 

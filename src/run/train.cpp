@@ -44,6 +44,7 @@ DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
   DatasetRules rules = o.rules;
   if (rules.times.empty()) rules.times = record.rules.times;
   if (rules.missing.empty()) rules.missing = record.rules.missing;
+  if (rules.masks.empty()) rules.masks = record.rules.masks;
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
     rules.times = fs::absolute(rules.times).lexically_normal().string();
   return rules;

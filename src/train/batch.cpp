@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "core/parallel.hpp"
 #include "core/rng.hpp"
@@ -24,14 +25,16 @@ enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4 };
 /// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
 int blocks_along(int pixels) { return (pixels + 1) / 2; }
 
-/// Per 2 x 2 block the distance to the nearest one with any alpha, in blocks along the longer axis, at most
-/// 255: one sweep down and one up, each from the neighbours already known.
-std::vector<std::uint8_t> clearance(const Picture& image) {
+/// Per 2 x 2 block the distance to the nearest one with any alpha, or of which something is ignored, in
+/// blocks along the longer axis, at most 255: one sweep down and one up, each from the neighbours already
+/// known.
+std::vector<std::uint8_t> clearance(const Frame& frame) {
+  const Picture& image = frame.image;
   const int w = blocks_along(image.width), h = blocks_along(image.height);
   std::vector<std::uint8_t> out(std::size_t(w) * h, 255);
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      if (image.pixel(x, y)[3] > 0) out[std::size_t(y / 2) * w + x / 2] = 0;
+      if (image.pixel(x, y)[3] > 0 || frame.ignored.test(x, y)) out[std::size_t(y / 2) * w + x / 2] = 0;
   const auto lower = [&](int x, int y, int u, int v) {
     if (u < 0 || v < 0 || u >= w || v >= h) return;
     std::uint8_t& d = out[std::size_t(y) * w + x];
@@ -54,11 +57,44 @@ std::vector<std::uint8_t> clearance(const Picture& image) {
   return out;
 }
 
-/// Blocks within kRing of the silhouette.
-std::vector<std::uint32_t> busy_blocks(const std::vector<std::uint8_t>& distance) {
+/// A pixel of a picture.
+struct Place {
+  int x, y;
+};
+
+/// Pixel k of a block, 0 to 3; a border that cuts the block repeats its last ones.
+Place pixel_of(const Frame& frame, std::uint32_t block, int k) {
+  const std::uint32_t w = std::uint32_t(blocks_along(frame.image.width));
+  return {std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1),
+          std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1)};
+}
+
+/// The first pixel of a block from k on, in turn, that is not ignored; none if all four are.
+std::optional<Place> usable_pixel(const Frame& frame, std::uint32_t block, int k) {
+  for (int tried = 0; tried < 4; ++tried) {
+    const Place p = pixel_of(frame, block, (k + tried) & 3);
+    if (!frame.ignored.test(p.x, p.y)) return p;
+  }
+  return {};
+}
+
+bool is_usable(const Frame& frame, std::uint32_t block) { return usable_pixel(frame, block, 0).has_value(); }
+
+/// Blocks within kRing of the silhouette, of which something can be drawn.
+std::vector<std::uint32_t> busy_blocks(const Frame& frame, const std::vector<std::uint8_t>& distance) {
   std::vector<std::uint32_t> out;
   for (std::size_t i = 0; i < distance.size(); ++i)
-    if (distance[i] <= kRing) out.push_back(std::uint32_t(i));
+    if (distance[i] <= kRing && is_usable(frame, std::uint32_t(i))) out.push_back(std::uint32_t(i));
+  return out;
+}
+
+/// Blocks of which something can be drawn; empty where nothing is ignored.
+std::vector<std::uint32_t> usable_blocks(const Frame& frame) {
+  std::vector<std::uint32_t> out;
+  const std::uint32_t blocks =
+      std::uint32_t(blocks_along(frame.image.width)) * std::uint32_t(blocks_along(frame.image.height));
+  for (std::uint32_t i = 0; !frame.ignored.empty() && i < blocks; ++i)
+    if (is_usable(frame, i)) out.push_back(i);
   return out;
 }
 
@@ -89,10 +125,13 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
       by_time_(frames_by_time(train)),
       rank_(train.frames.size()),
       clearance_(train.frames.size()),
-      busy_(train.frames.size()) {
+      busy_(train.frames.size()),
+      usable_(train.frames.size()) {
   parallel_for(int(train.frames.size()), [&](int f) {
-    clearance_[f] = clearance(train.frames[f].image);
-    busy_[f] = busy_blocks(clearance_[f]);
+    const Frame& frame = train.frames[f];
+    clearance_[f] = clearance(frame);
+    busy_[f] = busy_blocks(frame, clearance_[f]);
+    usable_[f] = usable_blocks(frame);
   });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
 }
@@ -117,10 +156,14 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
         return {other, block};
     }
   }
-  const auto& busy = busy_[frame];
+  const auto &busy = busy_[frame], &usable = usable_[frame];
   const bool near = !busy.empty() && patch.uniform(2 * number) < kBusyShare;
-  return {frame, near ? busy[patch.below(2 * number + 1, std::uint32_t(busy.size()))]
-                      : patch.below(2 * number + 1, blocks(frame))};
+  const auto one_of = [&](const std::vector<std::uint32_t>& list) {
+    return list[patch.below(2 * number + 1, std::uint32_t(list.size()))];
+  };
+  return {frame, near              ? one_of(busy)
+                 : !usable.empty() ? one_of(usable)
+                                   : patch.below(2 * number + 1, blocks(frame))};
 }
 
 std::span<const int> BatchSampler::window(double progress) const {
@@ -176,9 +219,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
       for (int k = 0; k < 4; ++k) {
         const std::size_t r = std::size_t(f) * per_frame + 4 * p + k;
         const Frame& frame = train_.frames[drawn[p].frame];
-        const std::uint32_t block = drawn[p].block, w = std::uint32_t(blocks_along(frame.image.width));
-        const int x = std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1);
-        const int y = std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1);
+        const std::uint32_t block = drawn[p].block;
+        const auto [x, y] = *usable_pixel(frame, block, k);
         const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
         const auto rgba = frame.image.pixel(x, y);
         const Vec3 behind = (rgba[3] == 65535 ? opaque_random : random)

@@ -40,6 +40,10 @@ struct Batch {
 /// in between, and there must be nothing *now* either. With one camera per time, matter can hide behind the
 /// body from the only view of its time; other views of about that time see it beside the body. Needs pictures
 /// with alpha; frames without any are never carved with.
+///
+/// Ignored pixels (Frame::ignored) are never drawn. A patch that holds some and others repeats the others;
+/// one of ignored pixels alone is not drawn. Nothing is carved near them. @pre no frame ignores all its
+/// pixels
 class BatchSampler {
  public:
   /// @param brightest  largest value of a random background
@@ -76,6 +80,8 @@ class BatchSampler {
       clearance_;  ///< per frame and 2 x 2 block: blocks to the nearest with any alpha, at most 255
   std::vector<std::vector<std::uint32_t>>
       busy_;  ///< per frame: 2 x 2 blocks (y * width / 2 + x) near what the picture shows
+  std::vector<std::vector<std::uint32_t>>
+      usable_;  ///< per frame with ignored pixels: blocks that have others; empty: every block
 };
 
 }  // namespace splinevox

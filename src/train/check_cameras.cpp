@@ -19,10 +19,12 @@ constexpr const char* kLikelyCauses =
     "angle of view, or pictures of other cameras";
 
 /// PSNR of a picture by its own mean colour, over an eighth of its pixels.
-double psnr_of_mean(const Picture& image) {
+double psnr_of_mean(const Frame& frame) {
+  const Picture& image = frame.image;
   Vec3d sum{}, squares{};
   double count = 0;
   for (std::size_t i = 0; i < image.pixels(); i += 8) {
+    if (frame.ignored.test(i)) continue;
     const auto p = image.pixel(i);
     for (int a = 0; a < 3; ++a) {
       const double v = p[std::size_t(a)] / 65535.0;
@@ -31,6 +33,7 @@ double psnr_of_mean(const Picture& image) {
     }
     ++count;
   }
+  count = std::max(count, 1.0);
   double error = 0;
   for (int a = 0; a < 3; ++a) error += squares[a] / count - sum[a] * sum[a] / count / count;
   return -10 * std::log10(std::max(error / 3, 1e-10));
@@ -94,7 +97,7 @@ void check_fits(const Split& train, const EffectChoice& effects,
   double best = -1e9;
   for (const EffectTrial& trial : effects.trials) best = std::max(best, trial.mean());
   std::vector<double> flat(train.frames.size());
-  parallel_for(int(flat.size()), [&](int f) { flat[f] = psnr_of_mean(train.frames[f].image); });
+  parallel_for(int(flat.size()), [&](int f) { flat[f] = psnr_of_mean(train.frames[f]); });
   std::nth_element(flat.begin(), flat.begin() + std::ptrdiff_t(flat.size() / 2), flat.end());
   const double median = flat[flat.size() / 2];
   if (best >= median + kBetter) return;

@@ -23,6 +23,7 @@ Vec3 border_color(const Split& train) {
     for (int y = 0; y < f.image.height; ++y) {
       const bool whole = y == 0 || y == f.image.height - 1;
       for (int x = 0; x < f.image.width; x += whole ? 1 : std::max(1, f.image.width - 1)) {
+        if (f.ignored.test(x, y)) continue;
         const auto p = f.image.pixel(x, y);
         sum += 1 / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
         ++count;

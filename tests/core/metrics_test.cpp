@@ -216,6 +216,42 @@ TEST_SUITE("math/metrics") {
                          Error);
     CHECK_THROWS_AS(psnr(Image(), Image()), Error);
   }
+
+  TEST_CASE("left-out pixels: the rest as if they were not there, whatever they hold") {
+    const Image a = waves(40, 36, 3, 0), b = waves(40, 36, 3, 0.2);
+    PixelMask none(40, 36), right(40, 36), all(40, 36);
+    Image odd = b, left_a(28, 36, 3), left_b = left_a;
+    for (int y = 0; y < 36; ++y)
+      for (int x = 0; x < 40; ++x) {
+        all.set(std::size_t(y) * 40 + std::size_t(x));
+        if (x >= 28) right.set(std::size_t(y) * 40 + std::size_t(x));
+        for (int c = 0; c < 3; ++c) {
+          if (x >= 28) odd.pixel(x, y)[c] = 0.3f * float(c);
+          if (x < 28) left_a.pixel(x, y)[c] = a.pixel(x, y)[c];
+          if (x < 28) left_b.pixel(x, y)[c] = b.pixel(x, y)[c];
+        }
+      }
+    CHECK(psnr(a, b, none) == psnr(a, b));
+    CHECK(ssim(a, b, none) == ssim(a, b));
+    CHECK(ms_ssim(a, b, none) == ms_ssim(a, b));
+    CHECK(psnr(a, odd, right) == doctest::Approx(psnr(left_a, left_b)));
+    CHECK(ssim(a, odd, right) == doctest::Approx(ssim(left_a, left_b)));
+    CHECK(ms_ssim(a, odd, right) == doctest::Approx(ms_ssim(left_a, left_b)));
+    for (const auto metric :
+         {static_cast<double (*)(const Image&, const Image&, const PixelMask&)>(psnr),
+          static_cast<double (*)(const Image&, const Image&, const PixelMask&)>(ssim),
+          static_cast<double (*)(const Image&, const Image&, const PixelMask&)>(ms_ssim)}) {
+      CHECK(metric(a, b, right) == doctest::Approx(metric(a, odd, right)).epsilon(1e-9));
+      CHECK(std::isnan(metric(a, b, all)));
+      CHECK_THROWS_AS(metric(a, b, PixelMask(39, 36)), Error);
+    }
+    PixelMask middle(40, 36);  // no window of SSIM is left of the rows beside it
+    for (int x = 0; x < 40; ++x)
+      for (const int y : {8, 18, 28}) middle.set(std::size_t(y) * 40 + std::size_t(x));
+    CHECK(std::isfinite(psnr(a, b, middle)));
+    CHECK(std::isnan(ssim(a, b, middle)));
+    CHECK(std::isnan(ms_ssim(a, b, middle)));
+  }
 }
 
 }  // namespace

@@ -169,7 +169,7 @@ TEST_SUITE("data/wild") {
           write_png(folder.path() / (before + name.stem().string() + behind), flat_png(kWide, kHigh));
         const Dataset data = load_dataset(folder.str());
         CHECK(frames_of(data) == 5);
-        CHECK(notes_with(data, "masks are not read: 5 of 5 pictures have one").size() == 1);
+        CHECK(notes_with(data, "masks are not used: 5 of 5 pictures have one").size() == 1);
       }
     }
   }
@@ -179,9 +179,12 @@ TEST_SUITE("data/wild") {
     write_nerfstudio(folder.path(), true_cameras({}, 5));
     const fs::path file = folder.path() / "transforms.json";
     replace_in(file, "\"file_path\": \"images/", "\"mask_path\": \"m/a.png\", \"file_path\": \"images/");
-    const std::vector<std::string> notes = notes_with(load_dataset(folder.str()), "masks are not read");
-    REQUIRE(notes.size() == 1);
-    CHECK(notes[0] == "masks are not read: 5 of 5 pictures have one, such as 'm/a.png'");
+    CHECK(notes_with(load_dataset(folder.str()), "5 masks that the data names are not there, first 'm/a.png'")
+              .size() == 1);
+    write_png(folder.path() / "m/a.png", flat_png(kWide, kHigh, {255, 255, 255, 255}));
+    CHECK(notes_with(load_dataset(folder.str()),
+                     "masks are not used: 5 of 5 pictures have one, such as 'm/a.png', on average 100% white")
+              .size() == 1);
     fs::rename(folder.path() / "images/frame_0002.png", folder.path() / "images/frame_0002.png.png");
     expect_error([&] { load_dataset(folder.str()); }, {"frame 2: the image is missing"});
   }

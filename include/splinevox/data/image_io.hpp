@@ -8,6 +8,7 @@
 
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
+#include "splinevox/core/pixel_mask.hpp"
 
 namespace splinevox {
 
@@ -53,6 +54,8 @@ Image16 read_picture(const std::filesystem::path& path, const std::string& where
 /// straight, as D-NeRF's own evaluation does it), rounded to the nearest 1/65535.
 /// @pre factor >= 1 divides width and height; load_dataset checks.
 Image16 area_downscale(Image16 image, int factor);
+/// The pixels of such a picture in whose block any pixel is set.
+PixelMask area_downscale(const PixelMask& mask, int factor);
 /// The camera of a picture that was averaged so.
 Camera area_downscale(Camera camera, int factor);
 

@@ -9,6 +9,7 @@
 
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
+#include "splinevox/core/pixel_mask.hpp"
 #include "splinevox/core/vec3.hpp"
 
 namespace splinevox {
@@ -20,7 +21,19 @@ struct Frame {
   Camera camera;
   double time = 0;
   Picture image;
-  int camera_id = -1;  ///< which of Dataset::cameras took it; -1: nobody knows
+  int camera_id = -1;      ///< which of Dataset::cameras took it; -1: nobody knows
+  PixelMask ignored = {};  ///< pixels that say nothing: not drawn, not scored, no evidence; never all of them
+  PixelMask inside = {};   ///< the white of a mask that is used for nothing else, if LoadOptions::inside
+};
+
+/// Masks that lie beside the pictures of the splits that were read.
+struct DatasetMasks {
+  std::string use;           ///< as DatasetRules::masks has it
+  std::size_t pictures = 0;  ///< that have one
+  std::size_t frames = 0;    ///< of all splits
+  std::string example;       ///< path of the first, in the data set
+  std::size_t looked_at = 0;
+  double white = 0;  ///< mean share of white in those that were looked at, 0 to 1
 };
 
 /// A real camera that took two frames or more.
@@ -52,6 +65,8 @@ struct Dataset {
 
   std::vector<RigCamera> cameras = {};  ///< empty: every frame may be of another one
 
+  std::optional<DatasetMasks> masks = {};  ///< absent: no picture has one
+
   /// Colour of the plain ground that prepare (train/prepare.hpp) cut out of the train split's opaque
   /// pictures: their pixels of it have alpha 0.
   std::optional<Vec3> ground = {};
@@ -75,6 +90,11 @@ struct DatasetRules {
   /// What becomes of frames whose picture is missing or whose camera is no camera: "skip" = they are left
   /// out; "refuse" = an error; empty = left out if they are a tenth of all or fewer, else an error.
   std::string missing = {};
+  /// What masks beside the pictures are for. "subject": white is the scene and all else is empty; it
+  /// multiplies the alpha. "subject-black": the opposite. "ignore-black": black pixels say nothing
+  /// (Frame::ignored); "ignore-white": white ones. "ignore": the same, white in files that are named
+  /// dynamic_mask_..., black in all others. "none": nothing. Empty: nothing, and a note says what there is.
+  std::string masks = {};
 };
 
 struct LoadOptions {
@@ -83,7 +103,8 @@ struct LoadOptions {
   std::vector<std::string> if_there = {};  ///< which to read beside them where they exist
   std::optional<TimeMap> time_map = {};    ///< the run's map; absent = take it from the train split
   DatasetRules rules = {};
-  bool pixels = true;  ///< false: pictures are measured by their headers, not decoded; frames have none
+  bool pixels = true;   ///< false: pictures are measured by their headers, not decoded; frames have none
+  bool inside = false;  ///< masks that the rules do not speak of become Frame::inside
 };
 
 /// The layouts that are recognised, in the order in which a folder is tried.
@@ -112,8 +133,10 @@ using ConvertProgress = std::function<void(int done, int total)>;
 
 /// Writes a data set of any layout as a D-NeRF folder: transforms_{train,val,test}.json and pictures. Files
 /// are copied byte for byte, but for those that their EXIF turns: they become PNG, upright as their cameras
-/// are. What D-NeRF's own files cannot say stands in further fields that load_dataset reads: lenses per
-/// frame, distortion, the box. Times and cameras are those of the source to the last bit of a double.
+/// are. Masks are copied too (`mask_path`); a subject's become the alpha of PNG, and those of pixels to be
+/// ignored are written black where they ignore. What D-NeRF's own files cannot say stands in further fields
+/// that load_dataset reads: lenses per frame, distortion, the box. Times and cameras are those of the source
+/// to the last bit of a double.
 ///
 /// The transforms files are written last. Throws Error: Fault::input as load_dataset, or if `folder` exists
 /// and is not empty; Fault::output.

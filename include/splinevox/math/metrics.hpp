@@ -4,6 +4,7 @@
 #include <span>
 
 #include "splinevox/core/image.hpp"
+#include "splinevox/core/pixel_mask.hpp"
 
 namespace splinevox {
 
@@ -53,6 +54,15 @@ MsSsim ms_ssim_detail(const Image& a, const Image& b);
 
 /// The value alone.
 double ms_ssim(const Image& a, const Image& b);
+
+/// The same without the pixels of a mask, which has none or is of the pictures' size. The structural ones
+/// take only windows that meet no such pixel; at a coarser scale a pixel is left out if any of its four is.
+/// Scales without a window left are left out, their weights with them. NaN where nothing is left.
+/// @{
+double psnr(const Image& a, const Image& b, const PixelMask& without);
+double ssim(const Image& a, const Image& b, const PixelMask& without);
+double ms_ssim(const Image& a, const Image& b, const PixelMask& without);
+/// @}
 
 /// What one treatment gains over another on the same units (here: held-out pictures), with what is known
 /// about it.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct View {
   Image truth;   ///< over the model's background
   Image render;  ///< within [0, 1]
   Rendered layers;
-  double psnr, ssim, ms_ssim;
+  double psnr, ssim, ms_ssim;  ///< of the pixels that are not ignored; NaN: no window of the metric is left
+  std::optional<double> psnr_inside;  ///< of the pixels inside the mask, where there are any
 };
 /// @param renderer  of the model
 View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame);
@@ -27,14 +29,19 @@ struct ViewScore {
   std::string name;  ///< of the frame
   double time = 0;   ///< of the model
   double psnr = 0, ssim = 0, ms_ssim = 0;
+  std::optional<double> psnr_inside;
 };
 
 /// The figures of a split.
 struct Scores {
   std::string split;
-  double psnr = 0, ssim = 0, ms_ssim = 0;  ///< means over the views
-  std::vector<ViewScore> views;            ///< in the split's order
-  double seconds = 0;                      ///< of rendering and comparing
+  double psnr = 0, ssim = 0, ms_ssim = 0;  ///< means over the views that have the figure
+  std::optional<double> psnr_inside;       ///< the same inside the masks, where some view has one
+  std::size_t inside_views = 0;
+  double inside_share = 0;       ///< of those views' pixels
+  double ignored_share = 0;      ///< of all views' pixels: what masks leave out of every figure
+  std::vector<ViewScore> views;  ///< in the split's order
+  double seconds = 0;            ///< of rendering and comparing
 };
 
 /// Every view of a split against its picture, as `splinevox eval` does it.
@@ -50,6 +57,9 @@ inline constexpr float kFullFlow = 0.1f;
 /// channels.
 Image layer_picture(const VoxelModel& model, const Rendered& r, const std::string& layer,
                     const Camera& camera);
+
+/// What is wrong with a view (error_colours); nothing where pixels are ignored.
+Image error_picture(const View& view, const Frame& frame);
 
 /// folder/name.png: truth, render, error in one row and depth, flow, rigidity in the next;
 /// folder/name_render.png: the render alone. Throws Error (output).

@@ -47,13 +47,14 @@ Run open_run(const std::string& path);
 struct Otherwise {
   std::optional<int> downscale;
   std::optional<std::string> background;  ///< "white", "black" or "R,G,B" in 0..1
-  bool any() const { return downscale || background; }
+  std::optional<std::string> masks;       ///< as DatasetRules::masks
+  bool any() const { return downscale || background || masks; }
 };
 /// open_run, changed accordingly. Throws Error (input).
 Run open_run(const std::string& path, const Otherwise& otherwise);
 
 /// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale, time
-/// map and rules. Throws Error (input).
+/// map and rules. Masks that are not used otherwise are Frame::inside. Throws Error (input).
 Dataset open_split(const Run& run, const std::string& dataset, const std::string& split);
 
 }  // namespace splinevox::run

@@ -119,7 +119,7 @@ std::set<std::string> picture_folders(const fs::path& folder, const std::string&
        it.increment(error)) {
     std::error_code ignored;
     if (!it->is_directory(ignored)) continue;
-    if (lower_case(it->path().filename().string()).find("mask") != std::string::npos)
+    if (is_mask_folder(it->path().filename().string()))
       it.disable_recursion_pending();
     else
       folders.insert(it->path().lexically_relative(folder).generic_string());

@@ -73,6 +73,12 @@ std::vector<std::string> files_in(const fs::path& folder, FileKind kind) {
   return names;
 }
 
+bool is_mask_folder(const std::string& name) {
+  const std::string low = lower_case(name);
+  return low.find("mask") != std::string::npos ||
+         any_of(low, {"seg", "segs", "segmentation", "segmentations"});
+}
+
 std::string mask_of(std::string name) {
   while (kind_of(name) != FileKind::other) name.resize(name.rfind('.'));
   std::string low = lower_case(name);

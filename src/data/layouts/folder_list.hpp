@@ -31,6 +31,9 @@ std::vector<std::string> folders_in(const std::filesystem::path& folder);
 std::vector<std::string> files_in(const std::filesystem::path& folder, FileKind kind);
 /// @}
 
+/// Whether a folder of this name holds masks: "mask" is in it, or it is called "seg" or "segmentation".
+bool is_mask_folder(const std::string& name);
+
 /// The name, without endings, of the picture that a mask is for: "frame_1" for "frame_1_mask.png",
 /// "frame_1.png.png", "dynamic_mask_frame_1.png" and "frame_1.png".
 std::string mask_of(std::string name);

@@ -73,6 +73,9 @@ std::string take_foreign_paths(const fs::path& root, std::vector<RawSplit>& spli
   const std::string first = *foreign[0];
   for (std::string* path : foreign)
     if (const std::string tail = tail_of(*path, best); !tail.empty()) *path = tail;
+  for (RawSplit& split : splits)
+    for (RawFrame& frame : split.frames)
+      if (is_foreign(frame.mask)) frame.mask = tail_of(frame.mask, best);
   return "paths of another machine are taken as those of this folder: " + in_quotes(first) + " is " +
          in_quotes(*foreign[0]);
 }

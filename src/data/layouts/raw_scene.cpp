@@ -33,7 +33,8 @@ void set_pose(RawFrame& frame, const std::array<double, 16>& matrix, const std::
 }
 
 void leave_out(RawScene& scene, const DatasetRules& rules,
-               const std::function<std::optional<Error>(RawFrame&, const std::string&)>& look_for) {
+               const std::function<std::optional<Error>(RawFrame&, const std::string&)>& look_for,
+               const std::string& lack) {
   if (!rules.missing.empty() && rules.missing != "skip" && rules.missing != "refuse")
     fail({"--missing", "there is no such rule", "skip or refuse", in_quotes(rules.missing), ""});
   std::optional<Error> first;
@@ -70,8 +71,8 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
             "pictures and cameras", "none that can be used", ""});
   }
   if (missing > 0)
-    scene.notes.push_back(std::to_string(missing) + " of " + std::to_string(all) +
-                          " pictures are missing and left out (" + first->problem.where + ", ...)");
+    scene.notes.push_back(std::to_string(missing) + " of " + std::to_string(all) + " " + lack +
+                          " left out (" + first->problem.where + ", ...)");
   if (faulty > 0)
     scene.notes.push_back(std::to_string(faulty) + " of " + std::to_string(all) +
                           " frames have no usable camera and are left out (" + first->problem.where + ": " +

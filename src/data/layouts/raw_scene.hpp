@@ -29,10 +29,11 @@ struct RawFrame {
   std::string label = {};      ///< how messages name it; empty: by its number
   std::optional<Error> fault = {};  ///< what is wrong with its camera, for leave_out
   std::filesystem::path found =
-      {};                   ///< the file that file_path names, links resolved, once it was looked for
-  std::string mask = {};    ///< its mask's path, where the data names one
-  std::string camera = {};  ///< the name of the camera that took it, where the data names one
-  int camera_id = -1;       ///< which of Dataset::cameras, by settle_cameras
+      {};                 ///< the file that file_path names, links resolved, once it was looked for
+  std::string mask = {};  ///< its mask's path as the data names it, or as find_masks found it
+  std::filesystem::path mask_file = {};  ///< the file of that, links resolved; empty: there is none
+  std::string camera = {};               ///< the name of the camera that took it, where the data names one
+  int camera_id = -1;                    ///< which of Dataset::cameras, by settle_cameras
 };
 
 /// Sets a frame's matrix and pose. A matrix that is no camera becomes the frame's fault.
@@ -64,11 +65,13 @@ struct RawScene {
   bool upright = true;  ///< whether the program that made the cameras obeys EXIF's orientation
 };
 
-/// Leaves out frames that are faulty or whose picture `look_for` does not find, and says how many. Throws the
-/// first one's Error where `rules` or their number forbid it.
+/// Leaves out frames that are faulty or of which `look_for` does not find what it looks for, and says how
+/// many. Throws the first one's Error where `rules` or their number forbid it.
 /// @param look_for  sets the frame's `found`, or says what is missing
+/// @param lack      what is said of those, before "left out"
 void leave_out(RawScene& scene, const DatasetRules& rules,
-               const std::function<std::optional<Error>(RawFrame&, const std::string& where)>& look_for);
+               const std::function<std::optional<Error>(RawFrame&, const std::string& where)>& look_for,
+               const std::string& lack = "pictures are missing and");
 
 /// Divides a scene that has one list. Of a rig (rig_cameras.hpp, cameras_to_hold_out) whole cameras become
 /// the test split. Else it is every eighth frame in the order of time, and the others train. The first and

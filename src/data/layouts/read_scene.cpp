@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <map>
 
-#include "data/layouts/masks.hpp"
 #include "data/layouts/near_miss.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
@@ -176,6 +175,7 @@ namespace data {
 
 OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   const TimesChoice times = parse_times(options.rules.times);
+  const MaskUse mask_use = parse_masks(options.rules.masks);
   const Layout& layout = recognise(folder);
   RawScene scene = layout.read ? layout.read(folder) : read_dnerf(folder, options, times);
   const fs::path root = fs::canonical(folder);
@@ -190,14 +190,15 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
     return {};
   });
   note_repeats(scene);
-  if (const std::optional<std::string> note = note_on_masks(root, scene)) scene.notes.push_back(*note);
+  const MaskSearch masks = find_masks(root, scene);
+  require_masks(scene, mask_use, masks, options.rules);
   settle_times(folder, times, scene.splits, scene.notes);
   scene.cameras = settle_cameras(scene.splits);
   if (layout.read)
     for (RawSplit& split : scene.splits) sort_by_time(split);
   if (scene.one_list) hold_out(scene);
   val_as_test(scene, options);
-  OpenScene open{layout.name, {}, {}};
+  OpenScene open{layout.name, {}, {}, mask_use, masks};
   open.scene.box = scene.box;
   open.scene.cameras = scene.cameras;
   open.scene.notes = scene.notes;

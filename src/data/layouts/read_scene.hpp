@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "data/layouts/masks.hpp"
 #include "data/layouts/raw_scene.hpp"
 #include "splinevox/data/scene.hpp"
 
@@ -12,6 +13,8 @@ struct OpenScene {
   RawScene scene;  ///< the splits that were asked for
   std::optional<RawSplit>
       train;  ///< the train split where it was not asked for but times must be mapped by it
+  MaskUse mask_use = {};
+  MaskSearch masks = {};
 };
 
 /// Recognises a folder and reads the splits that options ask for. Throws Error (Fault::input).

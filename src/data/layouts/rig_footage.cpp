@@ -101,7 +101,7 @@ void check_numbers(const std::vector<Footage>& footage, const std::string& where
 bool is_no_camera(const std::string& name) {
   const std::string low = lower_case(name);
   return low.starts_with("images") || low.starts_with("sparse") || low.starts_with("colmap") ||
-         low.find("mask") != std::string::npos || low.find("depth") != std::string::npos;
+         is_mask_folder(name) || low.find("depth") != std::string::npos;
 }
 
 std::vector<std::string> pictures_of_camera(const fs::path& folder, const fs::path& camera) {

@@ -22,6 +22,15 @@ Image16 area_downscale(Image16 image, int factor) {
   return small;
 }
 
+PixelMask area_downscale(const PixelMask& mask, int factor) {
+  if (factor == 1 || mask.empty()) return mask;
+  PixelMask small(mask.width() / factor, mask.height() / factor);
+  for (int y = 0; y < small.height() * factor; ++y)
+    for (int x = 0; x < small.width() * factor; ++x)
+      if (mask.test(x, y)) small.set(std::size_t(y / factor) * small.width() + x / factor);
+  return small;
+}
+
 Camera area_downscale(Camera camera, int factor) {
   camera.width /= factor;
   camera.height /= factor;

@@ -243,8 +243,9 @@ std::vector<Picture> decode(const PicturePlan& plan) {
   if (plan.film()) return decode_films(plan);
   std::vector<Picture> images(plan.paths.size());
   for_each_frame(images.size(), [&](std::size_t i) {
-    images[i] =
-        area_downscale(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.downscale);
+    images[i] = area_downscale(
+        cut_out(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.masks, i),
+        plan.downscale);
   });
   return images;
 }

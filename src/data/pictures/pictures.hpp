@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "data/layouts/raw_scene.hpp"
+#include "data/pictures/mask_read.hpp"
 #include "splinevox/core/image.hpp"
 #include "splinevox/data/image_io.hpp"
 
@@ -22,6 +23,7 @@ struct PicturePlan {
   bool alpha = false;              ///< some file has a channel for it
   int downscale = 1;
   std::vector<int> film_frame;  ///< as in RawFrame
+  MaskPlan masks = {};          ///< what of the pictures is kept
   bool film() const { return !film_frame.empty() && film_frame[0] >= 0; }
 };
 

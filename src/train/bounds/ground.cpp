@@ -26,8 +26,13 @@ bool is_ground(const Vec3& pixel, const Vec3& colour) {
   return true;
 }
 
+/// Calls visit(x, y) for the pixels along a picture's border that are not ignored.
 template <class Visit>
-void visit_border(const Picture& image, const Visit& visit) {
+void visit_border(const Frame& frame, const Visit& of) {
+  const Picture& image = frame.image;
+  const auto visit = [&](int x, int y) {
+    if (!frame.ignored.test(x, y)) of(x, y);
+  };
   for (int x = 0; x < image.width; ++x) {
     visit(x, 0);
     if (image.height > 1) visit(x, image.height - 1);
@@ -43,7 +48,7 @@ Vec3 border_mode(const Split& train) {
   constexpr float kBins = 32;
   std::map<int, std::pair<std::size_t, Vec3d>> bins;
   for (const Frame& f : train.frames)
-    visit_border(f.image, [&](int x, int y) {
+    visit_border(f, [&](int x, int y) {
       const Vec3 c = colour_at(f.image, x, y);
       int key = 0;
       for (int a = 0; a < 3; ++a) key = key * int(kBins) + std::min(int(c[a] * kBins), int(kBins) - 1);
@@ -51,6 +56,7 @@ Vec3 border_mode(const Split& train) {
       ++count;
       sum += cast<double>(c);
     });
+  if (bins.empty()) return {};
   const auto most = std::max_element(
       bins.begin(), bins.end(), [](const auto& a, const auto& b) { return a.second.first < b.second.first; });
   const Vec3 centre = cast<float>(1 / double(most->second.first) * most->second.second);
@@ -60,7 +66,7 @@ Vec3 border_mode(const Split& train) {
   for (auto& l : levels) l.resize(kLevels + 1);
   std::size_t near = 0;
   for (const Frame& f : train.frames)
-    visit_border(f.image, [&](int x, int y) {
+    visit_border(f, [&](int x, int y) {
       const Vec3 c = colour_at(f.image, x, y);
       if (!is_ground(c, centre)) return;
       for (int k = 0; k < 3; ++k) ++levels[std::size_t(k)][std::size_t(c[k] * kLevels + 0.5f)];
@@ -76,19 +82,21 @@ Vec3 border_mode(const Split& train) {
   return median;
 }
 
-/// Whether each pixel is ground that hangs together with the border.
-std::vector<char> connected_ground(const Picture& image, const Vec3& colour) {
+/// Whether each pixel is ground that hangs together with the border. Ignored pixels may be: they are not what
+/// stands before it.
+std::vector<char> connected_ground(const Frame& frame, const Vec3& colour) {
+  const Picture& image = frame.image;
   const int w = image.width, h = image.height;
   std::vector<char> ground(std::size_t(w) * h, 0);
   std::vector<int> open;
   const auto reach = [&](int x, int y) {
     if (x < 0 || y < 0 || x >= w || y >= h) return;
     const std::size_t i = std::size_t(y) * w + x;
-    if (ground[i] || !is_ground(colour_at(image, x, y), colour)) return;
+    if (ground[i] || !(frame.ignored.test(i) || is_ground(colour_at(image, x, y), colour))) return;
     ground[i] = 1;
     open.push_back(int(i));
   };
-  visit_border(image, reach);
+  visit_border(frame, reach);
   while (!open.empty()) {
     const int i = open.back(), x = i % w, y = i / w;
     open.pop_back();
@@ -125,11 +133,11 @@ std::optional<Vec3> find_ground(const Split& train) {
   std::size_t plain = 0;
   for (const Frame& f : train.frames) {
     std::size_t like = 0, all = 0;
-    visit_border(f.image, [&](int x, int y) {
+    visit_border(f, [&](int x, int y) {
       like += is_ground(colour_at(f.image, x, y), colour) ? 1 : 0;
       ++all;
     });
-    plain += double(like) >= kPlainBorder * double(all) ? 1 : 0;
+    plain += all > 0 && double(like) >= kPlainBorder * double(all) ? 1 : 0;
   }
   if (double(plain) < kPlainPictures * double(train.frames.size())) return {};
   return colour;
@@ -139,7 +147,8 @@ double cut_ground(Split& train, const Vec3& colour) {
   std::vector<double> cut(train.frames.size()), all(train.frames.size());
   parallel_for(int(train.frames.size()), [&](int f) {
     Picture& image = train.frames[f].image;
-    const std::vector<char> ground = shrunk(connected_ground(image, colour), image.width, image.height);
+    const std::vector<char> ground =
+        shrunk(connected_ground(train.frames[f], colour), image.width, image.height);
     for (std::size_t i = 0; i < ground.size(); ++i) {
       if (!ground[i]) continue;
       image.set_alpha(i, 0);

@@ -20,38 +20,44 @@ namespace {
 /// picture hardly changes.
 constexpr double kSurround = 8;
 
-/// Silhouette in blocks: set where any pixel of the block, or of a ring of `grow` pixels around it, has alpha
-/// > 0.
+enum View : char { kOutside, kInside, kUnseen };
+
+/// Silhouette in blocks: inside where any pixel of the block, or of a ring of `grow` pixels around it, has
+/// alpha > 0; else unseen where any of them is ignored.
 struct Silhouette {
   static constexpr int kBlock = 4;
   int width = 0, height = 0;
-  std::vector<char> inside;
+  std::vector<View> views;
   bool complete = true;  ///< nothing touches the picture's border, so nothing lies outside it
 
-  Silhouette(const Picture& image, int grow)
-      : width((image.width + kBlock - 1) / kBlock),
-        height((image.height + kBlock - 1) / kBlock),
-        inside(std::size_t(width) * height) {
-    for (int y = 0; y < image.height; ++y)
-      for (int x = 0; x < image.width; ++x) {
-        if (image.pixel(x, y)[3] < 1000) continue;
-        complete &= x > 0 && y > 0 && x + 1 < image.width && y + 1 < image.height;
-        const int x0 = std::max(0, x - grow) / kBlock, x1 = std::min(image.width - 1, x + grow) / kBlock;
-        const int y0 = std::max(0, y - grow) / kBlock, y1 = std::min(image.height - 1, y + grow) / kBlock;
-        for (int v = y0; v <= y1; ++v)
-          std::fill_n(inside.begin() + std::size_t(v) * width + x0, x1 - x0 + 1, char(1));
-      }
+  Silhouette(const Frame& frame, int grow)
+      : width((frame.image.width + kBlock - 1) / kBlock),
+        height((frame.image.height + kBlock - 1) / kBlock),
+        views(std::size_t(width) * height, kOutside) {
+    const Picture& image = frame.image;
+    const auto each_pixel = [&](const auto& is, View view) {
+      for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) {
+          if (!is(x, y)) continue;
+          complete &= x > 0 && y > 0 && x + 1 < image.width && y + 1 < image.height;
+          const int x0 = std::max(0, x - grow) / kBlock, x1 = std::min(image.width - 1, x + grow) / kBlock;
+          const int y0 = std::max(0, y - grow) / kBlock, y1 = std::min(image.height - 1, y + grow) / kBlock;
+          for (int v = y0; v <= y1; ++v)
+            std::fill_n(views.begin() + std::size_t(v) * width + x0, x1 - x0 + 1, view);
+        }
+    };
+    if (!frame.ignored.empty()) each_pixel([&](int x, int y) { return frame.ignored.test(x, y); }, kUnseen);
+    each_pixel([&](int x, int y) { return image.pixel(x, y)[3] >= 1000 && !frame.ignored.test(x, y); },
+               kInside);
   }
 };
-
-enum View : char { kOutside, kInside, kUnseen };
 
 /// A picture that says of any place whether it lies in the silhouette, beside it, or out of a picture that
 /// shows only part.
 class Watch {
  public:
-  Watch(const Camera& camera, const Picture& image, const BitGrid& grid)
-      : camera_(camera), silhouette_(image, grow(camera, grid)) {}
+  Watch(const Camera& camera, const Frame& frame, const BitGrid& grid)
+      : camera_(camera), silhouette_(frame, grow(camera, grid)) {}
 
   View operator()(const Vec3d& x) const {
     const Projection p = project(camera_, x);
@@ -59,7 +65,7 @@ class Watch {
       return silhouette_.complete ? kOutside : kUnseen;
     const std::size_t block =
         std::size_t(p.v) / Silhouette::kBlock * silhouette_.width + std::size_t(p.u) / Silhouette::kBlock;
-    return silhouette_.inside[block] ? kInside : kOutside;
+    return silhouette_.views[block];
   }
 
  private:
@@ -84,7 +90,7 @@ BitGrid swept_hull(const Split& train, const std::vector<Camera>& cameras, const
   std::vector<std::unique_ptr<const Watch>> watches(n);
   parallel_for(n, [&](int f) {
     const int i = by_time[f];
-    watches[f] = std::make_unique<const Watch>(cameras[i], train.frames[i].image, hull);
+    watches[f] = std::make_unique<const Watch>(cameras[i], train.frames[i], hull);
   });
   // By words, each of which one thread owns, and through all times at once: only the views of a window are
   // kept.
@@ -175,12 +181,13 @@ double explained_by_hull(const Split& train, const std::vector<Camera>& cameras)
   const int count = (int(train.frames.size()) + every - 1) / every;
   std::vector<int> shown(count), met(count);
   parallel_for(count, [&](int k) {
-    const Picture& image = train.frames[k * every].image;
+    const Frame& frame = train.frames[k * every];
+    const Picture& image = frame.image;
     for (int v = 0; v < kAcross; ++v)
       for (int u = 0; u < kAcross; ++u) {
         const int x = (2 * u + 1) * image.width / (2 * kAcross),
                   y = (2 * v + 1) * image.height / (2 * kAcross);
-        if (image.pixel(x, y)[3] < 32768) continue;
+        if (image.pixel(x, y)[3] < 32768 || frame.ignored.test(x, y)) continue;
         ++shown[k];
         met[k] += meets(hull, camera_ray(cameras[k * every], x + 0.5, y + 0.5)) ? 1 : 0;
       }

@@ -37,6 +37,7 @@ std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, co
   std::vector<CellSums> cells(grid.cells());
   for (int y = stride / 2; y < camera.height; y += stride)
     for (int x = stride / 2; x < camera.width; x += stride) {
+      if (view.ignored.test(x, y)) continue;
       const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
       const Vec3 error = photometric_error(
           look.along(ray), composite(view.image, x, y, model.behind(ray)));

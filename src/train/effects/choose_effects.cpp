@@ -105,8 +105,8 @@ class Ladder {
     Renderer renderer(model);
     for (const Frame& f : halves_.held_out.frames) {
       fits_.back().pictures.push_back(clamped(renderer.render(f.camera, f.time).rgb));
-      trial.psnr.push_back(
-          capped_psnr(psnr(fits_.back().pictures.back(), composite(f.image, model.background.color))));
+      trial.psnr.push_back(capped_psnr(
+          psnr(fits_.back().pictures.back(), composite(f.image, model.background.color), f.ignored)));
     }
     out_.trials.push_back(std::move(trial));
     if (on_trial_) on_trial_(out_.trials.back());
@@ -244,6 +244,9 @@ class Trials {
     out.held_out = int(halves_.held_out.frames.size());
   }
 
+  /// Whether there is something to fit to and something to compare with.
+  bool possible() const { return halves_.usable(); }
+
   bool stays(Effect effect) {
     switch (facts_of(effect).trial) {
       case Trial::none:
@@ -267,6 +270,7 @@ class Trials {
     const Basis& basis = basis_of(config_.motion.basis);
     if (!stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
     const Halves parts = divide(train_, *stretch);
+    if (!parts.usable()) return found;
     Ladder near(config_, level_, parts, time_map_, out_, on_trial_);
     if (moves_in(near, false)) {
       found = true;
@@ -337,6 +341,10 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
   Trials trials(config, train, time_map, out, on_trial);
+  if (!trials.possible()) {
+    out.note = "masks leave too little of small pictures: every effect of the preset stays";
+    return out;
+  }
   for (const Effect e : tried)
     if (!trials.stays(e)) out.chosen = out.chosen.without(e);
   // Of a long sequence the whole and a stretch may differ: what either finds is used.

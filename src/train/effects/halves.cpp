@@ -50,7 +50,9 @@ Halves divide(const Split& train, const Stretch& stretch) {
           std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
       out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,
                        area_downscale(f.image.unpacked(), factor)};
+      out.frames[i].ignored = area_downscale(f.ignored, factor);
     });
+    std::erase_if(out.frames, [](const Frame& f) { return f.ignored.all(); });
   };
   Halves out;
   take(chosen, out.fitted);

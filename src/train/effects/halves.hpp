@@ -11,6 +11,8 @@ namespace splinevox {
 /// Training frames divided in two: those that the fits train on, and the held-out ones that compare them.
 struct Halves {
   Split fitted, held_out;
+  /// False where masks leave nothing of one of them.
+  bool usable() const { return !fitted.frames.empty() && !held_out.frames.empty(); }
 };
 
 /// Frames of a split in order of time, as a sequence of its own: (time - start) / length.
@@ -25,7 +27,8 @@ std::optional<Stretch> middle_stretch(const Split& train);
 
 /// Every fifth frame is held out, or fewer of a long sequence. The fits train on the frames in between, or on
 /// a share of them that is even in time: the question is coarse, and every frame costs its hull and
-/// occupancy. Pictures are at most 128 pixels wide and high.
+/// occupancy. Pictures are at most 128 pixels wide and high. Those of which masks then leave nothing are left
+/// out.
 Halves divide(const Split& train, const Stretch& stretch);
 
 }  // namespace splinevox

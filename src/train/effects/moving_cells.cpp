@@ -49,6 +49,7 @@ std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const Voxel
   std::vector<Given> out(grid.cells());
   for (int y = 0; y < frame.camera.height; y += kStride)
     for (int x = 0; x < frame.camera.width; x += kStride) {
+      if (frame.ignored.test(x, y)) continue;
       const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
       const Vec3 target = composite(frame.image, x, y, moving.background.color),
                  error = photometric_error(look.along(ray), target),
@@ -111,6 +112,7 @@ Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& f
     Look<Sh> look(moving, frame.time);
     for (int y = 0; y < out.height; ++y)
       for (int x = 0; x < out.width; ++x) {
+        if (frame.ignored.test(x, y)) continue;
         float share = 0;
         look.along(camera_ray(frame.camera, x + 0.5, y + 0.5));
         look.each_sample([&](const Vec3& position, float w, int) {

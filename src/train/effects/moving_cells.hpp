@@ -20,7 +20,7 @@ namespace splinevox {
 /// @param least          [0, 1], black to white
 BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Split& views, float least);
 
-/// 1 where most of what a pixel shows lies in the cells, else 0; [height, width, 1].
+/// 1 where most of what a pixel shows lies in the cells, else 0, as where it is ignored; [height, width, 1].
 Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& frame);
 
 }  // namespace splinevox

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace splinevox {
+
+/// Some of a picture's pixels: a bit each, row-major from the top left. One without a size has none.
+class PixelMask {
+ public:
+  PixelMask() = default;
+  PixelMask(int width, int height)
+      : width_(width), height_(height), words_((std::size_t(width) * height + 63) / 64) {}
+  int width() const { return width_; }
+  int height() const { return height_; }
+  std::size_t pixels() const { return std::size_t(width_) * height_; }
+  bool empty() const { return words_.empty(); }
+  bool test(std::size_t i) const { return !words_.empty() && (words_[i >> 6] >> (i & 63) & 1) != 0; }
+  bool test(int x, int y) const { return test(std::size_t(y) * width_ + x); }
+  void set(std::size_t i) { words_[i >> 6] |= std::uint64_t(1) << (i & 63); }
+  std::size_t count() const {
+    std::size_t n = 0;
+    for (const std::uint64_t w : words_) n += std::size_t(std::popcount(w));
+    return n;
+  }
+  /// Whether every pixel of a picture is in it.
+  bool all() const { return !words_.empty() && count() == pixels(); }
+  /// Calls visit(bits) for 64 pixels after 64, the first in the lowest bit.
+  template <class Visit>
+  void each_word(const Visit& visit) const {
+    for (const std::uint64_t w : words_) visit(w);
+  }
+  friend bool operator==(const PixelMask&, const PixelMask&) = default;
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<std::uint64_t> words_;
+};
+
+}  // namespace splinevox
