@@ -112,7 +112,7 @@ TEST_SUITE("train/masks") {
     std::vector<int> drawn(frame.image.pixels());
     Batch batch;
     for (int step = 0; step < 20; ++step) {
-      sampler.draw(step, 1, 0.01f, Background{}, batch);
+      sampler.draw(step, 1, 0.01f, Background{}, {}, batch);
       for (const RayInput<float>& ray : batch.rays) {
         const Projection p = project(frame.camera, frame.camera.position + cast<double>(ray.direction));
         ++drawn[std::size_t(p.v) * std::size_t(frame.image.width) + std::size_t(p.u)];
