@@ -20,7 +20,8 @@ float max_abs(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), st
 }  // namespace
 
 bool learns_surroundings(const Config& config, const PictureStats& stats) {
-  return config.run.surroundings > 0 && config.run.background_order >= 0 && !stats.see_through;
+  return config.run.surroundings && !config.grid.surroundings.empty() && config.run.background_order >= 0 &&
+         !stats.see_through;
 }
 
 Surroundings starting_surroundings(const Config& config, const Box& box, const Background& background,
@@ -31,16 +32,21 @@ Surroundings starting_surroundings(const Config& config, const Box& box, const B
   out.shift = float(inverse_softplus(optical_depth(config.radiance.outer_alpha)));
   float row[OuterWalk::kWidth] = {};
   for (int c = 0; c < 3; ++c) row[1 + c] = logit(std::clamp(background.color[c], 0.01f, 0.99f));
-  out.raw = make_channels(outer_topology(config.run.surroundings), OuterWalk::kWidth, row);
+  out.raw = make_channels(outer_topology(config.grid.surroundings[0]), OuterWalk::kWidth, row);
   for (int i = 0; i < kBrickRows; ++i) out.raw.row(i)[0] = kEmptyDensity;
   return out;
 }
 
-SurroundingsLearner::SurroundingsLearner(const Config& config, const Surroundings& surroundings)
-    : learner_(surroundings.raw), gradient_(surroundings.raw) {
+SurroundingsLearner::SurroundingsLearner(const Config& config, const Surroundings& surroundings) {
+  begin(config, surroundings);
+}
+
+void SurroundingsLearner::begin(const Config& config, const Surroundings& surroundings) {
+  learner_ = Learner(surroundings.raw);
+  gradient_ = Gradient(surroundings.raw);
   learner_.rate[0] = config.optimiser.lr_density;
   learner_.tv[0] = config.loss.tv_density;
-  for (int c = 1; c < 4; ++c) {
+  for (std::size_t c = 1; c < 4; ++c) {
     learner_.rate[c] = config.optimiser.lr_color;
     learner_.tv[c] = config.loss.tv_color;
   }
@@ -80,22 +86,27 @@ void SurroundingsLearner::step(const Config& config, std::span<const Ray> rays, 
   update(learned(surroundings.raw, learner_), gradient_, in.factors, in.radiance_rate);
 }
 
-void SurroundingsLearner::prune(Surroundings& surroundings) {
-  constexpr float kLeastAlpha = 2e-3f;  ///< of a sample, that keeps the bricks around it
+void SurroundingsLearner::refine(const Config& config, double progress, Surroundings& surroundings) {
+  const int due = reached(config.grid.surroundings_start, progress);
+  if (due <= stage_) return;
+  stage_ = due;
+  // What is next to nothing stays nothing from here on.
+  constexpr float kLeastAlpha = 2e-3f;  // of a sample, that keeps the bricks around it
   const float raw = float(inverse_softplus(optical_depth(kLeastAlpha))) - surroundings.shift;
+  learner_ = {};
+  gradient_ = {};
+  surroundings.raw = resample(surroundings.raw, outer_topology(config.grid.surroundings[std::size_t(due)]));
   const std::vector<std::int32_t> bricks = bricks_above(surroundings.raw, raw);
-  if (int(bricks.size()) == surroundings.raw.topology->brick_count()) return;
   surroundings.raw.topology = keep_bricks(*surroundings.raw.topology, bricks);
-  for (AlignedVector<float>* rows : {&surroundings.raw.values, &learner_.m, &learner_.v}) {
-    keep_rows(bricks, surroundings.raw.width, *rows);
-    rows->shrink_to_fit();
-  }
-  gradient_ = Gradient(surroundings.raw);
+  keep_rows(bricks, surroundings.raw.width, surroundings.raw.values);
+  surroundings.raw.values.shrink_to_fit();
+  begin(config, surroundings);
 }
 
-bool SurroundingsLearner::archive(Archive& a, Surroundings& surroundings) {
-  a(surroundings.box, surroundings.shift, surroundings.raw, learner_.m, learner_.v);
-  if (a.reading()) gradient_ = Gradient(surroundings.raw);
+bool SurroundingsLearner::archive(Archive& a, const Config& config, Surroundings& surroundings) {
+  a(stage_, surroundings.box, surroundings.shift, surroundings.raw);
+  if (a.reading()) begin(config, surroundings);
+  a(learner_.m, learner_.v);
   return surroundings.raw.width == OuterWalk::kWidth && learner_.m.size() == surroundings.raw.values.size() &&
          learner_.v.size() == learner_.m.size();
 }

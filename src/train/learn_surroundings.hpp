@@ -31,14 +31,17 @@ class SurroundingsLearner {
   /// colour behind each
   void step(const Config& config, std::span<const Ray> rays, std::span<const Vec3> behind,
             const Background& background, const StepInput& in, Surroundings& surroundings);
-  /// Drops the bricks in which there is nothing.
-  void prune(Surroundings& surroundings);
+  /// Puts them on the lattice that is due, without the bricks in which there is nothing.
+  void refine(const Config& config, double progress, Surroundings& surroundings);
   /// Saves or restores them and what they are learned by. False: what was restored does not fit.
-  bool archive(Archive& a, Surroundings& surroundings);
+  bool archive(Archive& a, const Config& config, Surroundings& surroundings);
 
  private:
   using Walked = std::vector<Record<float, OuterWalk::kWidth>>;
 
+  void begin(const Config& config, const Surroundings& surroundings);
+
+  int stage_ = 0;
   Learner learner_;
   Gradient gradient_;  ///< zero between steps
   std::vector<Walked> records_;

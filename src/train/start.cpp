@@ -134,8 +134,9 @@ Config for_places(const PictureStats& stats, Config config) {
 }
 
 float initial_alpha(const Config& config, const PictureStats& stats) {
-  return stats.see_through ? config.radiance.initial_alpha
-                           : std::max(config.radiance.initial_alpha, config.radiance.opaque_alpha);
+  return stats.see_through || config.run.surroundings
+             ? config.radiance.initial_alpha
+             : std::max(config.radiance.initial_alpha, config.radiance.opaque_alpha);
 }
 
 Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats) {

@@ -41,7 +41,8 @@ Config in_units_of(float brightness, Config config);
 Config for_places(const PictureStats& stats, Config config);
 
 /// Alpha of one step of the first lattice before training. Behind opaque pictures matter is everywhere and is
-/// taken away: what begins thin stays full of holes.
+/// taken away: what begins thin stays full of holes. With
+/// surroundings these are behind the holes, and what begins thick stands in for them.
 float initial_alpha(const Config& config, const PictureStats& stats);
 
 /// Raw colour before training: 0, half way up. A scene darker than 0.03 on average begins at its mean: from

@@ -35,11 +35,10 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
 
 bool Trainer::State::refine(double progress_now) {
   progress = progress_now;
+  if (home.surroundings().any()) surroundings.refine(setting.config, progress, home.surroundings());
   if (plan.due(setting.config, progress).empty()) return false;
   Volume& volume = home.change();
   const bool changed = plan.carry_out(setting, progress, clock.step > 0, window(), volume);
-  constexpr double kSettled = 0.3;  // before, what is thin may still become a wall
-  if (changed && progress > kSettled && home.surroundings().any()) surroundings.prune(home.surroundings());
   sampler.set_box(volume.lattices.model.box);
   return changed;
 }
@@ -118,7 +117,8 @@ void Trainer::State::archive(Archive& a) {
     check_fits(home.background().order == order);
   });
   if (home.surroundings().any())
-    a.section("surroundings", [&] { check_fits(surroundings.archive(a, home.surroundings())); });
+    a.section("surroundings",
+              [&] { check_fits(surroundings.archive(a, setting.config, home.surroundings())); });
   if (!a.reading()) return;
   Volume& volume = home.change();
   check_fits(plan.fits(setting.config, volume.lattices));

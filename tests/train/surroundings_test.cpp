@@ -55,7 +55,9 @@ Config small_config(int steps, int surroundings) {
   Config c = preset("draft");
   c.run.max_time = 0;
   c.run.max_steps = steps;
-  c.run.surroundings = surroundings;
+  c.run.surroundings = surroundings > 0;
+  c.grid.surroundings = {std::max(8, surroundings / 2), std::max(8, surroundings)};
+  c.grid.surroundings_start = {0, .3f};
   c.grid.box = {-1.5f, -1.5f, -1.5f, 1.5f, 1.5f, 1.5f};
   c.grid.radiance = {16, 28};
   c.grid.radiance_start = {0, .4f};

@@ -30,9 +30,9 @@ struct RunConfig {
   std::vector<float> background{1, 1, 1};  ///< colour behind the scene, [3] in [0, 1]
   int background_order =
       2;  ///< of the harmonics of a colour learned behind opaque pictures, 0..3; -1: run.background
-  int surroundings =
-      0;  ///< cells along an edge of the surroundings learned before it (field/model.hpp); 0: none
-  bool find_ground = true;  ///< whether a plain ground behind opaque pictures is looked for and cut out
+  bool surroundings = false;  ///< whether what stands around the box of opaque pictures is learned
+                              ///< (field/model.hpp); needs a learned background
+  bool find_ground = true;    ///< whether a plain ground behind opaque pictures is looked for and cut out
 };
 
 /// Lattices, coarse to fine over the run.
@@ -42,6 +42,9 @@ struct GridConfig {
   std::vector<int> motion{4, 8, 16,
                           32};  ///< cells along the longest edge, per level, each twice the one before
   std::vector<float> motion_start{0, .08f, .25f, .5f};  ///< progress at which each level is switched on
+  std::vector<int> surroundings{48, 96};  ///< cells along an edge of contracted space (math/contract.hpp),
+                                          ///< per stage: what few cameras see must be coarse first
+  std::vector<float> surroundings_start{0, .4f};  ///< progress at which each stage begins
   float prune_alpha =
       1e-3f;  ///< bricks whose largest alpha of one step stays below this are dropped at a new stage
   float box_margin = 0.05f;  ///< added around the visual hull, share of its longest edge
@@ -183,13 +186,16 @@ void visit_config(C& c, Visit&& visit) {
   visit("run.background_order", c.run.background_order,
         "harmonics of a colour learned behind opaque pictures, -1 = run.background", -1, 3);
   visit("run.surroundings", c.run.surroundings,
-        "cells along an edge of what is learned around the box of opaque pictures, 0 = nothing", 0, 512);
+        "whether what stands around the box of opaque pictures is learned", 0, 1);
   visit("run.find_ground", c.run.find_ground,
         "whether a plain ground behind opaque pictures is looked for and cut out", 0, 1);
   visit("grid.radiance", c.grid.radiance, "cells along the longest edge, per stage", 8, 1024);
   visit("grid.radiance_start", c.grid.radiance_start, "progress at which each stage begins", 0, 1);
   visit("grid.motion", c.grid.motion, "cells along the longest edge, per motion level", 1, 512);
   visit("grid.motion_start", c.grid.motion_start, "progress at which each motion level is switched on", 0, 1);
+  visit("grid.surroundings", c.grid.surroundings,
+        "cells along an edge of contracted space around the box, per stage", 8, 512);
+  visit("grid.surroundings_start", c.grid.surroundings_start, "progress at which each stage begins", 0, 1);
   visit("grid.prune_alpha", c.grid.prune_alpha, "bricks below this alpha per step are dropped", 0, 1);
   visit("grid.box_margin", c.grid.box_margin, "margin around the visual hull, share of its longest edge", 0,
         1);

@@ -61,6 +61,11 @@ void check_grid(const Config& c) {
   for (std::size_t i = 1; i < g.radiance.size(); ++i)
     if (g.radiance[i] < g.radiance[i - 1])
       wrong("grid.radiance", "gets coarser", "numbers that do not decrease", config_value::print(g.radiance));
+  check_starts("grid.surroundings_start", "grid.surroundings", g.surroundings_start, g.surroundings.size(),
+               true);
+  if (!std::is_sorted(g.surroundings.begin(), g.surroundings.end()))
+    wrong("grid.surroundings", "gets coarser", "numbers that do not decrease",
+          config_value::print(g.surroundings));
   check_starts("grid.radiance_start", "grid.radiance", g.radiance_start, g.radiance.size(), true);
   if (changes(effects_of(c)) && g.motion.empty())
     wrong("grid.motion", "is empty", "at least one level, or motion.enabled = false and motion.light = false",

@@ -50,6 +50,8 @@ Config standard() {
   c.grid.radiance_start = {0, .1f, .2f, .35f, .55f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .04f, .12f, .25f, .6f};
+  c.grid.surroundings = {48, 96, 160};
+  c.grid.surroundings_start = {0, .2f, .5f};
   set_fine_curves(c.loss);
   return c;
 }
@@ -63,6 +65,8 @@ Config high() {
   c.grid.radiance_start = {0, .05f, .1f, .2f, .35f, .6f};
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .015f, .05f, .12f, .4f};
+  c.grid.surroundings = {48, 96, 160, 224};
+  c.grid.surroundings_start = {0, .1f, .3f, .6f};
   set_fine_curves(c.loss);
   c.sampling.rays = 8192;
   return c;
