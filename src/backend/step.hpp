@@ -73,6 +73,8 @@ struct StepInput {
   std::uint64_t draw;  ///< of total variation: levels take draw + 1, ...
   MomentFactors factors;
   float radiance_rate, motion_rate;  ///< what learning rates are multiplied by
+  bool errors = false;               ///< StepSums::errors is wanted
+  bool slopes = false;               ///< StepSums::slopes is wanted
 };
 
 /// Gradient of a learned background's harmonics.
@@ -85,9 +87,14 @@ struct StepSums {
   bool usable = true;               ///< every loss and gradient is; if not, no parameter was changed
   std::int64_t bad_rows = 0;        ///< rows whose gradient is not usable
   BackgroundGradient background{};  ///< if it is learned
+  std::vector<Vec3> errors;         ///< [rays] photometric error of each; only where it is wanted
+  std::vector<double> slopes;       ///< [slots] d loss / d time of each; only where it is wanted
   /// Seconds in parts of the step, as far as they can be told apart; what is missing went by in the rays.
   double slice_seconds = 0, scatter_seconds = 0, regularise_seconds = 0, update_seconds = 0;
 };
+
+/// The errors and slopes of all ranks, where each has those of its own rays.
+void sum_over_ranks(Ranks& ranks, StepSums& sums);
 
 /// Above it a number, summed over levels, would soon have no square in float, and one NaN let into the
 /// moments would stay (numerics H31).

@@ -32,7 +32,7 @@ struct OutcomeKernel {
     const RayOutcome& o = outcomes[i];
     atomic_add(sums + 2, std::int64_t(o.samples));
     if (!o.usable) return atomic_add(sums, std::int64_t(1));
-    atomic_add(sums + 3, fixed(o.squared_error));
+    atomic_add(sums + 3, fixed(dot(o.error, o.error)));
     atomic_add(sums + 4, fixed(o.motion_loss));
   }
   /// What is too large for a sum of as many rays counts as the largest that is not.
@@ -103,6 +103,9 @@ class Steps final : public StepBackend {
     out.samples = t[2];
     out.usable = t[0] + t[1] == 0;
     out.bad_rows = t[1];
+    if (in.errors) out.errors = errors(in.rays.size());
+    if (in.slopes) out.slopes = slopes(std::size_t(slots));
+    if (ranks_) sum_over_ranks(*ranks_, out);
     if (wants_behind(in) && out.usable) {
       std::vector<Vec3> behind(behind_.size());
       run_.download(behind_, behind.data());
@@ -135,6 +138,20 @@ class Steps final : public StepBackend {
   void clear(Buffer<T>& buffer, std::size_t n) {
     run_.resize(buffer, n);
     run_.zero(buffer);
+  }
+  /// Photometric errors of the batch's rays, 0 of those that others compute.
+  std::vector<Vec3> errors(std::size_t rays) {
+    std::vector<RayOutcome> own(outcomes_.size());
+    run_.download(outcomes_, own.data());
+    std::vector<Vec3> out(rays);
+    for (std::size_t i = 0; i < own.size(); ++i) out[std::size_t(share_.in_batch(int(i)))] = own[i].error;
+    return out;
+  }
+  std::vector<double> slopes(std::size_t slots) {
+    std::vector<double> parts(slope_parts_.size()), out(slots);
+    run_.download(slope_parts_, parts.data());
+    for (std::size_t i = 0; i < parts.size(); ++i) out[i % slots] += parts[i];
+    return out;
   }
   /// All kernels of a step.
   void queue(const StepInput& in, int slots) {
@@ -178,15 +195,18 @@ class Steps final : public StepBackend {
     for (auto& level : levels_) level.prepare(run_, in.tv_scale, in.tv_share);
     const MotionField& motion = model_.model->motion;
     std::size_t slice = 0;  // floats
-    std::vector<SlotWeights> weights;
+    run_.resize(slope_parts_, in.slopes && !levels_.empty()
+                                  ? SlopeKernel::shares(finest().rows()) * std::size_t(slots)
+                                  : 0);
+    std::vector<SlotWeights> weights, weights_dt;
     if (!levels_.empty()) {
       for (const double t : in.times) {
-        SlotWeights s{stored_weights(motion, t), 0, motion.stored_points()};
-        while (s.last > 0 && s.w[s.last - 1] == 0) --s.last;
-        while (s.first < s.last && s.w[s.first] == 0) ++s.first;
-        weights.push_back(s);
+        weights.push_back(slot_weights(stored_weights(motion, t), motion.stored_points()));
+        if (in.slopes)
+          weights_dt.push_back(slot_weights(stored_weights_dt(motion, t), motion.stored_points()));
       }
       run_.upload(weights_, weights.data(), weights.size());
+      run_.upload(weights_dt_, weights_dt.data(), weights_dt.size());
       slice = finest().rows() * kSliceWidth;
       if (slices_.size() != slots * slice) {
         clear(slices_, slots * slice);
@@ -279,6 +299,10 @@ class Steps final : public StepBackend {
         run_.for_each(DecodeKernel{slice_fixed_.data() + offset, slice_gradients_.data() + offset,
                                    motion_touched_.data(), rows, kSliceWidth, 1 / GradientRows::kUnit});
       }
+    if (in.slopes)
+      run_.for_each(SlopeKernel{MotionLayout(model_.model->motion), collapsed(), motion_touched_.data(),
+                                active_.data(), weights_dt_.data(), slots, rows, slice_gradients_.data(),
+                                slope_parts_.data()});
     run_.for_each(ExpandKernel{MotionLayout(model_.model->motion), motion_touched_.data(), active_.data(),
                                weights_.data(), slots, rows, slice_gradients_.data(),
                                levels_.back().gradient.data()});
@@ -307,7 +331,8 @@ class Steps final : public StepBackend {
   std::vector<Buffer<float>> sums_;  ///< of the levels up to each but the first
   Buffer<std::uint64_t> active_, motion_touched_;
   Buffer<std::uint32_t> bits_;  ///< occupancy grids, one after the other
-  Buffer<SlotWeights> weights_;
+  Buffer<SlotWeights> weights_, weights_dt_;
+  Buffer<double> slope_parts_;
   Buffer<float> slices_, slice_gradients_;
   Buffer<std::int64_t> radiance_fixed_, slice_fixed_;
   Buffer<RayInput<float>> rays_;

@@ -106,15 +106,16 @@ void save(const Run& run, const ModelFile& read, const Json& result) {
 Json scores_json(const Scores& s) {
   Json frames = Json::array();
   for (const ViewScore& v : s.views) {
-    Json frame{{"name", v.name},
-               {"time", v.time},
-               {"psnr", capped_psnr(v.psnr)},
-               {"ssim", v.ssim},
-               {"ms_ssim", v.ms_ssim}};
+    Json frame{{"name", v.name}, {"time", v.time},       {"psnr", capped_psnr(v.psnr)},
+               {"ssim", v.ssim}, {"ms_ssim", v.ms_ssim}, {"psnr_best_gain", capped_psnr(v.psnr_best_gain)}};
     if (v.psnr_inside) frame["psnr_inside"] = capped_psnr(*v.psnr_inside);
     frames.push_back(std::move(frame));
   }
-  Json j{{"psnr", s.psnr}, {"ssim", s.ssim}, {"ms_ssim", s.ms_ssim}, {"split", s.split}};
+  Json j{{"psnr", s.psnr},
+         {"ssim", s.ssim},
+         {"ms_ssim", s.ms_ssim},
+         {"psnr_best_gain", s.psnr_best_gain},
+         {"split", s.split}};
   if (s.psnr_inside) {
     j["psnr_inside"] = *s.psnr_inside;
     j["inside_views"] = s.inside_views;
@@ -128,6 +129,8 @@ Json scores_json(const Scores& s) {
 void print_means(const Scores& s) {
   fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", s.psnr, s.ssim, s.ms_ssim,
              s.views.size());
+  fmt::print("{:<16} {:>7} {:>8.3f}   (each view times its best gain per channel)\n", "at best exposure", "",
+             s.psnr_best_gain);
   if (s.psnr_inside)
     fmt::print("{:<16} {:>7} {:>8.3f} {:>17}   ({} views, {:.1f}% of their pixels)\n", "inside the masks", "",
                *s.psnr_inside, "", s.inside_views, 100 * s.inside_share);

@@ -9,6 +9,7 @@
 #include "cli/command.hpp"
 #include "cli/dataset_info.hpp"
 #include "cli/options.hpp"
+#include "run/cameras_report.hpp"
 #include "run/own_json.hpp"
 #include "run/run_folder.hpp"
 #include "run/support.hpp"
@@ -154,6 +155,11 @@ void print_run(const Json& j) {
                metrics["psnr"].get<double>(), metrics.value("ssim", 0.0), metrics.value("ms_ssim", 0.0));
   if (metrics.contains("psnr_inside"))
     fmt::print("  inside the masks: PSNR {:.2f} dB\n", metrics["psnr_inside"].get<double>());
+  if (metrics.contains("psnr_best_gain"))
+    fmt::print("each view times its best gain per channel: PSNR {:.2f} dB\n",
+               metrics["psnr_best_gain"].get<double>());
+  for (const Json& camera : metrics.value("cameras", Json::array()))
+    fmt::print("camera {}\n", camera_line(camera));
   print_vdb(j["model"]);
 }
 

@@ -10,7 +10,8 @@ namespace splinevox {
 
 /// What a ray gave besides gradients.
 struct RayOutcome {
-  float squared_error, motion_loss;
+  Vec3 error;  ///< photometric
+  float motion_loss;
   std::int32_t samples;  ///< in stored bricks
   std::int32_t usable;   ///< 0: the loss or a gradient is not finite, or too large
 };
@@ -172,7 +173,7 @@ struct TrainKernel {
     const float loss = team.sum(value), squared = dot(error, error);
     const bool usable = team.ballot(bad) == 0 && loss + squared < largest;
     team.each([&](int lane) {
-      if (lane == 0) outcomes[index] = {squared, loss, m.stored, usable};
+      if (lane == 0) outcomes[index] = {error, loss, m.stored, usable};
     });
   }
 

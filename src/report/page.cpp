@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "report/chart.hpp"
+#include "run/cameras_report.hpp"
 #include "run/effects_report.hpp"
 #include "run/html.hpp"
 
@@ -43,6 +44,7 @@ struct Column {
 };
 constexpr Column kColumns[] = {{"PSNR", "dB", "psnr", 1, 2, 1, true},
                                {"PSNR inside the masks", "dB", "psnr_inside", 1, 2, 1, true, true},
+                               {"PSNR at best exposure", "dB", "psnr_best_gain", 1, 2, 1, true},
                                {"SSIM", "", "ssim", 1, 4, 1, true},
                                {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
                                {"training", "s", "train_seconds", 1, 1, -1},
@@ -218,8 +220,8 @@ std::string report_page(const std::vector<ReportRun>& runs) {
         "<div class=\"card\" "
         "style=\"margin-top:14px\">{}{}{}<details><summary>Configuration</summary><pre>{}</pre></details></"
         "div>",
-        effects_table(runs[i].effects), phases(runs[i].metrics), frame_table(runs[i].metrics),
-        escape(runs[i].config));
+        effects_table(runs[i].effects) + cameras_table(runs[i].metrics.value("cameras", Json())),
+        phases(runs[i].metrics), frame_table(runs[i].metrics), escape(runs[i].config));
   }
   return html +
          "<footer>One file: nothing is loaded from elsewhere. Charts are drawn by Chart.js (MIT "

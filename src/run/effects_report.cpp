@@ -34,6 +34,15 @@ std::string decibels(const Json& effect, const char* key) {
   return v.is_number() ? fmt::format("{:+.2f} dB", v.get<double>()) : "?";
 }
 
+/// Of a clock that was tried the offset that is furthest from none; empty: it was not.
+std::string latest(const Json& effect) {
+  double most = 0;
+  if (!effect.contains("offsets")) return {};
+  for (const Json& o : effect["offsets"])
+    if (const double frames = o.value("frames", 0.0); std::abs(frames) > std::abs(most)) most = frames;
+  return fmt::format("{:+.2f} frames at most", most);
+}
+
 /// Of each effect whether it is on, or its order.
 Json set_json(const EffectSet& effects) {
   Json j;
@@ -93,18 +102,27 @@ Json effects_json(const Prepared& prepared) {
     Json e{{"effect", to_string(effect)}, {"used", used.has(effect)}};
     if (const EffectVerdict* v = verdict_on(choice, effect)) {
       e["decision"] = name_of(v->decision);
-      e["gain_db"] = v->gain.mean;
-      e["gain_lo"] = finite(v->gain.lo);
-      e["gain_hi"] = finite(v->gain.hi);
-      e["p"] = v->gain.p;
-      e["time_ratio"] = v->time_ratio;
-      e["bytes_ratio"] = v->bytes_ratio;
+      if (v->clocks.empty()) {
+        e["gain_db"] = v->gain.mean;
+        e["gain_lo"] = finite(v->gain.lo);
+        e["gain_hi"] = finite(v->gain.hi);
+        e["p"] = v->gain.p;
+        e["time_ratio"] = v->time_ratio;
+        e["bytes_ratio"] = v->bytes_ratio;
+      }
+      for (const ClockDoubt& d : v->clocks)
+        e["offsets"].push_back({{"camera", d.camera},
+                                {"pictures", d.offset.count},
+                                {"frames", d.offset.mean},
+                                {"frames_lo", finite(d.offset.lo)},
+                                {"frames_hi", finite(d.offset.hi)}});
+      if (v->spread) e["spread"] = *v->spread;
       if (v->where < 1) e["where"] = v->where;
       if (v->far) e["far"] = *v->far;
       e["beside"] = to_string(v->with.without(effect));
     }
     const bool neither = !used.has(effect) && !e.contains("decision");  // neither used nor tried
-    if (!(facts_of(effect).opaque_only && neither)) j["effects"].push_back(e);
+    if (!((facts_of(effect).opaque_only || facts_of(effect).rig_only) && neither)) j["effects"].push_back(e);
   }
   j["fits"] = Json::array();
   for (const EffectTrial& t : choice.trials)
@@ -131,6 +149,7 @@ std::string effects_line(const Json& effects) {
   for (const Json& e : effects.at("effects")) {
     std::string& list = e.at("used").get<bool>() ? used : not_used;
     list += (list.empty() ? "" : ", ") + e.at("effect").get<std::string>();
+    if (const std::string offset = latest(e); !offset.empty()) list += fmt::format(" ({})", offset);
     if (e.contains("gain_db")) {
       const std::string decision = e.at("decision");
       const bool plain = decision == (e.at("used").get<bool>() ? "on" : "off");
@@ -168,6 +187,9 @@ std::string effects_table(const Json& effects) {
               : "",
           decibels(e, "gain_lo"), decibels(e, "gain_hi"), e.value("time_ratio", 1.0),
           e.value("bytes_ratio", 1.0));
+    else if (e.contains("offsets"))
+      html += fmt::format("<td>{}</td><td>{}</td><td></td><td></td><td></td></tr>",
+                          escape(e.value("decision", "")), latest(e));
     else
       html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
   }

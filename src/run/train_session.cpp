@@ -19,6 +19,7 @@
 #include "core/stopwatch.hpp"
 #include "io/checkpoint.hpp"
 #include "io/manifest.hpp"
+#include "run/cameras_report.hpp"
 #include "run/own_json.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
@@ -313,6 +314,8 @@ Json TrainSession::figures() const {
                   {"bytes_per_step", double(t.bytes) / steps},
                   {"seconds_per_step", t.seconds / steps}};
   }
+  if (Json cameras = cameras_json(setup_.data, setup_.config.cameras, trainer_.cameras()); !cameras.empty())
+    j["cameras"] = std::move(cameras);
   if (trainer_.moving_share() < 1) j["moving_share"] = trainer_.moving_share();
   j["outside_ray_loop"] = std::max(0.0, 1 - in_ray_loop / all);
   j["rays_per_second"] = double(rays_) / all;

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "core/parallel.hpp"
 #include "core/rng.hpp"
 #include "math/camera.hpp"
+#include "math/exposure.hpp"
 #include "render/field_view.hpp"
 #include "train/by_time.hpp"
 
@@ -180,7 +180,7 @@ std::span<const int> BatchSampler::window(double progress) const {
 }
 
 void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background,
-                        const Surroundings& around, Batch& out) const {
+                        const Surroundings& around, Batch& out, const CameraFits& cameras) const {
   const std::span<const int> window = this->window(progress);
   const int n = int(window.size()), frames = std::min(config_.frames, n);
   const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
@@ -191,18 +191,16 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.times.resize(frames);
   for (int f = 0; f < frames; ++f) {
     out.frames[f] = window[card(seed_, index * frames + f, n, deck, round)];
-    out.times[f] = train_.frames[out.frames[f]].time;
+    out.times[f] = cameras.time_of(train_.frames[out.frames[f]]);
   }
   out.rays.resize(std::size_t(frames) * patches * 4);
   out.targets.resize(out.rays.size());
   out.lines.resize(around.any() ? out.rays.size() : 0);
+  out.shown.resize(cameras.cameras.empty() ? 0 : out.rays.size());
   out.tasks.clear();
   const int per_frame = patches * 4;
   const bool random = config_.background != BackgroundKind::fixed && !background.learned(),
              opaque_random = random && config_.background != BackgroundKind::ground;
-  // A target of 1 is a lower bound (65535 times the float 1 / 65535 is 1); the float before it is as good a
-  // target as any other.
-  const float most = config_.clipped ? std::numeric_limits<float>::infinity() : std::nextafter(1.0f, 0.0f);
   for (int f = 0; f < frames; ++f)
     for (int first = 0; first < per_frame; first += kTaskRays)
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
@@ -230,8 +228,13 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const float alpha = rgba[3] * (1 / 65535.0f);
-        for (int c = 0; c < 3; ++c)
-          out.targets[r][c] = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);
+        const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{float(rgba[0]), float(rgba[1]), float(rgba[2])},
+                   gain = cameras.gain_of(frame);
+        for (int c = 0; c < 3; ++c) {
+          const float display = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c];
+          out.targets[r][c] = neutral_target(display, shown[c], gain[c], config_.clipped);
+        }
+        if (!out.shown.empty()) out.shown[r] = {shown, frame.camera_id};
       }
   });
 }

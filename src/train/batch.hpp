@@ -8,9 +8,16 @@
 #include "backend/step.hpp"
 #include "render/views.hpp"
 #include "splinevox/data/scene.hpp"
+#include "splinevox/train/cameras.hpp"
 #include "splinevox/train/config.hpp"
 
 namespace splinevox {
+
+/// What a ray's camera shows of it.
+struct CameraRay {
+  Vec3 colour;  ///< times alpha, in display values
+  int camera;   ///< of CameraFits
+};
 
 /// Rays of a few frames and the colours they should have.
 struct Batch {
@@ -18,11 +25,12 @@ struct Batch {
   std::vector<double> times;          ///< of the slots, model time in [0, 1]
   std::vector<RayInput<float>> rays;  ///< grouped by slot, equally many each
   std::vector<Ray> lines;             ///< the same before they were clipped, if there are surroundings
-  std::vector<Vec3>
-      targets;  ///< [rays] composited over the ray's background; 1: or more (math/photometric.hpp)
-  std::vector<RayTask> tasks;  ///< fixed cut of the rays into pieces of work, none across slots
-  std::vector<int> grids;      ///< of the slots: which of Occupancy::grids
-  std::uint64_t draw = 0;      ///< seed of the step's other draws
+  std::vector<Vec3> targets;     ///< [rays] neutral, composited over the ray's background; some are bounds
+                                 ///< (math/photometric.hpp)
+  std::vector<CameraRay> shown;  ///< [rays]; empty where nothing is learned of cameras
+  std::vector<RayTask> tasks;    ///< fixed cut of the rays into pieces of work, none across slots
+  std::vector<int> grids;        ///< of the slots: which of Occupancy::grids
+  std::uint64_t draw = 0;        ///< seed of the step's other draws
 
   int slot_of(int ray) const { return int(std::size_t(ray) / (rays.size() / frames.size())); }
 };
@@ -54,8 +62,9 @@ class BatchSampler {
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
   /// they are random. @param around  before it
+  /// @param cameras  what is known of them by now
   void draw(std::int64_t index, double progress, float step, const Background& background,
-            const Surroundings& around, Batch& out) const;
+            const Surroundings& around, Batch& out, const CameraFits& cameras = {}) const;
   /// The frames that may be drawn, in order of time.
   std::span<const int> window(double progress) const;
   /// Whether that is all of them.

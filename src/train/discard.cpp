@@ -3,6 +3,7 @@
 #include <limits>
 #include <string>
 
+#include "math/photometric.hpp"
 #include "splinevox/core/error.hpp"
 #include "train/state.hpp"
 
@@ -28,7 +29,7 @@ StepReport Trainer::State::discard(const StepSums& sums, StepReport report) {
     const RayInput<float>& ray = batch.rays[i];
     const int slot = batch.slot_of(i);
     report.bad_rays.push_back(
-        {batch.frames[slot], i, ray.origin, ray.direction, batch.targets[i], batch.times[slot]});
+        {batch.frames[slot], i, ray.origin, ray.direction, colour_of(batch.targets[i]), batch.times[slot]});
   }
   discarded.push_back(report);
   if (int(discarded.size()) < kMostDiscarded) return report;

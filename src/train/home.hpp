@@ -36,6 +36,8 @@ class Home {
   Background& background() { return volume_.lattices.model.background; }
   const Surroundings& surroundings() const { return volume_.lattices.model.surroundings; }
   Surroundings& surroundings() { return volume_.lattices.model.surroundings; }
+  const CameraFits& cameras() const { return volume_.cameras; }
+  CameraFits& cameras() { return volume_.cameras; }
 
  private:
   mutable Volume volume_;

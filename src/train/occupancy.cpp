@@ -78,8 +78,8 @@ std::vector<BitGrid> frame_occupancies(const Setting& setting, const Volume& vol
   parallel_for(int((looks + kShare - 1) / kShare), [&](int group) {
     MotionSlice slice;
     for (std::size_t i = group * kShare; i < std::min(looks, (group + 1) * kShare); ++i) {
-      fill_slice(model.motion, stored_weights(model.motion, views[trained[rank(i)]].time), slice,
-                 volume.moving.rows);
+      const double time = volume.cameras.time_of(views[trained[rank(i)]]);
+      fill_slice(model.motion, stored_weights(model.motion, time), slice, volume.moving.rows);
       found[i] = frame_occupancy(model, slice, canonical);
     }
   });

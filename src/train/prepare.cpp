@@ -8,6 +8,7 @@
 #include "train/bounds/ground.hpp"
 #include "train/check_cameras.hpp"
 #include "train/effects/effect_table.hpp"
+#include "train/learn_cameras.hpp"
 #include "train/start.hpp"
 
 namespace splinevox {
@@ -119,7 +120,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     apply(out.effects.chosen, out.config);
     out.config.motion.points = out.effects.points;
   }
-  out.used = learnable_in(effects_of(out.config), !data.has_alpha);
+  out.used = learnable_in(effects_of(out.config), !data.has_alpha, !rig_of(train).cameras.empty());
   return out;
 }
 

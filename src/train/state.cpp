@@ -19,7 +19,11 @@ SamplingConfig sampling_of(const Config& config) {
 
 Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
-  return {Lattices(setting, time_map, bounds.box), {bounds.hull, {}, {}}, {}};
+  const CamerasConfig& cameras = setting.config.cameras;
+  return {Lattices(setting, time_map, bounds.box),
+          {bounds.hull, {}, {}},
+          {},
+          cameras.exposure || cameras.clock ? rig_of(setting.train) : CameraFits{}};
 }
 
 }  // namespace
@@ -29,7 +33,8 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
     : setting(config, train),
       ranks(r),
       home(starting_volume(setting, time_map), std::move(backend)),
-      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit) {
+      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
+      cameras(setting.config.cameras, home.read().cameras, setting.unit) {
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
 }
 
@@ -46,11 +51,17 @@ bool Trainer::State::refine(double progress_now) {
 bool Trainer::State::occupancy_is_due() const {
   const int whole = setting.config.sampling.occupancy_every;
   const int every = window().whole ? whole : std::max(1, whole / 2);
-  return clock.step > 0 && clock.step % every == 0;
+  return clock.step > 0 && (clock.step % every == 0 || cameras.strayed(home.cameras()));
+}
+
+void Trainer::State::refresh_occupancy() {
+  cameras.look(home.cameras());
+  splinevox::refresh_occupancy(setting, home.change(), window());
 }
 
 void Trainer::State::draw() {
-  sampler.draw(clock.step, progress, home.march_step(), home.background(), home.surroundings(), batch);
+  sampler.draw(clock.step, progress, home.march_step(), home.background(), home.surroundings(), batch,
+               home.cameras());
   batch.grids.clear();
   for (const int f : batch.frames) batch.grids.push_back(home.occupancy().grid_of(f));
 }
@@ -92,6 +103,8 @@ StepInput Trainer::State::step_input() {
                               double(clock.step + 1));
   in.radiance_rate = float(cosine_decay(progress, o.final_radiance));
   in.motion_rate = float(cosine_decay(progress, o.final_motion));
+  in.errors = cameras.gains();
+  in.slopes = cameras.clocks();
   return in;
 }
 
@@ -102,6 +115,10 @@ void Trainer::State::learn_background(const StepInput& in, const BackgroundGradi
   if (!home.surroundings().any()) return;
   if (ranks) sum_over_ranks(*ranks, {&behind_[0].x, 3 * behind_.size()});
   surroundings.step(setting.config, batch.lines, behind_, home.background(), in, home.surroundings());
+}
+
+void Trainer::State::learn_cameras(const StepInput& in, const StepSums& sums) {
+  cameras.update(home.cameras(), setting.train, batch, sums, in.factors, progress, in.motion_rate);
 }
 
 void Trainer::State::archive(Archive& a) {
@@ -119,6 +136,7 @@ void Trainer::State::archive(Archive& a) {
   if (home.surroundings().any())
     a.section("surroundings",
               [&] { check_fits(surroundings.archive(a, setting.config, home.surroundings())); });
+  a.section("cameras", [&] { cameras.archive(a, home.cameras()); });
   if (!a.reading()) return;
   Volume& volume = home.change();
   check_fits(plan.fits(setting.config, volume.lattices));

@@ -9,6 +9,7 @@
 #include "train/batch.hpp"
 #include "train/home.hpp"
 #include "train/learn_background.hpp"
+#include "train/learn_cameras.hpp"
 #include "train/learn_surroundings.hpp"
 #include "train/plan.hpp"
 #include "train/run_clock.hpp"
@@ -27,6 +28,7 @@ struct Trainer::State {
   BatchSampler sampler;
   BackgroundLearner background;  ///< of the volume's background, if that is learned
   SurroundingsLearner surroundings;
+  CameraLearner cameras;  ///< of the volume's cameras
   RunClock clock;
   double progress = 0;  ///< of the last refine
   Plan plan;
@@ -38,13 +40,15 @@ struct Trainer::State {
   bool refine(double progress_now);
   /// Whether the occupancy is due for a refresh: twice as often while the window of time grows.
   bool occupancy_is_due() const;
-  void refresh_occupancy() { splinevox::refresh_occupancy(setting, home.change(), window()); }
+  void refresh_occupancy();
   /// The rays of the next step.
   void draw();
   /// What it asks for. Good until the next draw.
   StepInput step_input();
   /// A step on the background and the surroundings, if they are learned.
   void learn_background(const StepInput& in, const BackgroundGradient& gradient);
+  /// A step on what is learned of the cameras.
+  void learn_cameras(const StepInput& in, const StepSums& sums);
   /// The report of a step that changed nothing, which is remembered. After too many in a row, back to the
   /// last good one and an error.
   StepReport discard(const StepSums& sums, StepReport report);

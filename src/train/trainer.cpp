@@ -68,6 +68,7 @@ StepReport Trainer::one_step() {
   if (!sums.usable) return s.discard(sums, report);
   s.discarded.clear();
   s.learn_background(in, sums.background);
+  s.learn_cameras(in, sums);
   lap(&PhaseSeconds::update);
 
   report.progress = s.clock.used(run);
@@ -91,6 +92,8 @@ VoxelModel Trainer::finish() {
   clear_skipped(s.setting, s.home.occupancy(), model);
   return model;
 }
+
+const CameraFits& Trainer::cameras() const { return state_->home.cameras(); }
 
 PhaseSeconds Trainer::phases() const { return state_->clock.phases; }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "splinevox/train/cameras.hpp"
 #include "train/archive.hpp"
 #include "train/lattices.hpp"
 #include "train/occupancy.hpp"
@@ -20,6 +21,7 @@ struct Volume {
   Lattices lattices;
   Occupancy occupancy;
   MovingPart moving;
+  CameraFits cameras;  ///< of a rig of which something is learned
 
   /// Saves or restores it. Throws Error (input) where a restored one does not fit the setting; of one that
   /// does, rates, priors and the sum of the levels are still to be made.

@@ -52,7 +52,7 @@ struct Scene {
         if (i % 4 == 0) batch.targets.back() = batch.rays.back().background;
         if (i % 8 == 3) {
           batch.rays.back().background = {1.6f, 1.6f, 0.4f};
-          batch.targets.back() = {1, 0.7f, 1};
+          batch.targets.back() = {at_least(1.0f), 0.7f, at_least(1.0f)};
         }  // clipped
       }
     }
@@ -77,6 +77,7 @@ struct Scene {
     in.tv_share = kShare;
     in.draw = kDraw;
     in.factors = moment_factors(0, 0.99, 1e-8, 1);
+    in.errors = in.slopes = true;
     return in;
   }
 };
@@ -148,7 +149,8 @@ TEST_SUITE("backend/gradient") {
             if (kind > 2) freeze_half(model.motion.levels[0], scene.occupied, active);
             std::vector<RowMask> visible(model.radiance.raw.topology->bricks.size()),
                 visible_on_device = visible;
-            std::vector<Vec3> behind(scene.batch.rays.size());
+            std::vector<Vec3> behind(scene.batch.rays.size()), errors(behind.size());
+            std::vector<double> slopes(kSlots);
 
             StepModel now{};
             now.model = &model;
@@ -161,9 +163,9 @@ TEST_SUITE("backend/gradient") {
             now.static_prior = kStaticPrior;
             const StepInput in = scene.input();
             const Channels* level = moves ? &model.motion.levels[0] : nullptr;
-            const PassResult pass =
-                make_engine(sh, moves, losses)
-                    ->run(now, level, in, scene.batch.tasks, d_radiance, moves ? &d_motion : nullptr, behind);
+            const PassResult pass = make_engine(sh, moves, losses)
+                                        ->run(now, level, in, scene.batch.tasks, d_radiance,
+                                              moves ? &d_motion : nullptr, {behind, errors, slopes});
             add_total_variation(model.radiance.raw, radiance.tv, 1, kShare, kDraw, d_radiance);
             if (moves) {
               add_total_variation(*level, motion.tv, 1, kShare, kDraw + 1, d_motion);
@@ -192,6 +194,14 @@ TEST_SUITE("backend/gradient") {
               }
             CHECK(largest > 0);
             CHECK(off < 1e-5 * largest);
+            REQUIRE(sums.errors.size() == errors.size());
+            for (std::size_t i = 0; i < errors.size(); ++i)
+              for (int c = 0; c < 3; ++c) CHECK(std::abs(sums.errors[i][c] - errors[i][c]) < 1e-5);
+            REQUIRE(sums.slopes.size() == slopes.size());
+            double steepest = 0;
+            for (const double slope : slopes) steepest = std::max(steepest, std::abs(slope));
+            CHECK((steepest > 0) == moves);
+            for (int s = 0; s < kSlots; ++s) CHECK(std::abs(sums.slopes[s] - slopes[s]) <= 1e-5 * steepest);
             int marked = 0, differs = 0;  // a weight next to the threshold may fall on either side of it
             for (std::size_t b = 1; b < visible.size(); ++b)
               for (int i = 0; i < kBrickRows; ++i) {
@@ -229,7 +239,7 @@ TEST_SUITE("backend/gradient") {
       now.active = &none;
       now.occupancy = {&scene.occupied, 1};
       make_engine(1, false, false)
-          ->run(now, nullptr, scene.input(), scene.batch.tasks, radiance, nullptr, behind);
+          ->run(now, nullptr, scene.input(), scene.batch.tasks, radiance, nullptr, {behind});
       int marked = 0;
       for (const RowMask& brick : visible)
         for (int i = 0; i < kBrickRows; ++i) marked += brick.test(i);

@@ -104,7 +104,7 @@ TEST_SUITE("hard/gradients") {
   TEST_CASE(
       "every control point, rigidity, light, density, colour and harmonic in float: within 1e-5, no wrong "
       "sign") {
-    Worst radiance, motion;
+    Worst radiance, motion, slope;
     std::size_t wrong = 0, count = 0;
     for (const bool spline : {false, true}) {
       VoxelModel model = blob_model(20, {true, 5, {-0.3f, 0.1f, 0.2f}, 0.2f, true, 0.5f}, 1, 10);
@@ -148,9 +148,10 @@ TEST_SUITE("hard/gradients") {
       in.times = times;
       in.occupancy = grids;
       in.losses = asked;
-      const PassResult pass =
-          make_engine(1, true, true)
-              ->run(now, &model.motion.levels[0], in, batch.tasks, d_radiance, &d_motion, behind);
+      std::vector<double> slopes(times.size());
+      const PassResult pass = make_engine(1, true, true)
+                                  ->run(now, &model.motion.levels[0], in, batch.tasks, d_radiance, &d_motion,
+                                        {.behind = behind, .slopes = slopes});
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
       // The loss is quadratic in the colour behind a ray, so a central difference of any width is exact.
@@ -164,6 +165,21 @@ TEST_SUITE("hard/gradients") {
         CHECK(behind[i].y ==
               doctest::Approx((value(up) - value(down)) / double(up - down)).epsilon(1e-5).scale(0.1));
       }
+      // Of each slot's time, by a difference in double that is as wide as float's rounding leaves nothing of.
+      double steepest = 0;
+      std::vector<double> want(times.size());
+      for (std::size_t f = 0; f < times.size(); ++f) {
+        constexpr double kHalf = 1e-6;
+        const auto value = [&](double by) {
+          std::vector<double> moved = times;
+          moved[f] += by;
+          return exact_gradients<1>(model, batch, moved, loss, 0, 77).value;
+        };
+        want[f] = (value(kHalf) - value(-kHalf)) / (2 * kHalf);
+        steepest = std::max(steepest, std::abs(want[f]));
+      }
+      REQUIRE(steepest > 0);
+      for (std::size_t f = 0; f < times.size(); ++f) slope.see(std::abs(slopes[f] - want[f]) / steepest);
       const auto compare = [&](const Channels& got, const std::vector<double>& want, Worst& worst) {
         double largest = 0;
         for (const double g : want) largest = std::max(largest, std::abs(g));
@@ -180,6 +196,7 @@ TEST_SUITE("hard/gradients") {
     CHECK(count > 10000);
     CHECK(wrong == 0);
     measured("gradient of radiance in float, of the largest", radiance.value, 2e-5, "");
+    measured("gradient of the times of slots in float, of the largest", slope.value, 1e-4, "");
     measured("gradient of control points, rigidity and light in float, of the largest", motion.value, 2e-5,
              "");
   }

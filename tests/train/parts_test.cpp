@@ -8,6 +8,7 @@
 
 #include "backend/host/optimiser.hpp"
 #include "math/camera.hpp"
+#include "math/photometric.hpp"
 #include "math/tv.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/sample.hpp"
@@ -257,8 +258,7 @@ TEST_SUITE("train/bounds and batches") {
     sampler.draw(4, 1, 0.02f, {}, {}, b);
     CHECK(a.targets != b.targets);
 
-    // What a picture shows as 1 is a target of 1, which means 1 or more; without `clipped` it is the float
-    // before it.
+    // What a picture shows as 1 is 1 or more; without `clipped` it is 1.
     Split white = train;
     for (Frame& frame : white.frames)
       frame.image = Image16{frame.image.width, frame.image.height,
@@ -269,7 +269,7 @@ TEST_SUITE("train/bounds and batches") {
       as.carve = 0;
       BatchSampler(white, bounds.box, as, 9).draw(0, 1, 0.02f, {}, {}, b);
       for (const Vec3& target : b.targets)
-        for (int c = 0; c < 3; ++c) CHECK(target[c] == (clipped ? 1.0f : std::nextafter(1.0f, 0.0f)));
+        for (int c = 0; c < 3; ++c) CHECK(target[c] == (clipped ? at_least(1.0f) : 1.0f));
     }
 
     // A window of time: the middle frames first, all of them in the end.

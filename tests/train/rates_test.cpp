@@ -200,14 +200,20 @@ TEST_SUITE("train/effect_table") {
     CHECK(brought.count(ColumnKind::density) + brought.count(ColumnKind::color) == 0);
   }
 
-  TEST_CASE("a background is tried first, then motion, then light; what changes over time always counts") {
+  TEST_CASE(
+      "a rig's exposures are tried first, then a background, motion, clocks and light; what changes over "
+      "time "
+      "always counts") {
     const EffectSet all = effects_of(preset("fast"));
-    CHECK(in_turn(all) == std::vector<Effect>{Effect::background, Effect::motion, Effect::light});
-    CHECK(most_comparisons(all) == 4);
-    CHECK(most_comparisons(all.without(Effect::motion)) == 4);
-    CHECK(most_comparisons(all.without(Effect::background)) == 3);
-    CHECK(learnable_in(all, true) == all);
-    CHECK(learnable_in(all, false) == all.without(Effect::background));
+    CHECK(in_turn(all) == std::vector<Effect>{Effect::exposure, Effect::background, Effect::motion,
+                                              Effect::clock, Effect::light});
+    CHECK(most_comparisons(all) == 6);
+    CHECK(most_comparisons(learnable_in(all, true, false)) == 4);
+    CHECK(most_comparisons(all.without(Effect::motion)) == 5);
+    CHECK(most_comparisons(all.without(Effect::background)) == 5);
+    CHECK(learnable_in(all, true, true) == all);
+    CHECK(learnable_in(all, false, true) == all.without(Effect::background));
+    CHECK(learnable_in(all, true, false) == all.without(Effect::exposure).without(Effect::clock));
   }
 
   TEST_CASE("an effect stores its columns, and models change over time if any that does is on") {

@@ -20,6 +20,7 @@ struct View {
   Rendered layers;
   double psnr, ssim, ms_ssim;  ///< of the pixels that are not ignored; NaN: no window of the metric is left
   std::optional<double> psnr_inside;  ///< of the pixels inside the mask, where there are any
+  double psnr_best_gain;  ///< after the gain per channel that brings the render nearest to the truth
 };
 /// @param renderer  of the model
 View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame);
@@ -30,12 +31,14 @@ struct ViewScore {
   double time = 0;   ///< of the model
   double psnr = 0, ssim = 0, ms_ssim = 0;
   std::optional<double> psnr_inside;
+  double psnr_best_gain = 0;  ///< see View
 };
 
 /// The figures of a split.
 struct Scores {
   std::string split;
   double psnr = 0, ssim = 0, ms_ssim = 0;  ///< means over the views that have the figure
+  double psnr_best_gain = 0;               ///< likewise
   std::optional<double> psnr_inside;       ///< the same inside the masks, where some view has one
   std::size_t inside_views = 0;
   double inside_share = 0;       ///< of those views' pixels

@@ -156,6 +156,16 @@ struct EffectsConfig {
   float level = 0.01f;    ///< chance of switching on any effect that gains less, over all comparisons
 };
 
+/// What is learned of the cameras of a rig (train/cameras.hpp).
+struct CamerasConfig {
+  bool exposure = true;         ///< a gain per camera and channel: exposure and white balance
+  bool clock = true;            ///< a time offset per camera; needs motion
+  float exposure_rate = 0.03f;  ///< share of what is known of the gains that each step replaces
+  float most_gain = 4;          ///< and least is one over it
+  float most_offset = 2;        ///< intervals between a camera's pictures
+  float clock_rate = 0.01f;     ///< step of an offset, intervals; decays as the rates of motion do
+};
+
 struct Config {
   std::string preset = "fast";
   RunConfig run;
@@ -165,6 +175,7 @@ struct Config {
   OptimiserConfig optimiser;
   LossConfig loss;
   SamplingConfig sampling;
+  CamerasConfig cameras;
   EffectsConfig effects;
 };
 
@@ -296,6 +307,17 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.occupancy_every", c.sampling.occupancy_every, "steps between occupancy refreshes", 1, 1e6);
   visit("sampling.occupancy_alpha", c.sampling.occupancy_alpha,
         "alpha per step below which a cell is skipped", 0, 1);
+  visit("cameras.exposure", c.cameras.exposure,
+        "whether each camera of a rig has an exposure and a white balance of its own", 0, 1);
+  visit("cameras.clock", c.cameras.clock, "whether each camera of a rig has a clock of its own", 0, 1);
+  visit("cameras.exposure_rate", c.cameras.exposure_rate,
+        "share of what is known of the gains that each step replaces", 1e-4, 1);
+  visit("cameras.most_gain", c.cameras.most_gain, "largest gain of a camera; the least is one over it", 1,
+        1000);
+  visit("cameras.most_offset", c.cameras.most_offset,
+        "largest offset of a camera's clock, intervals between its pictures", 0, 100);
+  visit("cameras.clock_rate", c.cameras.clock_rate, "step of a clock, intervals between a camera's pictures",
+        0, 1);
   visit("effects.steps", c.effects.steps, "steps of each trial fit, 0 = none is tried", 0, 1e6);
   visit("effects.min_gain", c.effects.min_gain, "dB on held-out pictures that an effect must gain", 0, 100);
   visit("effects.level", c.effects.level, "chance of a wrong switch-on, over all comparisons", 1e-6, 0.4);

@@ -11,6 +11,7 @@
 
 #include "splinevox/data/scene.hpp"
 #include "splinevox/math/metrics.hpp"
+#include "splinevox/train/cameras.hpp"
 #include "splinevox/train/config.hpp"
 
 namespace splinevox {
@@ -18,13 +19,15 @@ namespace splinevox {
 /// What a model can do beyond a static and matte scene.
 enum class Effect {
   motion,
-  rigidity,   ///< needs motion
-  view,       ///< the view rescale: has harmonics
-  light,      ///< a gain per place and time
-  background  ///< a colour learned behind opaque pictures: has harmonics
+  rigidity,    ///< needs motion
+  view,        ///< the view rescale: has harmonics
+  light,       ///< a gain per place and time
+  background,  ///< a colour learned behind opaque pictures: has harmonics
+  exposure,    ///< a gain per camera of a rig and channel
+  clock        ///< a time offset per camera of a rig; needs motion
 };
-inline constexpr Effect kAllEffects[] = {Effect::motion, Effect::rigidity, Effect::view, Effect::light,
-                                         Effect::background};
+inline constexpr Effect kAllEffects[] = {Effect::motion,     Effect::rigidity, Effect::view, Effect::light,
+                                         Effect::background, Effect::exposure, Effect::clock};
 
 /// Some effects, and how far each goes. What is off has no lattice, no parameters and no line in the file.
 class EffectSet {
@@ -47,7 +50,7 @@ class EffectSet {
   std::array<int, std::size(kAllEffects)> order_ = none();
 };
 
-/// "motion", "rigidity", "view", "light", "background".
+/// "motion", "rigidity", "view", "light", "background", "exposure", "clock".
 const char* to_string(Effect effect);
 std::vector<std::string> effect_names();
 /// None: there is no effect of that name.
@@ -66,10 +69,18 @@ struct EffectTrial {
   double seconds = 0;        ///< of training
   std::int64_t bytes = 0;    ///< of the model's values
   std::vector<double> psnr;  ///< per held-out picture, dB
+  CameraFits cameras;        ///< what it learned of them
   double mean() const;
 };
 
 enum class EffectDecision { on, off, undecided, confounded };  ///< see choose_effects
+
+/// How much later than their times say the pictures of a camera are, by a model that took their times as they
+/// are; intervals between its pictures.
+struct ClockDoubt {
+  int camera = 0;     ///< of CameraFits
+  PairedGain offset;  ///< over the median of all cameras; its pictures are what differs
+};
 
 /// What an effect gained over the same fit without it.
 struct EffectVerdict {
@@ -79,10 +90,13 @@ struct EffectVerdict {
   PairedGain gain;   ///< dB per held-out picture
   double where = 1;  ///< share of the pictures that the gain is of. Motion that gains nothing on the whole is
                      ///< compared where only it explains the training pictures
-  std::optional<double> far = {};  ///< of motion in a video: share of the visible cells whose mean
-                                   ///< displacement is large
-  double time_ratio = 1;           ///< seconds of the fit with it over without
-  double bytes_ratio = 1;          ///< size of the model with it over without
+  std::optional<double> spread = {};    ///< of exposure: how far the gains of the cameras are apart, the
+                                        ///< standard deviation of their logarithms
+  std::vector<ClockDoubt> clocks = {};  ///< of clock: of each camera
+  std::optional<double> far = {};       ///< of motion in a video: share of the visible cells whose mean
+                                        ///< displacement is large
+  double time_ratio = 1;                ///< seconds of the fit with it over without
+  double bytes_ratio = 1;               ///< size of the model with it over without
 };
 
 /// What the more control points of two fits of a stretch of time gained over the fewer.

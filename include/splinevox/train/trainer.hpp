@@ -11,6 +11,7 @@
 #include "splinevox/backend/device.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/train/cameras.hpp"
 #include "splinevox/train/config.hpp"
 
 namespace splinevox {
@@ -64,7 +65,7 @@ class Trainer {
   ~Trainer();
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
-  static constexpr std::uint32_t kStateFormat = 8;  ///< of what save() gives
+  static constexpr std::uint32_t kStateFormat = 9;  ///< of what save() gives
 
   bool done() const;
   /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the
@@ -79,6 +80,9 @@ class Trainer {
   VoxelModel model() const;
   /// The same at the end of training, whose memory it frees: no step, model(), save() or restore() after it.
   VoxelModel finish();
+  /// What is known of the cameras by now; [Dataset::cameras] up to the last with training pictures. Empty:
+  /// they are no rig, or nothing is learned of them.
+  const CameraFits& cameras() const;
   PhaseSeconds phases() const;
   /// Share of what is visible that was moving when the static regions were frozen (MotionConfig::rest); 1:
   /// motion is learned everywhere.

@@ -53,7 +53,7 @@ class RayEngine final : public Engine {
  public:
   PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
                  std::span<const RayTask> batch, Gradient& d_radiance, Gradient* d_motion,
-                 std::span<Vec3> behind) override {
+                 const PassOutput& out) override {
     PassResult result;
     Stopwatch watch;
     const Channels& radiance = *model.radiance.values;
@@ -65,7 +65,7 @@ class RayEngine final : public Engine {
       field.reach = model.active->reach.cells() > 0
                         ? model.active->reach.bits.data()
                         : nullptr;  // losses of motion are asked of every sample, moving or not
-    if constexpr (Moving) make_slices(columns, *motion, model.active->rows, in.times);
+    if constexpr (Moving) make_slices(columns, *motion, model.active->rows, in.times, !out.slopes.empty());
     result.slice_seconds = watch.lap();
 
     const int tasks = int(batch.size());
@@ -74,7 +74,7 @@ class RayEngine final : public Engine {
     const int motion_bricks = Moving ? motion->topology->brick_count() + 1 : 0;
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(in.times.size()));
     parallel_for(tasks, [&](int t) {
-      march(field, model, in, batch[t], workers_[t], behind);
+      march(field, model, in, batch[t], workers_[t], out);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
       if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch[t].slot);
     });
@@ -97,7 +97,9 @@ class RayEngine final : public Engine {
       radiance_scatter_.reduce(b, d_radiance.values.row(std::size_t(b) * kBrickRows), d_radiance.touched[b]);
       if (!usable(d_radiance, b)) usable_ = false;  // here, where the rows are in the cache
     });
-    if constexpr (Moving) expand_motion(columns, model.active->rows, in.times, motion_bricks, *d_motion);
+    std::fill(out.slopes.begin(), out.slopes.end(), 0.0);  // nothing changes over time
+    if constexpr (Moving)
+      expand_motion(columns, *motion, model.active->rows, motion_bricks, *d_motion, out.slopes);
     result.usable = usable_;
     result.scatter_seconds = watch.lap();
     return result;
@@ -120,13 +122,15 @@ class RayEngine final : public Engine {
 
  private:
   void make_slices(const MotionField& columns, const Channels& level, const std::vector<RowMask>& active,
-                   std::span<const double> times) {
+                   std::span<const double> times, bool slopes) {
     const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
     slices_.resize(frames);
     slice_gradients_.resize(frames);
     weights_.resize(frames);
+    weights_dt_.resize(slopes ? frames : 0);
     for (int f = 0; f < frames; ++f) {
       weights_[f] = stored_weights(columns, times[f]);
+      if (slopes) weights_dt_[f] = stored_weights_dt(columns, times[f]);
       slices_[f].resize(level.topology->rows() * kSliceWidth);
       slice_gradients_[f].resize(
           slices_[f].size());  // all zero between steps: expand_brick clears what it reads
@@ -141,7 +145,7 @@ class RayEngine final : public Engine {
   }
 
   void march(const FieldView<float>& field, const StepModel& model, const StepInput& in, const RayTask& task,
-             Worker& w, std::span<Vec3> behind) {
+             Worker& w, const PassOutput& out) {
     const RayLosses& losses = in.losses;
     const std::span<RowMask> visible = model.radiance.visible;
     w.records.clear();
@@ -158,7 +162,8 @@ class RayEngine final : public Engine {
       if (!visible.empty() && has_matter(in.targets[i], ray.background, losses.faintest))
         mark_visible(field, w.kernel, losses, visible.data()->word);
       const double squared = dot(error, error);
-      if (!behind.empty()) behind[i] = (2 * result.transmittance) * error;
+      if (!out.behind.empty()) out.behind[i] = (2 * result.transmittance) * error;
+      if (!out.errors.empty()) out.errors[i] = error;
       double motion = 0;
       w.squared_error += squared;
       w.samples += w.kernel.count;
@@ -187,11 +192,13 @@ class RayEngine final : public Engine {
     }
   }
 
-  void expand_motion(const MotionField& columns, const std::vector<RowMask>& active,
-                     std::span<const double> times, int bricks, Gradient& motion) {
+  void expand_motion(const MotionField& columns, const Channels& level, const std::vector<RowMask>& active,
+                     int bricks, Gradient& motion, std::span<double> slopes) {
+    const std::size_t slots = weights_.size();
+    std::vector<double> parts(std::size_t(bricks) * slopes.size());
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;
-      for (std::size_t f = 0; f < times.size(); ++f) {
+      for (std::size_t f = 0; f < slots; ++f) {
         const int bin = int(f) * bricks + b;
         if (motion_scatter_.empty(bin)) continue;
         float* rows = slice_gradients_[f].data() + std::size_t(b) * kBrickRows * kSliceWidth;
@@ -202,16 +209,19 @@ class RayEngine final : public Engine {
           std::fill_n(rows + std::size_t(i) * kSliceWidth, kSliceWidth, 0.0f);
         });
         hit &= active[b];
+        if (!slopes.empty())
+          parts[std::size_t(b) * slots + f] = slope_brick(columns, level, weights_dt_[f], hit, rows, b);
         expand_brick(columns, weights_[f], hit, rows, b, motion.values);
         motion.touched[b] |= hit;
       }
       if (!usable(motion, b)) usable_ = false;
     });
+    for (std::size_t i = 0; i < parts.size(); ++i) slopes[i % slots] += parts[i];
   }
 
   std::vector<AlignedVector<float>> slices_, slice_gradients_;
   std::vector<RowMask> contracted_;  ///< rows of slices_ that are made anew every step; the others are zero
-  std::vector<BasisWeights<float>> weights_;
+  std::vector<BasisWeights<float>> weights_, weights_dt_;  ///< of the slots; the latter where it is wanted
   std::vector<Worker> workers_;
   std::atomic<bool> usable_ = true;
   Scatter<float, kWidth, false> radiance_scatter_;

@@ -19,6 +19,13 @@ struct PassResult {
   double slice_seconds = 0, scatter_seconds = 0;
 };
 
+/// What a pass may give beside gradients of parameters. Empty: not wanted.
+struct PassOutput {
+  std::span<Vec3> behind = {};    ///< [rays] gradient of the colour behind each ray of the tasks
+  std::span<Vec3> errors = {};    ///< [rays] photometric error of each ray of the tasks
+  std::span<double> slopes = {};  ///< [slots] d loss / d time of each, of the rays of the tasks
+};
+
 /// Forward and backward over one batch: slices, rays, scatter. Gradients are of the sum over rays of the
 /// squared colour error plus the motion losses. Keeps its buffers between steps. The same bits for any number
 /// of threads.
@@ -30,10 +37,9 @@ class Engine {
   /// @param tasks     which of the batch's rays
   /// @param d_radiance  gradient of the radiance rows, accumulated; visible rows are marked
   /// @param d_motion  gradient of the sum of the levels, accumulated; null with `motion`
-  /// @param behind    gets the gradient of the colour behind each ray of the tasks, [rays]; empty: not wanted
   virtual PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
                          std::span<const RayTask> tasks, Gradient& d_radiance, Gradient* d_motion,
-                         std::span<Vec3> behind) = 0;
+                         const PassOutput& out) = 0;
   /// Rays of the last batch whose loss or gradient was not finite, in order.
   virtual std::vector<int> bad_rays() const = 0;
 };

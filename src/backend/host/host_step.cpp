@@ -43,12 +43,17 @@ StepSums HostStep::run(const StepInput& in) {
   // The finest level takes the gradient of the sum of all levels as it is.
   const std::vector<RayTask> tasks = own(in.tasks);
   behind_.assign(in.background->learned() || !in.behind.empty() ? in.rays.size() : 0, Vec3{});
+  if (in.errors) out.errors.resize(in.rays.size());
+  if (in.slopes) out.slopes.resize(in.times.size());
   PassResult pass = engine_->run(model_, moving() ? &sums_.sum() : nullptr, in, tasks, radiance_,
-                                 moving() ? &levels_.back() : nullptr, behind_);
+                                 moving() ? &levels_.back() : nullptr, {behind_, out.errors, out.slopes});
   watch.lap();
   out.slice_seconds += pass.slice_seconds;
   out.scatter_seconds += pass.scatter_seconds;
-  if (ranks_) sum_ranks(pass);
+  if (ranks_) {
+    sum_ranks(pass);
+    sum_over_ranks(*ranks_, out);
+  }
   out.scatter_seconds += watch.lap();
 
   if (moving()) {

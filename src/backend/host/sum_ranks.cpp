@@ -22,6 +22,12 @@ PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
   return sum;
 }
 
+void sum_over_ranks(Ranks& ranks, StepSums& sums) {
+  if (!sums.errors.empty())
+    sum_over_ranks(ranks, std::span<float>(&sums.errors[0].x, 3 * sums.errors.size()));
+  if (!sums.slopes.empty()) sum_over_ranks(ranks, std::span<double>(sums.slopes));
+}
+
 bool sum_over_ranks(Ranks& ranks, Gradient& gradient) {
   ranks.merge({gradient.touched.data()->word, gradient.touched.size() * kBrick});
   const int bricks = int(gradient.touched.size());

@@ -5,6 +5,7 @@
 #include "core/pack.hpp"
 #include "field/columns.hpp"
 #include "field/lattice/lattice_view.hpp"
+#include "field/lattice/row_slope.hpp"
 #include "field/lattice/slice.hpp"
 
 /// The motion levels and slices of levels.hpp and slice.hpp, one element at a time and without one element
@@ -43,6 +44,13 @@ struct SlotWeights {
   BasisWeights<float> w;
   int first, last;
 };
+
+inline SlotWeights slot_weights(const BasisWeights<float>& w, int stored_points) {
+  SlotWeights s{w, 0, stored_points};
+  while (s.last > 0 && s.w[s.last - 1] == 0) --s.last;
+  while (s.first < s.last && s.w[s.first] == 0) ++s.first;
+  return s;
+}
 
 /// One row: the slices of all slots (contract_brick).
 struct ContractKernel {
@@ -115,6 +123,34 @@ struct ExpandKernel {
       store_pack(from, {});
       store_pack(from + 4, {});
     }
+  }
+};
+
+/// Some rows of one slot: their share of d loss / d time (slope_brick). Before ExpandKernel, which clears
+/// what this one reads.
+struct SlopeKernel {
+  static constexpr std::size_t kRows = 256;  ///< of one share
+  MotionLayout layout;
+  const float* level;
+  const std::uint64_t *touched, *active;  ///< rows that have something, and those that are learned
+  const SlotWeights* slots;               ///< weights of the time derivative
+  int slot_count;
+  std::size_t rows;
+  const float* slices;  ///< [slots * rows * kSliceWidth] gradients
+  double* parts;        ///< [shares * slots]
+
+  SPLINEVOX_HD static std::size_t shares(std::size_t rows) { return (rows + kRows - 1) / kRows; }
+  SPLINEVOX_HD std::size_t count() const { return shares(rows) * std::size_t(slot_count); }
+  SPLINEVOX_HD void operator()(std::size_t i) const {
+    const std::size_t s = i % std::size_t(slot_count), first = i / std::size_t(slot_count) * kRows,
+                      last = first + kRows < rows ? first + kRows : rows;
+    const SlotWeights& slot = slots[s];
+    double sum = 0;
+    for (std::size_t r = first; r < last; ++r)
+      if (test_row(touched, r) && test_row(active, r))
+        sum += row_slope(layout, level + r * layout.width, slot.w, slot.first, slot.last,
+                         slices + (s * rows + r) * kSliceWidth);
+    parts[i] = sum;
   }
 };
 

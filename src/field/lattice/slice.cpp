@@ -7,6 +7,7 @@
 
 #include "core/simd.hpp"
 #include "field/lattice/levels.hpp"
+#include "field/lattice/row_slope.hpp"
 
 namespace splinevox {
 namespace {
@@ -103,6 +104,18 @@ void expand_brick(const MotionField& motion, const BasisWeights<float>& weights,
         store(row + layout.stride * k, load<Four>(row + layout.stride * k) + weights[k] * g);
     std::fill_n(from, kSliceWidth, 0.0f);
   });
+}
+
+double slope_brick(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights_dt,
+                   const RowMask& rows, const float* slice_gradient, int brick) {
+  const MotionLayout layout(motion);
+  const Range points(weights_dt, motion.stored_points());
+  double sum = 0;
+  rows.for_each([&](int i) {
+    sum += row_slope(layout, level.row(std::size_t(brick) * kBrickRows + i), weights_dt, points.first,
+                     points.last, slice_gradient + std::size_t(i) * kSliceWidth);
+  });
+  return sum;
 }
 
 MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights) {

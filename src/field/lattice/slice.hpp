@@ -43,6 +43,13 @@ void contract_brick(const MotionField& motion, const Channels& level,
 void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows,
                   float* slice_gradient, int brick, Channels& gradient);
 
+/// d loss / d time of a slice by the given rows of one brick: the slice's gradient times what sum_k w'_k p_k
+/// says that the slice changes by. Rigidity has no time.
+/// @param weights_dt      stored_weights_dt at the slice's time
+/// @param slice_gradient  of this brick, before expand_brick clears it
+double slope_brick(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights_dt,
+                   const RowMask& rows, const float* slice_gradient, int brick);
+
 /// The slice for the weights of one time. @pre at most one level: collapse first.
 MotionSlice make_slice(const MotionField& motion, const BasisWeights<float>& weights);
 /// The same into the memory of an earlier slice: fresh memory costs as much as the contraction.

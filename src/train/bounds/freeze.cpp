@@ -58,7 +58,7 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
     return s.light > kSteady || s.error > kKnown * setting.unit;
   };
   const std::vector<VisibleMotion> visible =
-      visible_motion(model, setting.train, volume.occupancy.frames, cells);
+      visible_motion(model, setting.train, volume.occupancy.frames, cells, volume.cameras);
   double weight = 0, weight_moving = 0;
   std::vector<Vec3> offsets(cells.cells());
   for (std::size_t c = 0; c < cells.cells(); ++c) {

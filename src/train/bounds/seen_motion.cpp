@@ -8,11 +8,10 @@
 
 #include "core/parallel.hpp"
 #include "core/rng.hpp"
-#include "math/photometric.hpp"
 #include "render/specialise.hpp"
-#include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
 #include "train/look.hpp"
+#include "train/neutral.hpp"
 
 namespace splinevox {
 namespace {
@@ -29,9 +28,10 @@ struct CellSums {
 using VisibleCell = std::pair<std::size_t, CellSums>;
 
 template <int Sh>
-std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, const BitGrid* occupancy,
-                                  const BitGrid& grid, double rays) {
-  Look<Sh> look(model, view.time, occupancy);
+std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, const CameraFits& cameras,
+                                  const BitGrid* occupancy, const BitGrid& grid, double rays) {
+  Look<Sh> look(model, cameras.time_of(view), occupancy);
+  const Vec3 gain = cameras.gain_of(view);
   const Camera& camera = view.camera;
   const int stride = std::max(1, int(std::sqrt(double(camera.width) * camera.height / rays)));
   std::vector<CellSums> cells(grid.cells());
@@ -39,8 +39,8 @@ std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, co
     for (int x = stride / 2; x < camera.width; x += stride) {
       if (view.ignored.test(x, y)) continue;
       const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
-      const Vec3 error = photometric_error(
-          look.along(ray), composite(view.image, x, y, model.behind(ray)));
+      const Vec3 error =
+          photometric_error(look.along(ray), neutral_target(view.image, x, y, model.behind(ray), gain));
       look.each_sample([&](const Vec3& position, float w, int i) {
         CellSums& cell = cells[grid.index(grid.cell_of(position))];
         cell.displacement += w * look.displacement(i);
@@ -75,7 +75,8 @@ class Moments {
 }  // namespace
 
 std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& views,
-                                          const std::vector<BitGrid>& occupancy, const BitGrid& cells) {
+                                          const std::vector<BitGrid>& occupancy, const BitGrid& cells,
+                                          const CameraFits& cameras) {
   const std::vector<int> by_time = frames_by_time(views);
   const std::size_t looks = std::min(kMostLooks, by_time.size());
   // One view of every stretch of time, drawn at random, or it might always be the same camera's.
@@ -89,7 +90,7 @@ std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& 
     const int f = chosen[i];
     const BitGrid* grid = occupancy.empty() ? nullptr : &occupancy[occupancy.size() > 1 ? f : 0];
     specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() {
-      visible[i] = cells_of<Sh>(model, views.frames[f], grid, cells, kRays / double(looks));
+      visible[i] = cells_of<Sh>(model, views.frames[f], cameras, grid, cells, kRays / double(looks));
     });
   });
   struct Course {

@@ -91,6 +91,8 @@ Config published() {
   c.run.find_ground = false;
   c.motion.basis = BasisKind::bezier;
   c.motion.light = false;
+  c.cameras.exposure = false;
+  c.cameras.clock = false;
   c.motion.rest = 0;
   c.optimiser.beta2 = 0.999f;
   c.optimiser.shrink = 0;

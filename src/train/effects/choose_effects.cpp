@@ -11,11 +11,13 @@
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "train/by_time.hpp"
-#include "train/config/loss_terms.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
+#include "train/effects/fit_config.hpp"
 #include "train/effects/halves.hpp"
 #include "train/effects/moving_cells.hpp"
+#include "train/effects/rig.hpp"
+#include "train/learn_cameras.hpp"
 #include "train/start.hpp"
 
 namespace splinevox {
@@ -31,34 +33,11 @@ constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene 
                                     // bending a little with the camera (docs/experiments/effects.md)
 constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which bending does not:
 constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the box
-constexpr double kFarShare = 0.0015;  // of the visible cells
+constexpr double kFarShare = 0.0015;   // of the visible cells
+constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
 constexpr double kShortest = 8;  // steps of training for one of a fit, on coarser lattices and with fewer
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
-
-/// The configuration of a fit: coarse lattices, few rays, the weights as they are.
-Config fit_config(const Config& config, const EffectSet& effects) {
-  Config c = config;
-  apply(effects, c);
-  c.grid.radiance = {20, 40};
-  c.grid.radiance_start = {0, 0.25f};
-  c.grid.motion = {4, 8, 16};
-  c.grid.motion_start = {0, 0.25f, 0.25f};
-  c.radiance.sh_order = order_at(c.radiance, 0);
-  c.radiance.sh_start.clear();
-  c.motion.rest = 0;
-  c.motion.elevate_points.clear();
-  c.motion.elevate_start.clear();
-  c.motion.halve_start.clear();
-  c.grid.empty_start.clear();
-  c.loss = for_trials(c.loss);
-  c.sampling.rays = std::min(c.sampling.rays, 2048);
-  c.sampling.growth = 1;
-  c.sampling.window = 1;  // every fit learns from the same pictures
-  c.sampling.occupancy_cells = 32;
-  c.sampling.occupancy_every = 100;
-  return c;
-}
 
 /// The pixels that a mask has, in a row.
 Image picked(const Image& picture, const Image& mask) {
@@ -89,14 +68,13 @@ class Ladder {
     if (const int made = find(effects, points); made >= 0) return out_.trials[first_ + std::size_t(made)];
     Config c = fit_config(config_, effects);
     c.motion.points = points;
-    c.run.max_time = 0;
-    c.run.max_steps = config_.effects.steps;
     Trainer trainer(c, halves_.fitted, time_map_);
     EffectTrial trial;
     trial.effects = effects;
     trial.points = points;
     while (!trainer.done()) trial.steps = int(trainer.step().step);
     trial.seconds = trainer.seconds();
+    trial.cameras = trainer.cameras();
     fits_.push_back({trainer.model(), {}});
     const VoxelModel& model = fits_.back().model;
     trial.bytes = std::int64_t(model.radiance.raw.values.size() * sizeof(float));
@@ -104,7 +82,7 @@ class Ladder {
       trial.bytes += std::int64_t(level.values.size() * sizeof(float));
     Renderer renderer(model);
     for (const Frame& f : halves_.held_out.frames) {
-      fits_.back().pictures.push_back(clamped(renderer.render(f.camera, f.time).rgb));
+      fits_.back().pictures.push_back(shown_by(trial.cameras, f, renderer));
       trial.psnr.push_back(capped_psnr(
           psnr(fits_.back().pictures.back(), composite(f.image, model.background.color), f.ignored)));
     }
@@ -130,7 +108,8 @@ class Ladder {
     const int points = config_.motion.points;
     const Fit &moving = fits_[std::size_t(find(all, points))],
               &still = fits_[std::size_t(find(all.without(Effect::motion), points))];
-    const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.fitted, kExplained));
+    const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.fitted, kExplained,
+                                             out_.trials[first_ + std::size_t(find(all, points))].cameras));
     const std::vector<Frame>& held_out = halves_.held_out.frames;
     std::vector<Image> where(held_out.size());
     parallel_for(int(held_out.size()),
@@ -173,6 +152,23 @@ class Ladder {
     const bool moves = v.gain.mean > std::max(least, *v.far > kFarShare ? kFarGain : kFilmGain);
     if (!moves && v.gain.mean > least) v.decision = EffectDecision::confounded;
     return moves;
+  }
+  /// Judges whether cameras have gains of their own. What a gain gives to held-out pictures of its own camera
+  /// may be what the model lacks there, so gains must differ as well.
+  EffectVerdict judge_exposure(const EffectSet& all) {
+    judge(Effect::exposure, all);
+    EffectVerdict& v = out_.verdicts.back();
+    v.spread = spread_of(fit(all, config_.motion.points).cameras);
+    if (v.decision == EffectDecision::on && *v.spread < kLeastSpread) v.decision = EffectDecision::off;
+    return v;
+  }
+  /// Judges whether cameras have clocks of their own, by the fit without them. @param train  the whole split
+  EffectVerdict judge_clock(const EffectSet& all, const Split& train) {
+    const EffectTrial less = fit(all.without(Effect::clock), config_.motion.points);
+    out_.verdicts.push_back(
+        splinevox::judge_clock(all, fits_[std::size_t(find(less.effects, less.points))].model, less.cameras,
+                               fit_config(config_, less.effects), train, time_map_, double(level_)));
+    return out_.verdicts.back();
   }
   /// Compares two numbers of control points.
   PointsVerdict judge(const EffectSet& effects, int more, int fewer) {
@@ -252,7 +248,13 @@ class Trials {
       case Trial::none:
         return true;
       case Trial::by_mean:
-        return gains(whole_.judge(effect, out_.chosen));
+        return gains(whole_.judge(effect, beside()));
+      case Trial::exposure:
+        return whole_.judge_exposure(beside()).decision == EffectDecision::on;
+      case Trial::clock:
+        clocks_ = true;
+        return !out_.chosen.has(Effect::motion) ||
+               whole_.judge_clock(out_.chosen, train_).decision == EffectDecision::on;
       case Trial::motion:
         return moves();
       case Trial::alone:
@@ -262,6 +264,8 @@ class Trials {
   }
 
  private:
+  /// What the other effects are judged beside. Clocks, which are told by what moves, come after motion.
+  EffectSet beside() const { return clocks_ ? out_.chosen : out_.chosen.without(Effect::clock); }
   bool gains(const EffectVerdict& v) const { return v.gain.mean > config_.effects.min_gain; }
 
   bool moves() {
@@ -274,12 +278,12 @@ class Trials {
     Ladder near(config_, level_, parts, time_map_, out_, on_trial_);
     if (moves_in(near, false)) {
       found = true;
-      out_.points = points_for(near, out_.chosen, config_, stretch->length);
+      out_.points = points_for(near, beside(), config_, stretch->length);
     }
     return found;
   }
   bool moves_in(Ladder& by, bool whole) {
-    const EffectSet& all = out_.chosen;
+    const EffectSet all = beside();
     // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
     const bool enough = gains(by.judge(Effect::motion, all));
     if (by.film()) return by.judge_film(all);
@@ -287,7 +291,7 @@ class Trials {
     return gains(out_.verdicts.back());
   }
   bool changes_alone(Effect effect) {
-    const bool on = whole_.judge(effect, out_.chosen).decision == EffectDecision::on;
+    const bool on = whole_.judge(effect, beside()).decision == EffectDecision::on;
     if (!on || !whole_.film()) return on;
     out_.verdicts.back().decision = EffectDecision::confounded;
     return false;
@@ -301,6 +305,7 @@ class Trials {
   const float level_;
   const Halves halves_;
   Ladder whole_;
+  bool clocks_ = false;  ///< their turn has come
 };
 
 /// Why nothing can be tried out in this configuration; empty: it can.
@@ -325,7 +330,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
                             const std::function<void(const EffectTrial&)>& on_trial) {
   const auto start = std::chrono::steady_clock::now();
   EffectChoice out;
-  out.chosen = learnable_in(effects_of(config), !picture_stats(train).see_through);
+  out.chosen =
+      learnable_in(effects_of(config), !picture_stats(train).see_through, !rig_of(train).cameras.empty());
   out.points = config.motion.points;
   out.note = untried(config);
   if (!out.note.empty()) return out;

@@ -13,11 +13,13 @@ namespace splinevox {
 
 /// How an effect is tried out before training.
 enum class Trial {
-  none,     ///< it pays too late in training for a short fit to tell
-  by_mean,  ///< it stays if it gains enough on the mean
-  motion,   ///< the same; it is looked for where it alone explains the pictures and in a stretch of a long
-            ///< sequence; in a video it needs more
-  alone     ///< only where nothing moves; it stays if it is sure to gain, and never in a video
+  none,      ///< it pays too late in training for a short fit to tell
+  by_mean,   ///< it stays if it gains enough on the mean
+  motion,    ///< the same; it is looked for where it alone explains the pictures and in a stretch of a long
+             ///< sequence; in a video it needs more
+  alone,     ///< only where nothing moves; it stays if it is sure to gain, and never in a video
+  exposure,  ///< it stays if it is sure to gain and its gains differ
+  clock      ///< beside motion: it stays if a camera's pictures are sure to show another moment
 };
 
 struct EffectFacts {
@@ -29,6 +31,7 @@ struct EffectFacts {
   bool ordered = false;      ///< it has harmonics, and files tell their order; of another, whether it is on
   int least = 0, full = 0;   ///< order at least where it is asked for, and where every effect is in full
   bool opaque_only = false;  ///< only behind opaque pictures; elsewhere nothing is said of it
+  bool rig_only = false;     ///< only of a rig of cameras; elsewhere nothing is said of it
   int (*order_in)(const Config&);   ///< EffectSet::order of a configuration
   void (*set)(Config&, int order);  ///< the inverse
   Trial trial = Trial::none;
@@ -48,8 +51,9 @@ std::vector<Effect> in_turn(const EffectSet& effects);
 /// that leaving it out makes no other effect easier to find.
 int most_comparisons(const EffectSet& effects);
 
-/// Those of a set that can be learned from the pictures. @param opaque  no pixel is transparent
-EffectSet learnable_in(const EffectSet& effects, bool opaque);
+/// Those of a set that can be learned from the pictures. @param opaque  no pixel is transparent. @param rig
+/// two cameras or more took several pictures each (rig_of)
+EffectSet learnable_in(const EffectSet& effects, bool opaque, bool rig);
 
 /// Whether a model with these effects changes over time.
 bool changes(const EffectSet& effects);

@@ -18,7 +18,7 @@ constexpr EffectFacts kTable[] = {
      .order_in = [](const Config& c) { return switched(c.motion.enabled); },
      .set = [](Config& c, int order) { c.motion.enabled = order >= 0; },
      .trial = Trial::motion,
-     .turn = 2,
+     .turn = 3,
      .comparisons = 2},
     {.effect = Effect::rigidity,
      .name = "rigidity",
@@ -41,7 +41,7 @@ constexpr EffectFacts kTable[] = {
      .order_in = [](const Config& c) { return switched(c.motion.light); },
      .set = [](Config& c, int order) { c.motion.light = order >= 0; },
      .trial = Trial::alone,
-     .turn = 3,
+     .turn = 5,
      .comparisons = 1},
     {.effect = Effect::background,
      .name = "background",
@@ -50,7 +50,25 @@ constexpr EffectFacts kTable[] = {
      .order_in = [](const Config& c) { return c.run.background_order; },
      .set = [](Config& c, int order) { c.run.background_order = order; },
      .trial = Trial::by_mean,
+     .turn = 2,
+     .comparisons = 1},
+    {.effect = Effect::exposure,
+     .name = "exposure",
+     .rig_only = true,
+     .order_in = [](const Config& c) { return switched(c.cameras.exposure); },
+     .set = [](Config& c, int order) { c.cameras.exposure = order >= 0; },
+     .trial = Trial::exposure,
      .turn = 1,
+     .comparisons = 1},
+    {.effect = Effect::clock,
+     .name = "clock",
+     .needs = Effect::motion,
+     .why_needs = "a camera's clock is told by what moves, so it needs motion",
+     .rig_only = true,
+     .order_in = [](const Config& c) { return switched(c.motion.enabled && c.cameras.clock); },
+     .set = [](Config& c, int order) { c.cameras.clock = order >= 0; },
+     .trial = Trial::clock,
+     .turn = 4,
      .comparisons = 1},
 };
 
@@ -79,10 +97,10 @@ int most_comparisons(const EffectSet& effects) {
   return count;
 }
 
-EffectSet learnable_in(const EffectSet& effects, bool opaque) {
+EffectSet learnable_in(const EffectSet& effects, bool opaque, bool rig) {
   EffectSet out = effects;
   for (const EffectFacts& f : kTable)
-    if (f.opaque_only && !opaque) out = out.without(f.effect);
+    if ((f.opaque_only && !opaque) || (f.rig_only && !rig)) out = out.without(f.effect);
   return out;
 }
 

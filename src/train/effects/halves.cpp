@@ -16,6 +16,21 @@ constexpr int kMostFitted = 60;       // by the fits
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;  // moments
 
+/// Frames at the size of the fits, in the time of a stretch.
+Split taken(const Split& train, const std::vector<int>& frames, const Stretch& stretch) {
+  Split out{train.name, std::vector<Frame>(frames.size())};
+  parallel_for(int(frames.size()), [&](int i) {
+    const Frame& f = train.frames[frames[i]];
+    const int factor =
+        std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
+    out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,
+                     area_downscale(f.image.unpacked(), factor), f.camera_id};
+    out.frames[i].ignored = area_downscale(f.ignored, factor);
+  });
+  std::erase_if(out.frames, [](const Frame& f) { return f.ignored.all(); });
+  return out;
+}
+
 }  // namespace
 
 std::optional<Stretch> middle_stretch(const Split& train) {
@@ -41,23 +56,22 @@ Halves divide(const Split& train, const Stretch& stretch) {
   std::vector<int> kept, others, chosen;
   for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(stretch.frames[i]);
   for (int i = 0; i < fitted; ++i) chosen.push_back(others[std::size_t(i) * others.size() / fitted]);
-  const auto take = [&](const std::vector<int>& frames, Split& out) {
-    out.name = train.name;
-    out.frames.resize(frames.size());
-    parallel_for(int(frames.size()), [&](int i) {
-      const Frame& f = train.frames[frames[i]];
-      const int factor =
-          std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
-      out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,
-                       area_downscale(f.image.unpacked(), factor)};
-      out.frames[i].ignored = area_downscale(f.ignored, factor);
-    });
-    std::erase_if(out.frames, [](const Frame& f) { return f.ignored.all(); });
-  };
   Halves out;
-  take(chosen, out.fitted);
-  take(kept, out.held_out);
+  out.fitted = taken(train, chosen, stretch);
+  out.held_out = taken(train, kept, stretch);
   return out;
+}
+
+Split some_of_each(const Split& train, int cameras, int most) {
+  std::vector<std::vector<int>> of(static_cast<std::size_t>(cameras));
+  for (int f = 0; f < int(train.frames.size()); ++f)
+    if (const int c = train.frames[f].camera_id; c >= 0 && c < cameras) of[std::size_t(c)].push_back(f);
+  std::vector<int> chosen;
+  for (const std::vector<int>& own : of) {
+    const std::size_t count = std::min(own.size(), std::size_t(most));
+    for (std::size_t i = 0; i < count; ++i) chosen.push_back(own[i * own.size() / count]);
+  }
+  return taken(train, chosen, {});
 }
 
 }  // namespace splinevox

@@ -31,4 +31,7 @@ std::optional<Stretch> middle_stretch(const Split& train);
 /// out.
 Halves divide(const Split& train, const Stretch& stretch);
 
+/// Frames of a split as the fits take them, at most so many of each camera of a rig, evenly in its order.
+Split some_of_each(const Split& train, int cameras, int most);
+
 }  // namespace splinevox

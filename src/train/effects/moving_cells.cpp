@@ -7,8 +7,8 @@
 #include "core/parallel.hpp"
 #include "math/photometric.hpp"
 #include "render/specialise.hpp"
-#include "splinevox/data/image_io.hpp"
 #include "train/look.hpp"
+#include "train/neutral.hpp"
 
 namespace splinevox {
 namespace {
@@ -44,14 +44,16 @@ class Spread {
 
 template <int Sh>
 std::vector<Given> given_by(const Frame& frame, const BitGrid& grid, const VoxelModel& moving,
-                            const VoxelModel& still) {
-  Look<Sh> look(moving, frame.time), still_look(still, frame.time);
+                            const VoxelModel& still, const CameraFits& cameras) {
+  const double time = cameras.time_of(frame);
+  const Vec3 gain = cameras.gain_of(frame);
+  Look<Sh> look(moving, time), still_look(still, time);
   std::vector<Given> out(grid.cells());
   for (int y = 0; y < frame.camera.height; y += kStride)
     for (int x = 0; x < frame.camera.width; x += kStride) {
       if (frame.ignored.test(x, y)) continue;
       const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
-      const Vec3 target = composite(frame.image, x, y, moving.background.color),
+      const Vec3 target = neutral_target(frame.image, x, y, moving.background.color, gain),
                  error = photometric_error(look.along(ray), target),
                  still_error = photometric_error(still_look.along(ray), target);
       look.each_sample([&](const Vec3& position, float w, int) {
@@ -81,12 +83,14 @@ double mean_beside(const BitGrid& visible, const std::vector<double>& values, st
 
 }  // namespace
 
-BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Split& views, float least) {
+BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Split& views, float least,
+                     const CameraFits& cameras) {
   BitGrid out(moving.box, kCells), visible = out;
   std::vector<std::vector<Given>> given(views.frames.size());
   parallel_for(int(given.size()), [&](int f) {
-    specialise(moving.radiance.sh_order, true,
-               [&]<int Sh, bool>() { given[f] = given_by<Sh>(views.frames[f], out, moving, still); });
+    specialise(moving.radiance.sh_order, true, [&]<int Sh, bool>() {
+      given[f] = given_by<Sh>(views.frames[f], out, moving, still, cameras);
+    });
   });
   std::vector<double> explained(out.cells(), 0.0);
   for (std::size_t c = 0; c < out.cells(); ++c) {

@@ -5,6 +5,7 @@
 #include "splinevox/core/image.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/train/cameras.hpp"
 
 namespace splinevox {
 
@@ -18,7 +19,9 @@ namespace splinevox {
 /// model to the moving one, in it and on the mean of it and the six beside it: one cell alone may be chance.
 /// @param moving, still  short fits to the same pictures, with motion and without
 /// @param least          [0, 1], black to white
-BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Split& views, float least);
+/// @param cameras        what the moving fit knows of them
+BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Split& views, float least,
+                     const CameraFits& cameras = {});
 
 /// 1 where most of what a pixel shows lies in the cells, else 0, as where it is ignored; [height, width, 1].
 Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& frame);

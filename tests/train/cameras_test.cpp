@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <random>
+
+#include "math/exposure.hpp"
+#include "splinevox/train/effects.hpp"
+#include "splinevox/train/trainer.hpp"
+#include "support/rig_dataset.hpp"
+#include "support/state_parts.hpp"
+#include "train/learn_cameras.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+const std::vector<test::TrueCamera> kCameras = {{{1.1f, 1.0f, 0.9f}}, {{0.9f, 1.1f, 1.0f}},
+                                                {{1.0f, 0.9f, 1.1f}}, {{1.1f, 1.1f, 0.9f}},
+                                                {{0.9f, 0.9f, 1.1f}}, {{1, 1, 1}}};
+
+/// A split without pictures: so many moments of each camera.
+Split frames_of(const std::vector<int>& moments) {
+  Split out{"train", {}};
+  for (int c = 0; c < int(moments.size()); ++c)
+    for (int m = 0; m < moments[std::size_t(c)]; ++m)
+      out.frames.push_back({.name = "f", .camera = {}, .time = m / 10.0, .image = {}, .camera_id = c});
+  return out;
+}
+
+/// What a learner makes of rays whose model is right in all but the gains.
+CameraFits learned_from(const std::vector<Vec3>& gains, int steps, const CamerasConfig& config = {}) {
+  const Split split = frames_of(std::vector<int>(gains.size(), 4));
+  CameraFits fits = rig_of(split);
+  CameraLearner learner(config, fits, 1);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (int step = 0; step < steps; ++step) {
+    Batch batch;
+    StepSums sums;
+    for (int c = 0; c < int(gains.size()); ++c)
+      for (int i = 0; i < 50; ++i) {
+        const Vec3 scene{uniform(random), uniform(random), uniform(random)};
+        Vec3 shown, target;
+        for (int a = 0; a < 3; ++a) {
+          shown[a] = std::min(1.0f, gains[std::size_t(c)][a] * scene[a]);
+          target[a] = neutral_target(shown[a], shown[a], fits.cameras[std::size_t(c)].gain[a]);
+        }
+        batch.shown.push_back({shown, c});
+        batch.targets.push_back(target);
+        sums.errors.push_back(photometric_error(scene, target));
+      }
+    learner.update(fits, split, batch, sums, {}, 1, 1);
+  }
+  return fits;
+}
+
+}  // namespace
+
+TEST_SUITE("train/cameras") {
+  TEST_CASE("a neutral target is what a camera shows without its gain; where it is cut off, a bound") {
+    CHECK(neutral_target(0.5f, 0.5f, 1.0f) == 0.5f);
+    CHECK(neutral_target(0.5, 0.5, 0.8) == doctest::Approx(0.625));
+    CHECK(neutral_target(0.9, 0.9, 0.75) == doctest::Approx(1.2));  // no bound, though beyond 1
+    CHECK(neutral_target(1.0f, 1.0f, 0.8f) == at_least(1.25f));
+    CHECK(neutral_target(1.0f, 1.0f, 2.0f) == at_least(0.5f));
+    CHECK(neutral_target(1.0f, 1.0f, 2.0f, false) == 0.5f);
+    CHECK(neutral_target(0.7, 0.3, 0.5) == doctest::Approx(0.4 + 0.6));  // the background has no gain
+    const GainTerm<double> term = gain_term(0.6, 0.1, 1.2, false);  // shown 0.6 of a neutral 0.5, model 0.6
+    CHECK(term.along / term.square == doctest::Approx(1.0));
+    CHECK(gain_term(1.0, 0.0, 1.2, true).square == 0);
+  }
+  TEST_CASE("a rig is two cameras or more with three moments each; others say nothing") {
+    CHECK(rig_of(frames_of({4})).cameras.empty());
+    CHECK(rig_of(frames_of({4, 2, 2})).cameras.empty());
+    const CameraFits rig = rig_of(frames_of({4, 1, 5}));
+    REQUIRE(rig.cameras.size() == 3);
+    CHECK(rig.knows(0));
+    CHECK_FALSE(rig.knows(1));
+    CHECK_FALSE(rig.knows(-1));
+    CHECK_FALSE(rig.knows(3));
+    CHECK(rig.cameras[2].interval == doctest::Approx(0.1));
+    Frame frame{.name = "f", .camera = {}, .time = 0.97, .image = {}, .camera_id = 2};
+    CameraFits fits = rig;
+    fits.cameras[2].offset = 0.05;
+    CHECK(fits.time_of(frame) == 1);  // curves end there
+    frame.camera_id = 1;
+    fits.cameras[1].gain = {2, 2, 2};
+    CHECK(fits.gain_of(frame) == Vec3{1, 1, 1});
+  }
+  TEST_CASE("gains are found but for a common factor, whatever is cut off, and their mean is 1") {
+    const std::vector<Vec3> gains = {{1.3f, 1, 0.8f}, {1.1f, 0.9f, 1}, {0.7f, 1.2f, 0.9f}, {1, 1, 1.4f}};
+    const CameraFits fits = learned_from(gains, 400);
+    for (int a = 0; a < 3; ++a) {
+      double mean = 0, got = 0;
+      for (std::size_t c = 0; c < gains.size(); ++c) {
+        mean += std::log(double(gains[c][a])) / double(gains.size());
+        got += std::log(double(fits.cameras[c].gain[a]));
+      }
+      CHECK(std::abs(got) < 1e-5);
+      for (std::size_t c = 0; c < gains.size(); ++c)
+        CHECK(fits.cameras[c].gain[a] == doctest::Approx(gains[c][a] / std::exp(mean)).epsilon(0.005));
+    }
+  }
+  TEST_CASE("a black camera keeps to its range and takes no other one with it") {
+    const CameraFits fits = learned_from({{1.2f, 1, 1}, {0, 0, 0}, {1 / 1.2f, 1, 1}}, 600, {.most_gain = 3});
+    CHECK(fits.cameras[1].gain.x == doctest::Approx(1 / 3.0));
+    CHECK(fits.cameras[0].gain.x == doctest::Approx(1.2).epsilon(0.01));
+    CHECK(fits.cameras[2].gain.y == doctest::Approx(1).epsilon(0.01));
+  }
+  TEST_CASE("clocks keep their median at 0 and to their range; frames beyond the ends of time say nothing") {
+    const Split split = frames_of({11, 11, 11});
+    CameraFits fits = rig_of(split);
+    CameraLearner learner({}, fits, 1);
+    Batch batch;
+    StepSums sums;
+    for (const int f : {3, 14, 25}) batch.frames.push_back(f);
+    sums.slopes = {0, -1, 0};
+    const MomentFactors factors = moment_factors(0.9, 0.99, 1e-8, 100);
+    for (int i = 0; i < 1000; ++i) learner.update(fits, split, batch, sums, factors, 1, 1);
+    CHECK(fits.cameras[0].offset == 0);
+    CHECK(fits.cameras[2].offset == 0);
+    CHECK(fits.cameras[1].offset == doctest::Approx(0.2));  // two intervals
+    CHECK(learner.strayed(fits));
+    learner.look(fits);
+    CHECK_FALSE(learner.strayed(fits));
+    batch.frames = {3, 21, 25};  // the last frame of the late camera
+    sums.slopes = {0, 1, 0};
+    const double before = fits.cameras[1].offset;
+    learner.update(fits, split, batch, sums, factors, 1, 1);
+    CHECK(fits.cameras[1].offset == before);
+  }
+  TEST_CASE("a run learns the gains of its cameras, and goes on from a checkpoint in the same bits") {
+    const Dataset data = test::make_rig("dancer", kCameras, 5, 32);
+    Config config = preset("draft");
+    config.run.max_time = 0;
+    config.run.max_steps = 150;
+    config.sampling.rays = 1024;
+    config.grid.radiance = {24, 32};
+    config.grid.radiance_start = {0, 0.3f};
+    config.cameras.clock = false;
+    const Split& train = *data.find("train");
+    Trainer whole(config, train, data.time_map), first(config, train, data.time_map),
+        second(config, train, data.time_map);
+    while (!whole.done()) whole.step();
+    for (int i = 0; i < 70; ++i) first.step();
+    second.restore(first.save());
+    while (!second.done()) second.step();
+    CHECK(test::same_parameters(whole.save(), second.save()));
+    REQUIRE(whole.cameras().cameras.size() == kCameras.size());
+    for (std::size_t c = 0; c < kCameras.size(); ++c)
+      for (int a = 0; a < 3; ++a) {
+        CAPTURE(c);
+        CHECK(whole.cameras().cameras[c].gain[a] == doctest::Approx(kCameras[c].gain[a]).epsilon(0.03));
+      }
+  }
+  TEST_CASE("a run learns how late a camera is") {
+    std::vector<test::TrueCamera> cameras(6);
+    cameras[2].offset = 0.5 / 8;
+    const Dataset data = test::make_rig("ball", cameras, 9, 40);
+    Config config = preset("draft");
+    config.run.max_time = 0;
+    config.run.max_steps = 300;
+    config.sampling.rays = 1024;
+    config.grid.radiance = {24, 40};
+    config.grid.radiance_start = {0, 0.3f};
+    config.cameras.exposure = false;
+    Trainer trainer(config, *data.find("train"), data.time_map);
+    while (!trainer.done()) trainer.step();
+    const std::vector<CameraFit>& fits = trainer.cameras().cameras;
+    REQUIRE(fits.size() == cameras.size());
+    for (std::size_t c = 0; c < fits.size(); ++c) {
+      CAPTURE(c);
+      CHECK(fits[c].interval == doctest::Approx(0.125));
+      CHECK(std::abs((fits[c].offset - cameras[c].offset) / fits[c].interval) < 0.1);
+    }
+  }
+  TEST_CASE("exposures are tried out: found where cameras differ, left out where they agree") {
+    Config config = preset("fast");
+    config.run.max_time = 0;
+    config.run.max_steps = 8000;
+    config.sampling.rays = 1024;
+    const auto choose = [&](const std::vector<test::TrueCamera>& cameras) {
+      const Dataset data = test::make_rig("static", cameras, 8, 40);
+      return choose_effects(config, *data.find("train"), data.time_map);
+    };
+    const EffectChoice differ = choose(kCameras), agree = choose(std::vector<test::TrueCamera>(6));
+    CHECK(differ.chosen.has(Effect::exposure));
+    CHECK_FALSE(agree.chosen.has(Effect::exposure));
+    CHECK_FALSE(agree.chosen.has(Effect::clock));
+    REQUIRE(!differ.verdicts.empty());
+    CHECK(differ.verdicts[0].effect == Effect::exposure);
+    CHECK(*differ.verdicts[0].spread > 0.05);
+    CHECK(*agree.verdicts[0].spread < 0.03);
+  }
+}
