@@ -2,7 +2,7 @@
 """Renders a moving Blender scene as a D-NeRF data set with motion ground truth.
 
     blender -b [FILE.blend] -P data_scripts/render_scene.py -- --out DIR [--scene bounce|arm] [--frames N]
-            [--size W]
+            [--size W] [--rig K [--turns] [--exposures E] [--offsets I] [--masks]]
 
 Writes transforms_{train,val,test}.json, PNG pictures with straight alpha, and for every test picture
 truth/r_XXX_0000.exr: layers `position` (X, Y, Z: where the surface point of the pixel is) and `rest`
@@ -13,6 +13,10 @@ FILE.blend: time 0 is its first frame, time 1 its last. Its meshes get the groun
 shape keys and modifiers that keep the order of vertices (subdivision interpolates it); particles, instances,
 smoke and meshes made of something else are rendered but have none. Cameras look at the middle of all meshes
 from a sphere that sees them at all times.
+
+--rig K: K cameras that stand still film --frames moments, and test pictures are of two others. Frames have
+`camera_id`; truth.json has the gains and the time offset of each camera and the box of all meshes. With masks
+they have `mask_path`: white are the meshes of pass index 1 or, if none has it, those that move.
 """
 import argparse
 import json
@@ -22,7 +26,11 @@ import random
 import sys
 
 import bpy
+import numpy
 from mathutils import Matrix, Vector
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import rig
 
 ANGLE = 0.6911112  # full horizontal field of view, that of the published NeRF scenes
 REST = "splinevox_rest"
@@ -37,9 +45,22 @@ def arguments():
     parser.add_argument("--size", type=int, default=400, help="width and height of every picture")
     parser.add_argument("--samples", type=int, default=64, help="of Cycles, per pixel")
     parser.add_argument("--seed", type=int, default=1, help="of the training cameras")
+    parser.add_argument("--rig", type=int, default=0, metavar="K", help="cameras that stand still, 2 to 100")
+    parser.add_argument("--turns", action="store_true", help="of a rig: one camera a moment, in turn")
+    parser.add_argument("--exposures", type=float, default=0,
+                        help="of a rig: gains of training cameras' channels, from 1 - E to 1 + E, up to 0.5")
+    parser.add_argument("--offsets", type=float, default=0,
+                        help="of a rig: one training camera in eight is late by so many intervals, -2 to 2")
+    parser.add_argument("--masks", action="store_true", help="of a rig: masks, white where the subject is")
     args = parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
     if args.frames < 2 or args.size < 8 or args.samples < 1:
         parser.error("--frames must be at least 2, --size at least 8, --samples at least 1")
+    if args.rig and not 2 <= args.rig <= 100:
+        parser.error("--rig must be from 2 to 100")
+    if not args.rig and (args.turns or args.exposures or args.offsets or args.masks):
+        parser.error("--turns, --exposures, --offsets and --masks need --rig")
+    if not 0 <= args.exposures <= 0.5 or not -2 <= args.offsets <= 2:
+        parser.error("--exposures must be from 0 to 0.5, --offsets from -2 to 2")
     if os.path.isdir(args.out) and os.listdir(args.out) or os.path.isfile(args.out):
         parser.error(f"{args.out}: there is something of that name already; give another folder")
     if not args.scene and not bpy.data.filepath:
@@ -115,20 +136,33 @@ def meshes(scene):
     return [o for o in scene.objects if o.type == "MESH" and not o.hide_render]
 
 
-def bounds(scene):
-    """Centre and radius of all meshes over eight moments."""
-    corners = []
+def corners(scene):
+    """Of every mesh at eight moments: {name: [corners of its box at one moment, ...]}."""
+    found = {}
     for moment in range(8):
         set_time(scene, moment / 7)
         graph = bpy.context.evaluated_depsgraph_get()
         for obj in meshes(scene):
             evaluated = obj.evaluated_get(graph)
-            corners += [evaluated.matrix_world @ Vector(c) for c in evaluated.bound_box]
-    if not corners:
+            at = [evaluated.matrix_world @ Vector(c) for c in evaluated.bound_box]
+            found.setdefault(obj.name, []).append(at)
+    if not found:
         sys.exit("render_scene.py: there is no mesh in this scene")
-    low = Vector([min(c[i] for c in corners) for i in range(3)])
-    high = Vector([max(c[i] for c in corners) for i in range(3)])
-    return (low + high) / 2, (high - low).length / 2
+    return found
+
+
+def box(found):
+    every = [c for moments in found.values() for at in moments for c in at]
+    return (Vector([min(c[i] for c in every) for i in range(3)]),
+            Vector([max(c[i] for c in every) for i in range(3)]))
+
+
+def subject(scene, found):
+    """Names of the meshes that masks show."""
+    chosen = [o.name for o in meshes(scene) if o.pass_index == 1]
+    moves = [name for name, moments in found.items()
+             if any((a - b).length > 1e-6 for at in moments for a, b in zip(at, moments[0]))]
+    return chosen or moves or list(found)
 
 
 def remember_rest(scene):
@@ -203,6 +237,52 @@ def cameras(split, count, centre, distance, seed):
         yield look_at(centre + distance * direction, centre)
 
 
+def plan_single(args, centre, distance):
+    """One camera a picture."""
+    counts = {"train": args.frames, "val": max(2, args.frames // 10), "test": max(2, args.frames // 5)}
+    return [{"split": split, "name": f"r_{i:03d}", "time": i / (count - 1), "matrix": matrix}
+            for split, count in counts.items()
+            for i, matrix in enumerate(cameras(split, count, centre, distance, args.seed))]
+
+
+def rewrite(path, change):
+    """Changes the values of a picture on disk, [pixels, RGBA] in [0, 1] as stored."""
+    image = bpy.data.images.load(path)
+    image.colorspace_settings.name, image.alpha_mode = "Non-Color", "CHANNEL_PACKED"
+    pixels = numpy.empty(len(image.pixels), numpy.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(-1, 4)
+    change(pixels)
+    image.pixels.foreach_set(numpy.clip(pixels, 0, 1).ravel())
+    image.save()
+    bpy.data.images.remove(image)
+
+
+def expose(path, gain):
+    def change(pixels):
+        pixels[:, :3] *= numpy.array(gain, numpy.float32)
+    if gain != [1.0, 1.0, 1.0]:
+        rewrite(path, change)
+
+
+def render_mask(scene, path, shown):
+    """How much of each pixel shows the meshes `shown`: the others are cut out of the film."""
+    others = [o for o in scene.objects if o.name not in shown and not o.is_holdout]
+    samples, scene.cycles.samples = scene.cycles.samples, 16
+    for obj in others:
+        obj.is_holdout = True
+    scene.render.filepath = path
+    bpy.ops.render.render(write_still=True)
+    for obj in others:
+        obj.is_holdout = False
+    scene.cycles.samples = samples
+
+    def change(pixels):
+        pixels[:, :3] = pixels[:, 3:]
+        pixels[:, 3] = 1
+    rewrite(path, change)
+
+
 def settings(scene, args):
     scene.render.engine, scene.cycles.device = "CYCLES", "CPU"
     scene.render.resolution_x = scene.render.resolution_y = args.size
@@ -235,7 +315,9 @@ def main():
         build(args.scene)
     scene = bpy.context.scene
     settings(scene, args)
-    centre, radius = bounds(scene)
+    found = corners(scene)
+    low, high = box(found)
+    centre, radius = (low + high) / 2, (high - low).length / 2
     remember_rest(scene)
     out = truth_output(scene, args.out)
     out.mute = True
@@ -246,26 +328,36 @@ def main():
     scene.collection.objects.link(camera)
     scene.camera, scene.cycles.samples = camera, args.samples
     distance = 1.1 * radius / math.sin(ANGLE / 2)
+    shots = rig.plan(args, lambda d: look_at(centre + distance * Vector(d), centre)) if args.rig \
+        else plan_single(args, centre, distance)
+    shown = subject(scene, found)
     files = {}
-    counts = {"train": args.frames, "val": max(2, args.frames // 10), "test": max(2, args.frames // 5)}
-    for split, count in counts.items():
+    for shot in shots:
+        split, name = shot["split"], shot["name"]
         os.makedirs(os.path.join(args.out, split), exist_ok=True)
-        frames = []
-        for i, matrix in enumerate(cameras(split, count, centre, distance, args.seed)):
-            time, name = i / (count - 1), f"r_{i:03d}"
-            set_time(scene, time)
-            camera.matrix_world = matrix
-            scene.render.filepath = os.path.join(args.out, split, name + ".png")
-            bpy.ops.render.render(write_still=True)
-            if split == "test":
-                render_truth(scene, out, name, args)
-            frames.append({"file_path": f"./{split}/{name}", "time": time,
-                           "transform_matrix": [list(row) for row in matrix]})
-        files[split] = {"camera_angle_x": lens.angle, "frames": frames}
+        set_time(scene, shot["time"] + shot.get("late", 0))
+        camera.matrix_world = shot["matrix"]
+        path = os.path.join(args.out, split, name + ".png")
+        scene.render.filepath = path
+        bpy.ops.render.render(write_still=True)
+        frame = {"file_path": f"./{split}/{name}", "time": shot["time"],
+                 "transform_matrix": [list(row) for row in shot["matrix"]]}
+        if args.rig:
+            expose(path, shot["gain"])
+            frame["camera_id"] = shot["camera_id"]
+        if args.masks:
+            frame["mask_path"] = f"masks/{split}/{name}.png"
+            render_mask(scene, os.path.join(args.out, frame["mask_path"]), shown)
+        if split == "test":
+            render_truth(scene, out, name, args)
+        files.setdefault(split, {"camera_angle_x": lens.angle, "frames": []})["frames"].append(frame)
+    if args.rig:
+        rig.write_truth(args, shots, (low, high))
     for split, content in files.items():  # last: a folder that was interrupted is no data set
         with open(os.path.join(args.out, f"transforms_{split}.json"), "w", encoding="utf-8") as text:
             json.dump(content, text, indent=1)
-    print(f"render_scene.py: {args.out}: {args.frames} training pictures of {args.size}x{args.size}")
+    count = len(files["train"]["frames"])
+    print(f"render_scene.py: {args.out}: {count} training pictures of {args.size}x{args.size}")
 
 
 main()

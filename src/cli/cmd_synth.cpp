@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -46,6 +47,26 @@ Action synth_command(CLI::App& verb) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   verb.add_flag("--opaque", o->synth.look.opaque, "pictures without alpha, a grey wall behind the scene");
+  verb.add_flag("--room", o->synth.look.room,
+                "a room with things in it around the scene and the cameras, no alpha");
+  SynthRig& rig = o->synth.rig;
+  verb.add_option(
+          "--cameras", rig.cameras,
+          "a rig: so many cameras that stand still and see every one of --frames moments; test pictures are "
+          "of two others")
+      ->check(CLI::Range(2, 100));
+  const auto of_rig = [&](CLI::Option* option) { option->needs("--cameras"); };
+  of_rig(verb.add_flag("--turns", rig.turns, "its cameras take turns, one a moment"));
+  of_rig(verb.add_option("--exposures", rig.exposures,
+                         "gains of its training cameras' channels, drawn from 1 minus to 1 plus this; their "
+                         "geometric mean is 1")
+             ->check(CLI::Range(0.0, 0.5)));
+  of_rig(
+      verb.add_option("--offsets", rig.late,
+                      "one training camera in eight, the second first, is late by so many intervals between "
+                      "moments")
+          ->check(CLI::Range(-2.0, 2.0)));
+  verb.add_flag("--masks", rig.masks, "a mask of every picture, white where the subject is (mask_path)");
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
   return [o] {
@@ -60,7 +81,8 @@ Action synth_command(CLI::App& verb) {
         if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
       });
       if (!o->quiet)
-        fmt::print("{}: scene {}, {} training pictures of {}x{}\n", o->out, o->scene, o->synth.frames,
+        fmt::print("{}: scene {}, {} training pictures of {}x{}\n", o->out, o->scene,
+                   o->synth.frames * (o->synth.rig.turns ? 1 : std::max(1, o->synth.rig.cameras)),
                    o->synth.size, o->synth.size);
       return 0;
     });

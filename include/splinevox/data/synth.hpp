@@ -20,6 +20,20 @@ struct SynthLook {
   double light = 1;     ///< of everything, 0..1
   int repeats = 1;      ///< the motion runs there, back, there, .. so often between time 0 and 1; at least 1
   bool opaque = false;  ///< pictures without alpha: a plain grey wall behind the scene
+  bool room = false;    ///< the scene stands in a room with things in it, in which the cameras are, wide and
+                        ///< near; pictures without alpha. The bodies before the room's are the subject.
+};
+
+/// Cameras that stand still around the scene, as in a studio. Test cameras are two others and see the scene
+/// neutrally and in time.
+struct SynthRig {
+  int cameras = 0;       ///< of the training pictures, each at every moment; 0: no rig; 2..100
+  bool turns = false;    ///< they take turns: one camera a moment
+  double exposures = 0;  ///< training cameras multiply every channel by a gain of its own, at most this share
+                         ///< away from 1 before their geometric mean is made 1; [0, 0.5]
+  double late = 0;       ///< one training camera in eight, the second first, shows what happens so many
+                         ///< intervals between moments after the time it says; -2..2
+  bool masks = false;    ///< write_synth: a mask beside every picture, white where the subject is
 };
 
 /// What to make of a built-in scene.
@@ -31,6 +45,7 @@ struct SynthOptions {
   double orbit = 0;  ///< 0: a training camera anywhere for every picture; else one that goes around the scene
                      ///< so often between time 0 and 1, as in a video, -100..100
   SynthLook look{};
+  SynthRig rig{};  ///< frames are then its moments; excludes orbit
 };
 
 /// Names of the built-in scenes, the default first.
@@ -63,8 +78,10 @@ class SynthScene {
  public:
   /// Throws Error (Fault::input) listing the scenes when there is none of that name.
   static SynthScene open(const std::string& name, const SynthLook& look = {});
-  /// The scene at a time in [0, 1].
+  /// The scene at a time in [0, 1]; its motion goes on a little beyond.
   SynthMoment at(double time) const;
+  /// A box that holds all of it at all times of [0, 1], the room too; scene units.
+  Box box() const;
 
   struct Content;
 
@@ -83,11 +100,13 @@ class SynthMoment {
   /// Signed distance of a world point to the surface of a body, a lower bound; negative inside.
   double distance(int body, const Vec3d& world) const;
   int bodies() const;
+  int subjects() const;  ///< how many of them, the first ones, are the subject: all but the room
 
   struct Posed;
   explicit SynthMoment(std::shared_ptr<const Posed> posed) : posed_(std::move(posed)) {}
 
  private:
+  friend class SynthScene;
   std::shared_ptr<const Posed> posed_;
 };
 
@@ -96,14 +115,18 @@ using SynthProgress = std::function<void(int done, int total)>;
 
 /// The whole data set in memory: train, val and test as load_dataset would return them for write_synth's
 /// folder, with the same pixels (8 bit). Train cameras are drawn by the seed from the upper hemisphere of
-/// radius 4; val and test cameras go round on a smooth path. The fingerprint is its own, not that of the
-/// folder.
+/// radius 4; val and test cameras go round on a smooth path. A rig's cameras stand in a ring of two heights.
+/// The fingerprint is its own, not that of the folder.
 Dataset make_synth(const std::string& scene, const SynthOptions& options = {},
                    const SynthProgress& progress = {});
 
 /// Writes the data set as a D-NeRF folder (transforms_*.json, straight-alpha PNG) and, for each test picture
 /// r_NNN, truth/r_NNN_0000.exr with layers `position` (X, Y, Z) and `rest` (R, G, B) and the channel `depth`
 /// (along the viewing axis), 32-bit, point samples at pixel centres, 0 where nothing is hit.
+///
+/// Frames of a rig have `camera_id` and, with masks, `mask_path` (masks/SPLIT/NAME.png). Beside them is
+/// truth.json: each camera's gains and time offset, in time and in intervals, the interval and the box of all
+/// there is.
 ///
 /// Throws Error: Fault::input for the scene's name or an option out of range, Fault::output for anything that
 /// cannot be written. The transforms files are written last.

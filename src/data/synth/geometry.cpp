@@ -40,6 +40,8 @@ double solid(const Shape& s, const Vec3d& m) {
       return box(m, s.half, s.round);
     case Shape::Kind::disc:
       return disc(m, s.r0, s.height, s.round);
+    case Shape::Kind::room:
+      return -box(m, s.half, 0);
     default:
       return ball(m, s.r0);
   }
@@ -184,6 +186,7 @@ Bound bound_of(const Shape& shape, const Pose& pose) {
       bound = {{-r, -r, -shape.r0}, {r, r, shape.height + shape.r1}};
       break;
     case Shape::Kind::box:
+    case Shape::Kind::room:
       bound = {-shape.half, shape.half};
       break;
     case Shape::Kind::disc:
@@ -197,6 +200,19 @@ Bound bound_of(const Shape& shape, const Pose& pose) {
   bound.centre = world_of(pose, 0.5 * (bound.lo + bound.hi));
   bound.radius = 0.5 * length(bound.hi - bound.lo) * std::max({pose.squash.x, pose.squash.y, pose.squash.z});
   return bound;
+}
+
+std::pair<Vec3d, Vec3d> world_box(const Bound& bound, const Pose& pose) {
+  if (!pose.arcs.empty()) return {bound.lo, bound.hi};
+  Vec3d lo = bound.centre, hi = lo;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d at =
+        world_of(pose, {corner & 1 ? bound.hi.x : bound.lo.x, corner & 2 ? bound.hi.y : bound.lo.y,
+                        corner & 4 ? bound.hi.z : bound.lo.z});
+    lo = min(lo, at);
+    hi = max(hi, at);
+  }
+  return {lo, hi};
 }
 
 std::pair<double, double> inside(const Bound& bound, const Pose& pose, const Vec3d& origin,

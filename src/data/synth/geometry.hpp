@@ -60,11 +60,11 @@ struct Pose {
 
 /// A solid in material coordinates.
 struct Shape {
-  enum class Kind { ball, cone, box, disc, tube };
+  enum class Kind { ball, cone, box, disc, tube, room };  ///< room: what is outside of a box
   Kind kind = Kind::ball;
   double r0 = 0.1, r1 = 0.1;  ///< ball: r0. cone: radius of its round ends at z = 0 and z = height. disc: r0
   double height = 0;          ///< cone: length. disc: half height. tube: length
-  Vec3d half{};               ///< box: half sides
+  Vec3d half{};               ///< box, room: half sides
   double round = 0;           ///< box, disc: radius of the edges, inside the given size
   Vec3d flat{1, 1, 1};        ///< factors along the material axes (not for tubes)
   std::function<double(double)> radius;  ///< tube: at each length
@@ -92,6 +92,8 @@ struct Bound {
   }
 };
 Bound bound_of(const Shape& shape, const Pose& pose);
+/// The corners of a box along the world's axes that holds it.
+std::pair<Vec3d, Vec3d> world_box(const Bound& bound, const Pose& pose);
 
 /// The stretch [first, second] of origin + s * direction, s >= 0, inside the bound; empty if first > second.
 std::pair<double, double> inside(const Bound& bound, const Pose& pose, const Vec3d& origin,

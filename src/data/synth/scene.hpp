@@ -25,6 +25,8 @@ Shape make_ball(double radius);
 Shape make_cone(double r0, double r1, double height, const Vec3d& flat = {1, 1, 1});
 Shape make_box(const Vec3d& half, double round);
 Shape make_disc(double radius, double half_height, double round);
+/// A room, seen from inside.
+Shape make_room(const Vec3d& half);
 /// A tube of the given length; `widest` and `slope` bound its radius and how fast that changes.
 Shape make_tube(double length, std::function<double(double)> radius, double widest, double slope);
 /// The same pose at all times.
@@ -36,6 +38,9 @@ void add_plant(Bodies& bodies);   ///< flower pot and what grows in it
 void add_bouncing_ball(Bodies& bodies);
 void add_sliding_ball(Bodies& bodies);
 void add_snake(Bodies& bodies);
+void add_room(Bodies& bodies);  ///< walls, floor, ceiling, two crates and a column
+/// Half sides of the room and its middle.
+inline constexpr Vec3d kRoomHalf{2.9, 2.9, 1.8}, kRoomMiddle{0, 0, 0.9};
 
 }  // namespace splinevox::data
 
@@ -44,6 +49,7 @@ namespace splinevox {
 struct SynthScene::Content {
   data::Bodies bodies;
   std::vector<data::Pose> rest;  ///< poses at time 0
+  int subjects = 0;              ///< bodies before those of the room
   SynthLook look;
 };
 

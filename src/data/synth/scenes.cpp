@@ -42,6 +42,13 @@ Shape make_disc(double radius, double half_height, double round) {
   return s;
 }
 
+Shape make_room(const Vec3d& half) {
+  Shape s;
+  s.kind = Shape::Kind::room;
+  s.half = half;
+  return s;
+}
+
 Shape make_tube(double length, std::function<double(double)> radius, double widest, double slope) {
   Shape s;
   s.kind = Shape::Kind::tube;
@@ -107,6 +114,8 @@ SynthScene SynthScene::open(const std::string& name, const SynthLook& look) {
       for (std::size_t b = before; part < entry.frozen && b < content->bodies.size(); ++b)
         content->bodies[b].pose = [pose = content->bodies[b].pose(0)](double) { return pose; };
     }
+    content->subjects = int(content->bodies.size());
+    if (look.room) data::add_room(content->bodies);
     for (const data::Body& body : content->bodies) content->rest.push_back(body.pose(0));
     content->look = look;
     return SynthScene(std::move(content));

@@ -80,9 +80,9 @@ Vec3d shade(const Vec3d& albedo, const Vec3d& normal, const Vec3d& along, double
 SynthMoment SynthScene::at(double time) const {
   auto posed = std::make_shared<SynthMoment::Posed>();
   posed->content = content_;
-  const double once = std::clamp(time, 0.0, 1.0), repeats = content_->look.repeats;
+  const double repeats = content_->look.repeats;
   const double t =
-      repeats == 1 ? once : 0.5 * (1 - std::cos(M_PI * repeats * once));  // there and back, without a jerk
+      repeats == 1 ? time : 0.5 * (1 - std::cos(M_PI * repeats * time));  // there and back, without a jerk
   posed->light = content_->look.light * (1 - content_->look.fade * std::clamp(time, 0.0, 1.0));
   for (const data::Body& body : content_->bodies) {
     posed->now.push_back(body.pose(t));
@@ -91,6 +91,19 @@ SynthMoment SynthScene::at(double time) const {
     posed->all.radius = std::max(posed->all.radius, length(bound.centre) + bound.radius);
   }
   return SynthMoment(std::move(posed));
+}
+
+Box SynthScene::box() const {
+  constexpr int kMoments = 64;
+  Box box{{0, 0, 0}, {0, 0, 0}};
+  for (int i = 0; i <= kMoments; ++i) {
+    const SynthMoment moment = at(double(i) / kMoments);
+    for (std::size_t body = 0; body < content_->bodies.size(); ++body) {
+      const auto [lo, hi] = data::world_box(moment.posed_->bounds[body], moment.posed_->now[body]);
+      box = {min(box.lo, cast<float>(lo)), max(box.hi, cast<float>(hi))};
+    }
+  }
+  return box;
 }
 
 std::optional<SynthHit> SynthMoment::trace(const Ray& ray) const {
@@ -142,5 +155,7 @@ double SynthMoment::distance(int body, const Vec3d& world) const {
 }
 
 int SynthMoment::bodies() const { return int(posed_->now.size()); }
+
+int SynthMoment::subjects() const { return posed_->content->subjects; }
 
 }  // namespace splinevox

@@ -10,22 +10,32 @@
 
 namespace splinevox::data {
 
-inline constexpr double kCameraAngle =
-    0.6911112070083618;  ///< full horizontal field of view, radians, as D-NeRF's
-
 /// One picture to make.
 struct SynthShot {
   std::string split, name;
-  double time = 0;
+  double time = 0;  ///< as the data says
   Camera camera;
+  int camera_id = -1;   ///< of a rig, test cameras behind the others; -1: none
+  double late = 0;      ///< how long after `time` the picture is taken
+  Vec3d gain{1, 1, 1};  ///< of the exposure, per channel
 };
+
+/// Full horizontal field of view of every picture, radians.
+double camera_angle(const SynthLook& look);
+
+/// "cam03", as data sets name the cameras of a rig.
+std::string synth_camera_name(int camera_id);
 
 /// All pictures of a data set in order: train, val, test. Throws Error for an option out of range.
 std::vector<SynthShot> plan_shots(const SynthOptions& options);
 
-/// The picture with soft edges: straight RGBA, 4 channels in [0, 1], rounded to multiples of 1/255.
+/// A picture with soft edges, values rounded to multiples of 1/255.
+struct Drawn {
+  Image picture;  ///< straight RGBA in [0, 1]
+  Image mask;     ///< one channel: how much of the pixel is the subject
+};
 /// @param opaque  before a grey wall, alpha 1 everywhere.
-Image draw(const SynthMoment& moment, const Camera& camera, bool opaque);
+Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const Vec3d& gain);
 
 /// The layers of a truth file: one ray through each pixel's centre.
 std::vector<ExrLayer> draw_truth(const SynthMoment& moment, const Camera& camera);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
@@ -49,23 +51,66 @@ void make_folder(const fs::path& folder) {
                .hint = "choose another place with --out"});
 }
 
-nlohmann::ordered_json frame_json(const SynthShot& shot) {
+data::Drawn picture_of(const SynthScene& world, const SynthShot& shot, const SynthOptions& options) {
+  return data::draw(world.at(shot.time + shot.late), shot.camera, options.look.opaque, shot.gain);
+}
+
+nlohmann::ordered_json frame_json(const SynthShot& shot, bool masks) {
   const Camera& c = shot.camera;
   nlohmann::ordered_json matrix = nlohmann::ordered_json::array();
   for (int row = 0; row < 3; ++row)
     matrix.push_back({c.axes[0][row], c.axes[1][row], c.axes[2][row], c.position[row]});
   matrix.push_back({0.0, 0.0, 0.0, 1.0});
-  return {
+  nlohmann::ordered_json frame{
       {"file_path", "./" + shot.split + "/" + shot.name}, {"time", shot.time}, {"transform_matrix", matrix}};
+  if (shot.camera_id >= 0) frame["camera_id"] = data::synth_camera_name(shot.camera_id);
+  if (masks) frame["mask_path"] = "masks/" + shot.split + "/" + shot.name + ".png";
+  return frame;
 }
 
-void write_transforms(const fs::path& folder, const std::string& split, const std::vector<SynthShot>& shots) {
+void write_transforms(const fs::path& folder, const std::string& split, const std::vector<SynthShot>& shots,
+                      const SynthOptions& options) {
   nlohmann::ordered_json frames = nlohmann::ordered_json::array();
   for (const SynthShot& shot : shots)
-    if (shot.split == split) frames.push_back(frame_json(shot));
-  const nlohmann::ordered_json file{{"camera_angle_x", data::kCameraAngle}, {"frames", frames}};
+    if (shot.split == split) frames.push_back(frame_json(shot, options.rig.masks));
+  const nlohmann::ordered_json file{{"camera_angle_x", data::camera_angle(options.look)}, {"frames", frames}};
   const std::string text = dump_json(file, 1) + "\n";
   write_file((folder / ("transforms_" + split + ".json")).string(), {text});
+}
+
+/// What a rig's pictures hide: gains, clocks and the box.
+void write_truth(const fs::path& folder, const SynthOptions& options, const SynthScene& world,
+                 const std::vector<SynthShot>& shots) {
+  const double interval = 1.0 / (options.frames - 1);
+  nlohmann::ordered_json gains, offsets, intervals;
+  for (const SynthShot& shot : shots) {
+    const std::string name = data::synth_camera_name(shot.camera_id);
+    gains[name] = {shot.gain.x, shot.gain.y, shot.gain.z};
+    offsets[name] = shot.late;
+    intervals[name] = shot.late / interval;
+  }
+  const Box box = world.box();
+  const nlohmann::ordered_json file{
+      {"what",
+       "picture = plain picture (8-bit display values) * gain per channel, rounded and clipped at 255; a "
+       "camera "
+       "shows the moment time + time_offset"},
+      {"gains", gains},
+      {"interval", interval},
+      {"time_offset", offsets},
+      {"time_offset_intervals", intervals},
+      {"scene_box", {{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z}}}};
+  write_file((folder / "truth.json").string(), {dump_json(file, 1) + "\n"});
+}
+
+/// The rig's cameras in the order of their numbers, as the data set has them.
+std::vector<RigCamera> rig_of(const std::vector<SynthShot>& shots) {
+  std::map<int, std::set<double>> moments;
+  for (const SynthShot& shot : shots)
+    if (shot.camera_id >= 0) moments[shot.camera_id].insert(shot.time);
+  std::vector<RigCamera> cameras;
+  for (const auto& [id, times] : moments) cameras.push_back({data::synth_camera_name(id), times.size() > 1});
+  return cameras;
 }
 
 std::uint64_t fingerprint_of(const std::string& scene, const Split& train) {
@@ -86,18 +131,18 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options, const 
   const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
   std::vector<Picture> images(shots.size());
-  for_each_shot(shots.size(), progress, [&](std::size_t i) {
-    images[i] = image16(data::draw(world.at(shots[i].time), shots[i].camera, options.look.opaque));
-  });
+  for_each_shot(shots.size(), progress,
+                [&](std::size_t i) { images[i] = image16(picture_of(world, shots[i], options).picture); });
   Dataset dataset;
   dataset.path = "synth:" + scene;
   for (std::size_t i = 0; i < shots.size(); ++i) {
     if (dataset.splits.empty() || dataset.splits.back().name != shots[i].split)
       dataset.splits.push_back({shots[i].split, {}});
     dataset.splits.back().frames.push_back(
-        {shots[i].name, shots[i].camera, shots[i].time, std::move(images[i])});
+        {shots[i].name, shots[i].camera, shots[i].time, std::move(images[i]), shots[i].camera_id});
   }
-  dataset.has_alpha = !options.look.opaque;
+  dataset.cameras = rig_of(shots);
+  dataset.has_alpha = !options.look.opaque && !options.look.room;
   dataset.fingerprint = fingerprint_of(scene, dataset.splits.front());
   return dataset;
 }
@@ -108,15 +153,20 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
   const std::vector<SynthShot> shots = data::plan_shots(options);
   const fs::path root(folder);
   for (const char* name : {"train", "val", "test", "truth"}) make_folder(root / name);
+  if (options.rig.masks)
+    for (const char* name : {"train", "val", "test"}) make_folder(root / "masks" / name);
   for_each_shot(shots.size(), progress, [&](std::size_t i) {
     const SynthShot& shot = shots[i];
-    const SynthMoment moment = world.at(shot.time);
-    write_png((root / shot.split / (shot.name + ".png")).string(),
-              data::draw(moment, shot.camera, options.look.opaque));
+    const data::Drawn drawn = picture_of(world, shot, options);
+    const std::string name = shot.name + ".png";
+    write_png((root / shot.split / name).string(), drawn.picture);
+    if (options.rig.masks) write_png((root / "masks" / shot.split / name).string(), drawn.mask);
     if (shot.split == "test")
-      write_exr((root / "truth" / (shot.name + "_0000.exr")).string(), data::draw_truth(moment, shot.camera));
+      write_exr((root / "truth" / (shot.name + "_0000.exr")).string(),
+                data::draw_truth(world.at(shot.time), shot.camera));
   });
-  for (const char* split : {"train", "val", "test"}) write_transforms(root, split, shots);
+  if (options.rig.cameras > 0) write_truth(root, options, world, shots);
+  for (const char* split : {"train", "val", "test"}) write_transforms(root, split, shots, options);
 }
 
 }  // namespace splinevox
