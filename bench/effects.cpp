@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, fifteen kinds, several
-// seeds each, and real ones if named: what was chosen, what should have been, and a count at the end, over
-// what is judged at all: motion, light where nothing moves, and a background behind opaque pictures.
+// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, twenty-three kinds,
+// several seeds each, and real ones if named: what was chosen, what should have been, and a count at the end,
+// over what is judged at all: motion, light where nothing moves, and a background behind opaque pictures.
 //
 //   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME] [--orbit
 //   TURNS]
@@ -33,11 +33,14 @@ struct Kind {
   std::set<std::string> truth;    ///< effects that are there
   int frames = 0;                 ///< 0: as asked for
   std::vector<double> orbits{0};  ///< SynthOptions::orbit, one for each seed in turn
+  SynthRig rig = {};
 };
 
 std::vector<Kind> kinds() {
   const std::vector<std::string> movers{"dancer", "ball", "snake"}, still{"static"};
   const std::vector<double> around{0.3, 0.5, 1, 1.5};
+  const SynthRig turns{.cameras = 12, .turns = true}, all{.cameras = 8};
+  constexpr int kMoments = 12;  // of a rig whose cameras see them all
   return {{"static, matte", still, {}, {}},
           {"static, glossy", still, {.gloss = 0.6}, {"view"}},
           {"moving, matte", movers, {}, {"motion"}},
@@ -52,7 +55,15 @@ std::vector<Kind> kinds() {
           {"film, static, matte", still, {}, {}, 0, around},
           {"film, static, glossy", still, {.gloss = 0.6}, {"view"}, 0, around},
           {"film, moving", movers, {}, {"motion"}, 0, around},
-          {"film, a twentieth moves", {"toy"}, {}, {"motion"}, 0, around}};
+          {"film, a twentieth moves", {"toy"}, {}, {"motion"}, 0, around},
+          {"turns, static", still, {}, {}, 0, {0}, turns},
+          {"turns, moving", movers, {}, {"motion"}, 0, {0}, turns},
+          {"turns, a twentieth moves", {"toy"}, {}, {"motion"}, 0, {0}, turns},
+          {"turns, light fades", still, {.fade = 0.6}, {"light"}, 0, {0}, turns},
+          {"rig, static", still, {}, {}, kMoments, {0}, all},
+          {"rig, moving, opaque", movers, {.opaque = true}, {"motion", "background"}, kMoments, {0}, all},
+          {"rig, a twentieth moves", {"toy"}, {}, {"motion"}, kMoments, {0}, all},
+          {"rig, light fades", still, {.fade = 0.6}, {"light"}, kMoments, {0}, all}};
 }
 
 nlohmann::json describe(const EffectChoice& choice) {
@@ -60,6 +71,9 @@ nlohmann::json describe(const EffectChoice& choice) {
                    {"view_told_by_time", choice.view_told_by_time},
                    {"seconds", choice.seconds},
                    {"note", choice.note}};
+  if (choice.still)
+    j["still"] = fmt::format("{} of {} cameras, {:.4f} of their pixels", choice.still->changing,
+                             choice.still->cameras, choice.still->share);
   for (const EffectVerdict& v : choice.verdicts) {
     j["gains"][to_string(v.effect)] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo,
                                                   v.gain.hi, to_string(v.with.without(v.effect)));
@@ -69,6 +83,15 @@ nlohmann::json describe(const EffectChoice& choice) {
     j["fits"][to_string(t.effects)] =
         fmt::format("{:.2f} dB, {} steps, {:.2f} s", t.mean(), t.steps, t.seconds);
   return j;
+}
+
+/// Effects that fits or the cameras themselves decided.
+std::set<Effect> judged_in(const EffectChoice& choice) {
+  std::set<Effect> out;
+  for (const EffectVerdict& v : choice.verdicts) out.insert(v.effect);
+  if (choice.still && choice.still->verdict == StillVerdict::unchanged)
+    out.insert({Effect::motion, Effect::light});
+  return out;
 }
 
 void say(const nlohmann::json& j) {
@@ -84,12 +107,12 @@ int main(int argc, char** argv) {
   int seeds = 10, size = 96, frames = 60, steps = 200;
   double orbit = 0;
   std::string only;
-  app.add_option("scenes", scenes, "data sets; none: the fifteen built-in kinds");
+  app.add_option("scenes", scenes, "data sets; none: the built-in kinds");
   app.add_option("--seeds", seeds);
   app.add_option("--steps", steps, "of each fit");
   app.add_option("--size", size);
   app.add_option("--frames", frames);
-  app.add_option("--kind", only, "of the fifteen");
+  app.add_option("--kind", only, "of the built-in ones");
   app.add_option("--orbit", orbit, "times that the camera goes around; 0: as the kind has it");
   CLI11_PARSE(app, argc, argv);
   Config config = preset("fast");
@@ -113,13 +136,15 @@ int main(int argc, char** argv) {
                                           .size = size,
                                           .seed = std::uint64_t(seed),
                                           .orbit = turns,
-                                          .look = kind.look});
+                                          .look = kind.look,
+                                          .rig = kind.rig});
         config.run.seed = std::uint64_t(seed);
         const EffectChoice choice = prepare(config, data).effects;
         bool same = true;
-        for (const EffectVerdict& v : choice.verdicts) {
-          const std::string effect = to_string(v.effect);
-          const bool there = kind.truth.count(effect), on = choice.chosen.has(v.effect);
+        const std::set<Effect> judged = judged_in(choice);
+        for (const Effect e : judged) {
+          const std::string effect = to_string(e);
+          const bool there = kind.truth.count(effect), on = choice.chosen.has(e);
           ++(there ? present : absent)[effect];
           if (there != on) {
             ++(there ? missed : switched_on)[effect];
@@ -133,7 +158,7 @@ int main(int argc, char** argv) {
         j["seed"] = seed;
         j["right"] = same;
         say(j);
-        if (choice.verdicts.empty()) continue;  // nothing was judged
+        if (judged.empty()) continue;
         right += same;
         ++all;
       }

@@ -23,6 +23,20 @@ const char* name_of(EffectDecision d) {
       return "undecided";
     case EffectDecision::confounded:
       return "confounded";
+    case EffectDecision::proved:
+      return "proved";
+  }
+  return "";
+}
+
+const char* name_of(StillVerdict v) {
+  switch (v) {
+    case StillVerdict::changed:
+      return "changed";
+    case StillVerdict::unchanged:
+      return "unchanged";
+    case StillVerdict::unsure:
+      return "unsure";
   }
   return "";
 }
@@ -63,6 +77,12 @@ const EffectVerdict* verdict_on(const EffectChoice& choice, Effect effect) {
 /// Notes beside the effects: the choice's own, and the confounded effects of a video that are not used.
 std::vector<std::string> notes_on(const Json& effects) {
   std::vector<std::string> notes;
+  if (const Json still = effects.value("still_cameras", Json()); still.is_object())
+    notes.push_back(fmt::format(
+        "{} cameras stand still: {:.2f}% of their pixels change, in {} of them more than {:.2f}%{}",
+        still.value("cameras", 0), 100 * still.value("share", 0.0), still.value("changing", 0),
+        100 * still.value("threshold", 0.0),
+        still.value("verdict", "") == "changed" ? ", which proves change" : ""));
   if (const std::string note = effects.value("note", ""); !note.empty()) notes.push_back(note);
   std::string named;
   bool any = false;
@@ -94,6 +114,12 @@ Json effects_json(const Prepared& prepared) {
          {"chosen", set_json(choice.chosen)},
          {"forced", prepared.policy != EffectPolicy::choose}};
   j["view_told_by_time"] = choice.view_told_by_time;
+  if (choice.still)
+    j["still_cameras"] = {{"verdict", name_of(choice.still->verdict)},
+                          {"cameras", choice.still->cameras},
+                          {"changing", choice.still->changing},
+                          {"share", choice.still->share},
+                          {"threshold", choice.still->threshold}};
   j["held_pictures"] = choice.held_out;
   j["seconds"] = choice.seconds;
   j["note"] = choice.note;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "train/start.hpp"
+#include "train/still/still_cameras.hpp"
 
 namespace splinevox {
 
@@ -11,12 +12,14 @@ struct Setting {
       : stats(picture_stats(t)),
         unit(brightness(c, stats)),
         config(for_places(stats, in_units_of(unit, c))),
-        train(t) {}
+        train(t),
+        still(freezes(c) ? still_cameras(t) : std::vector<StillCamera>()) {}
 
   const PictureStats stats;
   const float unit;     ///< of brightness; 1 unless the scene is dark
   const Config config;  ///< in that unit
   const Split& train;
+  const std::vector<StillCamera> still;  ///< of the training frames, where they say what is frozen
 };
 
 }  // namespace splinevox

@@ -151,4 +151,6 @@ Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats) {
   return raw;
 }
 
+bool freezes(const Config& config) { return config.motion.enabled && config.motion.rest > 0; }
+
 }  // namespace splinevox

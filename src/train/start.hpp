@@ -50,4 +50,7 @@ float initial_alpha(const Config& config, const PictureStats& stats);
 /// surroundings through interpolation, fifty times as bright as the scene (numerics H30).
 Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats);
 
+/// Whether this configuration's motion is frozen where nothing moves.
+bool freezes(const Config& config);
+
 }  // namespace splinevox

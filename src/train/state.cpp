@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "math/schedule.hpp"
+#include "train/still/changing_cells.hpp"
 
 namespace splinevox {
 namespace {
@@ -20,9 +21,11 @@ SamplingConfig sampling_of(const Config& config) {
 Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
   const CamerasConfig& cameras = setting.config.cameras;
+  MovingPart moving;
+  moving.cells = changing_cells(setting.still, setting.train, bounds.box);
   return {Lattices(setting, time_map, bounds.box),
           {bounds.hull, {}, {}},
-          {},
+          std::move(moving),
           cameras.exposure || cameras.clock ? rig_of(setting.train) : CameraFits{}};
 }
 

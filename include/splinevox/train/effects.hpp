@@ -73,7 +73,21 @@ struct EffectTrial {
   double mean() const;
 };
 
-enum class EffectDecision { on, off, undecided, confounded };  ///< see choose_effects
+enum class EffectDecision { on, off, undecided, confounded, proved };  ///< see choose_effects
+
+/// What the pixels of cameras that stand still say about change, before any fit.
+enum class StillVerdict {
+  changed,    ///< something changes
+  unchanged,  ///< every camera stands still, and nothing does
+  unsure      ///< the fits alone decide
+};
+struct StillEvidence {
+  StillVerdict verdict = StillVerdict::unsure;
+  int cameras = 0;   ///< that stand still and have three moments or more
+  int changing = 0;  ///< of them with a larger share than the threshold
+  double share = 0;  ///< of a camera's pixels that change at some moment, mean over the cameras
+  double threshold = 0;
+};
 
 /// How much later than their times say the pictures of a camera are, by a model that took their times as they
 /// are; intervals between its pictures.
@@ -113,9 +127,10 @@ struct EffectChoice {
   std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
   double view_told_by_time = 0;  ///< 0..1: how well the time of a picture tells its viewing direction, on the
                                  ///< whole or in a stretch; beyond 0.8 a video. 0: not asked
-  int held_out = 0;              ///< pictures held out, each with its own time where times differ
-  double seconds = 0;            ///< all of it
-  std::string note;              ///< why nothing was tried, or what was settled without a trial; may be empty
+  std::optional<StillEvidence> still = {};  ///< none: no camera stands still
+  int held_out = 0;                         ///< pictures held out, each with its own time where times differ
+  double seconds = 0;                       ///< all of it
+  std::string note;  ///< why nothing was tried, or what was settled without a trial; may be empty
 };
 
 /// Decides whether a scene moves, and if it does not, whether its light changes.
@@ -140,6 +155,12 @@ struct EffectChoice {
 /// them too, and looks wrong from anywhere else. So motion needs a gain that no static scene has, or must
 /// displace something far. Otherwise an effect that gains is called confounded and stays off. Light in a
 /// video always is.
+///
+/// Cameras that stand still need no fit to tell change: their pixels over time are compared with the noise of
+/// their pictures first. Where two cameras prove change (or the only one), something moves or its light does.
+/// Fits are then compared on those pixels of held-out pictures that differ from their camera's still picture.
+/// Motion stays, as proved where its gain is not clear, unless it gains nothing there and light alone does.
+/// If every camera stands still and nothing changes, what changes over time is left out without a fit.
 ///
 /// A background can be learned behind opaque pictures only. It is tried first, or motion would be taken for
 /// the fog that stands in for it. It goes by its mean. With too few views or steps for trials it stays on.

@@ -5,209 +5,23 @@
 #include <optional>
 #include <utility>
 
-#include "core/parallel.hpp"
 #include "splinevox/math/metrics.hpp"
-#include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"
-#include "splinevox/train/trainer.hpp"
 #include "train/by_time.hpp"
 #include "train/effects/effect_table.hpp"
-#include "train/effects/film.hpp"
-#include "train/effects/fit_config.hpp"
 #include "train/effects/halves.hpp"
-#include "train/effects/moving_cells.hpp"
-#include "train/effects/rig.hpp"
+#include "train/effects/ladder.hpp"
+#include "train/effects/still_proof.hpp"
 #include "train/learn_cameras.hpp"
 #include "train/start.hpp"
 
 namespace splinevox {
 namespace {
 
-constexpr int kFewestViews = 8;      // to hold some out
-constexpr float kExplained = 0.02f;  // of brightness, that motion explains at a place where it is needed
-constexpr int kFewestPixels = 8;     // of a picture, to compare it there
-constexpr double kClearGain = 0.5;  // dB there: static scenes come to 0.1 at most, those of which a twentieth
-                                    // moves to 0.9 and more (docs/experiments.md)
-constexpr double kFilm = 0.8;       // view_told_by_time from which pictures are a video
-constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene gains about 1 at most by
-                                    // bending a little with the camera (docs/experiments/effects.md)
-constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which bending does not:
-constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the box
-constexpr double kFarShare = 0.0015;   // of the visible cells
-constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
+constexpr int kFewestViews = 8;  // to hold some out
 constexpr double kShortest = 8;  // steps of training for one of a fit, on coarser lattices and with fewer
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
-
-/// The pixels that a mask has, in a row.
-Image picked(const Image& picture, const Image& mask) {
-  Image out(int(std::count(mask.data.begin(), mask.data.end(), 1.0f)), 1, picture.channels);
-  float* to = out.data.data();
-  for (int y = 0; y < mask.height; ++y)
-    for (int x = 0; x < mask.width; ++x)
-      if (*mask.pixel(x, y) != 0) to = std::copy_n(picture.pixel(x, y), picture.channels, to);
-  return out;
-}
-
-/// Fits by set of effects, each made once, and the comparisons between them.
-class Ladder {
- public:
-  /// @param level  of one comparison
-  Ladder(const Config& config, float level, const Halves& halves, const TimeMap& time_map, EffectChoice& out,
-         const std::function<void(const EffectTrial&)>& on_trial)
-      : config_(config),
-        level_(level),
-        halves_(halves),
-        time_map_(time_map),
-        out_(out),
-        first_(out.trials.size()),
-        on_trial_(on_trial) {}
-
-  /// Fits that are made already are not made again.
-  EffectTrial fit(const EffectSet& effects, int points) {
-    if (const int made = find(effects, points); made >= 0) return out_.trials[first_ + std::size_t(made)];
-    Config c = fit_config(config_, effects);
-    c.motion.points = points;
-    Trainer trainer(c, halves_.fitted, time_map_);
-    EffectTrial trial;
-    trial.effects = effects;
-    trial.points = points;
-    while (!trainer.done()) trial.steps = int(trainer.step().step);
-    trial.seconds = trainer.seconds();
-    trial.cameras = trainer.cameras();
-    fits_.push_back({trainer.model(), {}});
-    const VoxelModel& model = fits_.back().model;
-    trial.bytes = std::int64_t(model.radiance.raw.values.size() * sizeof(float));
-    for (const Channels& level : model.motion.levels)
-      trial.bytes += std::int64_t(level.values.size() * sizeof(float));
-    Renderer renderer(model);
-    for (const Frame& f : halves_.held_out.frames) {
-      fits_.back().pictures.push_back(shown_by(trial.cameras, f, renderer));
-      trial.psnr.push_back(capped_psnr(
-          psnr(fits_.back().pictures.back(), composite(f.image, model.background.color), f.ignored)));
-    }
-    out_.trials.push_back(std::move(trial));
-    if (on_trial_) on_trial_(out_.trials.back());
-    return out_.trials.back();
-  }
-  /// Compares `with` to the same without the effect.
-  EffectVerdict judge(Effect effect, const EffectSet& with) {
-    const EffectTrial more = fit(with, config_.motion.points),
-                      less = fit(with.without(effect), config_.motion.points);
-    EffectVerdict v{effect, with, EffectDecision::undecided, gain(more, less)};
-    decide(v);
-    v.time_ratio = more.seconds / less.seconds;
-    v.bytes_ratio = double(more.bytes) / double(less.bytes);
-    out_.verdicts.push_back(v);
-    return v;
-  }
-  /// Compares the fit with motion that judge(Effect::motion, all) made to the static one. The comparison is
-  /// on held-out pictures, where only motion explains the training pictures. In so short a fit motion costs
-  /// the static part more than it gives to a small moving one. A clear gain becomes the verdict on motion.
-  void judge_where_needed(const EffectSet& all) {
-    const int points = config_.motion.points;
-    const Fit &moving = fits_[std::size_t(find(all, points))],
-              &still = fits_[std::size_t(find(all.without(Effect::motion), points))];
-    const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.fitted, kExplained,
-                                             out_.trials[first_ + std::size_t(find(all, points))].cameras));
-    const std::vector<Frame>& held_out = halves_.held_out.frames;
-    std::vector<Image> where(held_out.size());
-    parallel_for(int(held_out.size()),
-                 [&](int f) { where[f] = shows_cells(moving.model, near, held_out[f]); });
-    std::vector<double> gains;
-    double compared = 0, pixels = 0;
-    for (std::size_t f = 0; f < held_out.size(); ++f) {
-      const Image truth = picked(composite(held_out[f].image, moving.model.background.color), where[f]);
-      compared += truth.width;
-      pixels += double(where[f].data.size());
-      if (truth.width < kFewestPixels) continue;
-      const auto quality = [&](const Fit& fit) {
-        return capped_psnr(psnr(picked(fit.pictures[f], where[f]), truth));
-      };
-      gains.push_back(quality(moving) - quality(still));
-    }
-    if (int(gains.size()) < kFewestViews / 2) return;
-    const PairedGain there = paired_gain(gains, level_);
-    if (there.mean < kClearGain) return;
-    EffectVerdict& v = out_.verdicts.back();
-    v.gain = there;
-    v.where = compared / pixels;
-    decide(v);
-  }
-  /// Whether the training pictures of the fits are a video: a camera that hardly moves within a piece of the
-  /// curves and is elsewhere in the next. @pre a fit was made
-  bool film() {
-    const double share =
-        view_told_by_time(halves_.fitted, fits_.front().model.box.center(),
-                          1.0 / basis_of(config_.motion.basis).pieces(config_.motion.points));
-    out_.view_told_by_time = std::max(out_.view_told_by_time, share);
-    return share > kFilm;
-  }
-  /// Judges anew, as of a video, what judge(Effect::motion, all) found. Returns whether the scene moves.
-  bool judge_film(const EffectSet& all) {
-    const VoxelModel& moving = fits_[std::size_t(find(all, config_.motion.points))].model;
-    EffectVerdict& v = out_.verdicts.back();
-    v.far = share_far(moving, halves_.fitted, kFar * moving.radiance.raw.topology->lattice.spacing);
-    const double least = config_.effects.min_gain;
-    const bool moves = v.gain.mean > std::max(least, *v.far > kFarShare ? kFarGain : kFilmGain);
-    if (!moves && v.gain.mean > least) v.decision = EffectDecision::confounded;
-    return moves;
-  }
-  /// Judges whether cameras have gains of their own. What a gain gives to held-out pictures of its own camera
-  /// may be what the model lacks there, so gains must differ as well.
-  EffectVerdict judge_exposure(const EffectSet& all) {
-    judge(Effect::exposure, all);
-    EffectVerdict& v = out_.verdicts.back();
-    v.spread = spread_of(fit(all, config_.motion.points).cameras);
-    if (v.decision == EffectDecision::on && *v.spread < kLeastSpread) v.decision = EffectDecision::off;
-    return v;
-  }
-  /// Judges whether cameras have clocks of their own, by the fit without them. @param train  the whole split
-  EffectVerdict judge_clock(const EffectSet& all, const Split& train) {
-    const EffectTrial less = fit(all.without(Effect::clock), config_.motion.points);
-    out_.verdicts.push_back(
-        splinevox::judge_clock(all, fits_[std::size_t(find(less.effects, less.points))].model, less.cameras,
-                               fit_config(config_, less.effects), train, time_map_, double(level_)));
-    return out_.verdicts.back();
-  }
-  /// Compares two numbers of control points.
-  PointsVerdict judge(const EffectSet& effects, int more, int fewer) {
-    out_.points_verdicts.push_back({more, fewer, gain(fit(effects, more), fit(effects, fewer))});
-    return out_.points_verdicts.back();
-  }
-
- private:
-  /// What a trial leaves for comparisons.
-  struct Fit {
-    VoxelModel model;
-    std::vector<Image> pictures;  ///< of the held-out frames
-  };
-  void decide(EffectVerdict& v) const {
-    v.decision = v.gain.lo > config_.effects.min_gain   ? EffectDecision::on
-                 : v.gain.hi < config_.effects.min_gain ? EffectDecision::off
-                                                        : EffectDecision::undecided;
-  }
-  /// Index among its own trials, -1: not made yet.
-  int find(const EffectSet& effects, int points) const {
-    for (std::size_t i = first_; i < out_.trials.size(); ++i)
-      if (out_.trials[i].effects == effects && out_.trials[i].points == points) return int(i - first_);
-    return -1;
-  }
-  PairedGain gain(const EffectTrial& more, const EffectTrial& less) const {
-    std::vector<double> gains;
-    for (std::size_t i = 0; i < more.psnr.size(); ++i) gains.push_back(more.psnr[i] - less.psnr[i]);
-    return paired_gain(gains, level_);
-  }
-
-  const Config& config_;
-  const float level_;
-  const Halves& halves_;
-  const TimeMap& time_map_;
-  EffectChoice& out_;
-  std::vector<Fit> fits_;  ///< of its own trials
-  std::size_t first_;      ///< of this ladder's own trials among out_'s
-  const std::function<void(const EffectTrial&)>& on_trial_;
-};
 
 /// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture
 /// does not lose by it, and then twice as many, because fits this short do not come to what the last pieces
@@ -227,8 +41,8 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
 /// Whether effects stay, each judged beside all that do so far.
 class Trials {
  public:
-  Trials(const Config& config, const Split& train, const TimeMap& time_map, EffectChoice& out,
-         const std::function<void(const EffectTrial&)>& on_trial)
+  Trials(const Config& config, const Split& train, const TimeMap& time_map, const StillProof& proof,
+         EffectChoice& out, const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
         train_(train),
         time_map_(time_map),
@@ -236,6 +50,7 @@ class Trials {
         on_trial_(on_trial),
         level_(config.effects.level / float(most_comparisons(out.chosen))),
         halves_(divide(train, {frames_by_time(train)})),
+        changing_(proof.says(StillVerdict::changed) ? changing_pixels(proof, halves_) : std::vector<Image>()),
         whole_(config, level_, halves_, time_map, out, on_trial) {
     out.held_out = int(halves_.held_out.frames.size());
   }
@@ -269,18 +84,31 @@ class Trials {
   bool gains(const EffectVerdict& v) const { return v.gain.mean > config_.effects.min_gain; }
 
   bool moves() {
-    bool found = moves_in(whole_, true);
+    bool found = changing_.empty() ? moves_in(whole_, true) : moves_as_proved();
     const std::optional<Stretch> stretch = middle_stretch(train_);
     const Basis& basis = basis_of(config_.motion.basis);
     if (!stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
     const Halves parts = divide(train_, *stretch);
     if (!parts.usable()) return found;
     Ladder near(config_, level_, parts, time_map_, out_, on_trial_);
-    if (moves_in(near, false)) {
+    if (const bool there = moves_in(near, false); there || (found && !changing_.empty())) {
       found = true;
       out_.points = points_for(near, beside(), config_, stretch->length);
     }
     return found;
+  }
+  /// Something changes: that is motion unless light alone explains it as well.
+  bool moves_as_proved() {
+    const EffectSet all = beside(), light = all.without(Effect::motion);
+    const std::size_t at = out_.verdicts.size();
+    const EffectVerdict v = whole_.judge_where_changing(Effect::motion, all, changing_);
+    bool lit = false;
+    if (v.decision == EffectDecision::off && light.has(Effect::light)) {
+      lit = whole_.judge_where_changing(Effect::light, light, changing_).decision == EffectDecision::on;
+      out_.verdicts.pop_back();  // light has its own turn
+    }
+    if (!lit && v.decision != EffectDecision::on) out_.verdicts[at].decision = EffectDecision::proved;
+    return !lit;
   }
   bool moves_in(Ladder& by, bool whole) {
     const EffectSet all = beside();
@@ -291,6 +119,8 @@ class Trials {
     return gains(out_.verdicts.back());
   }
   bool changes_alone(Effect effect) {
+    if (!changing_.empty())
+      return whole_.judge_where_changing(effect, beside(), changing_).decision == EffectDecision::on;
     const bool on = whole_.judge(effect, beside()).decision == EffectDecision::on;
     if (!on || !whole_.film()) return on;
     out_.verdicts.back().decision = EffectDecision::confounded;
@@ -304,6 +134,7 @@ class Trials {
   const std::function<void(const EffectTrial&)>& on_trial_;
   const float level_;
   const Halves halves_;
+  const std::vector<Image> changing_;  ///< of the held-out pictures, where cameras that stand still prove it
   Ladder whole_;
   bool clocks_ = false;  ///< their turn has come
 };
@@ -340,13 +171,20 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
       if (facts_of(e).moving()) out.chosen = out.chosen.without(e);
     out.note = "every view is of one time: nothing can be seen to change";
   }
+  const StillProof proof = prove(train);
+  out.still = proof.evidence;
+  if (proof.says(StillVerdict::unchanged)) {
+    for (const Effect e : kAllEffects)
+      if (facts_of(e).moving()) out.chosen = out.chosen.without(e);
+    if (out.note.empty()) out.note = "every camera stands still, and nothing changes before any";
+  }
   if (int(train.frames.size()) < kFewestViews) {
     if (out.note.empty()) out.note = "too few views to hold some out: every effect of the preset stays";
     return out;
   }
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
-  Trials trials(config, train, time_map, out, on_trial);
+  Trials trials(config, train, time_map, proof, out, on_trial);
   if (!trials.possible()) {
     out.note = "masks leave too little of small pictures: every effect of the preset stays";
     return out;

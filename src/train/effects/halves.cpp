@@ -2,6 +2,7 @@
 #include "train/effects/halves.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -16,8 +17,8 @@ constexpr int kMostFitted = 60;       // by the fits
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;  // moments
 
-/// Frames at the size of the fits, in the time of a stretch.
-Split taken(const Split& train, const std::vector<int>& frames, const Stretch& stretch) {
+/// Frames at the size of the fits, in the time of a stretch. @param frames  keeps those that are taken
+Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch) {
   Split out{train.name, std::vector<Frame>(frames.size())};
   parallel_for(int(frames.size()), [&](int i) {
     const Frame& f = train.frames[frames[i]];
@@ -27,7 +28,14 @@ Split taken(const Split& train, const std::vector<int>& frames, const Stretch& s
                      area_downscale(f.image.unpacked(), factor), f.camera_id};
     out.frames[i].ignored = area_downscale(f.ignored, factor);
   });
-  std::erase_if(out.frames, [](const Frame& f) { return f.ignored.all(); });
+  const std::vector<Frame> all = std::exchange(out.frames, {});
+  std::vector<int> left;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].ignored.all()) continue;
+    out.frames.push_back(all[i]);
+    left.push_back(frames[i]);
+  }
+  frames = left;
   return out;
 }
 
@@ -59,6 +67,7 @@ Halves divide(const Split& train, const Stretch& stretch) {
   Halves out;
   out.fitted = taken(train, chosen, stretch);
   out.held_out = taken(train, kept, stretch);
+  out.held_out_frames = kept;
   return out;
 }
 

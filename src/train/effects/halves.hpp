@@ -11,6 +11,7 @@ namespace splinevox {
 /// Training frames divided in two: those that the fits train on, and the held-out ones that compare them.
 struct Halves {
   Split fitted, held_out;
+  std::vector<int> held_out_frames;  ///< of the training split
   /// False where masks leave nothing of one of them.
   bool usable() const { return !fitted.frames.empty() && !held_out.frames.empty(); }
 };

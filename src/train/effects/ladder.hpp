@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "splinevox/field/model.hpp"
+#include "splinevox/train/effects.hpp"
+#include "train/effects/gains_where.hpp"
+#include "train/effects/halves.hpp"
+
+namespace splinevox {
+
+/// Fits by set of effects, each made once, and the comparisons between them.
+class Ladder {
+ public:
+  /// @param level  of one comparison
+  Ladder(const Config& config, float level, const Halves& halves, const TimeMap& time_map, EffectChoice& out,
+         const std::function<void(const EffectTrial&)>& on_trial)
+      : config_(config),
+        level_(level),
+        halves_(halves),
+        time_map_(time_map),
+        out_(out),
+        first_(out.trials.size()),
+        on_trial_(on_trial) {}
+
+  /// Fits that are made already are not made again.
+  EffectTrial fit(const EffectSet& effects, int points);
+  /// Compares `with` to the same without the effect.
+  EffectVerdict judge(Effect effect, const EffectSet& with);
+  /// Compares the fit with motion that judge(Effect::motion, all) made to the static one. The comparison is
+  /// on held-out pictures, where only motion explains the training pictures. In so short a fit motion costs
+  /// the static part more than it gives to a small moving one. A clear gain becomes the verdict on motion.
+  void judge_where_needed(const EffectSet& all);
+  /// Compares `with` to the same without the effect, where pixels are known to change.
+  /// @param changing  of each held-out picture, one channel: 1 there, else 0
+  EffectVerdict judge_where_changing(Effect effect, const EffectSet& with,
+                                     const std::vector<Image>& changing);
+  /// Whether the training pictures of the fits are a video: a camera that hardly moves within a piece of the
+  /// curves and is elsewhere in the next. @pre a fit was made
+  bool film();
+  /// Judges anew, as of a video, what judge(Effect::motion, all) found. Returns whether the scene moves.
+  bool judge_film(const EffectSet& all);
+  /// Judges whether cameras have gains of their own. What a gain gives to held-out pictures of its own camera
+  /// may be what the model lacks there, so gains must differ as well.
+  EffectVerdict judge_exposure(const EffectSet& all);
+  /// Judges whether cameras have clocks of their own, by the fit without them. @param train  the whole split
+  EffectVerdict judge_clock(const EffectSet& all, const Split& train);
+  /// Compares two numbers of control points.
+  PointsVerdict judge(const EffectSet& effects, int more, int fewer);
+
+ private:
+  /// What a trial leaves for comparisons.
+  struct Fit {
+    VoxelModel model;
+    std::vector<Image> pictures;  ///< of the held-out frames
+  };
+  void decide(EffectVerdict& v) const;
+  /// Index among its own trials, -1: not made yet.
+  int find(const EffectSet& effects, int points) const;
+  PairedGain gain(const EffectTrial& more, const EffectTrial& less) const;
+  /// Of the fits with an effect and without, on a part of each held-out picture.
+  std::optional<GainsWhere> gains_there(const std::vector<Image>& where, const EffectSet& with,
+                                        Effect effect) const;
+
+  const Config& config_;
+  const float level_;
+  const Halves& halves_;
+  const TimeMap& time_map_;
+  EffectChoice& out_;
+  std::vector<Fit> fits_;  ///< of its own trials
+  std::size_t first_;      ///< of this ladder's own trials among out_'s
+  const std::function<void(const EffectTrial&)>& on_trial_;
+};
+
+}  // namespace splinevox
