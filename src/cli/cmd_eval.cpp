@@ -97,6 +97,8 @@ void save(const Run& run, const ModelFile& read, const Json& result) {
     path = fmt::format("{}/metrics_{}.json", run.path, split);
   else
     metrics = read_metrics_if_there(path);
+  for (const char* key : {"psnr_inside", "inside_views", "inside_share", "ignored_share"})
+    metrics.erase(key);  // of masks that may no longer be there
   Json merged = result;  // the figures of interest first
   for (const auto& [key, value] : metrics.items())
     if (!merged.contains(key)) merged[key] = value;

@@ -22,17 +22,20 @@ std::string look_text(const MaskLook& look, const MaskSearch& found) {
   return text;
 }
 
+/// Whether all masks that were looked at leave nothing.
+bool leave_nothing(const MaskLook& look, bool keeps_black) {
+  return (keeps_black ? look.white : look.black) == look.looked_at;
+}
+
 /// Masks that leave nothing are meant otherwise, or are no masks.
-void check_look(const MaskLook& look, const MaskUse& use, bool keeps_black, const std::string& where) {
+[[noreturn]] void fail_nothing(const MaskLook& look, const MaskUse& use, bool keeps_black,
+                               const std::string& where) {
   constexpr std::uint16_t kLabels = 32 * 257;
   if (look.black == look.looked_at && look.brightest > 0 && look.brightest < kLabels)
     fail({where, "the masks are all but black: they seem to be numbers of parts", "black and white",
           fmt::format("no value above {} of 255", look.brightest / 257),
           "make them white where the parts that are meant are"});
-  if ((keeps_black ? look.white : look.black) < look.looked_at) return;
-  fail({where,
-        fmt::format("every mask that was looked at is wholly {}: nothing would be left",
-                    keeps_black ? "white" : "black"),
+  fail({where, fmt::format("every mask is wholly {}: nothing would be left", keeps_black ? "white" : "black"),
         use.what == What::subject ? "masks that show where the scene is"
                                   : "masks that leave something of the pictures",
         fmt::format("{} masks, --masks {}", look.looked_at, use.text), opposite_masks(use, keeps_black)});
@@ -89,7 +92,10 @@ std::optional<DatasetMasks> note_masks(const OpenScene& open, const std::vector<
     return out;
   }
   const bool black = use.keeps_black(found.first);
-  if (look.looked_at > 0) check_look(look, use, black, where);
+  if (look.looked_at > 0 && leave_nothing(look, black)) {
+    look = look_at_masks(masks, found.found);  // some of those not looked at may leave something
+    if (leave_nothing(look, black)) fail_nothing(look, use, black, where);
+  }
   notes.push_back(use.what == What::subject
                       ? fmt::format("masks show the subject: what is {} is the scene, all else is empty; {}",
                                     black ? "black" : "white", there)

@@ -104,7 +104,8 @@ void bind_data(py::module_& m) {
           "ignored",
           [](const Frame& f) {
             py::array_t<bool> out({py::ssize_t(f.image.height), py::ssize_t(f.image.width)});
-            for (std::size_t i = 0; i < f.image.pixels(); ++i) out.mutable_data()[i] = f.ignored.test(i);
+            bool* to = out.mutable_data();
+            for (std::size_t i = 0; i < f.image.pixels(); ++i) *to++ = f.ignored.test(i);
             return out;
           },
           "bool (height, width): pixels that masks say to ignore; they are neither drawn nor scored. A copy.")

@@ -242,7 +242,7 @@ TEST_SUITE("data/masks") {
     }
     const Masked black(grey_png([](int, int) { return 0; })), white(grey_png([](int, int) { return 255; })),
         labels(grey_png([](int x, int) { return x % 3; }));
-    CHECK(holds(black.error("subject"), "every mask that was looked at is wholly black"));
+    CHECK(holds(black.error("subject"), "every mask is wholly black"));
     CHECK(holds(black.error("subject"), "--masks subject-black"));
     CHECK(holds(black.error("ignore"), "--masks ignore-white"));
     CHECK(holds(white.error("ignore-white"), "wholly white: nothing would be left"));
@@ -292,6 +292,9 @@ TEST_SUITE("data/masks") {
     const Dataset subject = masked.load(with("subject"));  // nobody is there at that moment
     CHECK(frames_of(subject) == 10);
     CHECK(notes_with(subject, "wholly transparent, first frame_0001").size() == 1);
+    const Masked last(grey_png([](int, int) { return 0; }));  // somebody comes in at the end
+    write_png(last.folder.path() / "masks/frame_0009.png", grey_png(left_half));
+    CHECK(frames_of(last.load(with("subject"))) == 10);
     const Masked fine(grey_png([](int x, int y) { return (x + y) % 2 == 0 ? 255 : 0; }));
     expect_error([&] { fine.load(with("ignore", 2)); }, {"the masks ignore every pixel of the train split"});
   }
