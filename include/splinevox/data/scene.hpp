@@ -112,7 +112,7 @@ std::vector<std::string> dataset_formats();
 
 /// Reads a data set folder of any layout of docs/data.md, recognised by what lies in it, checked once and
 /// completely; nothing is returned of a set with a fault. Where the data names no test split, every eighth
-/// picture is one.
+/// picture is one, or of a rig of five or more cameras that stand still one camera of eight.
 ///
 /// Times: a train split that fills a quarter of [0, 1] or more is taken as it is, any other has its range
 /// mapped to [0, 1], and the same map serves every split. If train is not asked for and options give no map,
