@@ -37,7 +37,7 @@ Config in_units_of(float brightness, Config config);
 
 /// With the weight of density's total variation, and the share of bricks that it visits, as few places ask
 /// for: in proportion to loss.tv_places / places, and to its root. Matter that few cameras see has room to
-/// hide, and to have holes, that other views show (docs/experiments/matter.md).
+/// hide, and to have holes, that other views show; silhouettes leave it less (docs/experiments/matter.md).
 Config for_places(const PictureStats& stats, Config config);
 
 /// Alpha of one step of the first lattice before training. Behind opaque pictures matter is everywhere and is

@@ -39,14 +39,15 @@ inline Dataset make_rig(const std::string& scene_name, const std::vector<TrueCam
     for (int m = 0; m < moments; ++m) {
       const double time = double(m) / (moments - 1);
       const Image picture =
-          data::draw(scene.at(std::clamp(time + cameras[c].offset, 0.0, 1.0)), camera, opaque);
+          data::draw(scene.at(std::clamp(time + cameras[c].offset, 0.0, 1.0)), camera, opaque, {1, 1, 1})
+              .picture;
       Image16 image{size, size, std::vector<std::uint16_t>(4 * picture.pixels())};
       for (std::size_t i = 0; i < image.rgba.size(); ++i) {
         const float gain = i % 4 < 3 ? cameras[std::size_t(c)].gain[int(i % 4)] : 1;
         image.rgba[i] = std::uint16_t(257 * std::lround(255 * std::min(1.0f, gain * picture.data[i])));
       }
-      train.frames.push_back(
-          {"c" + std::to_string(c) + "_" + std::to_string(m), camera, time, Picture(std::move(image)), c});
+      train.frames.push_back({std::string("c").append(name).append("_").append(std::to_string(m)), camera,
+                              time, Picture(std::move(image)), c});
     }
   }
   out.splits.push_back(std::move(train));

@@ -6,6 +6,7 @@
 #include <tbb/task_arena.h>
 
 #include "splinevox/data/synth.hpp"
+#include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
 
 using namespace splinevox;
@@ -173,13 +174,13 @@ TEST_SUITE("train/effects") {
     const Dataset few = make_synth("ball", {.frames = 6, .size = 24});
     const EffectChoice kept = choose(few);
     CHECK(kept.trials.empty());
-    CHECK(kept.chosen == effects_of(short_choice()).without(Effect::background));
+    CHECK(kept.chosen == learnable_in(effects_of(short_choice()), false, false));
 
     Config c = short_choice();
     c.run.max_steps = 300;
     const EffectChoice short_run = choose(data, c);
     CHECK(short_run.trials.empty());
-    CHECK(short_run.chosen == effects_of(c).without(Effect::background));
+    CHECK(short_run.chosen == learnable_in(effects_of(c), false, false));
     c = short_choice();
     c.effects.steps = 0;
     CHECK(choose(data, c).trials.empty());

@@ -52,7 +52,7 @@ struct Scene {
 
   Volume volume() {
     const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
-    Volume out{Lattices(setting, {}, bounds.box), {bounds.hull, {}, {}}, {}};
+    Volume out{Lattices(setting, {}, bounds.box), {bounds.hull, {}, {}}, {}, {}};
     const std::vector<int> frames{0};
     Plan().carry_out(setting, 0.3, false, {frames, true}, out);
     return out;

@@ -320,7 +320,7 @@ TEST_SUITE("train/bounds and batches") {
           if (missed || length(cross(origin - own.camera.position, direction)) < 1e-3)
             continue;  // or of the slot's own camera
           ++carved;
-          CHECK(a.targets[i] == Vec3{1, 1, 1});
+          CHECK(colour_of(a.targets[i]) == Vec3{1, 1, 1});
           CHECK_FALSE(moment.trace({origin, direction}).has_value());
         }
       }

@@ -45,7 +45,7 @@ struct Course {
  private:
   static Volume start(const Setting& setting) {
     const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
-    return {Lattices(setting, {}, bounds.box), {bounds.hull, {}, {}}, {}};
+    return {Lattices(setting, {}, bounds.box), {bounds.hull, {}, {}}, {}, {}};
   }
 };
 
@@ -79,6 +79,7 @@ TEST_SUITE("train/plan") {
       if constexpr (std::is_same_v<std::decay_t<decltype(of_default)>, std::vector<float>>) {
         if (!key.ends_with("_start")) return;
         CAPTURE(key);
+        if (key == "grid.surroundings_start") return;  // of what is learned beside the plan's volume
         ++lists;
         Config c = eventless();
         c.motion.basis = key == "motion.elevate_start" ? BasisKind::bezier : BasisKind::bspline;

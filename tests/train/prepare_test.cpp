@@ -6,6 +6,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "train/effects/effect_table.hpp"
 
 using namespace splinevox;
 
@@ -96,7 +97,7 @@ TEST_SUITE("train/prepare") {
     CHECK(write_config(measured.config) == write_config(in_box));
     CHECK(measured.effects.trials.size() == same.trials.size());
     CHECK(measured.effects.chosen == chosen.effects.chosen);
-    CHECK(measured.used == effects_of(config));
+    CHECK(measured.used == learnable_in(effects_of(config), true, false));
 
     const Prepared untried = kept(config, data);
     CHECK(write_config(untried.config) == write_config(in_box));

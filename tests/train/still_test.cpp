@@ -80,6 +80,8 @@ Config tiny() {
   c.run.max_steps = 4000;
   c.effects.steps = 12;
   c.sampling.rays = 512;
+  c.cameras.exposure = false;  // of a rig, and tried before all others
+  c.cameras.clock = false;
   return c;
 }
 

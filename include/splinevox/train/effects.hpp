@@ -19,15 +19,17 @@ namespace splinevox {
 /// What a model can do beyond a static and matte scene.
 enum class Effect {
   motion,
-  rigidity,    ///< needs motion
-  view,        ///< the view rescale: has harmonics
-  light,       ///< a gain per place and time
-  background,  ///< a colour learned behind opaque pictures: has harmonics
-  exposure,    ///< a gain per camera of a rig and channel
-  clock        ///< a time offset per camera of a rig; needs motion
+  rigidity,      ///< needs motion
+  view,          ///< the view rescale: has harmonics
+  light,         ///< a gain per place and time
+  background,    ///< a colour learned behind opaque pictures: has harmonics
+  surroundings,  ///< static matter around the box of opaque pictures; needs a learned background
+  exposure,      ///< a gain per camera of a rig and channel
+  clock          ///< a time offset per camera of a rig; needs motion
 };
-inline constexpr Effect kAllEffects[] = {Effect::motion,     Effect::rigidity, Effect::view, Effect::light,
-                                         Effect::background, Effect::exposure, Effect::clock};
+inline constexpr Effect kAllEffects[] = {Effect::motion,   Effect::rigidity,   Effect::view,
+                                         Effect::light,    Effect::background, Effect::surroundings,
+                                         Effect::exposure, Effect::clock};
 
 /// Some effects, and how far each goes. What is off has no lattice, no parameters and no line in the file.
 class EffectSet {

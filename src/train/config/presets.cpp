@@ -18,6 +18,7 @@ void set_fine_curves(LossConfig& loss) {
 /// (docs/experiments.md).
 Config ours() {
   Config c;
+  c.run.surroundings = true;
   c.optimiser.lr_sh = 0.05f;
   c.radiance.sh_order = 2;
   c.radiance.sh_start = {0, .55f};
@@ -34,6 +35,7 @@ Config draft() {
   c.preset = "draft";
   c.run.max_time = 15;
   c.effects.steps = 0;  // trial fits would take a fifth of the time
+  c.run.surroundings = false;
   c.grid.radiance = {40, 64, 96};
   c.grid.radiance_start = {0, .15f, .5f};
   return c;

@@ -64,6 +64,8 @@ class Trials {
         return true;
       case Trial::by_mean:
         return gains(whole_.judge(effect, beside()));
+      case Trial::by_place:
+        return gains(elsewhere().judge(effect, beside()));
       case Trial::exposure:
         return whole_.judge_exposure(beside()).decision == EffectDecision::on;
       case Trial::clock:
@@ -82,6 +84,15 @@ class Trials {
   /// What the other effects are judged beside. Clocks, which are told by what moves, come after motion.
   EffectSet beside() const { return clocks_ ? out_.chosen : out_.chosen.without(Effect::clock); }
   bool gains(const EffectVerdict& v) const { return v.gain.mean > config_.effects.min_gain; }
+  /// Comparisons on held-out cameras of a rig: other pictures of a camera that trains are fitted by anything.
+  /// On the whole split where too few cameras stand still.
+  Ladder& elsewhere() {
+    if (!places_) {
+      places_ = divide_cameras(train_);
+      if (places_->usable()) by_place_.emplace(config_, level_, *places_, time_map_, out_, on_trial_);
+    }
+    return by_place_ ? *by_place_ : whole_;
+  }
 
   bool moves() {
     bool found = changing_.empty() ? moves_in(whole_, true) : moves_as_proved();
@@ -136,6 +147,8 @@ class Trials {
   const Halves halves_;
   const std::vector<Image> changing_;  ///< of the held-out pictures, where cameras that stand still prove it
   Ladder whole_;
+  std::optional<Halves> places_;  ///< whole cameras are held out
+  std::optional<Ladder> by_place_;
   bool clocks_ = false;  ///< their turn has come
 };
 

@@ -15,6 +15,7 @@ namespace splinevox {
 enum class Trial {
   none,      ///< it pays too late in training for a short fit to tell
   by_mean,   ///< it stays if it gains enough on the mean
+  by_place,  ///< the same on held-out cameras, where a rig has enough
   motion,    ///< the same; it is looked for where it alone explains the pictures and in a stretch of a long
              ///< sequence; in a video it needs more
   alone,     ///< only where nothing moves; it stays if it is sure to gain, and never in a video

@@ -16,6 +16,8 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.grid.radiance_start = {0, 0.25f};
   c.grid.motion = {4, 8, 16};
   c.grid.motion_start = {0, 0.25f, 0.25f};
+  c.grid.surroundings = {32, 48};
+  c.grid.surroundings_start = {0, 0.4f};
   c.radiance.sh_order = order_at(c.radiance, 0);
   c.radiance.sh_start.clear();
   c.motion.rest = 0;

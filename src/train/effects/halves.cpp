@@ -71,6 +71,38 @@ Halves divide(const Split& train, const Stretch& stretch) {
   return out;
 }
 
+Halves divide_cameras(const Split& train) {
+  constexpr std::size_t kFewestCameras = 5;
+  std::vector<int> ids;
+  for (const Frame& f : train.frames)
+    if (f.camera_id >= 0) ids.push_back(f.camera_id);
+  std::sort(ids.begin(), ids.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  Halves out;
+  if (ids.size() < kFewestCameras) return out;
+  const std::size_t held = ids.size() / kFewestCameras;
+  std::vector<int> kept_cameras;
+  for (std::size_t i = 0; i < held; ++i) kept_cameras.push_back(ids[(2 * i + 1) * ids.size() / (2 * held)]);
+  std::vector<int> kept, others;
+  for (const int f : frames_by_time(train)) {
+    const auto at = std::find(kept_cameras.begin(), kept_cameras.end(), train.frames[f].camera_id);
+    (at != kept_cameras.end() ? kept : others).push_back(f);
+  }
+  const auto thin = [](std::vector<int>& frames, int most) {
+    if (int(frames.size()) <= most) return;
+    std::vector<int> chosen;
+    for (int i = 0; i < most; ++i)
+      chosen.push_back(frames[std::size_t(i) * frames.size() / std::size_t(most)]);
+    frames = std::move(chosen);
+  };
+  thin(kept, kMostHeldOut);
+  thin(others, kMostFitted);
+  out.fitted = taken(train, others, {});
+  out.held_out = taken(train, kept, {});
+  out.held_out_frames = kept;
+  return out;
+}
+
 Split some_of_each(const Split& train, int cameras, int most) {
   std::vector<std::vector<int>> of(static_cast<std::size_t>(cameras));
   for (int f = 0; f < int(train.frames.size()); ++f)

@@ -32,6 +32,9 @@ std::optional<Stretch> middle_stretch(const Split& train);
 /// out.
 Halves divide(const Split& train, const Stretch& stretch);
 
+/// The same with whole cameras of a rig held out, one in five; not usable where it has fewer than five.
+Halves divide_cameras(const Split& train);
+
 /// Frames of a split as the fits take them, at most so many of each camera of a rig, evenly in its order.
 Split some_of_each(const Split& train, int cameras, int most);
 

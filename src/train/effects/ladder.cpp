@@ -30,7 +30,7 @@ constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit 
 }  // namespace
 
 EffectTrial Ladder::fit(const EffectSet& effects, int points) {
-  if (const int made = find(effects, points); made >= 0) return out_.trials[first_ + std::size_t(made)];
+  if (const int made = find(effects, points); made >= 0) return out_.trials[fits_[std::size_t(made)].trial];
   Config c = fit_config(config_, effects);
   c.motion.points = points;
   Trainer trainer(c, halves_.fitted, time_map_);
@@ -40,14 +40,15 @@ EffectTrial Ladder::fit(const EffectSet& effects, int points) {
   while (!trainer.done()) trial.steps = int(trainer.step().step);
   trial.seconds = trainer.seconds();
   trial.cameras = trainer.cameras();
-  fits_.push_back({trainer.model(), {}});
+  fits_.push_back({trainer.model(), {}, out_.trials.size()});
   const VoxelModel& model = fits_.back().model;
-  trial.bytes = std::int64_t(model.radiance.raw.values.size() * sizeof(float));
+  trial.bytes =
+      std::int64_t((model.radiance.raw.values.size() + model.surroundings.raw.values.size()) * sizeof(float));
   for (const Channels& level : model.motion.levels)
     trial.bytes += std::int64_t(level.values.size() * sizeof(float));
   Renderer renderer(model);
   for (const Frame& f : halves_.held_out.frames) {
-    fits_.back().pictures.push_back(shown_by(trial.cameras, f, renderer));
+    fits_.back().pictures.push_back(shown_by(trial.cameras, f, model, renderer));
     trial.psnr.push_back(capped_psnr(
         psnr(fits_.back().pictures.back(), composite(f.image, model.background.color), f.ignored)));
   }
@@ -71,8 +72,8 @@ void Ladder::judge_where_needed(const EffectSet& all) {
   const int points = config_.motion.points;
   const Fit &moving = fits_[std::size_t(find(all, points))],
             &still = fits_[std::size_t(find(all.without(Effect::motion), points))];
-  const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.fitted, kExplained,
-                                           out_.trials[first_ + std::size_t(find(all, points))].cameras));
+  const BitGrid near = dilate(
+      moving_cells(moving.model, still.model, halves_.fitted, kExplained, out_.trials[moving.trial].cameras));
   const std::vector<Frame>& held_out = halves_.held_out.frames;
   std::vector<Image> where(held_out.size());
   parallel_for(int(held_out.size()), [&](int f) { where[f] = shows_cells(moving.model, near, held_out[f]); });
@@ -143,8 +144,9 @@ void Ladder::decide(EffectVerdict& v) const {
 }
 
 int Ladder::find(const EffectSet& effects, int points) const {
-  for (std::size_t i = first_; i < out_.trials.size(); ++i)
-    if (out_.trials[i].effects == effects && out_.trials[i].points == points) return int(i - first_);
+  for (std::size_t i = 0; i < fits_.size(); ++i)
+    if (const EffectTrial& t = out_.trials[fits_[i].trial]; t.effects == effects && t.points == points)
+      return int(i);
   return -1;
 }
 

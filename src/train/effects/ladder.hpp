@@ -22,7 +22,6 @@ class Ladder {
         halves_(halves),
         time_map_(time_map),
         out_(out),
-        first_(out.trials.size()),
         on_trial_(on_trial) {}
 
   /// Fits that are made already are not made again.
@@ -55,9 +54,10 @@ class Ladder {
   struct Fit {
     VoxelModel model;
     std::vector<Image> pictures;  ///< of the held-out frames
+    std::size_t trial;            ///< which of out_'s it is
   };
   void decide(EffectVerdict& v) const;
-  /// Index among its own trials, -1: not made yet.
+  /// Index among its own fits, -1: not made yet.
   int find(const EffectSet& effects, int points) const;
   PairedGain gain(const EffectTrial& more, const EffectTrial& less) const;
   /// Of the fits with an effect and without, on a part of each held-out picture.
@@ -70,7 +70,6 @@ class Ladder {
   const TimeMap& time_map_;
   EffectChoice& out_;
   std::vector<Fit> fits_;  ///< of its own trials
-  std::size_t first_;      ///< of this ladder's own trials among out_'s
   const std::function<void(const EffectTrial&)>& on_trial_;
 };
 

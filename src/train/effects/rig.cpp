@@ -73,11 +73,17 @@ double spread_of(const CameraFits& fits) {
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
-Image shown_by(const CameraFits& fits, const Frame& frame, Renderer& renderer) {
-  Image picture = renderer.render(frame.camera, fits.time_of(frame)).rgb;
+Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer) {
+  Rendered picture = renderer.render(frame.camera, fits.time_of(frame));
   const Vec3 gain = fits.gain_of(frame);
-  for (std::size_t i = 0; i < picture.data.size(); ++i) picture.data[i] *= gain[int(i % 3)];
-  return clamped(picture);
+  for (std::size_t i = 0; i < picture.rgb.data.size(); ++i) {
+    const int c = int(i % 3);
+    // What pictures with alpha are composited over is no camera's to show.
+    const float behind =
+        model.background.learned() ? 0 : (1 - picture.alpha.data[i / 3]) * model.background.color[c];
+    picture.rgb.data[i] = gain[c] * (picture.rgb.data[i] - behind) + behind;
+  }
+  return clamped(picture.rgb);
 }
 
 std::vector<ClockDoubt> doubt_clocks(const VoxelModel& model, const Split& views, const CameraFits& cameras,

@@ -15,7 +15,7 @@ namespace splinevox {
 double spread_of(const CameraFits& fits);
 
 /// What a frame's camera shows of a model: its picture, as it is clamped.
-Image shown_by(const CameraFits& fits, const Frame& frame, Renderer& renderer);
+Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer);
 
 /// Of each camera of a rig, by one step of Gauss and Newton: the colour errors of its pictures along what the
 /// model changes there in half an interval before and after. A model takes late pictures for true ones as
