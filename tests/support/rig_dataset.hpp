@@ -46,7 +46,7 @@ inline Dataset make_rig(const std::string& scene_name, const std::vector<TrueCam
         image.rgba[i] = std::uint16_t(257 * std::lround(255 * std::min(1.0f, gain * picture.data[i])));
       }
       train.frames.push_back(
-          {"c" + std::to_string(c) + "_" + std::to_string(m), camera, time, Picture(std::move(image)), c});
+          {std::to_string(c) + "_" + std::to_string(m), camera, time, Picture(std::move(image)), c});
     }
   }
   out.splits.push_back(std::move(train));
