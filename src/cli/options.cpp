@@ -90,6 +90,19 @@ void add_masks(CLI::App& verb, std::string& masks) {
       ->type_name("USE");
 }
 
+void add_picture_room(CLI::App& verb, std::string& memory, std::string& cache) {
+  verb.add_option(
+          "--memory", memory,
+          "the most memory the process may take, such as 6G or 500M; pictures that do not fit are kept in "
+          "a file, and what fits not at all is refused; not given: four fifths of what the machine or "
+          "the container has, and no more than is free")
+      ->type_name("SIZE");
+  verb.add_option("--cache", cache,
+                  "folder for that file, which the next run uses again and which may be deleted; not given: "
+                  "splinevox in $XDG_CACHE_HOME, else in ~/.cache")
+      ->type_name("DIR");
+}
+
 void add_train_options(CLI::App& verb, TrainVerb& o) {
   verb.add_option("DATASET", o.dataset,
                   "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
@@ -103,6 +116,7 @@ void add_train_options(CLI::App& verb, TrainVerb& o) {
                   "seconds training may take, loading included; schedules are laid out over it");
   verb.add_option("--max-steps", o.max_steps, "optimiser steps; alone, the same seed gives the same bits");
   add_threads(verb, o.threads);
+  add_picture_room(verb, o.memory, o.cache);
   verb.add_option("--seed", o.seed, "seed of every random draw");
   add_device(verb, o.device);
   verb.add_flag(

@@ -132,7 +132,7 @@ TEST_SUITE("data/bad_input") {
     bomb.resize(bomb.size() + 40000);
     write_bytes(set.picture(0), bomb);
     set.write(std::vector<std::string>(3000, frame_text("train/r_0", "0.5", kMatrix)));
-    set.expect({"the pictures do not fit into memory", "GiB", "--downscale 2"});
+    set.expect({"do not fit into memory", "GB", "--downscale 2"});
   }
 
   TEST_CASE("malformed JSON: line, column and field") {

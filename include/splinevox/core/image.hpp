@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <memory>
 #include <vector>
 
 #include "splinevox/core/vec3.hpp"
@@ -33,40 +35,75 @@ struct Image16 {
   const std::uint16_t* pixel(int x, int y) const { return rgba.data() + (std::size_t(y) * width + x) * 4; }
 };
 
-/// The same as training keeps it in memory: where every value is one of 8 bits, in 8, which is half as much
-/// and the same picture.
+/// The same as training keeps it: a handle of values that never change, in memory or in a mapped file. Copies
+/// share them. Values take as little as holds them exactly: 8 bits a channel where every one is such a value,
+/// and no alpha where every pixel is opaque.
 class Picture {
  public:
+  /// How values are stored, row by row and interleaved.
+  struct Layout {
+    std::uint8_t channels = 0;  ///< 3 (opaque) or 4 (straight alpha); 0: there are no values
+    std::uint8_t bytes = 0;     ///< a channel, 1 or 2
+    std::size_t size(std::size_t pixels) const { return pixels * channels * bytes; }
+    friend bool operator==(const Layout&, const Layout&) = default;
+  };
   int width = 0, height = 0;
 
   Picture() = default;
-  Picture(Image16 image);
+  Picture(const Image16& image);
+  /// Of values that lie in a mapped file, which they keep open.
+  Picture(int width, int height, Layout layout, std::shared_ptr<const std::uint8_t[]> mapped);
+
   std::size_t pixels() const { return std::size_t(width) * height; }
   /// False of a frame whose picture was not read.
-  bool has_values() const { return !narrow_.empty() || !wide_.empty(); }
+  bool has_values() const { return layout_.channels > 0; }
+  bool opaque() const { return layout_.channels != 4 && !cut_; }
+  Layout layout() const { return layout_; }
+  /// As they are stored, [layout().size(pixels())].
+  const std::uint8_t* values() const { return values_.get(); }
+
   std::array<std::uint16_t, 4> pixel(std::size_t i) const {
-    if (!narrow_.empty()) {
-      const std::uint8_t* p = narrow_.data() + 4 * i;
-      return {std::uint16_t(257 * p[0]), std::uint16_t(257 * p[1]), std::uint16_t(257 * p[2]),
-              std::uint16_t(257 * p[3])};
+    const std::uint8_t* p = values_.get() + layout_.size(i);
+    std::array<std::uint16_t, 4> out{0, 0, 0, 65535};
+    if (layout_.bytes == 1) {
+      for (std::size_t c = 0; c < 3; ++c) out[c] = std::uint16_t(257 * p[c]);
+      if (layout_.channels == 4) out[3] = std::uint16_t(257 * p[3]);
+    } else if (layout_.channels == 4) {
+      std::memcpy(out.data(), p, 8);
+    } else {
+      std::memcpy(out.data(), p, 6);
     }
-    const std::uint16_t* p = wide_.data() + 4 * i;
-    return {p[0], p[1], p[2], p[3]};
+    if (cut_ && (*cut_)[i]) out[3] = 0;
+    return out;
   }
   std::array<std::uint16_t, 4> pixel(int x, int y) const { return pixel(std::size_t(y) * width + x); }
-  /// Changes the alpha of one pixel. @param alpha  0 or 65535
-  void set_alpha(std::size_t i, std::uint16_t alpha) {
-    if (!narrow_.empty())
-      narrow_[4 * i + 3] = std::uint8_t(alpha >> 8);
-    else
-      wide_[4 * i + 3] = alpha;
-  }
+
+  /// Gives alpha 0 to pixels; none: undoes it. @param pixels  [pixels()] or empty
+  void cut(std::vector<bool> pixels);
   Image16 unpacked() const;
-  friend bool operator==(const Picture&, const Picture&) = default;
+  friend bool operator==(const Picture& a, const Picture& b);
+
+  /// Of a mapped picture: asks the system to read it in, which takes no time here; and gives the memory back
+  /// that holds what was read. Pixels may be read at any time, before, between and after.
+  /// @{
+  void fetch() const;
+  void give_back() const;
+  /// @}
 
  private:
-  std::vector<std::uint8_t> narrow_;  ///< [height * width * 4], or
-  std::vector<std::uint16_t> wide_;   ///< as many
+  Layout layout_;
+  bool mapped_ = false;
+  std::shared_ptr<const std::uint8_t[]> values_;
+  std::shared_ptr<const std::vector<bool>> cut_;
+};
+
+/// A scope that reads all of a picture.
+struct ReadAll {
+  const Picture& picture;
+  explicit ReadAll(const Picture& p) : picture(p) { picture.fetch(); }
+  ReadAll(const ReadAll&) = delete;
+  ReadAll& operator=(const ReadAll&) = delete;
+  ~ReadAll() { picture.give_back(); }
 };
 
 /// One pixel of straight RGBA over a background.

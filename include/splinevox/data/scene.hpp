@@ -58,7 +58,8 @@ struct Dataset {
   int downscale = 1;
   std::uint64_t fingerprint = 0;  ///< hash of lenses, poses, times and pixels of train; 0 if not read
   std::vector<std::string>
-      notes;           ///< what is odd about it or was guessed, one line each, for `info` and the log
+      notes;  ///< what is odd about it or was guessed, one line each, for `info` and the log
+  double pictures_in_memory = 0, pictures_in_files = 0;  ///< bytes that the pixels of all splits take
   std::string format;  ///< the layout it was recognised as: a name of dataset_formats()
   std::optional<Box> box =
       {};  ///< where the scene lies, from its points or depth bounds, if the data says; scene units
@@ -103,8 +104,13 @@ struct LoadOptions {
   std::vector<std::string> if_there = {};  ///< which to read beside them where they exist
   std::optional<TimeMap> time_map = {};    ///< the run's map; absent = take it from the train split
   DatasetRules rules = {};
-  bool pixels = true;   ///< false: pictures are measured by their headers, not decoded; frames have none
+  bool pixels = true;  ///< false: pictures are measured by their headers, not decoded; frames have none
   bool inside = false;  ///< masks that the rules do not speak of become Frame::inside
+  bool keep = true;    ///< false: pictures are decoded and looked at, and frames have none
+  /// Bytes of memory that pictures may take. Asked once everything but them is known; more of them than that
+  /// live in a file (docs/data.md). Empty: what the process may have.
+  std::function<double(const Dataset&)> room = {};
+  std::string cache = {};  ///< folder for that file; empty: splinevox in $XDG_CACHE_HOME or ~/.cache
 };
 
 /// The layouts that are recognised, in the order in which a folder is tried.

@@ -62,7 +62,7 @@ data::PictureHeader data::read_picture_header(const std::filesystem::path& path,
   const std::string name = where.empty() ? path.string() : where;
   if (!is_jpeg(path, name)) {
     const PngHeader header = read_png_header(path, where);
-    return {{header.width, header.height}, header.samples == 2 || header.samples == 4, 1};
+    return {{header.width, header.height}, header.samples == 2 || header.samples == 4, header.bits > 8, 1};
   }
   const std::uintmax_t size = file_size_of(path, name);
   std::vector<std::uint8_t> bytes = read_bytes(path, name, kLargestFile, kJpegFirstBytes);
@@ -70,7 +70,7 @@ data::PictureHeader data::read_picture_header(const std::filesystem::path& path,
     bytes = read_bytes(path, name, kLargestFile, kJpegHeaderBytes);
   JpegDecoder decoder(bytes);
   const PictureSize stored = check_jpeg(decoder, size, name);
-  return {stored, false, exif_orientation(decoder.app1())};
+  return {stored, false, false, exif_orientation(decoder.app1())};
 }
 
 PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where) {

@@ -15,6 +15,7 @@ namespace splinevox::data {
 struct PictureHeader {
   PictureSize size;     ///< as stored
   bool alpha = false;   ///< there is a channel for it
+  bool deep = false;    ///< more than 8 bits a channel
   int orientation = 1;  ///< EXIF's: how to turn the stored picture to see it upright, 1 to 8; 1 = not at all
 };
 

@@ -22,6 +22,7 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
   Split out{train.name, std::vector<Frame>(frames.size())};
   parallel_for(int(frames.size()), [&](int i) {
     const Frame& f = train.frames[frames[i]];
+    const ReadAll all_of(f.image);
     const int factor =
         std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
     out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,

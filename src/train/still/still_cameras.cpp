@@ -45,6 +45,7 @@ struct Film {
   Values values(int frame) const {
     const Picture& picture = split.frames[std::size_t(frame)].image;
     const PixelMask& ignored = split.frames[std::size_t(frame)].ignored;
+    const ReadAll all_of(picture);
     const int step = std::max(1, camera.factor / 2), f = camera.factor;
     Values out(kChannels * blocks());
     for (int y = 0; y < camera.height; ++y)
