@@ -78,6 +78,13 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
           "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "
           "skipped up to a tenth of all")
       ->type_name("{skip,refuse}");
+  verb.add_option(
+          "--transfer", rules.transfer,
+          "what the numbers in pictures stand for: srgb (values as a screen shows them) or linear (light); "
+          "not given: linear for OpenEXR and other floats, else srgb")
+      ->type_name("{srgb,linear}");
+  verb.add_option("--layer", rules.layer, "layer of OpenEXR pictures, where several hold colours")
+      ->type_name("NAME");
   add_masks(verb, rules.masks);
 }
 

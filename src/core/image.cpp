@@ -5,6 +5,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/half.hpp"
 #include "core/mapped_file.hpp"
 
 namespace splinevox {
@@ -30,6 +31,47 @@ Picture::Picture(const Image16& image) : width(image.width), height(image.height
     to += layout_.size(1);
   }
   values_ = values;
+}
+
+Picture::Picture(const Image& rgba) : width(rgba.width), height(rgba.height) {
+  if (rgba.data.empty()) return;
+  bool solid = true;
+  for (std::size_t i = 3; i < rgba.data.size(); i += 4) solid &= rgba.data[i] >= 1;
+  layout_ = {std::uint8_t(solid ? 3 : 4), 2, true};
+  const auto values = std::make_shared_for_overwrite<std::uint8_t[]>(layout_.size(pixels()));
+  std::uint8_t* to = values.get();
+  for (std::size_t i = 0; i < pixels(); ++i)
+    for (std::size_t c = 0; c < layout_.channels; ++c, to += 2) {
+      const float v = rgba.data[4 * i + c], most = c == 3 ? 1 : kLargestHalf;
+      const std::uint16_t half = to_half(v > 0 ? std::min(v, most) : 0);  // NaN compares false
+      std::memcpy(to, &half, 2);
+    }
+  values_ = values;
+}
+
+std::array<float, 4> Picture::halves(std::size_t i) const {
+  std::array<std::uint16_t, 4> stored{0, 0, 0, kHalfOne};
+  std::memcpy(stored.data(), values_.get() + layout_.size(i), layout_.size(1));
+  std::array<float, 4> out;
+  for (std::size_t c = 0; c < 4; ++c) out[c] = 65535 * from_half(stored[c]);
+  if (cut_ && (*cut_)[i]) out[3] = 0;
+  return out;
+}
+
+std::array<std::uint16_t, 4> Picture::rounded(std::size_t i) const {
+  std::array<std::uint16_t, 4> out;
+  const std::array<float, 4> p = halves(i);
+  for (std::size_t c = 0; c < 4; ++c) out[c] = std::uint16_t(std::min(p[c], 65535.0f) + 0.5f);
+  return out;
+}
+
+Image Picture::as_floats() const {
+  Image out(width, height, has_values() ? 4 : 0);
+  for (std::size_t i = 0; 4 * i < out.data.size(); ++i) {
+    const std::array<float, 4> p = rgba(i);
+    for (std::size_t c = 0; c < 4; ++c) out.data[4 * i + c] = p[c] / 65535.0f;
+  }
+  return out;
 }
 
 Picture::Picture(int w, int h, Layout layout, std::shared_ptr<const std::uint8_t[]> mapped)
@@ -68,7 +110,8 @@ Image composite(const Picture& picture, Vec3 background) {
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) {
       const Vec3 rgb = composite(picture, x, y, background);
-      for (int c = 0; c < 3; ++c) out.pixel(x, y)[c] = rgb[c];
+      for (int c = 0; c < 3; ++c)
+        out.pixel(x, y)[c] = picture.layout().half ? std::min(rgb[c], 1.0f) : rgb[c];
     }
   return out;
 }

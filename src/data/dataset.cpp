@@ -120,6 +120,8 @@ void note_facts(const Split& split, std::vector<PictureFacts>& facts, std::vecto
   for (PictureFacts& f : facts) f.black &= !f.invisible;
   note_pictures(split, facts, &PictureFacts::invisible, "wholly transparent", notes);
   note_pictures(split, facts, &PictureFacts::black, "wholly black", notes);
+  note_pictures(split, facts, &PictureFacts::odd, "below 0 or not finite in places, which are taken as 0",
+                notes);
 }
 
 /// Decodes one split's pictures into memory.
@@ -223,8 +225,7 @@ void fill_masks(const LoadOptions& options, const PicturePlan& plan, RawSplit& r
 bool some_see_through(const PicturePlan& plan) {
   const std::size_t n = plan.paths.size();
   for (const std::size_t i : {std::size_t(0), n / 2, n - 1}) {
-    const Image16 stored = turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]);
-    if (!Picture(cut_out(stored, plan.masks, i)).opaque()) return true;
+    if (!decode_one(plan, i).picture.opaque()) return true;
   }
   return false;
 }
@@ -265,10 +266,11 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   dataset.time_map = map_of(open, options, dataset.notes);
   std::vector<PicturePlan> plans;
   for (const RawSplit& split : raw) {
-    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright));
+    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright, options.rules));
     PicturePlan& plan = plans.back();
     plan.masks = plan_masks(folder, split, open.mask_use, plan.sizes, plan.turns);
     note_turns(split, plan, dataset.notes);
+    note_transfer(split, plan, dataset.notes);
     dataset.splits.push_back(frames_of(split, plan, dataset.time_map));
     note_times(split, dataset.time_map, dataset.notes);
     note_cameras(split, dataset.notes);

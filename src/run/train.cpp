@@ -46,6 +46,8 @@ DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
   if (rules.times.empty()) rules.times = record.rules.times;
   if (rules.missing.empty()) rules.missing = record.rules.missing;
   if (rules.masks.empty()) rules.masks = record.rules.masks;
+  if (rules.transfer.empty()) rules.transfer = record.rules.transfer;
+  if (rules.layer.empty()) rules.layer = record.rules.layer;
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
     rules.times = fs::absolute(rules.times).lexically_normal().string();
   return rules;

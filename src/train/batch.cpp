@@ -159,7 +159,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const std::uint32_t block = drawn[p].block;
         const auto [x, y] = *usable_pixel(frame, block, k);
         const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
-        const auto rgba = frame.image.pixel(x, y);
+        const auto rgba = frame.image.rgba(x, y);
+        const bool clipped = config_.clipped && !frame.image.layout().half;  // floats do not end at 1
         const Vec3 behind = (rgba[3] == 65535 ? opaque_random : random)
                                 ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
                                                     ray_rng.uniform(4 * r + 2)}
@@ -167,11 +168,11 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const float alpha = rgba[3] * (1 / 65535.0f);
-        const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{float(rgba[0]), float(rgba[1]), float(rgba[2])},
+        const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{rgba[0], rgba[1], rgba[2]},
                    gain = cameras.gain_of(frame);
         for (int c = 0; c < 3; ++c) {
           const float display = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c];
-          out.targets[r][c] = neutral_target(display, shown[c], gain[c], config_.clipped);
+          out.targets[r][c] = neutral_target(display, shown[c], gain[c], clipped);
         }
         if (!out.shown.empty()) out.shown[r] = {shown, frame.camera_id};
       }

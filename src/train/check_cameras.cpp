@@ -27,7 +27,7 @@ double psnr_of_mean(const Frame& frame) {
   double count = 0;
   for (std::size_t i = 0; i < image.pixels(); i += 8) {
     if (frame.ignored.test(i)) continue;
-    const auto p = image.pixel(i);
+    const auto p = image.rgba(i);
     for (int a = 0; a < 3; ++a) {
       const double v = p[std::size_t(a)] / 65535.0;
       sum[a] += v;

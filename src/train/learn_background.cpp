@@ -27,7 +27,7 @@ Vec3 border_color(const Split& train) {
       const bool whole = y == 0 || y == image.height - 1;
       for (int x = 0; x < image.width; x += whole ? 1 : std::max(1, image.width - 1)) {
         if (f->ignored.test(x, y)) continue;
-        const auto p = image.pixel(x, y);
+        const auto p = image.rgba(x, y);
         sum += 1 / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
         ++count;
       }

@@ -74,7 +74,7 @@ PictureStats picture_stats(const Split& train) {
     const ReadAll all_of(f->image);
     for (std::size_t i = 0; i < f->image.pixels(); i += 16) {
       if (f->ignored.test(i)) continue;
-      const auto p = f->image.pixel(i);
+      const auto p = f->image.rgba(i);
       const double alpha = p[3] / 65535.0;
       sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
       weights += alpha;

@@ -4,6 +4,7 @@
 
 #include "ball_scene.hpp"
 #include "run/memory_needs.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/run/train.hpp"
 
 using namespace splinevox;

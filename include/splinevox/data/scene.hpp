@@ -96,6 +96,10 @@ struct DatasetRules {
   /// (Frame::ignored); "ignore-white": white ones. "ignore": the same, white in files that are named
   /// dynamic_mask_..., black in all others. "none": nothing. Empty: nothing, and a note says what there is.
   std::string masks = {};
+  /// What the numbers in pictures stand for: "srgb" = values as a screen shows them, "linear" = light; empty
+  /// = light in OpenEXR and in other floats, else as a screen shows them.
+  std::string transfer = {};
+  std::string layer = {};  ///< of OpenEXR pictures; empty: the one that holds colours
 };
 
 struct LoadOptions {
@@ -104,9 +108,9 @@ struct LoadOptions {
   std::vector<std::string> if_there = {};  ///< which to read beside them where they exist
   std::optional<TimeMap> time_map = {};    ///< the run's map; absent = take it from the train split
   DatasetRules rules = {};
-  bool pixels = true;  ///< false: pictures are measured by their headers, not decoded; frames have none
+  bool pixels = true;   ///< false: pictures are measured by their headers, not decoded; frames have none
   bool inside = false;  ///< masks that the rules do not speak of become Frame::inside
-  bool keep = true;    ///< false: pictures are decoded and looked at, and frames have none
+  bool keep = true;     ///< false: pictures are decoded and looked at, and frames have none
   /// Bytes of memory that pictures may take. Asked once everything but them is known; more of them than that
   /// live in a file (docs/data.md). Empty: what the process may have.
   std::function<double(const Dataset&)> room = {};

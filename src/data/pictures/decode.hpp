@@ -16,8 +16,17 @@ struct PictureFacts {
   bool see_through = false;  ///< some pixel has alpha < 1
   bool invisible = true;     ///< every pixel has alpha 0
   bool black = true;         ///< every pixel is black or has alpha 0
+  bool odd = false;          ///< the file has values below 0 or that are not finite; facts_of cannot know
 };
 PictureFacts facts_of(const Picture& image);
+
+struct Decoded {
+  Picture picture;
+  PictureFacts facts;
+};
+/// One picture of a plan without films: turned, averaged and as a screen shows it. Averages are of what the
+/// file holds: of linear light, if it is that. Throws Error (input).
+Decoded decode_one(const PicturePlan& plan, std::size_t i);
 
 /// Called with a picture's place in the plan, one at a time, in any order.
 using TakePicture = std::function<void(std::size_t i, Picture&& picture, const PictureFacts& facts)>;

@@ -36,8 +36,7 @@ constexpr char kMark[8] = {'S', 'V', 'O', 'X', 'P', 'I', 'C', 'S'};
 struct CachedPicture {
   std::uint64_t offset, hash;
   std::int32_t width, height;
-  std::uint8_t channels, bytes, invisible, black;
-  std::uint32_t unused;
+  std::uint8_t channels, bytes, invisible, black, half, odd, unused[2];
 };
 /// The end of the file.
 struct CacheEnd {
@@ -114,8 +113,8 @@ void write_cache(const PictureCache& cache, const PicturePlan& plan) {
   std::vector<CachedPicture> table(plan.paths.size());
   decode(plan, [&](std::size_t i, Picture&& p, const PictureFacts& facts) {
     const Picture::Layout layout = p.layout();
-    table[i] = {size,         facts.hash,      p.width,     p.height, layout.channels,
-                layout.bytes, facts.invisible, facts.black, 0};
+    table[i] = {size,        facts.hash,  p.width,   p.height, layout.channels, layout.bytes, facts.invisible,
+                facts.black, layout.half, facts.odd, {}};
     add(bytes_of(p.values(), layout.size(p.pixels())));
   });
   CacheEnd foot{{}, kFormat, cache.key, table.size(), size, 0};
@@ -128,9 +127,10 @@ void write_cache(const PictureCache& cache, const PicturePlan& plan) {
 
 /// Whether an entry is one of the picture that the plan expects.
 bool fits(const CachedPicture& e, const PictureSize& size, int downscale, std::uint64_t end) {
-  const Picture::Layout layout{e.channels, e.bytes};
+  const Picture::Layout layout{e.channels, e.bytes, e.half != 0};
   if (e.width != size.width / downscale || e.height != size.height / downscale) return false;
-  if ((e.channels != 3 && e.channels != 4) || (e.bytes != 1 && e.bytes != 2)) return false;
+  if ((e.channels != 3 && e.channels != 4) || (e.bytes != 1 && e.bytes != 2) || (e.half != 0 && e.bytes != 2))
+    return false;
   const std::uint64_t bytes = layout.size(std::size_t(e.width) * std::size_t(e.height));
   return e.offset % kPage == 0 && e.offset <= end && bytes <= end - e.offset;
 }
@@ -175,11 +175,13 @@ PictureCache cache_of(const std::string& folder, const std::string& dataset, con
   const bool masked = plan.masks.use.what == MaskUse::What::subject;
   if (masked) key.add(plan.masks.use.text);
   add(std::int64_t(plan.downscale));
+  key.add(plan.layer);
   for (std::size_t i = 0; i < plan.paths.size(); ++i) {
     add_file(plan.paths[i]);
     if (masked) add_file(plan.masks.files[i]);
     add(std::int64_t(plan.film_frame[i]));
     add(std::int64_t(plan.turns[i]));
+    add(std::int64_t(plan.linear[i]));
   }
   out.key = key.value();
   return out;
@@ -211,10 +213,10 @@ std::optional<StoredPictures> open_cache(const PictureCache& cache, const Pictur
   for (std::size_t i = 0; i < table.size(); ++i) {
     const CachedPicture& e = table[i];
     if (!fits(e, plan.sizes[i], plan.downscale, foot.table)) return refuse("damaged");
-    const Picture::Layout layout{e.channels, e.bytes};
+    const Picture::Layout layout{e.channels, e.bytes, e.half != 0};
     out.pictures.emplace_back(e.width, e.height, layout,
                               std::shared_ptr<const std::uint8_t[]>(file, all.data() + e.offset));
-    out.facts.push_back({e.hash, e.channels == 4, e.invisible != 0, e.black != 0});
+    out.facts.push_back({e.hash, e.channels == 4, e.invisible != 0, e.black != 0, e.odd != 0});
   }
   // To look at every picture would read the whole file.
   for (const std::size_t i : {std::size_t(0), table.size() / 2, table.size() - 1}) {

@@ -63,10 +63,14 @@ int turn_of(const PictureHeader& header, const Lens& lens, bool upright) {
 }  // namespace
 
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
-                          bool upright) {
+                          bool upright, const DatasetRules& rules) {
+  const std::string& transfer = rules.transfer;
+  if (!transfer.empty() && transfer != "srgb" && transfer != "linear")
+    fail({"--transfer", "there is no such transfer", "srgb or linear", transfer, ""});
   const std::filesystem::path root = std::filesystem::canonical(folder);
   PicturePlan plan;
   plan.downscale = downscale;
+  plan.layer = rules.layer;
   std::map<std::filesystem::path, PictureHeader> headers;  // frames may name one file again and again
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
     plan.paths.push_back(split.frames[i].found);
@@ -78,13 +82,16 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
       header.size = split.frames[i].film_size;
     } else {
       const auto [known, first] = headers.try_emplace(plan.paths[i]);
-      if (first) known->second = read_picture_header(plan.paths[i], plan.where[i]);
+      if (first) known->second = read_picture_header(plan.paths[i], plan.where[i], rules.layer);
       header = known->second;
     }
     const Lens& lens = split.frames[i].lens;
     plan.alpha |= header.alpha;
     const bool cut = !split.frames[i].mask_file.empty();
-    plan.pixel_bytes.push_back((header.alpha || cut ? 4 : 3) * (header.deep || downscale > 1 ? 2 : 1));
+    plan.real.push_back(header.real);
+    plan.linear.push_back(transfer.empty() ? header.real || header.linear : transfer == "linear");
+    const bool deep = header.deep || downscale > 1 || plan.linear.back();
+    plan.pixel_bytes.push_back((header.alpha || cut ? 4 : 3) * (deep ? 2 : 1));
     plan.turns.push_back(turn_of(header, lens, upright));
     plan.asked.push_back(header.orientation);
     plan.sizes.push_back(turned(header.size, plan.turns.back()));
@@ -99,6 +106,23 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
             "cy)"});
   }
   return plan;
+}
+
+void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes) {
+  const auto linear = std::count(plan.linear.begin(), plan.linear.end(), char(1)),
+             real = std::count(plan.real.begin(), plan.real.end(), char(1));
+  const auto all = std::ptrdiff_t(plan.linear.size());
+  const auto count = [&](std::ptrdiff_t n) {
+    return std::to_string(n) + " of " + std::to_string(all) + " pictures";
+  };
+  if (linear > 0)
+    notes.push_back(
+        raw.name + ": " + count(linear) +
+        " are taken as linear light (--transfer srgb otherwise) and trained as a screen shows them, by "
+        "the curve of sRGB, beyond 1 too");
+  if (real > linear)
+    notes.push_back(raw.name + ": " + count(real - linear) +
+                    " hold floats that are taken as a screen shows them, as --transfer srgb says");
 }
 
 namespace {

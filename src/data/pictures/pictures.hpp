@@ -20,6 +20,8 @@ struct PicturePlan {
   std::vector<int> turns;          ///< the same where it is obeyed, else 1: cameras are for the stored pixels
   bool alpha = false;              ///< some file has a channel for it
   std::vector<int> pixel_bytes;    ///< that each is likely to take once it is decoded
+  std::vector<char> real, linear;  ///< whether each holds floats, and whether they stand for light
+  std::string layer = {};          ///< of OpenEXR
   int downscale = 1;
   std::vector<int> film_frame;  ///< as in RawFrame
   MaskPlan masks = {};          ///< what of the pictures is kept
@@ -38,7 +40,11 @@ std::string size_text(const PictureSize& size);
 /// 0's though its lens does not say what size it is for (w, h, fl_x): an angle of view means nothing for a
 /// picture that was cropped.
 /// @param upright  whether cameras are for pictures turned by EXIF where neither sizes nor angles tell.
+/// @param rules    transfer and layer
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
-                          bool upright);
+                          bool upright, const DatasetRules& rules = {});
+
+/// What was taken for light, and how it is trained.
+void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes);
 
 }  // namespace splinevox::data

@@ -17,7 +17,7 @@ namespace {
 constexpr int kRing = 2;  ///< pixels around what is not ground
 
 Vec3 colour_at(const Picture& image, int x, int y) {
-  const auto p = image.pixel(x, y);
+  const auto p = image.rgba(x, y);
   return {p[0] / 65535.0f, p[1] / 65535.0f, p[2] / 65535.0f};
 }
 
@@ -53,7 +53,7 @@ Vec3 border_mode(const std::vector<const Frame*>& frames) {
     visit_border(*f, [&](int x, int y) {
       const Vec3 c = colour_at(f->image, x, y);
       int key = 0;
-      for (int a = 0; a < 3; ++a) key = key * int(kBins) + std::min(int(c[a] * kBins), int(kBins) - 1);
+      for (int a = 0; a < 3; ++a) key = key * int(kBins) + int(std::min(c[a] * kBins, kBins - 1));
       auto& [count, sum] = bins[key];
       ++count;
       sum += cast<double>(c);
@@ -73,7 +73,8 @@ Vec3 border_mode(const std::vector<const Frame*>& frames) {
     visit_border(*f, [&](int x, int y) {
       const Vec3 c = colour_at(f->image, x, y);
       if (!is_ground(c, centre)) return;
-      for (int k = 0; k < 3; ++k) ++levels[std::size_t(k)][std::size_t(c[k] * kLevels + 0.5f)];
+      for (int k = 0; k < 3; ++k)
+        ++levels[std::size_t(k)][std::size_t(std::min(c[k], 1.0f) * kLevels + 0.5f)];
       ++near;
     });
   }

@@ -54,7 +54,7 @@ struct Film {
         int count = 0;
         for (int v = y * f; v < (y + 1) * f; v += step)
           for (int u = x * f; u < (x + 1) * f; u += step) {
-            const auto p = picture.pixel(u, v);
+            const auto p = picture.rgba(u, v);
             const float alpha = ignored.test(u, v) ? kIgnored : p[3] * (1 / 65535.0f);
             for (std::size_t c = 0; c < 3; ++c) sum[c] += alpha * p[c] * (1 / 65535.0f);
             sum[3] += alpha;
