@@ -22,13 +22,16 @@ namespace fs = std::filesystem;
 struct Set {
   TempFolder folder;
   std::string path(int i, const std::string& end = "exr") const {
-    return folder.str() + "/f" + std::to_string(i) + "." + end;
+    std::string name = folder.str();
+    name += "/f";
+    name += std::to_string(i);
+    return name += "." + end;
   }
   void frames(int count, const std::string& end = "exr") const {
     std::vector<std::string> frames;
     for (int i = 0; i < count; ++i)
-      frames.push_back(
-          frame_text("f" + std::to_string(i) + "." + end, std::to_string(i), matrix_text(orbit_matrix(i))));
+      frames.push_back(frame_text(fs::path(path(i, end)).filename().string(), std::to_string(i),
+                                  matrix_text(orbit_matrix(i))));
     write_text(folder.path() / "transforms_train.json", transforms_text(frames, "\"camera_angle_x\": 0.8,"));
   }
   Dataset load(const DatasetRules& rules = {}) const { return load_dataset(folder.str(), {.rules = rules}); }
