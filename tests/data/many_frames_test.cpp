@@ -61,6 +61,7 @@ TEST_SUITE("data/many_frames") {
     plan.sizes = {{400, 300}, {4000, 3000}};
     plan.turns = {1, 1};
     plan.pixel_bytes = {6, 8};
+    plan.real = {0, 0};
     const double small = 400 * 300, large = 4000 * 3000;
     CHECK(memory_for(plan, 1).kept == doctest::Approx((6 * small + 8 * large) / 16));
     CHECK(memory_for(plan, 1).passing == doctest::Approx(2 * 8 * large + 2 * 8 * large / 16));
