@@ -32,6 +32,7 @@ struct EvalOptions {
   int threads = 0;
   bool json = false, truth = false;
   Otherwise otherwise;
+  PictureRoom room;
 };
 
 constexpr const char* kPicturesMark =
@@ -182,7 +183,7 @@ int eval(const EvalOptions& o) {
   Otherwise otherwise = o.otherwise;
   if (!o.masks.empty()) otherwise.masks = o.masks;
   const Run run = open_run(o.run, otherwise);
-  const Dataset data = open_split(run, o.data, o.split);
+  const Dataset data = open_split(run, o.data, o.split, o.room);
   if (!o.images.empty()) claim_pictures(o.images, run, o.split);
   std::vector<SurfaceFrame>
       truth;  // read before the views are rendered: an absent file should be told at once
@@ -195,6 +196,7 @@ int eval(const EvalOptions& o) {
   Renderer renderer = make_renderer(run.model, device);
   const Scores scores =
       evaluate(run.model, renderer, *data.find(o.split), [&](const Frame& frame, const View& v) {
+        frame.image.give_back();
         if (!o.json) {
           fmt::print("{:<16} {:>7.4f} {:>8.3f} {:>8.4f} {:>8.4f}\n", frame.name, frame.time, v.psnr, v.ssim,
                      v.ms_ssim);
@@ -241,6 +243,7 @@ Action eval_command(CLI::App& verb) {
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   add_otherwise(verb, o->otherwise);
   add_masks(verb, o->masks);
+  add_picture_room(verb, o->room.memory, o->room.cache);
   verb.add_flag("--json", o->json, "the figures as JSON on stdout");
   add_threads(verb, o->threads);
   add_device(verb, o->device);

@@ -8,6 +8,7 @@
 #include "cli/command.hpp"
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
+#include "run/memory_needs.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "run/train.hpp"
@@ -70,6 +71,7 @@ Action train_command(CLI::App& verb) {
               "splinevox train --help"});
     if (!options->resume)
       effective_config(*options, nullptr);  // wrong settings are found before anything is touched
+    memory_bound(options->memory);
     catch_stop_signals();
     return with_threads(options->threads, [&] { return train(*options, start); });
   };

@@ -40,7 +40,7 @@ std::vector<ViewShot> shots_of(const Run& run, const ViewVerb& o) {
     const int longest = std::max(f.image.width, f.image.height),
               factor = (longest + o.view_size - 1) / o.view_size;
     shots.push_back({f.name, area_downscale(f.camera, factor), std::clamp(f.time, 0.0, 1.0),
-                     encode_png(composite(area_downscale(f.image.unpacked(), factor), run.background()))});
+                     encode_png(composite(area_downscale(f.image, factor), run.background()))});
   }
   return shots;
 }

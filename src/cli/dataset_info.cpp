@@ -86,7 +86,7 @@ std::string text_of(const Json& corner) {
 }  // namespace
 
 Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixels) {
-  const Dataset data = load_dataset(path, {.rules = rules, .pixels = pixels});
+  const Dataset data = load_dataset(path, {.rules = rules, .pixels = pixels, .keep = false});
   Json splits = Json::array();
   for (const Split& s : data.splits) {
     std::set<double> times;

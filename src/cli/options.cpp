@@ -78,6 +78,13 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
           "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "
           "skipped up to a tenth of all")
       ->type_name("{skip,refuse}");
+  verb.add_option(
+          "--transfer", rules.transfer,
+          "what the numbers in pictures stand for: srgb (values as a screen shows them) or linear (light); "
+          "not given: linear for OpenEXR and other floats, else srgb")
+      ->type_name("{srgb,linear}");
+  verb.add_option("--layer", rules.layer, "layer of OpenEXR pictures, where several hold colours")
+      ->type_name("NAME");
   add_masks(verb, rules.masks);
 }
 
@@ -88,6 +95,19 @@ void add_masks(CLI::App& verb, std::string& masks) {
           "(black says nothing: neither drawn nor scored; in files dynamic_mask_... white does), "
           "subject-black, ignore-white and ignore-black (this colour, whatever the names), or none")
       ->type_name("USE");
+}
+
+void add_picture_room(CLI::App& verb, std::string& memory, std::string& cache) {
+  verb.add_option(
+          "--memory", memory,
+          "the most memory the process may take, such as 6G or 500M; pictures that do not fit are kept in "
+          "a file, and what fits not at all is refused; not given: four fifths of what the machine or "
+          "the container has, and no more than is free")
+      ->type_name("SIZE");
+  verb.add_option("--cache", cache,
+                  "folder for that file, which the next run uses again and which may be deleted; not given: "
+                  "splinevox in $XDG_CACHE_HOME, else in ~/.cache")
+      ->type_name("DIR");
 }
 
 void add_train_options(CLI::App& verb, TrainVerb& o) {
@@ -103,6 +123,7 @@ void add_train_options(CLI::App& verb, TrainVerb& o) {
                   "seconds training may take, loading included; schedules are laid out over it");
   verb.add_option("--max-steps", o.max_steps, "optimiser steps; alone, the same seed gives the same bits");
   add_threads(verb, o.threads);
+  add_picture_room(verb, o.memory, o.cache);
   verb.add_option("--seed", o.seed, "seed of every random draw");
   add_device(verb, o.device);
   verb.add_flag(

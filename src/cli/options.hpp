@@ -23,6 +23,8 @@ void add_otherwise(CLI::App& verb, Otherwise& otherwise);
 void add_rules(CLI::App& verb, DatasetRules& rules);
 /// --masks alone.
 void add_masks(CLI::App& verb, std::string& masks);
+/// --memory and --cache of verbs that read pictures.
+void add_picture_room(CLI::App& verb, std::string& memory, std::string& cache);
 /// The command line of `train` as typed.
 struct TrainVerb : TrainOptions {
   int threads = 0;

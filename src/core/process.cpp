@@ -78,6 +78,12 @@ double total_memory() {
   return machine ? std::min({*machine, groups().most, own_limit()}) : 0;
 }
 
+double usable_memory() {
+  constexpr double kShare = 0.8;  // the rest is for the system and its cache of files
+  const double most = total_memory();
+  return most == 0 ? std::numeric_limits<double>::infinity() : std::min(kShare * most, free_memory());
+}
+
 double peak_memory() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);

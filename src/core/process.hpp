@@ -13,6 +13,9 @@ double thread_seconds();
 double free_memory();
 /// The most memory that this process could have by those three, bytes; 0 where it cannot be told.
 double total_memory();
+/// What this process may plan with where nobody says how much: four fifths of the most it could have, and no
+/// more than is free; infinity where neither can be told.
+double usable_memory();
 /// The most memory this process has had in use at once, bytes.
 double peak_memory();
 

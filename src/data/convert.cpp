@@ -14,6 +14,7 @@
 #include "data/layouts/read_scene.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
+#include "data/pictures/decode.hpp"
 #include "data/pictures/film_read.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
@@ -142,8 +143,7 @@ void write_picture(const PicturePlan& plan, std::size_t i, const fs::path& to) {
   const bool cut = is_cut_out(plan, i);
   if (plan.asked[i] == 1 && !cut) return copy_bytes(plan.paths[i], to);
   // No reader shall wonder again how it is turned.
-  Image16 picture = turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]);
-  write_bytes(to, cut ? png_of(cut_out(std::move(picture), plan.masks, i), 4) : png_of(picture));
+  write_bytes(to, png_of(decode_one(plan, i).picture.unpacked(), cut ? 4 : 3));
 }
 
 void write_films(const PicturePlan& plan, const std::vector<std::string>& to, const fs::path& folder,
@@ -180,7 +180,7 @@ void convert_dataset(const std::string& path, const std::string& target, const C
   std::vector<Json> files;
   int done = 0, total = 0;
   for (const RawSplit& raw : open.scene.splits) {
-    plans.push_back(plan_pictures(path, raw, 1, open.scene.upright));
+    plans.push_back(plan_pictures(path, raw, 1, open.scene.upright, rules));
     PicturePlan& plan = plans.back();
     plan.masks = plan_masks(path, raw, open.mask_use, plan.sizes, plan.turns);
     const std::vector<std::string> to = targets(raw, plan), masks = mask_targets(raw, plan);

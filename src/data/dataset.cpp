@@ -4,11 +4,16 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "core/parallel.hpp"
+#include "core/printable.hpp"
+#include "core/process.hpp"
 #include "data/fingerprint.hpp"
 #include "data/layouts/read_scene.hpp"
 #include "data/lens_notes.hpp"
 #include "data/mask_notes.hpp"
 #include "data/message_text.hpp"
+#include "data/pictures/decode.hpp"
+#include "data/pictures/picture_cache.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
 #include "data/times/time_map.hpp"
@@ -110,20 +115,65 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const Split& split,
   return hash.value();
 }
 
-/// Decodes one split's pictures and records what they show.
-std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan,
-                                        std::vector<std::string>& notes) {
-  std::vector<Picture> images = decode(plan);
-  std::vector<const Picture*> views;
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    split.frames[i].image = std::move(images[i]);
-    views.push_back(&split.frames[i].image);
-  }
-  std::vector<PictureFacts> facts = look_at(views);
+/// Notes what the pictures of a split show.
+void note_facts(const Split& split, std::vector<PictureFacts>& facts, std::vector<std::string>& notes) {
   for (PictureFacts& f : facts) f.black &= !f.invisible;
   note_pictures(split, facts, &PictureFacts::invisible, "wholly transparent", notes);
   note_pictures(split, facts, &PictureFacts::black, "wholly black", notes);
+  note_pictures(split, facts, &PictureFacts::odd, "below 0 or not finite in places, which are taken as 0",
+                notes);
+}
+
+/// Decodes one split's pictures into memory.
+std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan, bool keep) {
+  std::vector<PictureFacts> facts(plan.paths.size());
+  decode(plan, [&](std::size_t i, Picture&& picture, const PictureFacts& f) {
+    facts[i] = f;
+    if (keep) split.frames[i].image = std::move(picture);
+  });
   return facts;
+}
+
+std::string gigabytes(double bytes) { return fmt::format("{:.{}f} GB", bytes / 1e9, bytes < 1e9 ? 2 : 1); }
+
+/// Whether the pictures must live in a file. Throws Error (input) if not even those that are decoded at once
+/// fit into memory.
+bool outgrow(const std::vector<PicturePlan>& plans, const Dataset& dataset, const LoadOptions& options,
+             std::vector<std::string>& notes) {
+  PictureMemory all;
+  double bits = 0;  // of masks, in memory always
+  for (const PicturePlan& plan : plans) {
+    const PictureMemory one = memory_for(plan, thread_count());
+    all.kept += one.kept;
+    all.passing = std::max(all.passing, one.passing);
+    if (plan.masks.use.what == MaskUse::What::ignore) bits += one.pixels;
+  }
+  const double room = (options.room ? options.room(dataset) : usable_memory()) - bits / 8;
+  const bool outgrown = options.keep && all.kept > room;
+  if (all.passing > room)
+    fail({plans[0].where[0], "the pictures that are decoded at once do not fit into memory",
+          "at most " + gigabytes(room), gigabytes(all.passing),
+          "--downscale " + std::to_string(2 * plans[0].downscale) + ", fewer --threads, or more --memory"});
+  if (outgrown)
+    notes.push_back(
+        fmt::format("pictures of {} are more than the {} of memory that are left for them: they are "
+                    "kept in files of a cache",
+                    gigabytes(all.kept), gigabytes(room)));
+  return outgrown;
+}
+
+/// The same through a file.
+std::vector<PictureFacts> map_pictures(Split& split, const PicturePlan& plan, const std::string& folder,
+                                       const std::string& dataset, std::vector<std::string>& notes) {
+  const PictureCache cache = cache_of(folder, dataset, split.name, plan);
+  StoredPictures stored = through_cache(cache, plan, notes);
+  for (std::size_t i = 0; i < stored.pictures.size(); ++i)
+    split.frames[i].image = std::move(stored.pictures[i]);
+  std::error_code unknown;
+  notes.push_back(fmt::format("{}: pictures are in {} ({}), which is used again and may be deleted",
+                              split.name, all_printable(cache.path),
+                              gigabytes(double(fs::file_size(cache.path, unknown)))));
+  return std::move(stored.facts);
 }
 
 /// What masks say of a split's pixels. A picture of which all is ignored is left out, with what was recorded
@@ -175,9 +225,7 @@ void fill_masks(const LoadOptions& options, const PicturePlan& plan, RawSplit& r
 bool some_see_through(const PicturePlan& plan) {
   const std::size_t n = plan.paths.size();
   for (const std::size_t i : {std::size_t(0), n / 2, n - 1}) {
-    const Picture image(
-        cut_out(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.masks, i));
-    if (look_at({&image})[0].see_through) return true;
+    if (!decode_one(plan, i).picture.opaque()) return true;
   }
   return false;
 }
@@ -218,10 +266,11 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   dataset.time_map = map_of(open, options, dataset.notes);
   std::vector<PicturePlan> plans;
   for (const RawSplit& split : raw) {
-    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright));
+    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright, options.rules));
     PicturePlan& plan = plans.back();
     plan.masks = plan_masks(folder, split, open.mask_use, plan.sizes, plan.turns);
     note_turns(split, plan, dataset.notes);
+    note_transfer(split, plan, dataset.notes);
     dataset.splits.push_back(frames_of(split, plan, dataset.time_map));
     note_times(split, dataset.time_map, dataset.notes);
     note_cameras(split, dataset.notes);
@@ -234,11 +283,18 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
     dataset.has_alpha = may && !plans[0].film() && some_see_through(plans[0]);
     return dataset;
   }
-  check_memory(plans);
+  const bool outgrown = outgrow(plans, dataset, options, dataset.notes);
+  const std::string cache = outgrown ? cache_folder(options.cache) : "";
   for (std::size_t s = 0; s < raw.size(); ++s) {
-    auto facts = fill_pictures(dataset.splits[s], plans[s], dataset.notes);
-    fill_masks(options, plans[s], raw[s], dataset.splits[s], facts, dataset.notes);
-    if (raw[s].name == "train") dataset.fingerprint = fingerprint_of(raw[s], dataset.splits[s], facts);
+    Split& split = dataset.splits[s];
+    std::vector<PictureFacts> facts = outgrown ? map_pictures(split, plans[s], cache, path, dataset.notes)
+                                               : fill_pictures(split, plans[s], options.keep);
+    note_facts(split, facts, dataset.notes);
+    fill_masks(options, plans[s], raw[s], split, facts, dataset.notes);
+    for (const Frame& f : split.frames)
+      (outgrown ? dataset.pictures_in_files : dataset.pictures_in_memory) +=
+          double(f.image.layout().size(f.image.pixels()));
+    if (raw[s].name == "train") dataset.fingerprint = fingerprint_of(raw[s], split, facts);
     if (raw[s].name == "train" || raw[0].name != "train")
       for (const PictureFacts& f : facts) dataset.has_alpha |= f.see_through;
   }

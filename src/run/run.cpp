@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/own_folder.hpp"
+#include "run/memory_needs.hpp"
 #include "run/run_folder.hpp"
 #include "run/train_options.hpp"
 #include "splinevox/core/error.hpp"
@@ -45,13 +46,16 @@ Run open_run(const std::string& path, const Otherwise& otherwise) {
   return run;
 }
 
-Dataset open_split(const Run& run, const std::string& dataset, const std::string& split) {
+Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
+                   const PictureRoom& room) {
   LoadOptions load;
   load.downscale = run.config.run.downscale;
   load.splits = {split};
   load.time_map = run.record.time_map;
   load.rules = run.record.rules;
   load.inside = true;
+  load.cache = room.cache;
+  load.room = [bound = memory_bound(room.memory)](const Dataset&) { return bound; };
   return load_dataset(dataset.empty() ? run.record.dataset : dataset, load);
 }
 

@@ -12,6 +12,7 @@
 #include "data/times/settle.hpp"
 #include "io/manifest.hpp"
 #include "run/effects_report.hpp"
+#include "run/memory_needs.hpp"
 #include "run/own_json.hpp"
 #include "run/train_session.hpp"
 #include "splinevox/core/error.hpp"
@@ -45,6 +46,8 @@ DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
   if (rules.times.empty()) rules.times = record.rules.times;
   if (rules.missing.empty()) rules.missing = record.rules.missing;
   if (rules.masks.empty()) rules.masks = record.rules.masks;
+  if (rules.transfer.empty()) rules.transfer = record.rules.transfer;
+  if (rules.layer.empty()) rules.layer = record.rules.layer;
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
     rules.times = fs::absolute(rules.times).lexically_normal().string();
   return rules;
@@ -137,6 +140,13 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   load.splits = {"train"};
   load.if_there = {"val"};
   load.rules = rules_of(o, record);
+  load.cache = o.cache;
+  const double bound = memory_bound(o.memory);
+  MemoryNeeds needs;
+  load.room = [&](const Dataset& frames) {
+    needs = memory_needs(config, frames);
+    return room_for_pictures(bound, needs, config);
+  };
   Dataset data = load_dataset(o.dataset, load);
   if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
   if (finished) {
@@ -145,6 +155,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     return {folder.path(), figures, TrainedRun::End::was_finished, writes};
   }
   greet(data, config, device, progress);
+  progress.note(memory_line(bound, needs, data));
   if (checkpoint) {
     cut_ground(config, data);
   } else {

@@ -25,38 +25,6 @@ enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4 };
 /// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
 int blocks_along(int pixels) { return (pixels + 1) / 2; }
 
-/// Per 2 x 2 block the distance to the nearest one with any alpha, or of which something is ignored, in
-/// blocks along the longer axis, at most 255: one sweep down and one up, each from the neighbours already
-/// known.
-std::vector<std::uint8_t> clearance(const Frame& frame) {
-  const Picture& image = frame.image;
-  const int w = blocks_along(image.width), h = blocks_along(image.height);
-  std::vector<std::uint8_t> out(std::size_t(w) * h, 255);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x)
-      if (image.pixel(x, y)[3] > 0 || frame.ignored.test(x, y)) out[std::size_t(y / 2) * w + x / 2] = 0;
-  const auto lower = [&](int x, int y, int u, int v) {
-    if (u < 0 || v < 0 || u >= w || v >= h) return;
-    std::uint8_t& d = out[std::size_t(y) * w + x];
-    d = std::min<std::uint8_t>(d, std::uint8_t(std::min(254, int(out[std::size_t(v) * w + u])) + 1));
-  };
-  for (int y = 0; y < h; ++y)
-    for (int x = 0; x < w; ++x) {
-      lower(x, y, x - 1, y);
-      lower(x, y, x - 1, y - 1);
-      lower(x, y, x, y - 1);
-      lower(x, y, x + 1, y - 1);
-    }
-  for (int y = h - 1; y >= 0; --y)
-    for (int x = w - 1; x >= 0; --x) {
-      lower(x, y, x + 1, y);
-      lower(x, y, x + 1, y + 1);
-      lower(x, y, x, y + 1);
-      lower(x, y, x - 1, y + 1);
-    }
-  return out;
-}
-
 /// A pixel of a picture.
 struct Place {
   int x, y;
@@ -76,26 +44,6 @@ std::optional<Place> usable_pixel(const Frame& frame, std::uint32_t block, int k
     if (!frame.ignored.test(p.x, p.y)) return p;
   }
   return {};
-}
-
-bool is_usable(const Frame& frame, std::uint32_t block) { return usable_pixel(frame, block, 0).has_value(); }
-
-/// Blocks within kRing of the silhouette, of which something can be drawn.
-std::vector<std::uint32_t> busy_blocks(const Frame& frame, const std::vector<std::uint8_t>& distance) {
-  std::vector<std::uint32_t> out;
-  for (std::size_t i = 0; i < distance.size(); ++i)
-    if (distance[i] <= kRing && is_usable(frame, std::uint32_t(i))) out.push_back(std::uint32_t(i));
-  return out;
-}
-
-/// Blocks of which something can be drawn; empty where nothing is ignored.
-std::vector<std::uint32_t> usable_blocks(const Frame& frame) {
-  std::vector<std::uint32_t> out;
-  const std::uint32_t blocks =
-      std::uint32_t(blocks_along(frame.image.width)) * std::uint32_t(blocks_along(frame.image.height));
-  for (std::uint32_t i = 0; !frame.ignored.empty() && i < blocks; ++i)
-    if (is_usable(frame, i)) out.push_back(i);
-  return out;
 }
 
 /// The i-th card of a deck of n, shuffled anew for every round through it.
@@ -124,15 +72,9 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
       seed_(seed),
       by_time_(frames_by_time(train)),
       rank_(train.frames.size()),
-      clearance_(train.frames.size()),
-      busy_(train.frames.size()),
-      usable_(train.frames.size()) {
-  parallel_for(int(train.frames.size()), [&](int f) {
-    const Frame& frame = train.frames[f];
-    clearance_[f] = clearance(frame);
-    busy_[f] = busy_blocks(frame, clearance_[f]);
-    usable_[f] = usable_blocks(frame);
-  });
+      shown_(train.frames.size()) {
+  parallel_for(int(train.frames.size()),
+               [&](int f) { shown_[f] = SilhouetteBlocks(train.frames[f], kRing); });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
 }
 
@@ -152,18 +94,13 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
       const std::uint32_t block = carve.below(3 * number + 2, blocks(other));
       const double apart = std::abs(train_.frames[other].time - train_.frames[frame].time);
       const double margin = kRing + config_.carve_speed * apart * (train_.frames[other].image.width / 2);
-      if (block < clearance_[other].size() && clearance_[other][block] > margin && !busy_[other].empty())
-        return {other, block};
+      if (shown_[other].near_count() > 0 && shown_[other].clear(block, margin)) return {other, block};
     }
   }
-  const auto &busy = busy_[frame], &usable = usable_[frame];
-  const bool near = !busy.empty() && patch.uniform(2 * number) < kBusyShare;
-  const auto one_of = [&](const std::vector<std::uint32_t>& list) {
-    return list[patch.below(2 * number + 1, std::uint32_t(list.size()))];
-  };
-  return {frame, near              ? one_of(busy)
-                 : !usable.empty() ? one_of(usable)
-                                   : patch.below(2 * number + 1, blocks(frame))};
+  const SilhouetteBlocks& shown = shown_[frame];
+  const bool near = shown.near_count() > 0 && patch.uniform(2 * number) < kBusyShare;
+  return {frame, near ? shown.near(patch.below(2 * number + 1, shown.near_count()))
+                      : shown.usable(patch.below(2 * number + 1, shown.usable_count()))};
 }
 
 std::span<const int> BatchSampler::window(double progress) const {
@@ -189,8 +126,9 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   std::vector<int> deck;
   std::int64_t round = -1;
   out.times.resize(frames);
+  const auto frame_of_card = [&](std::int64_t i) { return window[card(seed_, i, n, deck, round)]; };
   for (int f = 0; f < frames; ++f) {
-    out.frames[f] = window[card(seed_, index * frames + f, n, deck, round)];
+    out.frames[f] = frame_of_card(index * frames + f);
     out.times[f] = cameras.time_of(train_.frames[out.frames[f]]);
   }
   out.rays.resize(std::size_t(frames) * patches * 4);
@@ -206,6 +144,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
 
   out.draw = hash64(seed_ ^ hash64(std::uint64_t(index)));
+  std::vector<std::vector<int>> used(frames);  // carving looks into others
   parallel_for(frames, [&](int f) {
     const Rng ray_rng(seed_, kRay + 16 * std::uint64_t(index));
     // Patches sorted along the pictures: neighbours in the list share what they fetch.
@@ -220,7 +159,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const std::uint32_t block = drawn[p].block;
         const auto [x, y] = *usable_pixel(frame, block, k);
         const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
-        const auto rgba = frame.image.pixel(x, y);
+        const auto rgba = frame.image.rgba(x, y);
+        const bool clipped = config_.clipped && !frame.image.layout().half;  // floats do not end at 1
         const Vec3 behind = (rgba[3] == 65535 ? opaque_random : random)
                                 ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
                                                     ray_rng.uniform(4 * r + 2)}
@@ -228,15 +168,21 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         const float alpha = rgba[3] * (1 / 65535.0f);
-        const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{float(rgba[0]), float(rgba[1]), float(rgba[2])},
+        const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{rgba[0], rgba[1], rgba[2]},
                    gain = cameras.gain_of(frame);
         for (int c = 0; c < 3; ++c) {
           const float display = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c];
-          out.targets[r][c] = neutral_target(display, shown[c], gain[c], config_.clipped);
+          out.targets[r][c] = neutral_target(display, shown[c], gain[c], clipped);
         }
         if (!out.shown.empty()) out.shown[r] = {shown, frame.camera_id};
       }
+    for (const Patch& p : drawn)
+      if (used[f].empty() || used[f].back() != p.frame) used[f].push_back(p.frame);
   });
+  // Of pictures in files, those of the next step are read while this one is made.
+  for (const std::vector<int>& of_slot : used)
+    for (const int f : of_slot) train_.frames[f].image.give_back();
+  for (int f = 0; f < frames; ++f) train_.frames[frame_of_card((index + 1) * frames + f)].image.fetch();
 }
 
 }  // namespace splinevox

@@ -10,6 +10,7 @@
 #include "splinevox/data/scene.hpp"
 #include "splinevox/train/cameras.hpp"
 #include "splinevox/train/config.hpp"
+#include "train/silhouette_blocks.hpp"
 
 namespace splinevox {
 
@@ -84,13 +85,8 @@ class BatchSampler {
   SamplingConfig config_;
   float brightest_;  ///< random background
   std::uint64_t seed_;
-  std::vector<int> by_time_, rank_;  ///< frames in order of time, and each frame's place in that order
-  std::vector<std::vector<std::uint8_t>>
-      clearance_;  ///< per frame and 2 x 2 block: blocks to the nearest with any alpha, at most 255
-  std::vector<std::vector<std::uint32_t>>
-      busy_;  ///< per frame: 2 x 2 blocks (y * width / 2 + x) near what the picture shows
-  std::vector<std::vector<std::uint32_t>>
-      usable_;  ///< per frame with ignored pixels: blocks that have others; empty: every block
+  std::vector<int> by_time_, rank_;      ///< frames in order of time, and each frame's place in that order
+  std::vector<SilhouetteBlocks> shown_;  ///< per frame
 };
 
 }  // namespace splinevox

@@ -18,4 +18,13 @@ inline std::vector<int> frames_by_time(const Split& split) {
   return out;
 }
 
+/// Of a long split a few hundred frames, evenly: enough for what all of its pictures tell together.
+inline std::vector<const Frame*> some_frames(const Split& split) {
+  constexpr std::size_t kMost = 512;
+  const std::size_t n = split.frames.size(), count = std::min(n, kMost);
+  std::vector<const Frame*> out(count);
+  for (std::size_t i = 0; i < count; ++i) out[i] = &split.frames[i * n / count];
+  return out;
+}
+
 }  // namespace splinevox

@@ -9,6 +9,7 @@
 #include "core/parallel.hpp"
 #include "splinevox/core/error.hpp"
 #include "train/bounds/hull.hpp"
+#include "train/by_time.hpp"
 
 namespace splinevox {
 namespace {
@@ -21,11 +22,12 @@ constexpr const char* kLikelyCauses =
 /// PSNR of a picture by its own mean colour, over an eighth of its pixels.
 double psnr_of_mean(const Frame& frame) {
   const Picture& image = frame.image;
+  const ReadAll all_of(image);
   Vec3d sum{}, squares{};
   double count = 0;
   for (std::size_t i = 0; i < image.pixels(); i += 8) {
     if (frame.ignored.test(i)) continue;
-    const auto p = image.pixel(i);
+    const auto p = image.rgba(i);
     for (int a = 0; a < 3; ++a) {
       const double v = p[std::size_t(a)] / 65535.0;
       sum[a] += v;
@@ -96,8 +98,9 @@ void check_fits(const Split& train, const EffectChoice& effects,
   if (effects.trials.empty()) return;
   double best = -1e9;
   for (const EffectTrial& trial : effects.trials) best = std::max(best, trial.mean());
-  std::vector<double> flat(train.frames.size());
-  parallel_for(int(flat.size()), [&](int f) { flat[f] = psnr_of_mean(train.frames[f]); });
+  const std::vector<const Frame*> frames = some_frames(train);
+  std::vector<double> flat(frames.size());
+  parallel_for(int(flat.size()), [&](int f) { flat[f] = psnr_of_mean(*frames[f]); });
   std::nth_element(flat.begin(), flat.begin() + std::ptrdiff_t(flat.size() / 2), flat.end());
   const double median = flat[flat.size() / 2];
   if (best >= median + kBetter) return;

@@ -7,6 +7,7 @@
 #include "math/background_color.hpp"
 #include "math/logit.hpp"
 #include "math/sh.hpp"
+#include "train/by_time.hpp"
 
 namespace splinevox {
 namespace {
@@ -19,16 +20,19 @@ Vec3 mean_color(const Background& b) {
 Vec3 border_color(const Split& train) {
   Vec3d sum{};
   double count = 0;
-  for (const Frame& f : train.frames)
-    for (int y = 0; y < f.image.height; ++y) {
-      const bool whole = y == 0 || y == f.image.height - 1;
-      for (int x = 0; x < f.image.width; x += whole ? 1 : std::max(1, f.image.width - 1)) {
-        if (f.ignored.test(x, y)) continue;
-        const auto p = f.image.pixel(x, y);
+  for (const Frame* f : some_frames(train)) {
+    const Picture& image = f->image;
+    const ReadAll all_of(image);
+    for (int y = 0; y < image.height; ++y) {
+      const bool whole = y == 0 || y == image.height - 1;
+      for (int x = 0; x < image.width; x += whole ? 1 : std::max(1, image.width - 1)) {
+        if (f->ignored.test(x, y)) continue;
+        const auto p = image.rgba(x, y);
         sum += 1 / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
         ++count;
       }
     }
+  }
   return cast<float>(1 / std::max(1.0, count) * sum);
 }
 

@@ -5,32 +5,21 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <limits>
 #include <set>
 #include <vector>
 
-#include "core/parallel.hpp"
 #include "math/logit.hpp"
 #include "math/sh.hpp"
 #include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/lattice.hpp"
+#include "train/by_time.hpp"
 #include "train/config/loss_terms.hpp"
 
 namespace splinevox {
 namespace {
-
-bool any_alpha(const Split& train) {
-  std::atomic<bool> any = false;
-  parallel_for(int(train.frames.size()), [&](int f) {
-    const Picture& picture = train.frames[f].image;
-    for (std::size_t i = 0; i < picture.pixels() && !any; ++i)
-      if (picture.pixel(i)[3] != 65535) any = true;
-  });
-  return any;
-}
 
 /// Positions in the scene's space are floats. They must tell apart places within a cell of the finest
 /// lattice: up to a seventh of one costs nothing, from one cell on decibels (numerics H14).
@@ -81,16 +70,19 @@ PictureStats picture_stats(const Split& train) {
   PictureStats out;
   Vec3d sum{};
   double weights = 0;
-  for (const Frame& f : train.frames)
-    for (std::size_t i = 0; i < f.image.pixels(); i += 16) {
-      if (f.ignored.test(i)) continue;
-      const auto p = f.image.pixel(i);
+  for (const Frame* f : some_frames(train)) {
+    const ReadAll all_of(f->image);
+    for (std::size_t i = 0; i < f->image.pixels(); i += 16) {
+      if (f->ignored.test(i)) continue;
+      const auto p = f->image.rgba(i);
       const double alpha = p[3] / 65535.0;
       sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
       weights += alpha;
       out.brightest = std::max(out.brightest, float(alpha / 65535.0 * std::max({p[0], p[1], p[2]})));
     }
-  out.see_through = any_alpha(train);
+  }
+  out.see_through =
+      !std::all_of(train.frames.begin(), train.frames.end(), [](const Frame& f) { return f.image.opaque(); });
   std::set<std::array<double, 6>> places;
   for (const Frame& f : train.frames) {
     const Vec3d &p = f.camera.position, &z = f.camera.axes[2];

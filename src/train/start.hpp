@@ -6,7 +6,7 @@
 
 namespace splinevox {
 
-/// Statistics of the training pictures. Colours are weighted by alpha, from every 16th pixel.
+/// Statistics of the training pictures. Colours are weighted by alpha, from every 16th pixel of some_frames.
 struct PictureStats {
   Vec3 mean{0.5f, 0.5f, 0.5f};
   float brightest = 0;       ///< of any channel

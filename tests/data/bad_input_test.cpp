@@ -132,7 +132,16 @@ TEST_SUITE("data/bad_input") {
     bomb.resize(bomb.size() + 40000);
     write_bytes(set.picture(0), bomb);
     set.write(std::vector<std::string>(3000, frame_text("train/r_0", "0.5", kMatrix)));
-    set.expect({"the pictures do not fit into memory", "GiB", "--downscale 2"});
+    const std::string cache = set.folder.str() + "/cache";
+    try {
+      load_dataset(set.folder.str(), {.cache = cache});
+      FAIL_CHECK("no error was thrown");
+    } catch (const Error& error) {
+      const std::string message = error.what();
+      CAPTURE(message);
+      for (const char* part : {"do not fit into memory", "GB", "--downscale 2"})  // nor onto the disk
+        CHECK(message.find(part) != std::string::npos);
+    }
   }
 
   TEST_CASE("malformed JSON: line, column and field") {

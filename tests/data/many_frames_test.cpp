@@ -4,6 +4,7 @@
 #include <set>
 
 #include "core/process.hpp"
+#include "data/pictures/decode.hpp"
 #include "data/pictures/pictures.hpp"
 
 using namespace splinevox;
@@ -59,12 +60,17 @@ TEST_SUITE("data/many_frames") {
     plan.downscale = 4;
     plan.sizes = {{400, 300}, {4000, 3000}};
     plan.turns = {1, 1};
-    const double small = 8.0 * 400 * 300, large = 8.0 * 4000 * 3000;
-    CHECK(memory_for({plan}, 1) == doctest::Approx((small + large) / 16 + large));
-    CHECK(memory_for({plan}, 64) == doctest::Approx((small + large) / 16 + 64 * large));
-    plan.downscale = 1;  // kept as they are decoded
-    CHECK(memory_for({plan}, 64) == doctest::Approx(small + large));
+    plan.pixel_bytes = {6, 8};
+    plan.real = {0, 0};
+    const double small = 400 * 300, large = 4000 * 3000;
+    CHECK(memory_for(plan, 1).kept == doctest::Approx((6 * small + 8 * large) / 16));
+    CHECK(memory_for(plan, 1).passing == doctest::Approx(2 * 8 * large + 2 * 8 * large / 16));
+    CHECK(memory_for(plan, 64).passing == doctest::Approx(64 * memory_for(plan, 1).passing));
+    plan.downscale = 1;
+    plan.pixel_bytes = {3, 4};
+    CHECK(memory_for(plan, 64).kept == doctest::Approx(3 * small + 4 * large));
+    CHECK(memory_for(plan, 1).passing == doctest::Approx(8 * large + 2 * 4 * large));
     plan.turns = {1, 6};  // a picture that is turned is there twice
-    CHECK(memory_for({plan}, 2) == doctest::Approx(small + 3 * large));
+    CHECK(memory_for(plan, 1).passing == doctest::Approx(2 * 8 * large + 2 * 4 * large));
   }
 }

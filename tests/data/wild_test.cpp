@@ -224,9 +224,9 @@ TEST_SUITE("data/wild") {
     write_llff(llff.path(), true_cameras({}, 5));
     for (int i = 0; i < 5; ++i)
       fs::rename(llff.path() / "images_4" / ("frame_" + padded(i) + ".png"),
-                 llff.path() / "images_4" / ("frame_" + padded(i) + ".exr"));
+                 llff.path() / "images_4" / ("frame_" + padded(i) + ".hdr"));
     expect_error([&] { load_dataset(llff.str()); },
-                 {"no pictures for these cameras", "frame_0000.exr", "oiiotool"});
+                 {"no pictures for these cameras", "frame_0000.hdr", "oiiotool"});
     write_text(llff.path() / "poses_bounds.npy", pointer);
     expect_error([&] { load_dataset(llff.str()); }, said);
 
@@ -234,11 +234,11 @@ TEST_SUITE("data/wild") {
     write_nerfstudio(exr.path(), true_cameras({}, 5));
     const Bytes magic{0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0};
     write_bytes(exr.path() / "images/frame_0001.png", magic);
-    expect_error([&] { load_dataset(exr.str()); }, {"an OpenEXR file", "oiiotool"});
-    fs::rename(exr.path() / "images/frame_0001.png", exr.path() / "images/frame_0001.exr");
+    expect_error([&] { load_dataset(exr.str()); }, {"frame_0001.png", "header is damaged"});
+    fs::rename(exr.path() / "images/frame_0001.png", exr.path() / "images/frame_0001.hdr");
     replace_in(exr.path() / "transforms.json", ".png\"", "\"");
     expect_error([&] { load_dataset(exr.str(), {.rules = {.missing = "refuse"}}); },
-                 {"frame 1: the picture is of a kind that is not read", "frame_0001.exr", "oiiotool"});
+                 {"frame 1: the picture is of a kind that is not read", "frame_0001.hdr", "oiiotool"});
   }
 
   TEST_CASE("a folder of no known kind: what is in it, and what it nearly is") {

@@ -272,6 +272,19 @@ TEST_SUITE("train/bounds and batches") {
         for (int c = 0; c < 3; ++c) CHECK(target[c] == (clipped ? at_least(1.0f) : 1.0f));
     }
 
+    // Pictures of floats do not end at 1.
+    Split bright = train;
+    for (const float value : {1.0f, 3.0f}) {
+      for (Frame& frame : bright.frames) {
+        Image image(frame.image.width, frame.image.height, 4);
+        for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = i % 4 == 3 ? 1 : value;
+        frame.image = Picture(image);
+      }
+      BatchSampler(bright, bounds.box, config, 9).draw(0, 1, 0.02f, {}, {}, b);
+      for (const Vec3& target : b.targets)
+        for (int c = 0; c < 3; ++c) CHECK(target[c] == value);
+    }
+
     // A window of time: the middle frames first, all of them in the end.
     config.window = 0.25f;
     config.window_full = 0.5f;

@@ -43,8 +43,8 @@ struct PictureSize {
   friend bool operator==(const PictureSize&, const PictureSize&) = default;
 };
 
-/// Size and pixels of a PNG or a JPEG, told apart by their first bytes whatever they are called. Throws Error
-/// (Fault::input).
+/// Size and pixels of a PNG, JPEG, OpenEXR or TIFF, told apart by their first bytes whatever they are called.
+/// Floats are clamped to [0, 1]. Throws Error (Fault::input).
 /// @{
 PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where = "");
 Image16 read_picture(const std::filesystem::path& path, const std::string& where = "");
@@ -56,6 +56,11 @@ Image16 read_picture(const std::filesystem::path& path, const std::string& where
 Image16 area_downscale(Image16 image, int factor);
 /// The pixels of such a picture in whose block any pixel is set.
 PixelMask area_downscale(const PixelMask& mask, int factor);
+/// The same of floats, and of a picture as it is kept.
+/// @{
+Image area_downscale(Image image, int factor);
+Picture area_downscale(const Picture& picture, int factor);
+/// @}
 /// The camera of a picture that was averaged so.
 Camera area_downscale(Camera camera, int factor);
 

@@ -58,7 +58,8 @@ struct Dataset {
   int downscale = 1;
   std::uint64_t fingerprint = 0;  ///< hash of lenses, poses, times and pixels of train; 0 if not read
   std::vector<std::string>
-      notes;           ///< what is odd about it or was guessed, one line each, for `info` and the log
+      notes;  ///< what is odd about it or was guessed, one line each, for `info` and the log
+  double pictures_in_memory = 0, pictures_in_files = 0;  ///< bytes that the pixels of all splits take
   std::string format;  ///< the layout it was recognised as: a name of dataset_formats()
   std::optional<Box> box =
       {};  ///< where the scene lies, from its points or depth bounds, if the data says; scene units
@@ -95,6 +96,10 @@ struct DatasetRules {
   /// (Frame::ignored); "ignore-white": white ones. "ignore": the same, white in files that are named
   /// dynamic_mask_..., black in all others. "none": nothing. Empty: nothing, and a note says what there is.
   std::string masks = {};
+  /// What the numbers in pictures stand for: "srgb" = values as a screen shows them, "linear" = light; empty
+  /// = light in OpenEXR and in other floats, else as a screen shows them.
+  std::string transfer = {};
+  std::string layer = {};  ///< of OpenEXR pictures; empty: the one that holds colours
 };
 
 struct LoadOptions {
@@ -105,6 +110,11 @@ struct LoadOptions {
   DatasetRules rules = {};
   bool pixels = true;   ///< false: pictures are measured by their headers, not decoded; frames have none
   bool inside = false;  ///< masks that the rules do not speak of become Frame::inside
+  bool keep = true;     ///< false: pictures are decoded and looked at, and frames have none
+  /// Bytes of memory that pictures may take. Asked once everything but them is known; more of them than that
+  /// live in a file (docs/data.md). Empty: what the process may have.
+  std::function<double(const Dataset&)> room = {};
+  std::string cache = {};  ///< folder for that file; empty: splinevox in $XDG_CACHE_HOME or ~/.cache
 };
 
 /// The layouts that are recognised, in the order in which a folder is tried.

@@ -53,8 +53,15 @@ struct Otherwise {
 /// open_run, changed accordingly. Throws Error (input).
 Run open_run(const std::string& path, const Otherwise& otherwise);
 
+/// How much memory the pictures of a verb may take, and where they are if that is not enough.
+struct PictureRoom {
+  std::string memory;  ///< as "6G"; empty: what the machine or container leaves the process
+  std::string cache;   ///< folder; empty: LoadOptions::cache
+};
+
 /// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale, time
 /// map and rules. Masks that are not used otherwise are Frame::inside. Throws Error (input).
-Dataset open_split(const Run& run, const std::string& dataset, const std::string& split);
+Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
+                   const PictureRoom& room = {});
 
 }  // namespace splinevox::run

@@ -27,6 +27,8 @@ struct TrainOptions {
   std::optional<int> max_steps;           ///< alone, the same seed gives the same bits
   std::optional<int> downscale;
   std::optional<std::uint64_t> seed;
+  std::string memory;  ///< most the process may take, as "6G"; empty: what the machine or container leaves it
+  std::string cache;   ///< folder for pictures that do not fit into it; empty: LoadOptions::cache
   bool resume = false;         ///< go on with the run in `out`, or begin it if it has no checkpoint
   bool deterministic = false;  ///< on a device too: the same bits in every run
 };

@@ -36,9 +36,8 @@ std::string lower_case(std::string_view text) {
 
 FileKind kind_of(const fs::path& file) {
   const std::string end = lower_case(file.extension().string());
-  if (any_of(end, {".png", ".jpg", ".jpeg"})) return FileKind::picture;
-  if (any_of(end, {".exr", ".hdr", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif", ".avif", ".dng",
-                   ".ppm", ".tga", ".gif"}))
+  if (any_of(end, {".png", ".jpg", ".jpeg", ".exr", ".tif", ".tiff"})) return FileKind::picture;
+  if (any_of(end, {".hdr", ".webp", ".bmp", ".heic", ".heif", ".avif", ".dng", ".ppm", ".tga", ".gif"}))
     return FileKind::other_picture;
   if (any_of(end, {".mp4", ".mov", ".mkv", ".avi", ".webm", ".m4v", ".mpg", ".mpeg", ".mts", ".m2ts", ".ts"}))
     return FileKind::film;
@@ -47,7 +46,7 @@ FileKind kind_of(const fs::path& file) {
 
 std::string how_to_convert(const fs::path& file) {
   const std::string end = lower_case(file.extension().string());
-  if (end == ".exr" || end == ".hdr")
+  if (end == ".hdr")
     return "make PNG of them, with the colours of a screen: for f in *" + end +
            "; do oiiotool \"$f\" --colorconvert linear sRGB -o \"${f%.*}.png\"; done";
   return "make PNG of them: mogrify -format png *" + end;
@@ -70,6 +69,11 @@ std::vector<std::string> folders_in(const fs::path& folder) {
 std::vector<std::string> files_in(const fs::path& folder, FileKind kind) {
   std::vector<std::string> names = files_in(folder);
   std::erase_if(names, [&](const std::string& name) { return kind_of(name) != kind || name[0] == '.'; });
+  // Beside pictures of other kinds these are depths, masks or normals.
+  const auto rare = [](const std::string& name) {
+    return any_of(lower_case(fs::path(name).extension().string()), {".exr", ".tif", ".tiff"});
+  };
+  if (!std::all_of(names.begin(), names.end(), rare)) std::erase_if(names, rare);
   return names;
 }
 

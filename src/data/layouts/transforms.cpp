@@ -222,7 +222,7 @@ std::optional<std::filesystem::path> find_image(const std::filesystem::path& roo
           in_quotes(file_path), ""});
   std::vector<std::string> candidates{file_path};
   if (kind_of(file_path) != FileKind::picture)  // NAME.png.png would be a mask
-    for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG"})
+    for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".exr", ".tif", ".tiff"})
       candidates.push_back(file_path + ending);
   for (const std::string& candidate : candidates) {
     std::error_code error;

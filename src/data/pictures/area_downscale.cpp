@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
+#include <vector>
 
 #include "splinevox/data/image_io.hpp"
 
@@ -29,6 +31,28 @@ PixelMask area_downscale(const PixelMask& mask, int factor) {
     for (int x = 0; x < small.width() * factor; ++x)
       if (mask.test(x, y)) small.set(std::size_t(y / factor) * small.width() + x / factor);
   return small;
+}
+
+Image area_downscale(Image image, int factor) {
+  if (factor == 1) return image;
+  Image small(image.width / factor, image.height / factor, image.channels);
+  const double share = 1.0 / (double(factor) * factor);
+  std::vector<double> sum(static_cast<std::size_t>(image.channels));
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x) {
+      std::fill(sum.begin(), sum.end(), 0.0);
+      for (int dy = 0; dy < factor; ++dy)
+        for (int dx = 0; dx < factor; ++dx)
+          for (std::size_t c = 0; c < sum.size(); ++c)
+            sum[c] += double(image.pixel(x * factor + dx, y * factor + dy)[c]);
+      for (std::size_t c = 0; c < sum.size(); ++c) small.pixel(x, y)[c] = float(share * sum[c]);
+    }
+  return small;
+}
+
+Picture area_downscale(const Picture& picture, int factor) {
+  if (picture.layout().half) return Picture(area_downscale(picture.as_floats(), factor));
+  return area_downscale(picture.unpacked(), factor);
 }
 
 Camera area_downscale(Camera camera, int factor) {

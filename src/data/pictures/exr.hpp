@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -23,9 +24,21 @@ inline constexpr std::size_t kExrMaxBytes = std::size_t(2) << 30;  ///< width * 
 /// Reads all channels of a single-part OpenEXR file as floats (half and unsigned channels are converted),
 /// grouped into layers; channels of a layer come in the order R G B A, X Y Z, then by name.
 ///
+/// @param choose  may leave out layers, which then are not read; their images are empty when it is called
+///
 /// Throws Error (Fault::input) naming the file: not there, not OpenEXR, multi-part or deep, damaged,
 /// truncated, subsampled, or larger than the limits above.
-std::vector<ExrLayer> read_exr_layers(const std::string& path);
+std::vector<ExrLayer> read_exr_layers(const std::string& path,
+                                      const std::function<void(std::vector<ExrLayer>&)>& choose = {});
+
+/// What the header of an OpenEXR file says.
+struct ExrHeader {
+  int width = 0, height = 0;  ///< of the pixels that are there
+  bool whole = true;          ///< they fill the display window
+  std::vector<std::string> channels;
+};
+/// Reads it without the pixels. Throws as read_exr_layers.
+ExrHeader read_exr_header(const std::string& path);
 
 /// Layers of one size as a single-part OpenEXR file of 32-bit floats, ZIP compressed: lossless. All or
 /// nothing (core/atomic_file.hpp); throws Error (Fault::output) naming the path.

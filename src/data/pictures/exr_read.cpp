@@ -27,15 +27,16 @@ namespace {
   fail({.where = path, .what = what, .expected = expected, .got = got, .hint = {}});
 }
 
-std::vector<char> slurp(const std::string& path) {
+/// The file's bytes, or its first.
+std::vector<char> slurp(const std::string& path, std::size_t first = std::size_t(-1)) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   if (error) refuse(path, "cannot be read", "an OpenEXR file", error.message());
   if (size > 2 * kExrMaxBytes)
     refuse(path, "the file is too large", "at most 4 GiB", std::to_string(size) + " bytes");
-  std::vector<char> bytes(size);
+  std::vector<char> bytes(std::min<std::size_t>(size, first));
   std::ifstream file(path, std::ios::binary);
-  if (!file.read(bytes.data(), std::streamsize(size)))
+  if (!file.read(bytes.data(), std::streamsize(bytes.size())))
     refuse(path, "cannot be read", "an OpenEXR file", std::strerror(errno));
   return bytes;
 }
@@ -44,6 +45,8 @@ std::vector<char> slurp(const std::string& path) {
 struct HeaderFacts {
   std::int64_t width = 0, height = 0;
   std::size_t channels = 0;
+  std::vector<std::string> names = {};          ///< of the channels
+  std::array<std::int32_t, 4> data{}, shown{};  ///< both windows, x and y of their first and last pixel
 };
 
 /// Walks the attributes of the header within the bytes at hand; every length is checked against what is left.
@@ -68,12 +71,16 @@ class HeaderWalk {
       if (size > bytes_.size() - at_) truncated();
       if (name == "dataWindow" && type == "box2i" && size == 16) {
         window = true;
+        for (int i = 0; i < 4; ++i) facts.data[std::size_t(i)] = corner(i);
         facts.width = std::int64_t(corner(2)) - corner(0) + 1;
         facts.height = std::int64_t(corner(3)) - corner(1) + 1;
       }
+      if (name == "displayWindow" && type == "box2i" && size == 16)
+        for (int i = 0; i < 4; ++i) facts.shown[std::size_t(i)] = corner(i);
       if (name == "channels" && type == "chlist") {
         list = true;
-        facts.channels = count_channels(size);
+        facts.names = channel_names(size);
+        facts.channels = facts.names.size();
       }
       if (type == "preview" && (size < 8 || 8 + 4 * std::uint64_t(number(at_)) * number(at_ + 4) != size))
         refuse(path_, "the header is damaged", "a preview picture as large as it says",
@@ -107,15 +114,15 @@ class HeaderWalk {
     return {bytes_.data() + begin, at_++ - begin};
   }
   /// Each entry of a channel list is a name, a zero and 16 bytes; a zero ends the list.
-  std::size_t count_channels(std::size_t size) const {
-    std::size_t count = 0, i = at_;
+  std::vector<std::string> channel_names(std::size_t size) const {
+    std::vector<std::string> names;
     const std::size_t end = at_ + size;
-    while (i < end && bytes_[i] != 0) {
+    for (std::size_t i = at_; i < end && bytes_[i] != 0; i += 17) {
+      const std::size_t begin = i;
       while (i < end && bytes_[i] != 0) ++i;
-      i += 17;
-      ++count;
+      names.emplace_back(bytes_.data() + begin, i - begin);
     }
-    return count;
+    return names;
   }
 
   const std::string& path_;
@@ -195,7 +202,16 @@ std::string channel_name(const ExrLayer& layer, const std::string& letter) {
 
 }  // namespace
 
-std::vector<ExrLayer> read_exr_layers(const std::string& path) {
+ExrHeader read_exr_header(const std::string& path) {
+  constexpr std::size_t kHeaderBytes = 1u << 20;
+  const std::vector<char> bytes = slurp(path, kHeaderBytes);
+  const HeaderFacts facts = HeaderWalk(path, bytes).facts();
+  require_sane(path, facts);
+  return {int(facts.width), int(facts.height), facts.data == facts.shown, facts.names};
+}
+
+std::vector<ExrLayer> read_exr_layers(const std::string& path,
+                                      const std::function<void(std::vector<ExrLayer>&)>& choose) {
   const std::vector<char> bytes = slurp(path);
   const HeaderFacts facts = HeaderWalk(path, bytes).facts();
   require_sane(path, facts);
@@ -205,6 +221,7 @@ std::vector<ExrLayer> read_exr_layers(const std::string& path) {
     const Imath::Box2i window = file.header().dataWindow();
     const int width = int(facts.width), height = int(facts.height);
     std::vector<ExrLayer> layers = group(file.header().channels(), path);
+    if (choose) choose(layers);
     Imf::FrameBuffer frame;
     for (ExrLayer& layer : layers) {
       layer.image = Image(width, height, int(layer.channels.size()));

@@ -32,13 +32,8 @@ struct Guess {
 };
 Guess guess_format(Bytes bytes) {
   constexpr std::array<std::uint8_t, 3> jpeg = {0xff, 0xd8, 0xff};
-  constexpr std::array<std::uint8_t, 4> exr = {0x76, 0x2f, 0x31, 0x01};
   if (bytes.empty()) return {"an empty file", "copy the file again"};
   if (starts_with(bytes, jpeg)) return {"a JPEG"};
-  if (starts_with(bytes, exr))
-    return {"an OpenEXR file",
-            "convert it to PNG, with the colours of a screen: "
-            "oiiotool a.exr --colorconvert linear sRGB -o a.png"};
   return {"something else (" + std::to_string(bytes.size()) + " bytes looked at)"};
 }
 

@@ -35,11 +35,6 @@ PictureSize check_jpeg(data::JpegDecoder& decoder, std::uintmax_t file_size, con
   return {decoder.width(), decoder.height()};
 }
 
-bool is_jpeg(const std::filesystem::path& path, const std::string& name) {
-  const std::vector<std::uint8_t> start = data::read_bytes(path, name, data::kLargestFile, 3);
-  return start.size() == 3 && start[0] == 0xff && start[1] == 0xd8 && start[2] == 0xff;
-}
-
 }  // namespace
 
 Image16 read_jpeg(const std::filesystem::path& path, const std::string& where) {
@@ -58,28 +53,14 @@ Image16 read_jpeg(const std::filesystem::path& path, const std::string& where) {
   return image;
 }
 
-data::PictureHeader data::read_picture_header(const std::filesystem::path& path, const std::string& where) {
-  const std::string name = where.empty() ? path.string() : where;
-  if (!is_jpeg(path, name)) {
-    const PngHeader header = read_png_header(path, where);
-    return {{header.width, header.height}, header.samples == 2 || header.samples == 4, 1};
-  }
+data::PictureHeader data::jpeg_header(const std::filesystem::path& path, const std::string& name) {
   const std::uintmax_t size = file_size_of(path, name);
   std::vector<std::uint8_t> bytes = read_bytes(path, name, kLargestFile, kJpegFirstBytes);
   if (bytes.size() < size && !JpegDecoder(bytes).begin())  // a preview or a profile stands before the size
     bytes = read_bytes(path, name, kLargestFile, kJpegHeaderBytes);
   JpegDecoder decoder(bytes);
   const PictureSize stored = check_jpeg(decoder, size, name);
-  return {stored, false, exif_orientation(decoder.app1())};
-}
-
-PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where) {
-  return data::read_picture_header(path, where).size;
-}
-
-Image16 read_picture(const std::filesystem::path& path, const std::string& where) {
-  return is_jpeg(path, where.empty() ? path.string() : where) ? read_jpeg(path, where)
-                                                              : read_png(path, where);
+  return {.size = stored, .orientation = exif_orientation(decoder.app1())};
 }
 
 }  // namespace splinevox

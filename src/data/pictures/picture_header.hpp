@@ -15,11 +15,19 @@ namespace splinevox::data {
 struct PictureHeader {
   PictureSize size;     ///< as stored
   bool alpha = false;   ///< there is a channel for it
+  bool deep = false;    ///< more than 8 bits a channel
+  bool real = false;    ///< values are floats
+  bool linear = false;  ///< the format says that they are of linear light
   int orientation = 1;  ///< EXIF's: how to turn the stored picture to see it upright, 1 to 8; 1 = not at all
 };
 
-/// Reads the header of a PNG or a JPEG. Throws Error (Fault::input).
-PictureHeader read_picture_header(const std::filesystem::path& path, const std::string& where = "");
+/// Reads the header of a PNG, JPEG, OpenEXR or TIFF. Throws Error (Fault::input).
+/// @param layer  of OpenEXR, see real_read.hpp
+PictureHeader read_picture_header(const std::filesystem::path& path, const std::string& where = "",
+                                  const std::string& layer = "");
+
+/// The same of a JPEG.
+PictureHeader jpeg_header(const std::filesystem::path& path, const std::string& where);
 
 /// The orientation in the EXIF block of a JPEG's APP1 marker; 1 if there is none or it makes no sense.
 int exif_orientation(std::span<const std::uint8_t> app1);

@@ -2,48 +2,22 @@
 #include "data/pictures/pictures.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cctype>
 #include <cmath>
-#include <exception>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
 #include <string_view>
 
-#include "core/parallel.hpp"
 #include "core/printable.hpp"
-#include "core/process.hpp"
-#include "data/fingerprint.hpp"
 #include "data/message_text.hpp"
-#include "data/pictures/film_read.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 
 namespace splinevox::data {
 namespace {
-
-/// Runs work(0) .. work(n - 1) on all cores. If some throw, the exception of the lowest index comes out,
-/// whatever the order they ran in: an index is skipped only when a lower one has failed.
-template <class Work>
-void for_each_frame(std::size_t n, const Work& work) {
-  std::vector<std::exception_ptr> errors(n);
-  std::atomic<std::size_t> first{n};
-  parallel_for(int(n), [&](int index) {
-    const std::size_t i(index);
-    if (i > first.load()) return;
-    try {
-      work(i);
-    } catch (...) {
-      errors[i] = std::current_exception();
-      for (std::size_t seen = first.load(); i < seen && !first.compare_exchange_weak(seen, i);) continue;
-    }
-  });
-  for (const std::exception_ptr& error : errors)
-    if (error) std::rethrow_exception(error);
-}
 
 void check_divides(const PicturePlan& plan, std::size_t i) {
   const auto [width, height] = plan.sizes[i];
@@ -54,23 +28,6 @@ void check_divides(const PicturePlan& plan, std::size_t i) {
     if (common % k == 0) divisors += (divisors.empty() ? "--downscale " : ", ") + std::to_string(k);
   fail({plan.where[i], "--downscale " + std::to_string(plan.downscale) + " does not divide the image's size",
         "a divisor of both sides", size_text(plan.sizes[i]), divisors.empty() ? "no --downscale" : divisors});
-}
-
-PictureFacts facts_of(const Picture& image) {
-  PictureFacts facts;
-  Fingerprint hash;
-  hash.add(std::uint64_t(image.width));
-  hash.add(std::uint64_t(image.height));
-  for (std::size_t i = 0; i < image.pixels(); ++i) {
-    const auto p = image.pixel(i);
-    const std::uint64_t r = p[0], g = p[1], b = p[2], a = p[3];
-    hash.add(r | (g << 16) | (b << 32) | (a << 48));
-    facts.see_through |= a < 65535;
-    facts.invisible &= a == 0;
-    facts.black &= a == 0 || (r | g | b) == 0;
-  }
-  facts.hash = hash.value();
-  return facts;
 }
 
 }  // namespace
@@ -106,10 +63,14 @@ int turn_of(const PictureHeader& header, const Lens& lens, bool upright) {
 }  // namespace
 
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
-                          bool upright) {
+                          bool upright, const DatasetRules& rules) {
+  const std::string& transfer = rules.transfer;
+  if (!transfer.empty() && transfer != "srgb" && transfer != "linear")
+    fail({"--transfer", "there is no such transfer", "srgb or linear", transfer, ""});
   const std::filesystem::path root = std::filesystem::canonical(folder);
   PicturePlan plan;
   plan.downscale = downscale;
+  plan.layer = rules.layer;
   std::map<std::filesystem::path, PictureHeader> headers;  // frames may name one file again and again
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
     plan.paths.push_back(split.frames[i].found);
@@ -121,11 +82,16 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
       header.size = split.frames[i].film_size;
     } else {
       const auto [known, first] = headers.try_emplace(plan.paths[i]);
-      if (first) known->second = read_picture_header(plan.paths[i], plan.where[i]);
+      if (first) known->second = read_picture_header(plan.paths[i], plan.where[i], rules.layer);
       header = known->second;
     }
     const Lens& lens = split.frames[i].lens;
     plan.alpha |= header.alpha;
+    const bool cut = !split.frames[i].mask_file.empty();
+    plan.real.push_back(header.real);
+    plan.linear.push_back(transfer.empty() ? header.real || header.linear : transfer == "linear");
+    const bool deep = header.deep || downscale > 1 || plan.linear.back();
+    plan.pixel_bytes.push_back((header.alpha || cut ? 4 : 3) * (deep ? 2 : 1));
     plan.turns.push_back(turn_of(header, lens, upright));
     plan.asked.push_back(header.orientation);
     plan.sizes.push_back(turned(header.size, plan.turns.back()));
@@ -142,48 +108,24 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
   return plan;
 }
 
-double memory_for(const std::vector<PicturePlan>& plans, int threads) {
-  constexpr double kPixel = sizeof(std::uint16_t) * 4;
-  double kept = 0, largest = 0;
-  for (const PicturePlan& plan : plans)
-    for (std::size_t i = 0; i < plan.sizes.size(); ++i) {
-      const double bytes = kPixel * plan.sizes[i].width * plan.sizes[i].height;
-      kept += bytes / plan.downscale / plan.downscale;
-      if (plan.downscale > 1 || plan.turns[i] != 1) largest = std::max(largest, bytes);  // else kept as it is
-    }
-  return kept + threads * largest;
-}
-
-void check_memory(const std::vector<PicturePlan>& plans) {
-  const double bytes = memory_for(plans, thread_count()), memory = total_memory();
-  if (memory == 0 || bytes <= memory) return;
-  constexpr double kGiB = 1u << 30;
-  fail({plans[0].where[0], "the pictures do not fit into memory", "at most " + number(memory / kGiB) + " GiB",
-        number(bytes / kGiB) + " GiB", "--downscale " + std::to_string(2 * plans[0].downscale)});
+void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes) {
+  const auto linear = std::count(plan.linear.begin(), plan.linear.end(), char(1)),
+             real = std::count(plan.real.begin(), plan.real.end(), char(1));
+  const auto all = std::ptrdiff_t(plan.linear.size());
+  const auto count = [&](std::ptrdiff_t n) {
+    return std::to_string(n) + " of " + std::to_string(all) + " pictures";
+  };
+  if (linear > 0)
+    notes.push_back(
+        raw.name + ": " + count(linear) +
+        " are taken as linear light (--transfer srgb otherwise) and trained as a screen shows them, by "
+        "the curve of sRGB, beyond 1 too");
+  if (real > linear)
+    notes.push_back(raw.name + ": " + count(real - linear) +
+                    " hold floats that are taken as a screen shows them, as --transfer srgb says");
 }
 
 namespace {
-
-/// Every film once, its wanted frames in their order.
-std::vector<Picture> decode_films(const PicturePlan& plan) {
-  std::map<std::filesystem::path, std::vector<std::size_t>> of_film;
-  for (std::size_t i = 0; i < plan.paths.size(); ++i) of_film[plan.paths[i]].push_back(i);
-  std::vector<Picture> images(plan.paths.size());
-  for (auto& [path, frames] : of_film) {
-    std::sort(frames.begin(), frames.end(),
-              [&](std::size_t a, std::size_t b) { return plan.film_frame[a] < plan.film_frame[b]; });
-    std::vector<int> wanted;
-    for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
-    const PictureSize& size = plan.sizes[frames[0]];
-    read_film(
-        path, size, wanted,
-        [&, &list = frames](std::size_t k, Image16&& image) {
-          images[list[k]] = area_downscale(std::move(image), plan.downscale);
-        },
-        plan.where[frames[0]]);
-  }
-  return images;
-}
 
 /// Whether a character beyond ASCII is a letter, or part of one: no sign, no blank, nothing that is not seen.
 bool is_letter(char32_t c) {
@@ -237,23 +179,6 @@ std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& pla
     while (!taken.insert(names[i] = name + "_" + std::to_string(k)).second) ++k;
   }
   return names;
-}
-
-std::vector<Picture> decode(const PicturePlan& plan) {
-  if (plan.film()) return decode_films(plan);
-  std::vector<Picture> images(plan.paths.size());
-  for_each_frame(images.size(), [&](std::size_t i) {
-    images[i] = area_downscale(
-        cut_out(turned(read_picture(plan.paths[i], plan.where[i]), plan.turns[i]), plan.masks, i),
-        plan.downscale);
-  });
-  return images;
-}
-
-std::vector<PictureFacts> look_at(const std::vector<const Picture*>& images) {
-  std::vector<PictureFacts> facts(images.size());
-  for_each_frame(images.size(), [&](std::size_t i) { facts[i] = facts_of(*images[i]); });
-  return facts;
 }
 
 }  // namespace splinevox::data

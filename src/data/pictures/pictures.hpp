@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
 
 #include "data/layouts/raw_scene.hpp"
 #include "data/pictures/mask_read.hpp"
-#include "splinevox/core/image.hpp"
 #include "splinevox/data/image_io.hpp"
 
 namespace splinevox::data {
@@ -21,6 +19,9 @@ struct PicturePlan {
   std::vector<int> asked;          ///< EXIF's orientation, 1 where there is none
   std::vector<int> turns;          ///< the same where it is obeyed, else 1: cameras are for the stored pixels
   bool alpha = false;              ///< some file has a channel for it
+  std::vector<int> pixel_bytes;    ///< that each is likely to take once it is decoded
+  std::vector<char> real, linear;  ///< whether each holds floats, and whether they stand for light
+  std::string layer = {};          ///< of OpenEXR
   int downscale = 1;
   std::vector<int> film_frame;  ///< as in RawFrame
   MaskPlan masks = {};          ///< what of the pictures is kept
@@ -39,28 +40,11 @@ std::string size_text(const PictureSize& size);
 /// 0's though its lens does not say what size it is for (w, h, fl_x): an angle of view means nothing for a
 /// picture that was cropped.
 /// @param upright  whether cameras are for pictures turned by EXIF where neither sizes nor angles tell.
+/// @param rules    transfer and layer
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
-                          bool upright);
+                          bool upright, const DatasetRules& rules = {});
 
-/// Bytes that the pictures of all plans take while they are decoded: all of them as they are kept, and on
-/// each thread one as it is stored.
-double memory_for(const std::vector<PicturePlan>& plans, int threads);
-
-/// Throws Error (Fault::input) if that exceeds the memory that this process may have (total_memory).
-void check_memory(const std::vector<PicturePlan>& plans);
-
-/// Decodes on all cores. If several pictures are bad, the Error is always that of the first of them.
-std::vector<Picture> decode(const PicturePlan& plan);
-
-/// What the pixels of one picture tell, found in one pass.
-struct PictureFacts {
-  std::uint64_t hash = 0;    ///< of size and pixels
-  bool see_through = false;  ///< some pixel has alpha < 1
-  bool invisible = true;     ///< every pixel has alpha 0
-  bool black = true;         ///< every pixel that shows is black
-};
-
-/// Facts of each picture, on all cores.
-std::vector<PictureFacts> look_at(const std::vector<const Picture*>& images);
+/// What was taken for light, and how it is trained.
+void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes);
 
 }  // namespace splinevox::data

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/parallel.hpp"
+#include "train/by_time.hpp"
 
 namespace splinevox {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 constexpr int kRing = 2;  ///< pixels around what is not ground
 
 Vec3 colour_at(const Picture& image, int x, int y) {
-  const auto p = image.pixel(x, y);
+  const auto p = image.rgba(x, y);
   return {p[0] / 65535.0f, p[1] / 65535.0f, p[2] / 65535.0f};
 }
 
@@ -44,18 +45,20 @@ void visit_border(const Frame& frame, const Visit& of) {
 }
 
 /// The most frequent colour along all borders, to a 32nd, and the median of what lies near it.
-Vec3 border_mode(const Split& train) {
+Vec3 border_mode(const std::vector<const Frame*>& frames) {
   constexpr float kBins = 32;
   std::map<int, std::pair<std::size_t, Vec3d>> bins;
-  for (const Frame& f : train.frames)
-    visit_border(f, [&](int x, int y) {
-      const Vec3 c = colour_at(f.image, x, y);
+  for (const Frame* f : frames) {
+    const ReadAll all_of(f->image);
+    visit_border(*f, [&](int x, int y) {
+      const Vec3 c = colour_at(f->image, x, y);
       int key = 0;
-      for (int a = 0; a < 3; ++a) key = key * int(kBins) + std::min(int(c[a] * kBins), int(kBins) - 1);
+      for (int a = 0; a < 3; ++a) key = key * int(kBins) + int(std::min(c[a] * kBins, kBins - 1));
       auto& [count, sum] = bins[key];
       ++count;
       sum += cast<double>(c);
     });
+  }
   if (bins.empty()) return {};
   const auto most = std::max_element(
       bins.begin(), bins.end(), [](const auto& a, const auto& b) { return a.second.first < b.second.first; });
@@ -65,13 +68,16 @@ Vec3 border_mode(const Split& train) {
   std::array<std::vector<std::size_t>, 3> levels;
   for (auto& l : levels) l.resize(kLevels + 1);
   std::size_t near = 0;
-  for (const Frame& f : train.frames)
-    visit_border(f, [&](int x, int y) {
-      const Vec3 c = colour_at(f.image, x, y);
+  for (const Frame* f : frames) {
+    const ReadAll all_of(f->image);
+    visit_border(*f, [&](int x, int y) {
+      const Vec3 c = colour_at(f->image, x, y);
       if (!is_ground(c, centre)) return;
-      for (int k = 0; k < 3; ++k) ++levels[std::size_t(k)][std::size_t(c[k] * kLevels + 0.5f)];
+      for (int k = 0; k < 3; ++k)
+        ++levels[std::size_t(k)][std::size_t(std::min(c[k], 1.0f) * kLevels + 0.5f)];
       ++near;
     });
+  }
   if (near == 0) return centre;
   Vec3 median;
   for (int k = 0; k < 3; ++k) {
@@ -129,17 +135,19 @@ std::vector<char> shrunk(const std::vector<char>& ground, int w, int h) {
 std::optional<Vec3> find_ground(const Split& train) {
   constexpr double kPlainBorder = 0.75, kPlainPictures = 0.75;
   if (train.frames.empty()) return {};
-  const Vec3 colour = border_mode(train);
+  const std::vector<const Frame*> frames = some_frames(train);
+  const Vec3 colour = border_mode(frames);
   std::size_t plain = 0;
-  for (const Frame& f : train.frames) {
+  for (const Frame* f : frames) {
+    const ReadAll all_of(f->image);
     std::size_t like = 0, all = 0;
-    visit_border(f, [&](int x, int y) {
-      like += is_ground(colour_at(f.image, x, y), colour) ? 1 : 0;
+    visit_border(*f, [&](int x, int y) {
+      like += is_ground(colour_at(f->image, x, y), colour) ? 1 : 0;
       ++all;
     });
     plain += all > 0 && double(like) >= kPlainBorder * double(all) ? 1 : 0;
   }
-  if (double(plain) < kPlainPictures * double(train.frames.size())) return {};
+  if (double(plain) < kPlainPictures * double(frames.size())) return {};
   return colour;
 }
 
@@ -147,23 +155,18 @@ double cut_ground(Split& train, const Vec3& colour) {
   std::vector<double> cut(train.frames.size()), all(train.frames.size());
   parallel_for(int(train.frames.size()), [&](int f) {
     Picture& image = train.frames[f].image;
+    const ReadAll all_of(image);
     const std::vector<char> ground =
         shrunk(connected_ground(train.frames[f], colour), image.width, image.height);
-    for (std::size_t i = 0; i < ground.size(); ++i) {
-      if (!ground[i]) continue;
-      image.set_alpha(i, 0);
-      ++cut[f];
-    }
+    cut[f] = double(std::count(ground.begin(), ground.end(), char(1)));
     all[f] = double(image.pixels());
+    image.cut(std::vector<bool>(ground.begin(), ground.end()));
   });
   return std::accumulate(cut.begin(), cut.end(), 0.0) / std::accumulate(all.begin(), all.end(), 1e-9);
 }
 
 void undo_cut(Split& train) {
-  parallel_for(int(train.frames.size()), [&](int f) {
-    Picture& image = train.frames[f].image;
-    for (std::size_t i = 0; i < image.pixels(); ++i) image.set_alpha(i, 65535);
-  });
+  for (Frame& f : train.frames) f.image.cut({});
 }
 
 }  // namespace splinevox

@@ -35,6 +35,7 @@ struct Silhouette {
         height((frame.image.height + kBlock - 1) / kBlock),
         views(std::size_t(width) * height, kOutside) {
     const Picture& image = frame.image;
+    const ReadAll all_of(image);
     const auto each_pixel = [&](const auto& is, View view) {
       for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) {
@@ -183,6 +184,7 @@ double explained_by_hull(const Split& train, const std::vector<Camera>& cameras)
   parallel_for(count, [&](int k) {
     const Frame& frame = train.frames[k * every];
     const Picture& image = frame.image;
+    const ReadAll all_of(image);
     for (int v = 0; v < kAcross; ++v)
       for (int u = 0; u < kAcross; ++u) {
         const int x = (2 * u + 1) * image.width / (2 * kAcross),

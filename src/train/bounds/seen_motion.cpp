@@ -33,6 +33,7 @@ std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, co
   Look<Sh> look(model, cameras.time_of(view), occupancy);
   const Vec3 gain = cameras.gain_of(view);
   const Camera& camera = view.camera;
+  const ReadAll all_of(view.image);
   const int stride = std::max(1, int(std::sqrt(double(camera.width) * camera.height / rays)));
   std::vector<CellSums> cells(grid.cells());
   for (int y = stride / 2; y < camera.height; y += stride)

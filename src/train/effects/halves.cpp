@@ -22,10 +22,11 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
   Split out{train.name, std::vector<Frame>(frames.size())};
   parallel_for(int(frames.size()), [&](int i) {
     const Frame& f = train.frames[frames[i]];
+    const ReadAll all_of(f.image);
     const int factor =
         std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
     out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,
-                     area_downscale(f.image.unpacked(), factor), f.camera_id};
+                     area_downscale(f.image, factor), f.camera_id};
     out.frames[i].ignored = area_downscale(f.ignored, factor);
   });
   const std::vector<Frame> all = std::exchange(out.frames, {});

@@ -45,6 +45,7 @@ struct Film {
   Values values(int frame) const {
     const Picture& picture = split.frames[std::size_t(frame)].image;
     const PixelMask& ignored = split.frames[std::size_t(frame)].ignored;
+    const ReadAll all_of(picture);
     const int step = std::max(1, camera.factor / 2), f = camera.factor;
     Values out(kChannels * blocks());
     for (int y = 0; y < camera.height; ++y)
@@ -53,7 +54,7 @@ struct Film {
         int count = 0;
         for (int v = y * f; v < (y + 1) * f; v += step)
           for (int u = x * f; u < (x + 1) * f; u += step) {
-            const auto p = picture.pixel(u, v);
+            const auto p = picture.rgba(u, v);
             const float alpha = ignored.test(u, v) ? kIgnored : p[3] * (1 / 65535.0f);
             for (std::size_t c = 0; c < 3; ++c) sum[c] += alpha * p[c] * (1 / 65535.0f);
             sum[3] += alpha;

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "data/pictures/exr.hpp"
+#include "data/pictures/real_read.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox::data {
+namespace {
+
+using Letters = std::set<std::string>;
+
+bool has_colours(const Letters& letters) {
+  return letters.contains("Y") || (letters.contains("R") && letters.contains("G") && letters.contains("B"));
+}
+
+/// Names of layers and their letters, of channels "layer.R" and "R".
+std::map<std::string, Letters> layers_of(const std::vector<std::string>& channels) {
+  std::map<std::string, Letters> out;
+  for (const std::string& channel : channels) {
+    const std::size_t dot = channel.rfind('.');
+    if (dot == std::string::npos)
+      out[""].insert(channel);
+    else
+      out[channel.substr(0, dot)].insert(channel.substr(dot + 1));
+  }
+  return out;
+}
+
+/// The layer to read.
+std::string choose_layer(const std::map<std::string, Letters>& layers, const std::string& asked,
+                         const std::string& where) {
+  std::vector<std::string> good, combined;
+  std::string known;
+  for (const auto& [name, letters] : layers) {
+    if (!has_colours(letters)) continue;
+    if (name == asked) return name;
+    good.push_back(name);
+    if (name.ends_with("Combined")) combined.push_back(name);
+    known += (known.empty() ? "" : ", ") + name;
+  }
+  if (!asked.empty())
+    fail({where, "there is no layer of colours named '" + asked + "'", "--layer with one that is there",
+          known.empty() ? "none" : known, ""});
+  if (good.empty())
+    fail({where, "the OpenEXR file holds no colours", "channels R, G and B, or Y", "none of them", ""});
+  if (good.size() == 1) return good[0];
+  if (combined.size() == 1) return combined[0];
+  fail({where, "several layers hold colours", "one of them, by --layer NAME", known, ""});
+}
+
+/// Errors of a file under another name.
+template <class Work>
+auto named(const std::string& where, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& e) {
+    Problem problem = e.problem;
+    problem.where = where;
+    fail(problem);
+  }
+}
+
+}  // namespace
+
+PictureHeader exr_picture_header(const std::filesystem::path& path, const std::string& where,
+                                 const std::string& layer) {
+  const ExrHeader header = named(where, [&] { return read_exr_header(path.string()); });
+  const std::map<std::string, Letters> layers = layers_of(header.channels);
+  const Letters& letters = layers.at(choose_layer(layers, layer, where));
+  if (!header.whole)
+    fail({where, "the picture is cut out of its display window, or larger",
+          "pixels of the whole display window", "another data window",
+          "oiiotool a.exr --fullpixels -o b.exr, or --crop to the display window"});
+  PictureHeader out;
+  out.size = {header.width, header.height};
+  out.alpha = letters.contains("A");
+  out.deep = out.real = out.linear = true;
+  return out;
+}
+
+Image read_exr_picture(const std::filesystem::path& path, const std::string& where,
+                       const std::string& layer) {
+  return named(where, [&] {
+    const std::vector<ExrLayer> read = read_exr_layers(path.string(), [&](std::vector<ExrLayer>& all) {
+      std::map<std::string, Letters> layers;
+      for (const ExrLayer& l : all) layers[l.name] = Letters(l.channels.begin(), l.channels.end());
+      const std::string chosen = choose_layer(layers, layer, where);
+      std::erase_if(all, [&](const ExrLayer& l) { return l.name != chosen; });
+    });
+    const ExrLayer& from = read.at(0);
+    const auto place = [&](const char* letter) {
+      return int(std::find(from.channels.begin(), from.channels.end(), letter) - from.channels.begin());
+    };
+    const int count = from.image.channels;
+    const bool grey = place("R") == count;
+    const int colours[3] = {place(grey ? "Y" : "R"), place(grey ? "Y" : "G"), place(grey ? "Y" : "B")};
+    const int alpha = place("A");
+    Image out(from.image.width, from.image.height, 4);
+    for (std::size_t i = 0; i < out.pixels(); ++i) {
+      const float* stored = from.image.data.data() + i * std::size_t(count);
+      const float a = alpha < count ? stored[alpha] : 1;
+      for (std::size_t c = 0; c < 3; ++c)
+        out.data[4 * i + c] = a == 1 ? stored[colours[c]] : a > 0 ? stored[colours[c]] / a : 0;
+      out.data[4 * i + 3] = a;
+    }
+    return out;
+  });
+}
+
+}  // namespace splinevox::data

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "data/pictures/read_picture.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "data/file_bytes.hpp"
+#include "data/pictures/real_read.hpp"
+#include "splinevox/data/image_io.hpp"
+
+namespace splinevox {
+namespace data {
+namespace {
+
+enum class Format { png, jpeg, exr, tiff };
+
+/// By the first bytes, whatever the file is called. What is none of them is told by the reader of PNG.
+Format format_of(const std::filesystem::path& path, const std::string& where) {
+  const std::vector<std::uint8_t> start = read_bytes(path, where, kLargestFile, 4);
+  const auto is = [&](const std::vector<std::uint8_t>& mark) {
+    return start.size() >= mark.size() && std::equal(mark.begin(), mark.end(), start.begin());
+  };
+  if (is({0xff, 0xd8, 0xff})) return Format::jpeg;
+  if (is({0x76, 0x2f, 0x31, 0x01})) return Format::exr;
+  if (is({'I', 'I', 42, 0}) || is({'M', 'M', 0, 42}) || is({'I', 'I', 43, 0}) || is({'M', 'M', 0, 43}))
+    return Format::tiff;
+  return Format::png;
+}
+
+}  // namespace
+
+PictureHeader read_picture_header(const std::filesystem::path& path, const std::string& where,
+                                  const std::string& layer) {
+  const std::string name = where.empty() ? path.string() : where;
+  switch (format_of(path, name)) {
+    case Format::jpeg:
+      return jpeg_header(path, name);
+    case Format::exr:
+      return exr_picture_header(path, name, layer);
+    case Format::tiff:
+      return tiff_header(path, name);
+    case Format::png:
+      break;
+  }
+  const PngHeader header = read_png_header(path, name);
+  return {.size = {header.width, header.height},
+          .alpha = header.samples == 2 || header.samples == 4,
+          .deep = header.bits > 8};
+}
+
+FilePixels read_pixels(const std::filesystem::path& path, const std::string& where,
+                       const std::string& layer) {
+  switch (format_of(path, where)) {
+    case Format::jpeg:
+      return {read_jpeg(path, where), {}};
+    case Format::exr:
+      return {{}, read_exr_picture(path, where, layer)};
+    case Format::tiff:
+      return read_tiff(path, where);
+    case Format::png:
+      break;
+  }
+  return {read_png(path, where), {}};
+}
+
+}  // namespace data
+
+Image16 read_picture(const std::filesystem::path& path, const std::string& where) {
+  data::FilePixels pixels = data::read_pixels(path, where.empty() ? path.string() : where, "");
+  return pixels.real.data.empty() ? std::move(pixels.whole) : Picture(pixels.real).unpacked();
+}
+
+PictureSize read_picture_size(const std::filesystem::path& path, const std::string& where) {
+  return data::read_picture_header(path, where).size;
+}
+
+}  // namespace splinevox
