@@ -247,6 +247,8 @@ TEST_SUITE("data/masks") {
     CHECK(holds(black.error("ignore"), "--masks ignore-white"));
     CHECK(holds(white.error("ignore-white"), "wholly white: nothing would be left"));
     CHECK(holds(labels.error("subject"), "they seem to be numbers of parts"));
+    const Masked ones(grey_png([](int x, int) { return x % 2; }));  // 0 and 1 are black and white
+    CHECK(ones.load(with("subject")).has_alpha);
     CHECK(notes_with(white.load(with("ignore")), "10 of them wholly white").size() == 1);
     CHECK(notes_with(black.load({}), "10 of them wholly black").size() == 1);
     const TempFolder flat;  // one folder of masks for all cameras

@@ -100,11 +100,13 @@ Mask read_mask(const MaskPlan& plan, std::size_t i) {
               std::to_string(v[2] / 257) + ")",
           "make a grey picture of the parts that are meant: white for them, black for all others"});
   }
+  constexpr int kOne = 257;  // of 8 bits: a mask of 0 and 1, as programs write what is no picture to them
+  const bool of_ones = grey.hi == kOne && !by_alpha;
   Mask mask{image.width, image.height, {}};
   mask.white.reserve(image.pixels());
   for (std::size_t p = 0; p < image.pixels(); ++p) {
     const std::uint16_t* v = image.rgba.data() + 4 * p;
-    const std::uint64_t g = std::max({v[0], v[1], v[2]}), a = v[3];
+    const std::uint64_t g = (of_ones ? 255 : 1) * std::max({v[0], v[1], v[2]}), a = v[3];
     mask.white.push_back(std::uint16_t(by_alpha ? a : alpha.varies() ? (g * a + kMiddle - 1) / kWhite : g));
   }
   return mask;
