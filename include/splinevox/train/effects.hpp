@@ -167,6 +167,11 @@ struct EffectChoice {
 /// A background can be learned behind opaque pictures only. It is tried first, or motion would be taken for
 /// the fog that stands in for it. It goes by its mean. With too few views or steps for trials it stays on.
 ///
+/// Of a rig of cameras exposures are tried before all else, because gains blur every other comparison. They
+/// stay if they are sure to gain and the gains differ by 3%: what a gain gives to other pictures of its own
+/// camera may be what the model lacks there. Clocks are tried after motion, by the colour errors along what
+/// the model changes in time (ClockDoubt). A camera must be sure to be off by a fifth of its interval.
+///
 /// View dependence, rigidity, and light beside motion pay late in training, so fits this short cannot judge
 /// them (docs/experiments/effects.md, "Which effects can a fit of 200 steps judge?"). They stay as the
 /// configuration has them.
