@@ -167,7 +167,7 @@ TEST_SUITE("hard/gradients") {
       }
       // Of each slot's time, by a difference in double that is as wide as float's rounding leaves nothing of.
       double steepest = 0;
-      std::vector<double> want(times.size());
+      std::vector<double> slope_wanted(times.size());
       for (std::size_t f = 0; f < times.size(); ++f) {
         constexpr double kHalf = 1e-6;
         const auto value = [&](double by) {
@@ -175,11 +175,11 @@ TEST_SUITE("hard/gradients") {
           moved[f] += by;
           return exact_gradients<1>(model, batch, moved, loss, 0, 77).value;
         };
-        want[f] = (value(kHalf) - value(-kHalf)) / (2 * kHalf);
-        steepest = std::max(steepest, std::abs(want[f]));
+        slope_wanted[f] = (value(kHalf) - value(-kHalf)) / (2 * kHalf);
+        steepest = std::max(steepest, std::abs(slope_wanted[f]));
       }
       REQUIRE(steepest > 0);
-      for (std::size_t f = 0; f < times.size(); ++f) slope.see(std::abs(slopes[f] - want[f]) / steepest);
+      for (std::size_t f = 0; f < times.size(); ++f) slope.see(std::abs(slopes[f] - slope_wanted[f]) / steepest);
       const auto compare = [&](const Channels& got, const std::vector<double>& want, Worst& worst) {
         double largest = 0;
         for (const double g : want) largest = std::max(largest, std::abs(g));
