@@ -8,8 +8,8 @@ namespace splinevox {
 /// A target is what a picture says of a colour, per channel: v >= 0 is that value; -v with v > 0 is "v or
 /// more".
 ///
-/// Most pictures end at 1, so where they show 1 there was 1 or more. Behind a camera's gain g that is 1/g or more
-/// (math/exposure.hpp), and what is not cut off may be beyond 1.
+/// Most pictures end at 1, so where they show 1 there was 1 or more. Behind a camera's gain g that is 1/g or
+/// more (math/exposure.hpp), and what is not cut off may be beyond 1.
 template <class T>
 SPLINEVOX_HD inline T at_least(T value) {
   return -value;

@@ -31,8 +31,7 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
   for (int y = y0; y < std::min(y0 + kTile, camera.height); ++y)
     for (int x = x0; x < std::min(x0 + kTile, camera.width); ++x) {
       const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
-      const RayInput<float> input =
-          clip_ray(ray, model.box, field.step, 0.5f, model.behind(ray));
+      const RayInput<float> input = clip_ray(ray, model.box, field.step, 0.5f, model.behind(ray));
       const RayResult<float> result = kernel.forward(input, field, frame, stop);
       const float alpha = 1 - result.transmittance;
       const PixelDepth depth(camera, ray, input);

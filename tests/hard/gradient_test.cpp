@@ -179,7 +179,8 @@ TEST_SUITE("hard/gradients") {
         steepest = std::max(steepest, std::abs(slope_wanted[f]));
       }
       REQUIRE(steepest > 0);
-      for (std::size_t f = 0; f < times.size(); ++f) slope.see(std::abs(slopes[f] - slope_wanted[f]) / steepest);
+      for (std::size_t f = 0; f < times.size(); ++f)
+        slope.see(std::abs(slopes[f] - slope_wanted[f]) / steepest);
       const auto compare = [&](const Channels& got, const std::vector<double>& want, Worst& worst) {
         double largest = 0;
         for (const double g : want) largest = std::max(largest, std::abs(g));
