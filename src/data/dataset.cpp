@@ -280,7 +280,11 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   dataset.masks = note_masks(open, plans, dataset.notes);
   if (!options.pixels || options.room) {
     const bool may = plans[0].alpha || open.mask_use.what == MaskUse::What::subject;
-    dataset.has_alpha = may && !plans[0].film() && some_see_through(plans[0]);
+    try {
+      dataset.has_alpha = may && !plans[0].film() && some_see_through(plans[0]);
+    } catch (const Error&) {
+      if (!options.pixels) throw;  // else whoever decodes all names the first bad one
+    }
   }
   if (!options.pixels) return dataset;
   const bool outgrown = outgrow(plans, dataset, options, dataset.notes);
