@@ -278,12 +278,17 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   }
   note_sizes(plans, raw, dataset.notes);
   dataset.masks = note_masks(open, plans, dataset.notes);
-  if (!options.pixels) {
+  if (!options.pixels || options.room) {
     const bool may = plans[0].alpha || open.mask_use.what == MaskUse::What::subject;
-    dataset.has_alpha = may && !plans[0].film() && some_see_through(plans[0]);
-    return dataset;
+    try {
+      dataset.has_alpha = may && !plans[0].film() && some_see_through(plans[0]);
+    } catch (const Error&) {
+      if (!options.pixels) throw;  // else whoever decodes all names the first bad one
+    }
   }
+  if (!options.pixels) return dataset;
   const bool outgrown = outgrow(plans, dataset, options, dataset.notes);
+  dataset.has_alpha = false;  // what all pictures say follows
   const std::string cache = outgrown ? cache_folder(options.cache) : "";
   for (std::size_t s = 0; s < raw.size(); ++s) {
     Split& split = dataset.splits[s];
