@@ -39,7 +39,8 @@ struct Kind {
 std::vector<Kind> kinds() {
   const std::vector<std::string> movers{"dancer", "ball", "snake"}, still{"static"};
   const std::vector<double> around{0.3, 0.5, 1, 1.5};
-  const SynthRig turns{.cameras = 12, .turns = true}, all{.cameras = 8};
+  const SynthRig turns{.cameras = 12, .turns = true}, all{.cameras = 8},
+      exposures{.cameras = 8, .exposures = 0.14}, late{.cameras = 8, .late = 0.5};
   constexpr int kMoments = 12;  // of a rig whose cameras see them all
   return {{"static, matte", still, {}, {}},
           {"static, glossy", still, {.gloss = 0.6}, {"view"}},
@@ -63,7 +64,10 @@ std::vector<Kind> kinds() {
           {"rig, static", still, {}, {}, kMoments, {0}, all},
           {"rig, moving, opaque", movers, {.opaque = true}, {"motion", "background"}, kMoments, {0}, all},
           {"rig, a twentieth moves", {"toy"}, {}, {"motion"}, kMoments, {0}, all},
-          {"rig, light fades", still, {.fade = 0.6}, {"light"}, kMoments, {0}, all}};
+          {"rig, light fades", still, {.fade = 0.6}, {"light"}, kMoments, {0}, all},
+          {"rig, exposures", movers, {}, {"motion", "exposure"}, kMoments, {0}, exposures},
+          {"rig, static, exposures", still, {}, {"exposure"}, kMoments, {0}, exposures},
+          {"rig, one late", movers, {}, {"motion", "clock"}, 2 * kMoments, {0}, late}};
 }
 
 nlohmann::json describe(const EffectChoice& choice) {
@@ -78,6 +82,9 @@ nlohmann::json describe(const EffectChoice& choice) {
     j["gains"][to_string(v.effect)] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo,
                                                   v.gain.hi, to_string(v.with.without(v.effect)));
     if (v.far) j["far"] = *v.far;
+    if (v.spread) j["spread"] = *v.spread;
+    for (const ClockDoubt& d : v.clocks)
+      j["clocks"].push_back(fmt::format("{:.2f} [{:.2f}, {:.2f}]", d.offset.mean, d.offset.lo, d.offset.hi));
   }
   for (const EffectTrial& t : choice.trials)
     j["fits"][to_string(t.effects)] =
