@@ -154,13 +154,14 @@ py::dict evaluate(const VoxelModel& model, const Split& split) {
   py::list frames;
   for (const run::ViewScore& v : scores.views) {
     py::dict frame(py::arg("name") = v.name, py::arg("time") = v.time, py::arg("psnr") = capped_psnr(v.psnr),
-                   py::arg("ssim") = v.ssim, py::arg("ms_ssim") = v.ms_ssim);
+                   py::arg("ssim") = v.ssim, py::arg("ms_ssim") = v.ms_ssim,
+                   py::arg("psnr_best_gain") = capped_psnr(v.psnr_best_gain));
     if (v.psnr_inside) frame["psnr_inside"] = capped_psnr(*v.psnr_inside);
     frames.append(frame);
   }
   py::dict out(py::arg("psnr") = scores.psnr, py::arg("ssim") = scores.ssim,
-               py::arg("ms_ssim") = scores.ms_ssim, py::arg("split") = scores.split,
-               py::arg("frames") = frames);
+               py::arg("ms_ssim") = scores.ms_ssim, py::arg("psnr_best_gain") = scores.psnr_best_gain,
+               py::arg("split") = scores.split, py::arg("frames") = frames);
   if (scores.psnr_inside) out["psnr_inside"] = *scores.psnr_inside;
   return out;
 }

@@ -168,7 +168,7 @@ TEST_SUITE("app/run") {
       return Json::parse(program({"info", scene.path(run) + "/model.vdb", "--json"}).out)["meta"];
     };
     const Json learned = train("learned", {}), white = train("white", {"--background", "white"});
-    CHECK(learned["splinevox_model"] == "4");
+    CHECK(learned["splinevox_model"] == "5");  // all effects: surroundings too
     CHECK(learned.contains("background_harmonics"));
     CHECK(white["splinevox_model"] == "2");
     CHECK(Json::parse(slurp(scene.path("learned") + "/effects.json"))["used"]["background"] == 2);

@@ -71,8 +71,8 @@ struct TinyScene {
       targets.push_back({0.5 + 0.5 * uniform(random), 0.5, 0.2});
       if (i == 5) {
         rays.back().background.x = 3;
-        targets.back().x = targets.back().z = 1;
-      }  // clipped: brighter in red, darker in blue
+        targets.back().x = targets.back().z = -1;  // 1 or more
+      }                                            // clipped: brighter in red, darker in blue
       for (int c = 0; c < 3; ++c) behind.push_back(rays.back().background[c]);
       probes.push_back({1, i % 2 ? -1.0 : 1.0, 1});
     }
@@ -192,8 +192,8 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       if (value_of(transmittance) < stop) break;
     }
     for (int c = 0; c < 3; ++c) {
-      const T e = color[c] + transmittance * behind[3 * ray + c] - T(scene.targets[ray][c]);
-      const bool clipped = scene.targets[ray][c] >= 1 && value_of(e) > 0;
+      const T e = color[c] + transmittance * behind[3 * ray + c] - T(std::abs(scene.targets[ray][c]));
+      const bool clipped = scene.targets[ray][c] < 0 && value_of(e) > 0;
       if (!clipped) total += e * e;
     }
   }

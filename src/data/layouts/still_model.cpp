@@ -8,6 +8,7 @@
 
 #include "data/layouts/rig_footage.hpp"
 #include "data/message_text.hpp"
+#include "data/times/digits.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -36,6 +37,22 @@ std::vector<std::string> names_by(const RawScene& scene, std::string (*naming)(c
   return {names.begin(), names.end()};
 }
 
+/// Keeps pictures of the form that the model's own pictures have, where folders hold these: depth maps and
+/// the like lie beside them.
+void keep_form(const RawScene& scene, std::vector<Footage>& footage) {
+  const auto form = [](const std::string& path) { return take_apart(path, false).stem_text; };
+  std::set<std::string> own, forms;
+  for (const RawSplit& split : scene.splits)
+    for (const RawFrame& frame : split.frames)
+      own.insert(std::string(bare_name(fs::path(frame.file_path).lexically_normal().generic_string())));
+  for (const Footage& f : footage)
+    for (const std::string& path : f.pictures)
+      if (own.contains(std::string(bare_name(path)))) forms.insert(form(path));
+  if (forms.empty()) return;
+  for (Footage& f : footage)
+    std::erase_if(f.pictures, [&](const std::string& path) { return !forms.contains(form(path)); });
+}
+
 bool is_one_moment(const RawScene& scene) {
   for (const RawSplit& split : scene.splits)
     for (const RawFrame& frame : split.frames)
@@ -51,6 +68,7 @@ bool take_still_model(const fs::path& folder, RawScene& scene) {
     const std::vector<std::string> names = names_by(scene, naming);
     if (names.size() < 2) continue;
     std::vector<Footage> footage = find_footage(folder, names);
+    keep_form(scene, footage);
     std::erase_if(footage, [](const Footage& f) { return f.film.empty() && f.pictures.size() < 2; });
     const auto named = std::find_if(footage.begin(), footage.end(), [&](const Footage& f) {
       return std::binary_search(names.begin(), names.end(), f.camera);
