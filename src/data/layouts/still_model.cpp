@@ -41,13 +41,15 @@ std::vector<std::string> names_by(const RawScene& scene, std::string (*naming)(c
 /// the like lie beside them.
 void keep_form(const RawScene& scene, std::vector<Footage>& footage) {
   const auto form = [](const std::string& path) { return take_apart(path, false).stem_text; };
+  const auto name = [](const std::string& path) {
+    return std::string(bare_name(fs::path(path).filename().string()));
+  };
   std::set<std::string> own, forms;
   for (const RawSplit& split : scene.splits)
-    for (const RawFrame& frame : split.frames)
-      own.insert(std::string(bare_name(fs::path(frame.file_path).lexically_normal().generic_string())));
+    for (const RawFrame& frame : split.frames) own.insert(name(frame.file_path));
   for (const Footage& f : footage)
     for (const std::string& path : f.pictures)
-      if (own.contains(std::string(bare_name(path)))) forms.insert(form(path));
+      if (own.contains(name(path))) forms.insert(form(path));
   if (forms.empty()) return;
   for (Footage& f : footage)
     std::erase_if(f.pictures, [&](const std::string& path) { return !forms.contains(form(path)); });
