@@ -17,7 +17,7 @@
 namespace splinevox::run {
 namespace {
 
-/// Share of the box's bricks in which something is, where silhouettes say so. Measured on the D-NeRF scenes.
+/// Share of the box's bricks in which something is, where silhouettes say so: a guess, not measured.
 constexpr double kFilled = 0.35;
 constexpr double kArrays = 6;       ///< values, two moments, gradient; copies to show and to save
 constexpr double kSample = 300;     ///< bytes of a sample's records, motion and radiance
