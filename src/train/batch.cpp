@@ -64,7 +64,7 @@ int card(std::uint64_t seed, std::int64_t i, int n, std::vector<int>& deck, std:
 }  // namespace
 
 BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config,
-                           std::uint64_t seed, float brightest)
+                           std::uint64_t seed, float brightest, const std::vector<StillCamera>& still)
     : train_(train),
       box_(box),
       config_(config),
@@ -72,9 +72,15 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
       seed_(seed),
       by_time_(frames_by_time(train)),
       rank_(train.frames.size()),
-      shown_(train.frames.size()) {
+      shown_(train.frames.size()),
+      changing_(train.frames.size()) {
   parallel_for(int(train.frames.size()),
                [&](int f) { shown_[f] = SilhouetteBlocks(train.frames[f], kRing); });
+  for (const StillCamera& camera : still)
+    parallel_for(int(camera.frames.size()), [&](int i) {
+      const int f = camera.frames[i];
+      changing_[f] = ChangingBlocks(train.frames[f], camera, std::size_t(i));
+    });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
 }
 
@@ -97,6 +103,10 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
       if (shown_[other].near_count() > 0 && shown_[other].clear(block, margin)) return {other, block};
     }
   }
+  // One number decides on all: where nothing is known to change, pictures are drawn from as ever.
+  if (const ChangingBlocks& changing = changing_[frame];
+      changing.count() > 0 && patch.uniform(2 * number) < config_.changing)
+    return {frame, changing.at(patch.below(2 * number + 1, changing.count()))};
   const SilhouetteBlocks& shown = shown_[frame];
   const bool near = shown.near_count() > 0 && patch.uniform(2 * number) < kBusyShare;
   return {frame, near ? shown.near(patch.below(2 * number + 1, shown.near_count()))

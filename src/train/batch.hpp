@@ -10,6 +10,7 @@
 #include "splinevox/data/scene.hpp"
 #include "splinevox/train/cameras.hpp"
 #include "splinevox/train/config.hpp"
+#include "train/changing_blocks.hpp"
 #include "train/silhouette_blocks.hpp"
 
 namespace splinevox {
@@ -45,6 +46,10 @@ struct Batch {
 /// are taken where the picture shows something or nearly does, the rest anywhere, so that matter where there
 /// should be none is found as well.
 ///
+/// Where a camera stands still, its own pixels tell what differs from its still picture at a moment. A share
+/// of the rays is drawn there: before opaque surroundings nothing else says where the moving subject is, and
+/// most of a picture is soon learned.
+///
 /// Some rays carve: a camera of a neighbouring time looks past its silhouette, further away than things move
 /// in between, and there must be nothing *now* either. With one camera per time, matter can hide behind the
 /// body from the only view of its time; other views of about that time see it beside the body. Needs pictures
@@ -56,8 +61,9 @@ struct Batch {
 class BatchSampler {
  public:
   /// @param brightest  largest value of a random background
+  /// @param still       cameras of `train`, by their own pixels
   BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, std::uint64_t seed,
-               float brightest = 1);
+               float brightest = 1, const std::vector<StillCamera>& still = {});
   void set_box(const Box& box) { box_ = box; }
   /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
   /// step, scene units.
@@ -85,8 +91,9 @@ class BatchSampler {
   SamplingConfig config_;
   float brightest_;  ///< random background
   std::uint64_t seed_;
-  std::vector<int> by_time_, rank_;      ///< frames in order of time, and each frame's place in that order
-  std::vector<SilhouetteBlocks> shown_;  ///< per frame
+  std::vector<int> by_time_, rank_;       ///< frames in order of time, and each frame's place in that order
+  std::vector<SilhouetteBlocks> shown_;   ///< per frame
+  std::vector<ChangingBlocks> changing_;  ///< per frame; most often none
 };
 
 }  // namespace splinevox

@@ -13,13 +13,13 @@ struct Setting {
         unit(brightness(c, stats)),
         config(for_places(stats, in_units_of(unit, c))),
         train(t),
-        still(freezes(c) ? still_cameras(t) : std::vector<StillCamera>()) {}
+        still(asks_still_cameras(c) ? still_cameras(t) : std::vector<StillCamera>()) {}
 
   const PictureStats stats;
   const float unit;     ///< of brightness; 1 unless the scene is dark
   const Config config;  ///< in that unit
   const Split& train;
-  const std::vector<StillCamera> still;  ///< of the training frames, where they say what is frozen
+  const std::vector<StillCamera> still;  ///< of the training frames, if asks_still_cameras
 };
 
 }  // namespace splinevox

@@ -24,7 +24,7 @@ void grow_row(std::uint64_t* row, int words, std::uint64_t last) {
 
 }  // namespace
 
-void SilhouetteBlocks::Set::number() {
+void BlockSet::number() {
   starts.assign(1, 0);
   for (std::size_t i = 0; i < bits.size(); i += std::size_t(words)) {
     std::uint32_t count = starts.back();
@@ -33,7 +33,7 @@ void SilhouetteBlocks::Set::number() {
   }
 }
 
-std::uint32_t SilhouetteBlocks::Set::at(std::uint32_t k, int width) const {
+std::uint32_t BlockSet::at(std::uint32_t k, int width) const {
   const std::size_t y = std::size_t(std::upper_bound(starts.begin(), starts.end(), k) - starts.begin()) - 1;
   std::uint32_t left = k - starts[y];
   const std::uint64_t *const first = bits.data() + y * std::size_t(words), *word = first;
@@ -50,8 +50,8 @@ SilhouetteBlocks::SilhouetteBlocks(const Frame& frame, int ring)
       all_(frame.image.opaque() && frame.ignored.empty()) {
   if (all_) return;
   const Picture& picture = frame.image;
-  shown_ = Set(width_, height_);
-  if (!frame.ignored.empty()) usable_ = Set(width_, height_);
+  shown_ = BlockSet(width_, height_);
+  if (!frame.ignored.empty()) usable_ = BlockSet(width_, height_);
   {
     const ReadAll all_of(picture);
     std::size_t i = 0;
@@ -68,7 +68,7 @@ SilhouetteBlocks::SilhouetteBlocks(const Frame& frame, int ring)
   const std::uint64_t last = ~std::uint64_t(0) >> (words * kWord - width_);
   for (int y = 0; y < height_; ++y)
     for (int k = 0; k < ring; ++k) grow_row(wide.data() + std::size_t(y) * words, words, last);
-  near_ = Set(width_, height_);
+  near_ = BlockSet(width_, height_);
   for (int y = 0; y < height_; ++y)
     for (int i = 0; i < words; ++i) {
       const std::size_t at = std::size_t(y) * words + i;

@@ -8,6 +8,21 @@
 
 namespace splinevox {
 
+/// A bit per block of a picture, row by row, and how many are set before each row.
+struct BlockSet {
+  int words = 0;  ///< of a row
+  std::vector<std::uint64_t> bits;
+  std::vector<std::uint32_t> starts;  ///< the last is the number of all
+  BlockSet() = default;
+  BlockSet(int width, int height)
+      : words((width + 63) / 64), bits(std::size_t(words) * std::size_t(height)) {}
+  void set(int x, int y) { bits[std::size_t(y) * words + x / 64] |= std::uint64_t(1) << (x % 64); }
+  void number();  ///< once all are set
+  std::uint32_t count() const { return starts.empty() ? 0 : starts.back(); }
+  /// The k-th block that is set. @pre k < count()
+  std::uint32_t at(std::uint32_t k, int width) const;
+};
+
 /// In which blocks of 2 x 2 pixels a picture shows something (alpha above 0), which lie near those, and which
 /// are of ignored pixels alone. Blocks are numbered row by row; at an odd edge a block repeats its last
 /// pixels. Kept as bits, and not at all of opaque pictures without ignored pixels: there may be thousands.
@@ -32,22 +47,10 @@ class SilhouetteBlocks {
   bool clear(std::uint32_t block, double blocks) const;
 
  private:
-  /// A bit per block, and how many are set before each row.
-  struct Set {
-    int words = 0;  ///< of a row
-    std::vector<std::uint64_t> bits;
-    std::vector<std::uint32_t> starts;  ///< the last is the number of all
-    Set() = default;
-    Set(int width, int height) : words((width + 63) / 64), bits(std::size_t(words) * std::size_t(height)) {}
-    void set(int x, int y) { bits[std::size_t(y) * words + x / 64] |= std::uint64_t(1) << (x % 64); }
-    void number();
-    std::uint32_t count() const { return starts.back(); }
-    std::uint32_t at(std::uint32_t k, int width) const;
-  };
   std::uint32_t blocks() const { return std::uint32_t(width_) * std::uint32_t(height_); }
-  int width_ = 0, height_ = 0;  ///< blocks
-  bool all_ = true;             ///< every block is shown and usable, and none has a bit
-  Set shown_, near_, usable_;   ///< usable_: empty where nothing is ignored
+  int width_ = 0, height_ = 0;      ///< blocks
+  bool all_ = true;                 ///< every block is shown and usable, and none has a bit
+  BlockSet shown_, near_, usable_;  ///< usable_: empty where nothing is ignored
 };
 
 }  // namespace splinevox

@@ -17,6 +17,7 @@
 #include "splinevox/field/lattice.hpp"
 #include "train/by_time.hpp"
 #include "train/config/loss_terms.hpp"
+#include "train/effects/effect_table.hpp"
 
 namespace splinevox {
 namespace {
@@ -141,6 +142,10 @@ Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats) {
     raw[c] = logit(share);
   }
   return raw;
+}
+
+bool asks_still_cameras(const Config& config) {
+  return freezes(config) || (config.sampling.changing > 0 && changes(effects_of(config)));
 }
 
 bool freezes(const Config& config) { return config.motion.enabled && config.motion.rest > 0; }

@@ -53,4 +53,8 @@ Vec3 starting_color(const RadianceConfig& config, const PictureStats& stats);
 /// Whether this configuration's motion is frozen where nothing moves.
 bool freezes(const Config& config);
 
+/// Whether cameras that stand still say anything about a run with this configuration: where motion is frozen,
+/// or where more rays are drawn.
+bool asks_still_cameras(const Config& config);
+
 }  // namespace splinevox

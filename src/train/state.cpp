@@ -22,7 +22,8 @@ Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
   const CamerasConfig& cameras = setting.config.cameras;
   MovingPart moving;
-  moving.cells = changing_cells(setting.still, setting.train, bounds.box);
+  if (freezes(setting.config)) moving.cells = changing_cells(setting.still, setting.train, bounds.box);
+  moving.proved = moving.cells.cells() > 0;
   return {Lattices(setting, time_map, bounds.box),
           {bounds.hull, {}, {}},
           std::move(moving),
@@ -36,7 +37,8 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
     : setting(config, train),
       ranks(r),
       home(starting_volume(setting, time_map), std::move(backend)),
-      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
+      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit,
+              setting.still),
       cameras(setting.config.cameras, home.read().cameras, setting.unit) {
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
 }

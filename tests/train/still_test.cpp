@@ -8,9 +8,11 @@
 #include <random>
 #include <string>
 
+#include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "train/batch.hpp"
 #include "train/effects/still_proof.hpp"
 #include "train/still/changing_cells.hpp"
 
@@ -152,6 +154,22 @@ TEST_SUITE("train/still") {
     CHECK(verdict_on(touched) == StillVerdict::unsure);
   }
 
+  TEST_CASE("what a mask ignores is no evidence") {
+    const Dataset still = make_synth("static", rig());
+    Split painted = retaken(train_of(still), [](const Reader& read, int f, int x, int y, int c) {
+      return x > 15 && x < 22 && y > 15 && y < 22 ? f % 7 / 7.0 : read(x, y, c);
+    });
+    CHECK(verdict_on(painted) == StillVerdict::changed);
+    for (Frame& f : painted.frames) {
+      f.ignored = PixelMask(f.image.width, f.image.height);
+      for (int y = 16; y < 22; ++y)
+        for (int x = 16; x < 22; ++x) f.ignored.set(std::size_t(y * f.image.width + x));
+    }
+    CHECK(mean_share(painted) == 0);
+    CHECK(verdict_on(painted) == StillVerdict::unchanged);
+    for (const StillCamera& camera : still_cameras(painted)) CHECK(share_of(camera.unknown) > 0);
+  }
+
   TEST_CASE("light that fades in all pictures is not taken for a flicker of the exposure") {
     SynthOptions fading = rig();
     fading.look.fade = 0.5;
@@ -213,6 +231,47 @@ TEST_SUITE("train/still") {
     CHECK(some < all);
     config.motion.rest = 0;
     CHECK(bricks(config, train_of(data)) == all);
+  }
+
+  TEST_CASE("a share of the rays is drawn where a camera that stands still sees a change") {
+    SynthOptions opaque = rig();
+    opaque.look.opaque = true;
+    const Dataset data = make_synth("ball", opaque);
+    const Split& train = train_of(data);
+    const std::vector<StillCamera> cameras = still_cameras(train);
+    const Box box{{-1, -1, -1}, {1, 1, 1}};
+    SamplingConfig config = preset("fast").sampling;
+    config.carve = 0;
+    const auto share_near = [&](float changing) {
+      config.changing = changing;
+      const BatchSampler sampler(train, box, config, 1, 1, cameras);
+      double near = 0, all = 0;
+      Batch batch;
+      for (int step = 0; step < 4; ++step) {
+        sampler.draw(step, 1, 0.05f, {}, {}, batch);
+        for (std::size_t r = 0; r < batch.rays.size(); ++r) {
+          const Frame& frame = train.frames[std::size_t(batch.frames[std::size_t(batch.slot_of(int(r)))])];
+          const StillCamera& camera = cameras[std::size_t(frame.camera_id)];
+          const auto moment = std::size_t(
+              std::find(camera.frames.begin(), camera.frames.end(), &frame - train.frames.data()) -
+              camera.frames.begin());
+          if (batch.rays[r].count == 0) continue;  // it misses the box, and has no origin
+          const Projection p = project(frame.camera, cast<double>(batch.rays[r].origin));
+          constexpr int kNear = 6;  // pixels
+          bool any = false;
+          for (int y = std::max(0, int(p.v) - kNear); y <= std::min(camera.height - 1, int(p.v) + kNear); ++y)
+            for (int x = std::max(0, int(p.u) - kNear); x <= std::min(camera.width - 1, int(p.u) + kNear);
+                 ++x)
+              any = any || camera.now[moment][std::size_t(y) * std::size_t(camera.width) + std::size_t(x)];
+          near += any;
+          ++all;
+        }
+      }
+      return near / all;
+    };
+    const double without = share_near(0), some = share_near(0.3f), most = share_near(0.9f);
+    CHECK(some > without + 0.05);
+    CHECK(most > some + 0.1);
   }
 
   TEST_CASE("proved change keeps motion where fits are too short to see a gain; none proved needs no fit") {

@@ -138,9 +138,10 @@ struct SamplingConfig {
       0.15f;  ///< share of the rays that look from cameras of neighbouring times past the silhouette
   int carve_frames = 4;  ///< how many frames earlier or later such a camera may be
   float carve_speed =
-      3;               ///< the fastest that things are taken to move, picture widths per unit of model time
-  float step = 0.75f;  ///< march step in voxels of the radiance lattice
-  float stop = 1e-3f;  ///< transmittance at which a training ray ends
+      3;  ///< the fastest that things are taken to move, picture widths per unit of model time
+  float changing = 0.3f;     ///< share of the rays, where cameras that stand still see something change
+  float step = 0.75f;        ///< march step in voxels of the radiance lattice
+  float stop = 1e-3f;        ///< transmittance at which a training ray ends
   float min_weight = 1e-3f;  ///< samples with a smaller share in the pixel get no gradient
   BackgroundKind background = BackgroundKind::random;
   bool clipped = true;            ///< pictures end at 1: where they show 1, more is no error
@@ -296,6 +297,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("sampling.carve_frames", c.sampling.carve_frames, "how many frames away such a camera may be", 1, 64);
   visit("sampling.carve_speed", c.sampling.carve_speed,
         "fastest motion reckoned with, picture widths per unit of time", 0, 1000);
+  visit("sampling.changing", c.sampling.changing,
+        "share of the rays where cameras that stand still see something change", 0, 0.9);
   visit("sampling.step", c.sampling.step, "march step in voxels", 0.05, 4);
   visit("sampling.stop", c.sampling.stop, "transmittance at which a ray ends", 0, 0.5);
   visit("sampling.min_weight", c.sampling.min_weight,

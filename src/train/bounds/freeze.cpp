@@ -51,14 +51,9 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
   const VoxelModel& model = volume.lattices.model;
   const MotionField& m = model.motion;
   const bool pinned = m.stored_points() < m.points;  // a point that is always zero has no offset to lose
-  if (!freezes(config) || !m.displaces || pinned || volume.lattices.levels.empty() || !window.whole)
+  if (!freezes(config) || volume.moving.proved || !m.displaces || pinned || volume.lattices.levels.empty() ||
+      !window.whole)
     return {};
-  MovingPart& moving = volume.moving;
-  const bool first = moving.cells.cells() == 0,
-             proved = !first && !setting.still.empty() && moving.share == 1;
-  const auto may_move = [&](Vec3 x) {
-    return !proved || moving.cells.test(moving.cells.index(moving.cells.cell_of(x)));
-  };
   BitGrid cells(model.box, kCells), known = cells;
   const auto changes = [&](const VisibleMotion& s) {
     return s.light > kSteady || s.error > kKnown * setting.unit;
@@ -71,7 +66,7 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
     const VisibleMotion& s = visible[c];
     if (s.times < kFewestTimes) continue;
     weight += s.weight;
-    if ((s.spread > kStill * voxel || changes(s)) && may_move(cells.center(cells.cell_at(c)))) {
+    if (s.spread > kStill * voxel || changes(s)) {
       cells.set(c);
       weight_moving += s.weight;
     } else {
@@ -80,7 +75,9 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
     }
   }
   // What is frozen stays so, or the canonical volume would be laid out for a motion that it no longer has.
-  if ((first || proved) && !(weight > 0 && weight_moving <= config.motion.rest * weight)) return {};
+  MovingPart& moving = volume.moving;
+  const bool first = moving.cells.cells() == 0;
+  if (first && !(weight > 0 && weight_moving <= config.motion.rest * weight)) return {};
   const Offset offset(known, offsets);
   // A cell that is visible at few times is static if it is displaced like its surroundings.
   for (std::size_t c = 0; c < cells.cells(); ++c) {
@@ -90,10 +87,7 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
       cells.set(c);
   }
   moving.share = weight > 0 ? weight_moving / weight : 1;
-  if (first || proved) cells = dilate(cells);  // so that the place of what moves may grow
-  for (std::size_t c = 0; proved && c < cells.cells(); ++c)
-    if (!may_move(cells.center(cells.cell_at(c)))) cells.clear(c);
-  moving.cells = cells;
+  moving.cells = first ? dilate(cells) : cells;  // at first, so that the place of what moves may grow
 
   Channels sum = m.levels[0];
   follow(offset, m, sum);

@@ -15,8 +15,8 @@ namespace splinevox {
 /// by the same. Once all of time is trained, the spread of a displacement over time separates them. Then the
 /// canonical volume is laid out anew such that the offset of static matter is 0. Where nothing else is left,
 /// motion is not stored, read or learned (docs/experiments/static.md).
-/// Where cameras that stand still proved from the first step on what can change (still/changing_cells.hpp),
-/// what is frozen by them stays so, and the rest is judged like this.
+/// Where cameras that stand still proved before the first step what can change (still/changing_cells.hpp),
+/// the rest is frozen from the first step on, and the fit is not asked.
 /// @param voxel  of the next stage, scene units
 /// @return the offset at which the caller must resample the canonical volume; none if nothing is frozen. With
 /// one, the occupancy must be refreshed afterwards.

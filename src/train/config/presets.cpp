@@ -103,6 +103,7 @@ Config published() {
   c.radiance.opaque_alpha = 0;
   c.sampling.growth = 1;
   c.sampling.carve = 0;
+  c.sampling.changing = 0;
   c.sampling.frames = 8;
   c.sampling.window = 1;
   c.sampling.clipped = false;

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/changing_blocks.hpp"
+
+#include <algorithm>
+
+namespace splinevox {
+namespace {
+
+constexpr int kRing = 4;  ///< pixels around what changes
+
+bool any_ignored(const PixelMask& ignored, int x0, int y0, int size) {
+  for (int y = y0; y < y0 + size && !ignored.empty(); ++y)
+    for (int x = x0; x < x0 + size; ++x)
+      if (ignored.test(x, y)) return true;
+  return false;
+}
+
+}  // namespace
+
+ChangingBlocks::ChangingBlocks(const Frame& frame, const StillCamera& camera, std::size_t moment)
+    : along_((frame.image.width + 1) / 2),
+      factor_(camera.factor),
+      width_(camera.width),
+      parts_(std::uint32_t(camera.factor + 1) / 2),
+      set_(camera.width, camera.height) {
+  const int ring = (kRing + factor_ - 1) / factor_;
+  const auto differs = [&](int x, int y) { return camera.now[moment][std::size_t(y) * width_ + x]; };
+  for (int y = 0; y < camera.height; ++y)
+    for (int x = 0; x < width_; ++x) {
+      if (!differs(x, y)) continue;
+      for (int v = std::max(0, y - ring); v <= std::min(camera.height - 1, y + ring); ++v)
+        for (int u = std::max(0, x - ring); u <= std::min(width_ - 1, x + ring); ++u)
+          if (!any_ignored(frame.ignored, u * factor_, v * factor_, factor_)) set_.set(u, v);
+    }
+  set_.number();
+}
+
+std::uint32_t ChangingBlocks::at(std::uint32_t k) const {
+  const std::uint32_t part = k % (parts_ * parts_), block = set_.at(k / (parts_ * parts_), width_);
+  const auto along = [&](std::uint32_t of_map, std::uint32_t p) {
+    return of_map * std::uint32_t(factor_) / 2 + p;
+  };
+  return along(block / std::uint32_t(width_), part / parts_) * std::uint32_t(along_) +
+         along(block % std::uint32_t(width_), part % parts_);
+}
+
+}  // namespace splinevox
