@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "core/parallel.hpp"
@@ -170,7 +171,11 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const auto [x, y] = *usable_pixel(frame, block, k);
         const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
         const auto rgba = frame.image.rgba(x, y);
-        const bool clipped = config_.clipped && !frame.image.layout().half;  // floats do not end at 1
+        const bool ends = !frame.image.layout().half, clipped = config_.clipped && ends;  // floats do not end
+        // Without `clipped` the float before 1 stands for it, as it did when 1 said that it is a bound: the
+        // published methods keep their bits.
+        const float most =
+            ends && !clipped ? std::nextafter(1.0f, 0.0f) : std::numeric_limits<float>::infinity();
         const Vec3 behind = (rgba[3] == 65535 ? opaque_random : random)
                                 ? brightest_ * Vec3{ray_rng.uniform(4 * r), ray_rng.uniform(4 * r + 1),
                                                     ray_rng.uniform(4 * r + 2)}
@@ -181,7 +186,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{rgba[0], rgba[1], rgba[2]},
                    gain = cameras.gain_of(frame);
         for (int c = 0; c < 3; ++c) {
-          const float display = alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c];
+          const float display = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);
           out.targets[r][c] = neutral_target(display, shown[c], gain[c], clipped);
         }
         if (!out.shown.empty()) out.shown[r] = {shown, frame.camera_id};
