@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 
 #include "core/parallel.hpp"
@@ -21,7 +22,7 @@ constexpr int kRing = 4;            ///< blocks around the silhouette that count
 constexpr float kBusyShare = 0.9f;  ///< of the patches, taken near the silhouette
 
 /// Random streams, one per kind of draw.
-enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4 };
+enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4, kCameras = 5 };
 
 /// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
 int blocks_along(int pixels) { return (pixels + 1) / 2; }
@@ -47,20 +48,31 @@ std::optional<Place> usable_pixel(const Frame& frame, std::uint32_t block, int k
   return {};
 }
 
-/// The i-th card of a deck of n, shuffled anew for every round through it.
-int card(std::uint64_t seed, std::int64_t i, int n, std::vector<int>& deck, std::int64_t& round) {
-  if (const std::int64_t r = i / n; r != round) {
-    round = r;
-    deck.resize(n);
-    const Rng rng(seed, kDeck + 16 * std::uint64_t(r));
-    for (int k = 0; k < n; ++k) {
-      const int j = int(rng.below(k, k + 1));
-      deck[k] = deck[j];
-      deck[j] = k;
+/// A deck of n cards, shuffled anew for every round through it.
+class Deck {
+ public:
+  Deck(std::uint64_t seed, Stream stream, int n) : seed_(seed), stream_(stream), cards_(std::size_t(n)) {}
+  /// The i-th card of all rounds.
+  int at(std::int64_t i) {
+    const auto n = std::int64_t(cards_.size());
+    if (const std::int64_t r = i / n; r != round_) {
+      round_ = r;
+      const Rng rng(seed_, stream_ + 16 * std::uint64_t(r));
+      for (int k = 0; k < int(n); ++k) {
+        const auto j = std::size_t(rng.below(k, k + 1));
+        cards_[std::size_t(k)] = cards_[j];
+        cards_[j] = k;
+      }
     }
+    return cards_[std::size_t(i % n)];
   }
-  return deck[i % n];
-}
+
+ private:
+  std::uint64_t seed_;
+  Stream stream_;
+  std::vector<int> cards_;
+  std::int64_t round_ = -1;
+};
 
 }  // namespace
 
@@ -83,6 +95,29 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
       changing_[f] = ChangingBlocks(train.frames[f], camera, std::size_t(i));
     });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
+  moments_ = starts_of_moments(by_time_, [&](int f) { return train.frames[std::size_t(f)].time; });
+  // Nothing is made for a moment where there is but one: every picture is a slot of its own then.
+  if (moments_.size() == 1) {
+    moments_.resize(by_time_.size());
+    std::iota(moments_.begin(), moments_.end(), std::size_t(0));
+  }
+}
+
+std::vector<int> BatchSampler::frames_of_moment(std::size_t moment, std::int64_t visit, int most,
+                                                const CameraFits& cameras) const {
+  const std::size_t first = moments_[moment],
+                    end = moment + 1 < moments_.size() ? moments_[moment + 1] : by_time_.size();
+  const std::int64_t views = std::min(std::int64_t(end - first), std::int64_t(most));
+  Deck deck(hash64(seed_ ^ hash64(moment)), kCameras, int(end - first));
+  std::vector<int> out;
+  for (std::int64_t k = 0; k < views; ++k) {
+    const int frame = by_time_[first + std::size_t(deck.at(visit * views + k))];
+    // A camera that is late shows another moment.
+    if (out.empty() || cameras.time_of(train_.frames[std::size_t(frame)]) ==
+                           cameras.time_of(train_.frames[std::size_t(out.front())]))
+      out.push_back(frame);
+  }
+  return out;
 }
 
 BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame) const {
@@ -130,16 +165,24 @@ std::span<const int> BatchSampler::window(double progress) const {
 void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background,
                         const Surroundings& around, Batch& out, const CameraFits& cameras) const {
   const std::span<const int> window = this->window(progress);
-  const int n = int(window.size()), frames = std::min(config_.frames, n);
+  const auto moment_at = [&](std::ptrdiff_t rank) {
+    return std::lower_bound(moments_.begin(), moments_.end(), std::size_t(rank)) - moments_.begin();
+  };
+  const std::ptrdiff_t from = window.data() - by_time_.data(), first_moment = moment_at(from);
+  const int n = int(moment_at(from + std::ptrdiff_t(window.size())) - first_moment),
+            frames = std::min(config_.frames, n), views = (config_.frames + frames - 1) / frames;
   const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
   const int patches = std::max(1, rays / (4 * frames));
   out.frames.resize(frames);
-  std::vector<int> deck;
-  std::int64_t round = -1;
   out.times.resize(frames);
-  const auto frame_of_card = [&](std::int64_t i) { return window[card(seed_, i, n, deck, round)]; };
+  Deck deck(seed_, kDeck, n);
+  const auto frames_of_card = [&](std::int64_t i) {
+    return frames_of_moment(std::size_t(first_moment + deck.at(i)), i / n, views, cameras);
+  };
+  std::vector<std::vector<int>> of_slot(static_cast<std::size_t>(frames));
   for (int f = 0; f < frames; ++f) {
-    out.frames[f] = frame_of_card(index * frames + f);
+    of_slot[f] = frames_of_card(index * frames + f);
+    out.frames[f] = of_slot[f].front();
     out.times[f] = cameras.time_of(train_.frames[out.frames[f]]);
   }
   out.rays.resize(std::size_t(frames) * patches * 4);
@@ -161,7 +204,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
     // Patches sorted along the pictures: neighbours in the list share what they fetch.
     std::vector<Patch> drawn(patches);
     for (int p = 0; p < patches; ++p)
-      drawn[p] = draw_patch(std::uint64_t(index), std::uint64_t(f) * patches + p, out.frames[f]);
+      drawn[p] = draw_patch(std::uint64_t(index), std::uint64_t(f) * patches + p,
+                            of_slot[f][std::size_t(p) % of_slot[f].size()]);
     std::sort(drawn.begin(), drawn.end());
     for (int p = 0; p < patches; ++p)
       for (int k = 0; k < 4; ++k) {
@@ -195,9 +239,10 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
       if (used[f].empty() || used[f].back() != p.frame) used[f].push_back(p.frame);
   });
   // Of pictures in files, those of the next step are read while this one is made.
-  for (const std::vector<int>& of_slot : used)
-    for (const int f : of_slot) train_.frames[f].image.give_back();
-  for (int f = 0; f < frames; ++f) train_.frames[frame_of_card((index + 1) * frames + f)].image.fetch();
+  for (const std::vector<int>& pictures : used)
+    for (const int f : pictures) train_.frames[f].image.give_back();
+  for (int f = 0; f < frames; ++f)
+    for (const int frame : frames_of_card((index + 1) * frames + f)) train_.frames[frame].image.fetch();
 }
 
 }  // namespace splinevox

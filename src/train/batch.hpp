@@ -23,7 +23,7 @@ struct CameraRay {
 
 /// Rays of a few frames and the colours they should have.
 struct Batch {
-  std::vector<int> frames;            ///< training frame of each slot
+  std::vector<int> frames;            ///< a training frame of each slot
   std::vector<double> times;          ///< of the slots, model time in [0, 1]
   std::vector<RayInput<float>> rays;  ///< grouped by slot, equally many each
   std::vector<Ray> lines;             ///< the same before they were clipped, if there are surroundings
@@ -39,12 +39,13 @@ struct Batch {
 
 /// Draws batches. A draw depends on (seed, step) alone.
 ///
-/// Frames come from a shuffled deck, so every frame is used equally often. With a window the deck holds only
-/// frames around the middle one in time at first and grows to all of them: what is fitted to moments close
-/// together needs little motion, so every part gets one canonical place before fast motion tempts it into
-/// several (docs/experiments.md). Rays come in patches of 2 x 2 pixels, whose samples share cache lines; most
-/// are taken where the picture shows something or nearly does, the rest anywhere, so that matter where there
-/// should be none is found as well.
+/// Moments come from a shuffled deck, and so do the cameras of a moment, so every frame is used equally
+/// often. A slot is a moment: what a step makes for a moment serves all its cameras. With a window the deck
+/// holds only frames around the middle one in time at first and grows to all of them: what is fitted to
+/// moments close together needs little motion, so every part gets one canonical place before fast motion
+/// tempts it into several (docs/experiments.md). Rays come in patches of 2 x 2 pixels, whose samples share
+/// cache lines; most are taken where the picture shows something or nearly does, the rest anywhere, so that
+/// matter where there should be none is found as well.
 ///
 /// Where a camera stands still, its own pixels tell what differs from its still picture at a moment. A share
 /// of the rays is drawn there: before opaque surroundings nothing else says where the moving subject is, and
@@ -85,6 +86,9 @@ class BatchSampler {
     friend auto operator<=>(const Patch&, const Patch&) = default;
   };
   Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
+  /// The cameras of a slot's moment from which its patches are drawn in turn.
+  std::vector<int> frames_of_moment(std::size_t moment, std::int64_t visit, int most,
+                                    const CameraFits& cameras) const;
 
   const Split& train_;
   Box box_;
@@ -92,6 +96,7 @@ class BatchSampler {
   float brightest_;  ///< random background
   std::uint64_t seed_;
   std::vector<int> by_time_, rank_;       ///< frames in order of time, and each frame's place in that order
+  std::vector<std::size_t> moments_;      ///< where each begins in by_time_; of one moment alone: each frame
   std::vector<SilhouetteBlocks> shown_;   ///< per frame
   std::vector<ChangingBlocks> changing_;  ///< per frame; most often none
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "splinevox/data/scene.hpp"
@@ -15,6 +16,15 @@ inline std::vector<int> frames_by_time(const Split& split) {
   std::iota(out.begin(), out.end(), 0);
   std::stable_sort(out.begin(), out.end(),
                    [&](int a, int b) { return split.frames[a].time < split.frames[b].time; });
+  return out;
+}
+
+/// Where a moment begins in a list of frames in order of time. @param time_of  of a frame
+template <class TimeOf>
+std::vector<std::size_t> starts_of_moments(std::span<const int> frames, const TimeOf& time_of) {
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (i == 0 || time_of(frames[i]) != time_of(frames[i - 1])) out.push_back(i);
   return out;
 }
 

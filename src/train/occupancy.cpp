@@ -6,6 +6,7 @@
 
 #include "core/parallel.hpp"
 #include "field/lattice/slice.hpp"
+#include "train/by_time.hpp"
 #include "train/refine.hpp"
 #include "train/volume.hpp"
 
@@ -47,57 +48,76 @@ void find_moving_rows(const Setting& setting, Volume& volume) {
 }  // namespace
 
 BitGrid Occupancy::ever() const {
-  if (frames.empty()) return hull;
-  BitGrid all = frames.front();
-  for (const BitGrid& frame : frames) all |= frame;
+  if (frames.grids.empty()) return hull;
+  BitGrid all = frames.grids.front();
+  for (const BitGrid& grid : frames.grids) all |= grid;
   return all;
 }
 
 BitGrid motion_cells(const Volume& volume, const TimeWindow& window) {
   if (volume.moving.cells.cells() > 0) return dilate(volume.moving.cells);
   const Occupancy& o = volume.occupancy;
-  return o.frames.empty() || !window.whole ? o.hull : dilate(o.ever());
+  return o.frames.grids.empty() || !window.whole ? o.hull : dilate(o.ever());
 }
 
-std::vector<BitGrid> frame_occupancies(const Setting& setting, const Volume& volume, const TimeWindow& window,
-                                       float alpha) {
+FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, const TimeWindow& window,
+                                 float alpha) {
   const VoxelModel& model = volume.lattices.model;
   const SamplingConfig& sampling = setting.config.sampling;
   const std::vector<Frame>& views = setting.train.frames;
   const OccupancyPyramid canonical(canonical_occupancy(model, sampling.occupancy_cells, alpha, model.step),
                                    volume.occupancy.active.reach);
-  if (!model.motion.moves()) return {frame_occupancy(model, {}, canonical)};
+  FrameOccupancy out;
+  out.of_frame.resize(views.size());
+  if (!model.motion.moves()) {
+    out.grids.push_back(frame_occupancy(model, {}, canonical));
+    return out;
+  }
   const std::span<const int> trained = window.frames;
-  // Of a long sequence only some times are computed, and a frame between two of them has what either has.
-  const std::size_t looks = std::min(trained.size(), kMostLooks);
+  const auto time_of = [&](int frame) { return volume.cameras.time_of(views[std::size_t(frame)]); };
+  // Of a long sequence only some times are computed, and a moment between two of them has what either has.
+  const std::vector<std::size_t> moments = starts_of_moments(trained, time_of);
+  const std::size_t looks = std::min(moments.size(), kMostLooks);
   const auto rank = [&](std::size_t look) {
-    return looks > 1 ? look * (trained.size() - 1) / (looks - 1) : 0;
+    return looks > 1 ? look * (moments.size() - 1) / (looks - 1) : 0;
   };
-  std::vector<BitGrid> found(looks), out(views.size());
+  const auto put = [&](std::size_t moment, std::size_t grid) {
+    const std::size_t end = moment + 1 < moments.size() ? moments[moment + 1] : trained.size();
+    for (std::size_t i = moments[moment]; i < end; ++i)
+      out.of_frame[std::size_t(trained[i])] = std::int32_t(grid);
+  };
+  out.grids.resize(looks);
   constexpr std::size_t kShare = 8;  // looks that share the memory of a slice
   parallel_for(int((looks + kShare - 1) / kShare), [&](int group) {
     MotionSlice slice;
     for (std::size_t i = group * kShare; i < std::min(looks, (group + 1) * kShare); ++i) {
-      const double time = volume.cameras.time_of(views[trained[rank(i)]]);
+      const double time = time_of(trained[moments[rank(i)]]);
       fill_slice(model.motion, stored_weights(model.motion, time), slice, volume.moving.rows);
-      found[i] = frame_occupancy(model, slice, canonical);
+      out.grids[i] = frame_occupancy(model, slice, canonical);
     }
   });
   for (std::size_t i = 0; i < looks; ++i) {
-    out[trained[rank(i)]] = found[i];
-    for (std::size_t r = rank(i) + 1; i + 1 < looks && r < rank(i + 1); ++r)
-      (out[trained[r]] = found[i]) |= found[i + 1];
+    put(rank(i), i);
+    if (i + 1 == looks || rank(i) + 1 == rank(i + 1)) continue;
+    for (std::size_t m = rank(i) + 1; m < rank(i + 1); ++m) put(m, out.grids.size());
+    out.grids.push_back(out.grids[i]);
+    out.grids.back() |= out.grids[i + 1];
   }
-  if (trained.size() == out.size()) return out;
+  if (trained.size() == views.size()) return out;
   // Times yet to be trained: what the nearest one trained holds, with room to move.
-  BitGrid before = out[trained.front()], after = out[trained.back()];
+  BitGrid before = out.grids.front(), after = out.grids[looks - 1];
   for (int cells = sampling.occupancy_cells / kRoom; cells > 0; --cells) {
     before = dilate(before);
     after = dilate(after);
   }
-  const double first = views[trained.front()].time;
-  for (std::size_t f = 0; f < out.size(); ++f)
-    if (out[f].bits.empty()) out[f] = views[f].time < first ? before : after;
+  std::vector<bool> known(views.size());
+  for (const int f : trained) known[std::size_t(f)] = true;
+  const double first = views[std::size_t(trained.front())].time;
+  const auto grids = std::int32_t(out.grids.size());
+  for (std::size_t f = 0; f < views.size(); ++f)
+    if (!known[f]) out.of_frame[f] = views[f].time < first ? grids : grids + 1;
+  out.grids.push_back(std::move(before));
+  out.grids.push_back(std::move(after));
   return out;
 }
 
@@ -105,8 +125,8 @@ void refresh_occupancy(const Setting& setting, Volume& volume, const TimeWindow&
   Occupancy& o = volume.occupancy;
   o.frames = frame_occupancies(setting, volume, window, setting.config.sampling.occupancy_alpha);
   // A time at which nothing is left would never be sampled again: start it over from the hull.
-  for (BitGrid& frame : o.frames)
-    if (frame.count() == 0) frame = o.hull;
+  for (BitGrid& grid : o.frames.grids)
+    if (grid.count() == 0) grid = o.hull;
   find_active(volume);
 }
 
@@ -122,8 +142,8 @@ void tighten_box(const Setting& setting, Volume& volume, const TimeWindow& windo
   VoxelModel& model = volume.lattices.model;
   BitGrid kept =
       canonical_occupancy(model, config.sampling.occupancy_cells, config.grid.box_alpha, model.step);
-  for (const BitGrid& frame : frame_occupancies(setting, volume, window, config.grid.box_alpha))
-    kept |= frame;
+  const FrameOccupancy frames = frame_occupancies(setting, volume, window, config.grid.box_alpha);
+  for (const BitGrid& grid : frames.grids) kept |= grid;
   Box box = bounding_box(drop_small_parts(kept, kSmallPart), config.grid.box_margin);
   box.lo = max(box.lo, model.box.lo);
   box.hi = min(box.hi, model.box.hi);
@@ -146,7 +166,7 @@ void tighten_box(const Setting& setting, Volume& volume, const TimeWindow& windo
 }
 
 void clear_skipped(const Setting& setting, const Occupancy& occupancy, VoxelModel& model) {
-  if (occupancy.frames.empty()) return;  // nothing was skipped
+  if (occupancy.frames.grids.empty()) return;  // nothing was skipped
   const SamplingConfig& sampling = setting.config.sampling;
   const BitGrid canonical =
       canonical_occupancy(model, sampling.occupancy_cells, sampling.occupancy_alpha, model.step);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -12,18 +13,24 @@ namespace splinevox {
 
 struct Volume;
 
+/// Where matter is in each training frame. Frames of one moment share a grid, and where nothing moves all do.
+struct FrameOccupancy {
+  std::vector<BitGrid> grids;          ///< none: nothing is known yet
+  std::vector<std::int32_t> of_frame;  ///< which of them, [frames]
+};
+
 /// Where matter is, to which rays and motion confine themselves.
 struct Occupancy {
-  BitGrid hull;                 ///< over the box: where the scene can be at all
-  std::vector<BitGrid> frames;  ///< of each training frame, or one where nothing moves; none: the hull is all
-  ActiveRows active;            ///< rows of the finest motion level
+  BitGrid hull;           ///< over the box: where the scene can be at all
+  FrameOccupancy frames;  ///< without grids the hull is all
+  ActiveRows active;      ///< rows of the finest motion level
 
   /// What rays look into.
   std::span<const BitGrid> grids() const {
-    return frames.empty() ? std::span<const BitGrid>(&hull, 1) : frames;
+    return frames.grids.empty() ? std::span<const BitGrid>(&hull, 1) : frames.grids;
   }
   /// Which of them in a training frame.
-  int grid_of(int frame) const { return frames.size() > 1 ? frame : 0; }
+  int grid_of(int frame) const { return frames.grids.empty() ? 0 : frames.of_frame[std::size_t(frame)]; }
   /// Cells that are occupied at any time.
   BitGrid ever() const;
 };
@@ -35,9 +42,9 @@ struct TimeWindow {
   bool whole;                   ///< all times are
 };
 
-/// The occupancies of the training frames for the volume as it is: one where nothing moves.
-std::vector<BitGrid> frame_occupancies(const Setting& setting, const Volume& volume, const TimeWindow& window,
-                                       float alpha);
+/// The occupancies of the training frames for the volume as it is.
+FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, const TimeWindow& window,
+                                 float alpha);
 /// Makes the occupancy anew, and what follows from it.
 void refresh_occupancy(const Setting& setting, Volume& volume, const TimeWindow& window);
 /// The cells near which motion is stored.

@@ -53,11 +53,14 @@ void Volume::archive(Archive& a, const Setting& setting) {
     }
   });
   a.section("occupancy", [&] {
-    std::uint64_t frames = occupancy.frames.size();
-    a(frames, occupancy.hull);
-    check_fits(frames <= 1 || frames == setting.train.frames.size());
-    occupancy.frames.resize(frames);
-    for (BitGrid& grid : occupancy.frames) a(grid);
+    FrameOccupancy& frames = occupancy.frames;
+    std::uint64_t grids = frames.grids.size();
+    a(grids, frames.of_frame, occupancy.hull);
+    check_fits(grids == 0 ? frames.of_frame.empty() : frames.of_frame.size() == setting.train.frames.size());
+    for (const std::int32_t grid : frames.of_frame) check_fits(grid >= 0 && std::uint64_t(grid) < grids);
+    check_fits(grids <= 2 * setting.train.frames.size() + 2);
+    frames.grids.resize(grids);
+    for (BitGrid& grid : frames.grids) a(grid);
   });
   if (a.reading()) check_fits(fits(*this, setting.config));
 }

@@ -269,7 +269,8 @@ TEST_SUITE("train/bounds and batches") {
       as.carve = 0;
       BatchSampler(white, bounds.box, as, 9).draw(0, 1, 0.02f, {}, {}, b);
       for (const Vec3& target : b.targets)
-        for (int c = 0; c < 3; ++c) CHECK(target[c] == (clipped ? at_least(1.0f) : std::nextafter(1.0f, 0.0f)));
+        for (int c = 0; c < 3; ++c)
+          CHECK(target[c] == (clipped ? at_least(1.0f) : std::nextafter(1.0f, 0.0f)));
     }
 
     // Pictures of floats do not end at 1.
@@ -314,6 +315,23 @@ TEST_SUITE("train/bounds and batches") {
     }
     CHECK(used.size() == 40);
     config.window = 1;
+
+    // A step draws a moment once, from several of its cameras, and uses all cameras equally in the end.
+    Split eight = train;  // 5 moments of 8 cameras
+    for (std::size_t f = 0; f < eight.frames.size(); ++f) eight.frames[f].time = double(f / 8) / 4;
+    config.frames = 20;
+    const BatchSampler moments(eight, bounds.box, config, 9);
+    config.frames = 4;
+    std::set<int> first;
+    for (int step = 0; step < 8; ++step) {
+      moments.draw(step, 1, 0.02f, {}, {}, a);
+      CHECK(a.frames.size() == 5);
+      CHECK(std::set<double>(a.times.begin(), a.times.end()).size() == 5);
+      for (std::size_t slot = 0; slot < a.frames.size(); ++slot)
+        CHECK(a.times[slot] == eight.frames[std::size_t(a.frames[slot])].time);
+      first.insert(a.frames.begin(), a.frames.end());
+    }
+    CHECK(first.size() >= 10);
 
     // Carving: cameras of other times look past their silhouettes, and the scene is nowhere on those rays at
     // the slot's time.

@@ -65,7 +65,7 @@ class Trainer {
   ~Trainer();
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
-  static constexpr std::uint32_t kStateFormat = 9;  ///< of what save() gives
+  static constexpr std::uint32_t kStateFormat = 10;  ///< of what save() gives
 
   bool done() const;
   /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the

@@ -76,7 +76,7 @@ class Moments {
 }  // namespace
 
 std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& views,
-                                          const std::vector<BitGrid>& occupancy, const BitGrid& cells,
+                                          const FrameOccupancy& occupancy, const BitGrid& cells,
                                           const CameraFits& cameras) {
   const std::vector<int> by_time = frames_by_time(views);
   const std::size_t looks = std::min(kMostLooks, by_time.size());
@@ -89,7 +89,8 @@ std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& 
   std::vector<std::vector<VisibleCell>> visible(looks);
   parallel_for(int(looks), [&](int i) {
     const int f = chosen[i];
-    const BitGrid* grid = occupancy.empty() ? nullptr : &occupancy[occupancy.size() > 1 ? f : 0];
+    const BitGrid* grid =
+        occupancy.grids.empty() ? nullptr : &occupancy.grids[std::size_t(occupancy.of_frame[std::size_t(f)])];
     specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() {
       visible[i] = cells_of<Sh>(model, views.frames[f], cameras, grid, cells, kRays / double(looks));
     });

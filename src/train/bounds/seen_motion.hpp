@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "render/occupancy.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/train/cameras.hpp"
+#include "train/occupancy.hpp"
 
 namespace splinevox {
 
@@ -22,11 +22,11 @@ struct VisibleMotion {
 };
 
 /// Marches a fixed number of rays through `views`, or through a few hundred of them spread over time.
-/// @param occupancy  of each view, as Trainer has it: one grid each, one for all, or none
+/// @param occupancy  of the views, if anything is known of it
 /// @param cameras  what is known of them
 /// @pre something changes over time in the model
 std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& views,
-                                          const std::vector<BitGrid>& occupancy, const BitGrid& cells,
+                                          const FrameOccupancy& occupancy, const BitGrid& cells,
                                           const CameraFits& cameras = {});
 
 }  // namespace splinevox
