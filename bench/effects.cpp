@@ -78,10 +78,12 @@ nlohmann::json describe(const EffectChoice& choice) {
   if (choice.still)
     j["still"] = fmt::format("{} of {} cameras, {:.4f} of their pixels", choice.still->changing,
                              choice.still->cameras, choice.still->share);
+  if (choice.film)
+    j["film"] = fmt::format("{:.1f} dB still, {:.3f}% of the pixels move, {:.3f}% in hue", choice.film->psnr,
+                            100 * choice.film->share, 100 * choice.film->coloured);
   for (const EffectVerdict& v : choice.verdicts) {
     j["gains"][to_string(v.effect)] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo,
                                                   v.gain.hi, to_string(v.with.without(v.effect)));
-    if (v.far) j["far"] = *v.far;
     if (v.spread) j["spread"] = *v.spread;
     for (const ClockDoubt& d : v.clocks)
       j["clocks"].push_back(fmt::format("{:.2f} [{:.2f}, {:.2f}]", d.offset.mean, d.offset.lo, d.offset.hi));
@@ -96,6 +98,7 @@ nlohmann::json describe(const EffectChoice& choice) {
 std::set<Effect> judged_in(const EffectChoice& choice) {
   std::set<Effect> out;
   for (const EffectVerdict& v : choice.verdicts) out.insert(v.effect);
+  if (choice.film) out.insert(Effect::motion);
   if (choice.still && choice.still->verdict == StillVerdict::unchanged)
     out.insert({Effect::motion, Effect::light});
   return out;

@@ -26,4 +26,11 @@ SPLINEVOX_INLINE void displacement_vjp(const Vec3T<T>& d_delta, const Motion& mo
   gradient[3] = rigidity_slope * (d_delta.x * motion[0] + d_delta.y * motion[1] + d_delta.z * motion[2]);
 }
 
+/// Prior on samples that show what is at rest: weight * share * |Delta|^2. Its gradient by Delta; the share
+/// in the pixel is a constant, as in Eq. 6.
+template <class T>
+SPLINEVOX_INLINE Vec3T<T> rest_vjp(T weight, T share, const Vec3T<T>& displacement) {
+  return (2 * weight * share) * displacement;
+}
+
 }  // namespace splinevox

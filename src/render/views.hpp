@@ -62,6 +62,7 @@ struct RayInput {
   Vec3T<Real> origin, direction;  ///< direction of unit length
   int count = 0;
   Vec3T<Real> background;  ///< colour behind this ray
+  Real rest = 0;  ///< weight of the squared displacement of what it shows (math/warp.hpp), 1 / scene unit^2
 };
 
 }  // namespace splinevox

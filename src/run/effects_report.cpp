@@ -74,7 +74,7 @@ const EffectVerdict* verdict_on(const EffectChoice& choice, Effect effect) {
   return found;
 }
 
-/// Notes beside the effects: the choice's own, and the confounded effects of a video that are not used.
+/// Notes beside the effects: the choice's own, and the confounded effects of a film that are not used.
 std::vector<std::string> notes_on(const Json& effects) {
   std::vector<std::string> notes;
   if (const Json still = effects.value("still_cameras", Json()); still.is_object())
@@ -83,6 +83,11 @@ std::vector<std::string> notes_on(const Json& effects) {
         still.value("cameras", 0), 100 * still.value("share", 0.0), still.value("changing", 0),
         100 * still.value("threshold", 0.0),
         still.value("verdict", "") == "changed" ? ", which proves change" : ""));
+  if (const Json film = effects.value("film", Json()); film.is_object())
+    notes.push_back(fmt::format(
+        "a film of one camera on its way: a still world shows it at {:.1f} dB, but for {:.2f}% of its "
+        "pixels",
+        film.value("psnr", 0.0), 100 * film.value("share", 0.0)));
   if (const std::string note = effects.value("note", ""); !note.empty()) notes.push_back(note);
   std::string named;
   bool any = false;
@@ -99,7 +104,7 @@ std::vector<std::string> notes_on(const Json& effects) {
   }
   if (any)
     notes.push_back(
-        "a video: changes may come from the camera as well as from time, and the scene is taken to be "
+        "a film: changes may come from the camera as well as from time, and the scene is taken to be "
         "static; if it is not, say so: --effects " +
         named);
   return notes;
@@ -120,6 +125,11 @@ Json effects_json(const Prepared& prepared) {
                           {"changing", choice.still->changing},
                           {"share", choice.still->share},
                           {"threshold", choice.still->threshold}};
+  if (choice.film)
+    j["film"] = {{"moves", choice.film->moves()},     {"share", choice.film->share},
+                 {"coloured", choice.film->coloured}, {"threshold", choice.film->threshold},
+                 {"pictures", choice.film->pictures}, {"psnr", choice.film->psnr},
+                 {"seconds", choice.film->seconds}};
   j["held_pictures"] = choice.held_out;
   j["seconds"] = choice.seconds;
   j["note"] = choice.note;
@@ -146,6 +156,8 @@ Json effects_json(const Prepared& prepared) {
       if (v->where < 1) e["where"] = v->where;
       if (v->far) e["far"] = *v->far;
       e["beside"] = to_string(v->with.without(effect));
+    } else if (effect == Effect::motion && choice.film && !choice.film->unexplained()) {
+      e["decision"] = name_of(EffectDecision::off);
     }
     const bool neither = !used.has(effect) && !e.contains("decision");  // neither used nor tried
     if (!((facts_of(effect).opaque_only || facts_of(effect).rig_only) && neither)) j["effects"].push_back(e);
@@ -216,6 +228,9 @@ std::string effects_table(const Json& effects) {
     else if (e.contains("offsets"))
       html += fmt::format("<td>{}</td><td>{}</td><td></td><td></td><td></td></tr>",
                           escape(e.value("decision", "")), latest(e));
+    else if (e.contains("decision"))
+      html += fmt::format("<td>{}</td><td></td><td></td><td></td><td></td></tr>",
+                          escape(e.value("decision", "")));
     else
       html += "<td>not tried</td><td></td><td></td><td></td><td></td></tr>";
   }

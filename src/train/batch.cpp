@@ -77,7 +77,7 @@ class Deck {
 }  // namespace
 
 BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config,
-                           std::uint64_t seed, float brightest, const std::vector<StillCamera>& still)
+                           std::uint64_t seed, float brightest)
     : train_(train),
       box_(box),
       config_(config),
@@ -85,15 +85,9 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
       seed_(seed),
       by_time_(frames_by_time(train)),
       rank_(train.frames.size()),
-      shown_(train.frames.size()),
-      changing_(train.frames.size()) {
+      shown_(train.frames.size()) {
   parallel_for(int(train.frames.size()),
                [&](int f) { shown_[f] = SilhouetteBlocks(train.frames[f], kRing); });
-  for (const StillCamera& camera : still)
-    parallel_for(int(camera.frames.size()), [&](int i) {
-      const int f = camera.frames[i];
-      changing_[f] = ChangingBlocks(train.frames[f], camera, std::size_t(i));
-    });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
   moments_ = starts_of_moments(by_time_, [&](int f) { return train.frames[std::size_t(f)].time; });
   // Nothing is made for a moment where there is but one: every picture is a slot of its own then.
@@ -101,6 +95,15 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
     moments_.resize(by_time_.size());
     std::iota(moments_.begin(), moments_.end(), std::size_t(0));
   }
+}
+
+void BatchSampler::set_moving(const std::vector<CoarseMask>& moving, float rest) {
+  changing_.resize(moving.size());
+  parallel_for(int(moving.size()), [&](int f) {
+    if (!moving[std::size_t(f)].empty())
+      changing_[std::size_t(f)] = ChangingBlocks(train_.frames[std::size_t(f)], moving[std::size_t(f)]);
+  });
+  rest_ = rest;
 }
 
 std::vector<int> BatchSampler::frames_of_moment(std::size_t moment, std::int64_t visit, int most,
@@ -140,9 +143,8 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
     }
   }
   // One number decides on all: where nothing is known to change, pictures are drawn from as ever.
-  if (const ChangingBlocks& changing = changing_[frame];
-      changing.count() > 0 && patch.uniform(2 * number) < config_.changing)
-    return {frame, changing.at(patch.below(2 * number + 1, changing.count()))};
+  if (!changing_.empty() && changing_[frame].count() > 0 && patch.uniform(2 * number) < config_.changing)
+    return {frame, changing_[frame].at(patch.below(2 * number + 1, changing_[frame].count()))};
   const SilhouetteBlocks& shown = shown_[frame];
   const bool near = shown.near_count() > 0 && patch.uniform(2 * number) < kBusyShare;
   return {frame, near ? shown.near(patch.below(2 * number + 1, shown.near_count()))
@@ -197,6 +199,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
     for (int first = 0; first < per_frame; first += kTaskRays)
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
 
+  const float voxel = step / config_.step, rest = changing_.empty() ? 0 : rest_ / (voxel * voxel);
   out.draw = hash64(seed_ ^ hash64(std::uint64_t(index)));
   std::vector<std::vector<int>> used(frames);  // carving looks into others
   parallel_for(frames, [&](int f) {
@@ -226,6 +229,10 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
                                 : behind_box(background, around, ray);
         if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
+        // What carves looks at another moment than its picture shows.
+        if (rest > 0 && cameras.time_of(frame) == out.times[f] && changing_[drawn[p].frame].known() &&
+            !changing_[drawn[p].frame].near(x, y))
+          out.rays[r].rest = rest;
         const float alpha = rgba[3] * (1 / 65535.0f);
         const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{rgba[0], rgba[1], rgba[2]},
                    gain = cameras.gain_of(frame);

@@ -47,9 +47,9 @@ struct Batch {
 /// cache lines; most are taken where the picture shows something or nearly does, the rest anywhere, so that
 /// matter where there should be none is found as well.
 ///
-/// Where a camera stands still, its own pixels tell what differs from its still picture at a moment. A share
-/// of the rays is drawn there: before opaque surroundings nothing else says where the moving subject is, and
-/// most of a picture is soon learned.
+/// Where it is known what moves in a picture, a share of the rays is drawn there: before opaque surroundings
+/// nothing else says where the moving subject is, and most of a picture is soon learned. All other rays of it
+/// ask what they show to be at rest.
 ///
 /// Some rays carve: a camera of a neighbouring time looks past its silhouette, further away than things move
 /// in between, and there must be nothing *now* either. With one camera per time, matter can hide behind the
@@ -62,10 +62,12 @@ struct Batch {
 class BatchSampler {
  public:
   /// @param brightest  largest value of a random background
-  /// @param still       cameras of `train`, by their own pixels
   BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, std::uint64_t seed,
-               float brightest = 1, const std::vector<StillCamera>& still = {});
+               float brightest = 1);
   void set_box(const Box& box) { box_ = box; }
+  /// What moves, of each frame; none: nothing is known.
+  /// @param rest  RayInput::rest of rays before which nothing does, for a voxel of length 1
+  void set_moving(const std::vector<CoarseMask>& moving, float rest);
   /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
@@ -98,7 +100,8 @@ class BatchSampler {
   std::vector<int> by_time_, rank_;       ///< frames in order of time, and each frame's place in that order
   std::vector<std::size_t> moments_;      ///< where each begins in by_time_; of one moment alone: each frame
   std::vector<SilhouetteBlocks> shown_;   ///< per frame
-  std::vector<ChangingBlocks> changing_;  ///< per frame; most often none
+  std::vector<ChangingBlocks> changing_;  ///< per frame; none: nothing is known
+  float rest_ = 0;                        ///< of set_moving
 };
 
 }  // namespace splinevox

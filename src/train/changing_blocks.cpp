@@ -17,18 +17,18 @@ bool any_ignored(const PixelMask& ignored, int x0, int y0, int size) {
 
 }  // namespace
 
-ChangingBlocks::ChangingBlocks(const Frame& frame, const StillCamera& camera, std::size_t moment)
+ChangingBlocks::ChangingBlocks(const Frame& frame, const CoarseMask& moving)
     : along_((frame.image.width + 1) / 2),
-      factor_(camera.factor),
-      width_(camera.width),
-      parts_(std::uint32_t(camera.factor + 1) / 2),
-      set_(camera.width, camera.height) {
+      factor_(moving.factor),
+      width_(moving.squares.width()),
+      height_(moving.squares.height()),
+      parts_(std::uint32_t(moving.factor + 1) / 2),
+      set_(width_, height_) {
   const int ring = (kRing + factor_ - 1) / factor_;
-  const auto differs = [&](int x, int y) { return camera.now[moment][std::size_t(y) * width_ + x]; };
-  for (int y = 0; y < camera.height; ++y)
+  for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
-      if (!differs(x, y)) continue;
-      for (int v = std::max(0, y - ring); v <= std::min(camera.height - 1, y + ring); ++v)
+      if (!moving.squares.test(x, y)) continue;
+      for (int v = std::max(0, y - ring); v <= std::min(height_ - 1, y + ring); ++v)
         for (int u = std::max(0, x - ring); u <= std::min(width_ - 1, x + ring); ++u)
           if (!any_ignored(frame.ignored, u * factor_, v * factor_, factor_)) set_.set(u, v);
     }

@@ -8,6 +8,7 @@
 #include "train/bounds/ground.hpp"
 #include "train/check_cameras.hpp"
 #include "train/effects/effect_table.hpp"
+#include "train/film/still_world.hpp"
 #include "train/learn_cameras.hpp"
 #include "train/start.hpp"
 
@@ -75,6 +76,19 @@ EffectChoice kept(const Config& config) {
   return out;
 }
 
+/// Gives the frames of a film what moves in them. Of a film that nobody has looked at yet it is found out.
+void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options) {
+  Split& train = *data.find("train");
+  EffectChoice& choice = prepared.effects;
+  if (!choice.film && is_film(view_told_by_time(prepared.config, train))) {
+    choice.film = look_at_film(prepared.config, train, data.time_map, choice.moving);
+    if (options.on_film) options.on_film(*choice.film);
+  }
+  // Motion that was asked for though a still world shows everything may be anywhere.
+  if (choice.film && choice.film->unexplained())
+    for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
+}
+
 }  // namespace
 
 void cut_ground(const Config& prepared, Dataset& data) {
@@ -112,7 +126,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     out.effects = kept(out.config);
   } else {
     if (config.effects.steps > 0) tell("trying out which effects the scene calls for");
-    out.effects = choose_effects(out.config, train, data.time_map, options.on_trial);
+    out.effects = choose_effects(out.config, train, data.time_map, options.on_trial, options.on_film);
     release_freed_memory();  // of the fits
     if (!data.has_alpha) check_fits(train, out.effects, note);
   }
@@ -120,6 +134,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     apply(out.effects.chosen, out.config);
     out.config.motion.points = out.effects.points;
   }
+  if (out.config.motion.enabled && freezes(out.config)) know_film(out, data, options);
   out.used = learnable_in(effects_of(out.config), !data.has_alpha, !rig_of(train).cameras.empty());
   return out;
 }

@@ -17,6 +17,7 @@ struct BlockSet {
   BlockSet(int width, int height)
       : words((width + 63) / 64), bits(std::size_t(words) * std::size_t(height)) {}
   void set(int x, int y) { bits[std::size_t(y) * words + x / 64] |= std::uint64_t(1) << (x % 64); }
+  bool test(int x, int y) const { return bits[std::size_t(y) * words + x / 64] >> (x % 64) & 1; }
   void number();  ///< once all are set
   std::uint32_t count() const { return starts.empty() ? 0 : starts.back(); }
   /// The k-th block that is set. @pre k < count()

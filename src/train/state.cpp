@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "math/schedule.hpp"
+#include "train/effects/effect_table.hpp"
+#include "train/film/moving_part.hpp"
 #include "train/still/changing_cells.hpp"
 
 namespace splinevox {
@@ -18,11 +20,46 @@ SamplingConfig sampling_of(const Config& config) {
   return out;
 }
 
+/// What moves in each frame: by cameras that stand still, else as the frames have it. Empty where nothing is
+/// known or nothing is asked.
+std::vector<CoarseMask> moving_in(const Setting& setting) {
+  const std::vector<Frame>& frames = setting.train.frames;
+  std::vector<CoarseMask> out(frames.size());
+  for (const StillCamera& camera : setting.still)
+    for (std::size_t i = 0; i < camera.frames.size(); ++i)
+      out[std::size_t(camera.frames[i])] = camera.changing(i);
+  if (setting.still.empty())
+    for (std::size_t f = 0; f < frames.size(); ++f) out[f] = frames[f].moving;
+  const bool any = std::any_of(out.begin(), out.end(), [](const CoarseMask& m) { return !m.empty(); });
+  return any && changes(effects_of(setting.config)) ? out : std::vector<CoarseMask>();
+}
+
+void archive_masks(Archive& a, const Split& train, std::vector<CoarseMask>& masks) {
+  std::uint64_t count = masks.size();
+  a(count);
+  check_fits(count == 0 || count == train.frames.size());
+  masks.resize(count);
+  for (std::size_t f = 0; f < masks.size(); ++f) {
+    CoarseMask& mask = masks[f];
+    std::vector<std::uint64_t> words = mask.squares.words();
+    a(mask.factor, words);
+    if (!a.reading() || words.empty()) continue;
+    const Picture& image = train.frames[f].image;
+    check_fits(mask.factor > 0 && mask.factor <= std::max(image.width, image.height));
+    PixelMask squares(image.width / mask.factor, image.height / mask.factor);
+    check_fits(squares.words().size() == words.size());
+    squares.set_words(std::move(words));
+    mask.squares = std::move(squares);
+  }
+}
+
 Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
   const CamerasConfig& cameras = setting.config.cameras;
   MovingPart moving;
   if (freezes(setting.config)) moving.cells = changing_cells(setting.still, setting.train, bounds.box);
+  if (freezes(setting.config) && moving.cells.cells() == 0)
+    moving.cells = cells_that_move(moving_in(setting), setting.train, bounds.box);
   moving.proved = moving.cells.cells() > 0;
   return {Lattices(setting, time_map, bounds.box),
           {bounds.hull, {}, {}},
@@ -37,10 +74,15 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
     : setting(config, train),
       ranks(r),
       home(starting_volume(setting, time_map), std::move(backend)),
-      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit,
-              setting.still),
+      sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
       cameras(setting.config.cameras, home.read().cameras, setting.unit) {
+  set_moving(moving_in(setting));
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
+}
+
+void Trainer::State::set_moving(std::vector<CoarseMask> masks) {
+  moving = std::move(masks);
+  sampler.set_moving(moving, setting.config.loss.still);
 }
 
 bool Trainer::State::refine(double progress_now) {
@@ -141,11 +183,15 @@ void Trainer::State::archive(Archive& a) {
   if (home.surroundings().any())
     a.section("surroundings",
               [&] { check_fits(surroundings.archive(a, setting.config, home.surroundings())); });
+  a.section("moving", [&] {  // what cameras that stand still tell is found again
+    if (setting.still.empty()) archive_masks(a, setting.train, moving);
+  });
   a.section("cameras", [&] { cameras.archive(a, home.cameras()); });
   if (!a.reading()) return;
   Volume& volume = home.change();
   check_fits(plan.fits(setting.config, volume.lattices));
   sampler.set_box(volume.lattices.model.box);
+  set_moving(std::move(moving));
   plan.fit(setting, volume);
 }
 

@@ -33,6 +33,7 @@ struct Trainer::State {
   double progress = 0;  ///< of the last refine
   Plan plan;
   Batch batch;                        ///< of the last step
+  std::vector<CoarseMask> moving;     ///< what moves in each frame; empty: nobody knows
   std::vector<StepReport> discarded;  ///< the last steps, as far as they were discarded in a row
 
   TimeWindow window() const { return {sampler.window(progress), sampler.whole(progress)}; }
@@ -55,6 +56,7 @@ struct Trainer::State {
   void archive(Archive& a);
 
  private:
+  void set_moving(std::vector<CoarseMask> masks);
   std::vector<Vec3> behind_;  ///< gradient of the colour behind each ray of the batch, if it is wanted
   RayLosses ray_losses() const;
 };

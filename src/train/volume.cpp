@@ -42,7 +42,7 @@ void Volume::archive(Archive& a, const Setting& setting) {
   });
   a.section("motion", [&] {
     std::uint64_t levels = l.levels.size();
-    a(levels, model.motion.points, moving.cells, moving.share);
+    a(levels, model.motion.points, moving.cells, moving.share, moving.proved);
     check_fits(levels <= setting.config.grid.motion.size());
     l.levels.resize(levels);
     l.level_learners.resize(levels);

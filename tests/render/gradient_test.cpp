@@ -35,6 +35,7 @@ struct TinyScene {
   FrameView<double> frame;
   std::vector<RayInput<double>> rays;
   std::vector<Vec3d> targets, probes;
+  double rest = 0;  ///< RayInput::rest of every ray
 
   explicit TinyScene(unsigned seed) {
     std::mt19937 random(seed);
@@ -178,13 +179,15 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       const T weight = transmittance * one_minus_exp_neg(depth);
       for (int c = 0; c < 3; ++c) color[c] += weight * factor * sigmoid(raw[1 + c]).value;
       transmittance *= exp_(-depth);
-      if (loss.offset > 0 || loss.divergence > 0) {
+      if (loss.offset > 0 || loss.divergence > 0 || scene.rest > 0) {
         if (record) fixed_weights.push_back(value_of(weight));
         const T fixed(fixed_weights[used++]);
         MotionJetAdjoint<T> unused;
         const Vec3T<T> probe{T(scene.probes[ray].x), T(scene.probes[ray].y), T(scene.probes[ray].z)};
         const T q = loss.hutchinson ? divergence_probe(jet, probe, unused) : divergence(jet, unused);
         total += T(loss.divergence) * fixed * q * q;
+        const Vec3T<T> displacement = jet.r * jet.delta;
+        total += T(scene.rest) * fixed * dot(displacement, displacement);
         if (loss.offset > 0)
           total += T(loss.offset) * fixed *
                    offset_term(jet.delta, jet.r, T(loss.offset_rigidity), T(loss.offset_softening)).value;
@@ -232,12 +235,17 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
     ray.direction = cast<Real>(scene.rays[i].direction);
     ray.count = scene.rays[i].count;
     ray.background = cast<Real>(scene.rays[i].background);
+    ray.rest = Real(scene.rest);
     const auto result = kernel.forward(ray, field, frame, Real(stop));
     const Vec3T<Real> error = photometric_error(result.rgb, cast<Real>(scene.targets[i]));
     value += dot(error, error);
     const std::size_t first = records.motion.size();
     for (int c = 0; c < 3; ++c) d_behind.push_back(Real(2) * result.transmittance * error[c]);
     backward(kernel, ray, result, field, Real(2) * error, Real(0), records);
+    for (int k = 0; k < kernel.count; ++k) {
+      const Vec3T<Real> displacement = displacement_of(kernel.samples[k].warp.motion, kernel.r[k]);
+      value += scene.rest * double(kernel.weight[k]) * double(dot(displacement, displacement));
+    }
     value +=
         motion_losses(kernel, field, frame, losses, cast<Real>(scene.probes[i]), Real(0), first, records);
   }
@@ -275,8 +283,10 @@ struct Figures {
 /// kernel against the double one. Below a millionth of the largest gradient, or where rays cancel, an error
 /// is measured against that millionth.
 template <int Sh>
-void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures) {
-  const TinyScene<Sh> scene(seed);
+void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures,
+                     double rest = 0) {
+  TinyScene<Sh> scene(seed);
+  scene.rest = rest;
   std::vector<double> d_rows, d_slice, d_behind, weights;
   std::vector<float> f_rows, f_slice, f_behind;
   double value, f_value;
@@ -318,18 +328,19 @@ void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop,
 }
 
 /// The same with harmonics of another order for every seed.
-void check_any_order(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures) {
+void check_any_order(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures,
+                     double rest = 0) {
   switch (seed % 5) {
     case 0:
-      return check_gradients<-1>(seed, loss, stop, figures);
+      return check_gradients<-1>(seed, loss, stop, figures, rest);
     case 1:
-      return check_gradients<0>(seed, loss, stop, figures);
+      return check_gradients<0>(seed, loss, stop, figures, rest);
     case 2:
-      return check_gradients<1>(seed, loss, stop, figures);
+      return check_gradients<1>(seed, loss, stop, figures, rest);
     case 3:
-      return check_gradients<2>(seed, loss, stop, figures);
+      return check_gradients<2>(seed, loss, stop, figures, rest);
     default:
-      return check_gradients<3>(seed, loss, stop, figures);
+      return check_gradients<3>(seed, loss, stop, figures, rest);
   }
 }
 
@@ -358,6 +369,13 @@ TEST_SUITE("render/gradient") {
     }
     report("photometric, 20 scenes", figures);
   }
+  TEST_CASE(
+      "what shows nothing that moves is asked to be at rest: the gradient of the squared displacement") {
+    Figures figures;
+    for (unsigned seed = 1; seed <= 20; ++seed) check_any_order(seed, {}, seed % 2 ? 0.2 : 0, figures, 0.5);
+    report("rest, 20 scenes", figures);
+  }
+
   TEST_CASE("offset and divergence losses have the gradients of their values") {
     Figures offset, divergence, probe;
     for (unsigned seed = 21; seed <= 40; ++seed) {

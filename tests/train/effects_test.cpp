@@ -92,35 +92,7 @@ TEST_SUITE("train/effects") {
     CHECK(c.trials[0].mean() < c.trials[1].mean());  // on the whole, motion loses so early
   }
   TEST_CASE(
-      "a video of a static scene: motion gains by going with the camera, and is not taken for the "
-      "scene's") {
-    Config config = short_choice();
-    config.sampling.rays = 2048;
-    const auto film = [&](const char* scene, double gloss, double orbit, std::uint64_t seed) {
-      return choose(
-          make_synth(scene,
-                     {.frames = 60, .size = 96, .seed = seed, .orbit = orbit, .look = {.gloss = gloss}}),
-          config);
-    };
-    const EffectChoice still = film("static", 0.6, 0.5, 1), moving = film("ball", 0, 0.5, 1),
-                       little = film("toy", 0, 1.5, 3);
-    for (const EffectChoice* c : {&still, &moving, &little}) CHECK(c->view_told_by_time > 0.85);
-    CHECK_FALSE(still.chosen.has(Effect::motion));
-    CHECK_FALSE(still.chosen.has(Effect::light));
-    REQUIRE(verdict(still, Effect::motion));
-    CHECK(verdict(still, Effect::motion)->gain.mean > 0.1);  // what would have been enough
-    CHECK(verdict(still, Effect::motion)->decision == EffectDecision::confounded);
-    CHECK(*verdict(still, Effect::motion)->far < 0.001);
-    CHECK(moving.chosen.has(Effect::motion));
-    CHECK(verdict(moving, Effect::motion)->decision == EffectDecision::on);
-    CHECK(
-        little.chosen.has(Effect::motion));  // by no more than a static scene may gain, but the ball goes far
-    CHECK(*verdict(little, Effect::motion)->far > 0.002);
-    CAPTURE(verdict(little, Effect::motion)->gain.mean);
-    CHECK(verdict(little, Effect::motion)->gain.mean < 1.4);
-  }
-  TEST_CASE(
-      "time tells where a video is taken from, and nothing of cameras anywhere, few or many, of a rig, or of "
+      "time tells where a film is taken from, and nothing of cameras anywhere, few or many, of a rig, or of "
       "one that stands") {
     const auto share_of = [](const Dataset& data) {
       return view_told_by_time(*data.find("train"), {0, 0, 0}, 1.0 / 9);

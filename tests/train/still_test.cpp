@@ -242,9 +242,14 @@ TEST_SUITE("train/still") {
     const Box box{{-1, -1, -1}, {1, 1, 1}};
     SamplingConfig config = preset("fast").sampling;
     config.carve = 0;
+    std::vector<CoarseMask> moving(train.frames.size());
+    for (const StillCamera& camera : cameras)
+      for (std::size_t i = 0; i < camera.frames.size(); ++i)
+        moving[std::size_t(camera.frames[i])] = camera.changing(i);
     const auto share_near = [&](float changing) {
       config.changing = changing;
-      const BatchSampler sampler(train, box, config, 1, 1, cameras);
+      BatchSampler sampler(train, box, config, 1);
+      sampler.set_moving(moving, 0);
       double near = 0, all = 0;
       Batch batch;
       for (int step = 0; step < 4; ++step) {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace splinevox {
@@ -28,6 +30,9 @@ class PixelMask {
   }
   /// Whether every pixel of a picture is in it.
   bool all() const { return !words_.empty() && count() == pixels(); }
+  const std::vector<std::uint64_t>& words() const { return words_; }
+  /// @pre as many as there are
+  void set_words(std::vector<std::uint64_t> words) { words_ = std::move(words); }
   /// Calls visit(bits) for 64 pixels after 64, the first in the lowest bit.
   template <class Visit>
   void each_word(const Visit& visit) const {
@@ -38,6 +43,19 @@ class PixelMask {
  private:
   int width_ = 0, height_ = 0;
   std::vector<std::uint64_t> words_;
+};
+
+/// The same in squares of pixels.
+struct CoarseMask {
+  PixelMask squares;
+  int factor = 1;  ///< pixels along a square; those that are left over at an edge belong to the last one
+
+  bool empty() const { return squares.empty(); }
+  bool test(int x, int y) const {
+    return !squares.empty() && squares.test(std::min(x / factor, squares.width() - 1),
+                                            std::min(y / factor, squares.height() - 1));
+  }
+  friend bool operator==(const CoarseMask&, const CoarseMask&) = default;
 };
 
 }  // namespace splinevox

@@ -23,6 +23,7 @@ struct Frame {
   Picture image;
   int camera_id = -1;      ///< which of Dataset::cameras took it; -1: nobody knows
   PixelMask ignored = {};  ///< pixels that say nothing: not drawn, not scored, no evidence; never all of them
+  CoarseMask moving = {};  ///< what shows something that moves, where that is known; else no size
   PixelMask inside = {};   ///< the white of a mask that is used for nothing else, if LoadOptions::inside
 };
 

@@ -91,6 +91,22 @@ struct StillEvidence {
   double threshold = 0;
 };
 
+/// What a still world, fitted to a film, cannot show of it (train/film/still_world.hpp).
+struct FilmEvidence {
+  double psnr = 0;       ///< of the still world in the pictures, dB
+  double share = 0;      ///< of the pixels that it cannot show
+  double coloured = 0;   ///< of the pixels whose hue it cannot show: no highlight changes that
+  double threshold = 0;  ///< of both shares, from which they count
+  int pictures = 0;      ///< that have pixels which it cannot show
+  double seconds = 0;    ///< of the fit
+
+  /// Whether there is anything that a still world cannot show: motion, or highlights.
+  bool unexplained() const { return share >= threshold; }
+  /// Whether that can only be motion. A bright highlight ends some channels before others: hue in one of
+  /// twenty such pixels or fewer says nothing.
+  bool moves() const { return coloured >= threshold && coloured >= 0.05 * share; }
+};
+
 /// How much later than their times say the pictures of a camera are, by a model that took their times as they
 /// are; intervals between its pictures.
 struct ClockDoubt {
@@ -109,7 +125,7 @@ struct EffectVerdict {
   std::optional<double> spread = {};    ///< of exposure: how far the gains of the cameras are apart, the
                                         ///< standard deviation of their logarithms
   std::vector<ClockDoubt> clocks = {};  ///< of clock: of each camera
-  std::optional<double> far = {};       ///< of motion in a video: share of the visible cells whose mean
+  std::optional<double> far = {};       ///< of motion in a film: share of the visible cells whose mean
                                         ///< displacement is large
   double time_ratio = 1;                ///< seconds of the fit with it over without
   double bytes_ratio = 1;               ///< size of the model with it over without
@@ -127,9 +143,11 @@ struct EffectChoice {
   std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
   int points = 0;  ///< control points over the whole time, before the configuration's halvings
   std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
-  double view_told_by_time = 0;  ///< 0..1: how well the time of a picture tells its viewing direction, on the
-                                 ///< whole or in a stretch; beyond 0.8 a video. 0: not asked
+  double view_told_by_time = 0;  ///< 0..1: how well the time of a picture tells its viewing direction; beyond
+                                 ///< 0.8 a film. 0: not asked
   std::optional<StillEvidence> still = {};  ///< none: no camera stands still
+  std::optional<FilmEvidence> film = {};    ///< none: no film, or motion was not wanted
+  std::vector<CoarseMask> moving = {};      ///< of a film that moves: what does, in each training frame
   int held_out = 0;                         ///< pictures held out, each with its own time where times differ
   double seconds = 0;                       ///< all of it
   std::string note;  ///< why nothing was tried, or what was settled without a trial; may be empty
@@ -187,8 +205,13 @@ struct EffectChoice {
 /// A fit takes effects.steps, so the choice does not depend on the machine. There are two or three fits, and
 /// one more of opaque pictures: 2 to 3 seconds on two cores. A run too short for that tries nothing and keeps
 /// every effect.
-/// @param on_trial  called after each fit; may be empty.
+/// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a still
+/// scene. So there a still world is fitted first, and the scene moves if there is something that it cannot
+/// show (FilmEvidence).
+/// @param on_trial  called after each fit; may be empty. @param on_film  once a film was looked at; may be
+/// empty
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
-                            const std::function<void(const EffectTrial&)>& on_trial = {});
+                            const std::function<void(const EffectTrial&)>& on_trial = {},
+                            const std::function<void(const FilmEvidence&)>& on_film = {});
 
 }  // namespace splinevox

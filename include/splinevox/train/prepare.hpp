@@ -22,6 +22,7 @@ struct PrepareOptions {
   EffectPolicy effects = EffectPolicy::choose;
   std::function<void(const std::string&)> on_note = {};   ///< called with every note, and with what begins
   std::function<void(const EffectTrial&)> on_trial = {};  ///< called after every trial fit
+  std::function<void(const FilmEvidence&)> on_film = {};  ///< called once a film was looked at
 };
 
 /// A configuration made ready for a data set.

@@ -12,6 +12,7 @@
 #include "train/effects/halves.hpp"
 #include "train/effects/ladder.hpp"
 #include "train/effects/still_proof.hpp"
+#include "train/film/still_world.hpp"
 #include "train/learn_cameras.hpp"
 #include "train/start.hpp"
 
@@ -95,14 +96,16 @@ class Trials {
   }
 
   bool moves() {
-    bool found = changing_.empty() ? moves_in(whole_, true) : moves_as_proved();
+    if (out_.film && !out_.film->unexplained()) return false;
+    const bool proved = !changing_.empty();
+    bool found = proved ? moves_as_proved() : moves_in(whole_, true);
     const std::optional<Stretch> stretch = middle_stretch(train_);
     const Basis& basis = basis_of(config_.motion.basis);
     if (!stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
     const Halves parts = divide(train_, *stretch);
     if (!parts.usable()) return found;
     Ladder near(config_, level_, parts, time_map_, out_, on_trial_);
-    if (const bool there = moves_in(near, false); there || (found && !changing_.empty())) {
+    if (const bool there = moves_in(near, false); there || (found && proved)) {
       found = true;
       out_.points = points_for(near, beside(), config_, stretch->length);
     }
@@ -125,7 +128,7 @@ class Trials {
     const EffectSet all = beside();
     // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
     const bool enough = gains(by.judge(Effect::motion, all));
-    if (by.film()) return by.judge_film(all);
+    if (out_.film) return by.judge_film(all, out_.film->moves());
     if (whole && !enough) by.judge_where_needed(all);
     return gains(out_.verdicts.back());
   }
@@ -133,7 +136,7 @@ class Trials {
     if (!changing_.empty())
       return whole_.judge_where_changing(effect, beside(), changing_).decision == EffectDecision::on;
     const bool on = whole_.judge(effect, beside()).decision == EffectDecision::on;
-    if (!on || !whole_.film()) return on;
+    if (!on || !is_film(out_.view_told_by_time)) return on;
     out_.verdicts.back().decision = EffectDecision::confounded;
     return false;
   }
@@ -171,7 +174,8 @@ bool one_moment(const Split& train) {
 }  // namespace
 
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
-                            const std::function<void(const EffectTrial&)>& on_trial) {
+                            const std::function<void(const EffectTrial&)>& on_trial,
+                            const std::function<void(const FilmEvidence&)>& on_film) {
   const auto start = std::chrono::steady_clock::now();
   EffectChoice out;
   out.chosen =
@@ -197,6 +201,12 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   }
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
+  if (out.chosen.has(Effect::motion) || out.chosen.has(Effect::light))
+    out.view_told_by_time = view_told_by_time(config, train);
+  if (out.chosen.has(Effect::motion) && is_film(out.view_told_by_time)) {
+    out.film = look_at_film(config, train, time_map, out.moving);
+    if (on_film) on_film(*out.film);
+  }
   Trials trials(config, train, time_map, proof, out, on_trial);
   if (!trials.possible()) {
     out.note = "masks leave too little of small pictures: every effect of the preset stays";

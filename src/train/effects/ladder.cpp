@@ -19,7 +19,6 @@ namespace {
 constexpr float kExplained = 0.02f;  // of brightness, that motion explains at a place where it is needed
 constexpr double kClearGain = 0.5;  // dB there: static scenes come to 0.1 at most, those of which a twentieth
                                     // moves to 0.9 and more (docs/experiments.md)
-constexpr double kFilm = 0.8;       // view_told_by_time from which pictures are a video
 constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene gains about 1 at most by
                                     // bending a little with the camera (docs/experiments/effects.md)
 constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which bending does not:
@@ -99,18 +98,15 @@ EffectVerdict Ladder::judge_where_changing(Effect effect, const EffectSet& with,
   return v;
 }
 
-bool Ladder::film() {
-  const double share = view_told_by_time(halves_.fitted, fits_.front().model.box.center(),
-                                         1.0 / basis_of(config_.motion.basis).pieces(config_.motion.points));
-  out_.view_told_by_time = std::max(out_.view_told_by_time, share);
-  return share > kFilm;
-}
-
-bool Ladder::judge_film(const EffectSet& all) {
-  const VoxelModel& moving = fits_[std::size_t(find(all, config_.motion.points))].model;
+bool Ladder::judge_film(const EffectSet& all, bool proved) {
   EffectVerdict& v = out_.verdicts.back();
-  v.far = share_far(moving, halves_.fitted, kFar * moving.radiance.raw.topology->lattice.spacing);
   const double least = config_.effects.min_gain;
+  if (proved) {
+    if (!(v.gain.mean > least)) v.decision = EffectDecision::proved;
+    return true;
+  }
+  const VoxelModel& moving = fits_[std::size_t(find(all, config_.motion.points))].model;
+  v.far = share_far(moving, halves_.fitted, kFar * moving.radiance.raw.topology->lattice.spacing);
   const bool moves = v.gain.mean > std::max(least, *v.far > kFarShare ? kFarGain : kFilmGain);
   if (!moves && v.gain.mean > least) v.decision = EffectDecision::confounded;
   return moves;

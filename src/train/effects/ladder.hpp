@@ -36,11 +36,9 @@ class Ladder {
   /// @param changing  of each held-out picture, one channel: 1 there, else 0
   EffectVerdict judge_where_changing(Effect effect, const EffectSet& with,
                                      const std::vector<Image>& changing);
-  /// Whether the training pictures of the fits are a video: a camera that hardly moves within a piece of the
-  /// curves and is elsewhere in the next. @pre a fit was made
-  bool film();
-  /// Judges anew, as of a video, what judge(Effect::motion, all) found. Returns whether the scene moves.
-  bool judge_film(const EffectSet& all);
+  /// Judges anew, as of a film, what judge(Effect::motion, all) found. Returns whether the scene moves.
+  /// @param proved  what a still world cannot show is no highlight
+  bool judge_film(const EffectSet& all, bool proved);
   /// Judges whether cameras have gains of their own. What a gain gives to held-out pictures of its own camera
   /// may be what the model lacks there, so gains must differ as well.
   EffectVerdict judge_exposure(const EffectSet& all);

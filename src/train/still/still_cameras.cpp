@@ -276,6 +276,13 @@ bool stand_alike(const Camera& a, const Camera& b) {
 
 }  // namespace
 
+CoarseMask StillCamera::changing(std::size_t moment) const {
+  CoarseMask out{PixelMask(width, height), factor};
+  for (std::size_t i = 0; i < now[moment].size(); ++i)
+    if (now[moment][i]) out.squares.set(i);
+  return out;
+}
+
 double share_of(const BlockMap& map) {
   return double(std::count(map.begin(), map.end(), 1)) / double(map.size());
 }

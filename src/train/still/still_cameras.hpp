@@ -31,6 +31,8 @@ struct StillCamera {
 
   /// No change of the light of everything, which would be taken for one of the exposure.
   bool steady() const { return flicker < 0.03; }
+  /// What differs at a moment.
+  CoarseMask changing(std::size_t moment) const;
 };
 
 /// The cameras of a split that stand still and have three moments or more: frames of one camera_id, of one

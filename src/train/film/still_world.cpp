@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/film/still_world.hpp"
+
+#include <algorithm>
+
+#include "core/parallel.hpp"
+#include "math/camera.hpp"
+#include "splinevox/data/image_io.hpp"
+#include "splinevox/math/basis.hpp"
+#include "splinevox/math/metrics.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "splinevox/train/trainer.hpp"
+#include "train/effects/film.hpp"
+#include "train/film/unexplained.hpp"
+#include "train/start.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr int kMostSquares = 200;       ///< along a picture
+constexpr int kSteps = 200;             ///< of the fit
+constexpr int kMostRays = 4096;         ///< of a step
+constexpr double kFilm = 0.8;           ///< view_told_by_time from which pictures are a film
+constexpr int kStride = 4;              ///< squares, between places that are asked who sees them
+constexpr int kFewestViews = 5;         ///< of a place of which something is said
+constexpr double kViewsShare = 0.15;    ///< of all pictures, that such a place is in
+constexpr std::size_t kMostViews = 64;  ///< pictures that are asked
+constexpr double kMoves = 3e-4;         ///< share of the pixels from which something moves
+
+Config still_config(const Config& config) {
+  Config c = config;
+  apply(effects_of(config).without(Effect::motion).without(Effect::light), c);
+  c.run.max_time = 0;
+  c.run.max_steps = kSteps;
+  c.radiance.sh_order = order_at(c.radiance, 0);
+  c.radiance.sh_start.clear();
+  c.grid.radiance = {32, 64, 96};
+  c.grid.radiance_start = {0, .2f, .5f};
+  c.grid.surroundings = {32, 48};
+  c.grid.surroundings_start = {0, 0.4f};
+  c.grid.empty_start.clear();
+  c.sampling.rays = std::min(c.sampling.rays, kMostRays);
+  c.sampling.growth = 1;
+  c.sampling.changing = 0;
+  c.sampling.window = 1;
+  return c;
+}
+
+/// Which pixels show a place that enough pictures have in them.
+std::vector<char> known_pixels(const VoxelModel& still, const Rendered& shown, const Camera& camera,
+                               const Split& train) {
+  const std::size_t views = std::min(train.frames.size(), kMostViews);
+  const double enough = std::max(double(kFewestViews), kViewsShare * double(views));
+  const Vec3d axis = camera_ray(camera, 0.5 * camera.width, 0.5 * camera.height).direction;
+  const int w = camera.width, h = camera.height;
+  std::vector<char> out(std::size_t(w) * std::size_t(h));
+  for (int y = 0; y < h; y += kStride)
+    for (int x = 0; x < w; x += kStride) {
+      const int u = std::min(w - 1, x + kStride / 2), v = std::min(h - 1, y + kStride / 2);
+      const Ray ray = camera_ray(camera, u + 0.5, v + 0.5);
+      // What lies behind the box is far away.
+      const double distance = *shown.alpha.pixel(u, v) > 0.5f
+                                  ? double(*shown.depth.pixel(u, v)) / dot(axis, ray.direction)
+                                  : 2 * double(still.box.longest_edge());
+      const Vec3d place = ray.origin + distance * ray.direction;
+      int seen = 0;
+      for (std::size_t i = 0; i < views; ++i) {
+        const Camera& other = train.frames[i * train.frames.size() / views].camera;
+        const Projection p = project(other, place);
+        seen += p.depth > 0 && p.u >= 0 && p.v >= 0 && p.u < other.width && p.v < other.height;
+      }
+      for (int b = y; b < std::min(h, y + kStride); ++b)
+        for (int a = x; a < std::min(w, x + kStride); ++a)
+          out[std::size_t(b) * std::size_t(w) + std::size_t(a)] = seen >= enough;
+    }
+  return out;
+}
+
+void leave_out(const PixelMask& ignored, std::vector<char>& known) {
+  for (std::size_t i = 0; i < known.size() && !ignored.empty(); ++i)
+    if (ignored.test(i)) known[i] = 0;
+}
+
+}  // namespace
+
+double view_told_by_time(const Config& config, const Split& train) {
+  const Box box = starting_bounds(config, train, picture_stats(train)).box;
+  const double pieces = basis_of(config.motion.basis).pieces(config.motion.points);
+  return view_told_by_time(train, box.center(), 1 / pieces);
+}
+
+bool is_film(double view_told_by_time) { return view_told_by_time > kFilm; }
+
+FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMap& time_map,
+                          std::vector<CoarseMask>& moving) {
+  Trainer trainer(still_config(config), train, time_map);
+  while (!trainer.done()) trainer.step();
+  const VoxelModel still = trainer.finish();
+  const float unit = brightness(config, picture_stats(train));
+  const std::size_t n = train.frames.size();
+  std::vector<double> psnrs(n), shares(n), coloured(n);
+  moving.resize(n);
+  parallel_for(int(n), [&](int i) {
+    const Frame& frame = train.frames[std::size_t(i)];
+    const int longest = std::max(frame.camera.width, frame.camera.height),
+              factor = std::max(1, (longest + kMostSquares - 1) / kMostSquares);
+    const ReadAll all_of(frame.image);
+    const Camera camera = area_downscale(frame.camera, factor);
+    const Image picture = composite(area_downscale(frame.image, factor), still.background.color);
+    const Rendered shown = render_image(still, camera, frame.time);
+    const PixelMask ignored = area_downscale(frame.ignored, factor);
+    std::vector<char> known = known_pixels(still, shown, camera, train);
+    leave_out(ignored, known);
+    moving[std::size_t(i)] = {
+        clear_errors(unexplained(picture, shown.rgb), known, camera.width, camera.height, unit), factor};
+    const PixelMask& squares = moving[std::size_t(i)].squares;
+    coloured[std::size_t(i)] =
+        double(clear_errors(unexplained_hue(picture, shown.rgb), known, camera.width, camera.height, unit)
+                   .count()) /
+        double(squares.pixels());
+    shares[std::size_t(i)] = double(squares.count()) / double(squares.pixels());
+    psnrs[std::size_t(i)] = capped_psnr(psnr(shown.rgb, picture, ignored));
+  });
+  FilmEvidence out;
+  for (std::size_t i = 0; i < n; ++i) {
+    out.psnr += psnrs[i] / double(n);
+    out.share += shares[i] / double(n);
+    out.coloured += coloured[i] / double(n);
+    out.pictures += moving[i].squares.count() > 0;
+  }
+  out.threshold = kMoves;
+  out.seconds = trainer.seconds();
+  return out;
+}
+
+}  // namespace splinevox
