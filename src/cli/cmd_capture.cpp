@@ -65,6 +65,9 @@ Action capture_command(CLI::App& verb) {
       ->type_name(fmt::format("{{{}}}", fmt::join(capture_lenses(), ",")));
   verb.add_option("--moments", o->moments, "at which cameras that stand still are placed")
       ->capture_default_str();
+  verb.add_option("--walk", o->walk,
+                  "a film or folder of one camera that walks past those that stand still: their places are "
+                  "found by it, and it is no part of the data set");
   add_masks(verb, o->masks);
   verb.add_flag("--fresh", o->fresh, "begin anew in a folder that an earlier call began");
   verb.add_flag("--json", o->json, "one JSON object a line: stages, notes, and at last the result");

@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "core/atomic_file.hpp"
 #include "core/own_folder.hpp"
-#include "core/stopwatch.hpp"
 #include "data/message_text.hpp"
 #include "run/capture/capture_stages.hpp"
 #include "run/folder_lock.hpp"
@@ -39,6 +39,10 @@ void check_options(const CaptureOptions& o) {
     fail({"--lens", "there is no such lens", fmt::format("{}", fmt::join(lenses, ", ")), o.lens, ""});
 }
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
 /// What decides what comes out: the options, and the files by their names and sizes.
 Json request_of(const CaptureOptions& o, const std::vector<CaptureCamera>& cameras) {
   Json sources = Json::array();
@@ -65,7 +69,8 @@ class Capture {
 
   Json run() {
     check_options(options_);
-    const std::vector<CaptureCamera> cameras = find_capture_input(options_.sources);
+    std::vector<CaptureCamera> cameras = find_capture_input(options_.sources);
+    if (!options_.walk.empty()) cameras.push_back(find_walk(cameras));
     open_folder(request_of(options_, cameras));
     const FolderLock lock(options_.out, "capturing into");
     ColmapProgram colmap(folder_ / "work/colmap.log", talk_);
@@ -74,7 +79,8 @@ class Capture {
     stage(3, "matches", [&] { match_features(folder_, state_, options_, colmap, false); });
     stage(4, "cameras", [&] { find_cameras(folder_, state_, options_, colmap); });
     std::optional<Solved> solved = solve();
-    if (!state_.of_rig() && !state_.wide && (!solved || solved->scene.placed < kMost * solved->scene.asked)) {
+    const bool few_placed = !solved || solved->scene.placed < kMost * solved->scene.asked;
+    if (few_placed && !state_.of_rig() && !state_.wide && int(state_.frames.size()) > kAllCompared) {
       talk_.note(fmt::format("{} of {} pictures were placed: they are compared with more of the others",
                              solved ? solved->scene.placed : 0, state_.frames.size()));
       state_.wide = true;
@@ -95,6 +101,20 @@ class Capture {
     int models = 0;
     CapturedScene scene;
   };
+
+  CaptureCamera find_walk(const std::vector<CaptureCamera>& cameras) const {
+    std::vector<CaptureCamera> walk = find_capture_input({options_.walk});
+    if (cameras.size() == 1 || walk.size() > 1)
+      fail({"--walk", "it is one camera that moves, past several that stand still",
+            "SOURCEs of several cameras, and one film or folder",
+            fmt::format("{} and {} of them", cameras.size(), walk.size()), ""});
+    walk[0].name = kWalk;
+    for (const CaptureCamera& camera : cameras)
+      if (camera.name == kWalk)
+        fail({printable(options_.walk), "a camera has the name that is the walk's", "another name", kWalk,
+              "rename that film or folder"});
+    return walk[0];
+  }
 
   /// A folder that is empty or an earlier call's.
   void open_folder(const Json& request) {
@@ -122,9 +142,9 @@ class Capture {
   void stage(int number, const std::string& name, const std::function<void()>& work) {
     if (state_.done >= number) return;
     talk_.stage(number, name);
-    Stopwatch watch;
+    const auto begin = std::chrono::steady_clock::now();
     work();
-    state_.seconds[name] = std::round(10 * watch.lap()) / 10 + state_.seconds.value(name, 0.0);
+    state_.seconds[name] = std::round(10 * seconds_since(begin)) / 10 + state_.seconds.value(name, 0.0);
     keep_notes();
     state_.done = number;
     write_capture_state(folder_, state_);
@@ -137,12 +157,19 @@ class Capture {
         state_.notes.push_back(note);
   }
 
-  void take_frames(const std::vector<CaptureCamera>& cameras) {
-    const std::vector<CapturePlan> plans = plan_capture(cameras, options_, talk_);
+  void take_frames(std::vector<CaptureCamera> cameras) {
+    std::optional<CaptureCamera> walk;
+    if (!options_.walk.empty()) {
+      walk = std::move(cameras.back());
+      cameras.pop_back();
+    }
+    std::vector<CapturePlan> plans = plan_capture(std::move(cameras), options_, talk_);
     for (const char* name : {"images", "masks", "work/masks", "work/database.db"})
       fs::remove_all(folder_ / name);
+    state_.rig.clear();
     if (plans.size() > 1)
       for (const CapturePlan& plan : plans) state_.rig.push_back(plan.camera.name);
+    if (walk) plans.push_back(plan_walk(std::move(*walk), options_, talk_));
     state_.frames = write_capture_frames(plans, folder_, talk_);
     if (state_.frames.size() < 3)
       fail({printable(options_.out), "there are too few pictures", "3 or more",

@@ -13,8 +13,9 @@ namespace splinevox::run {
 struct CaptureOptions {
   std::vector<std::string> sources;  ///< a film, a folder, or a film or folder per camera
   std::string out;
-  int every = 0;   ///< the sharpest of so many frames that follow each other; 0: not given
-  int frames = 0;  ///< so many frames of each camera; 0: not given
+  std::string walk;  ///< a film or folder of a camera that walks past the others, to find their places by
+  int every = 0;     ///< the sharpest of so many frames that follow each other; 0: not given
+  int frames = 0;    ///< so many frames of each camera; 0: not given
   double from = 0, to = std::numeric_limits<double>::infinity();  ///< seconds of a film
   int max_size = 1280;  ///< longer side of frames of films, pixels; 0: as they are
   double fps = 1;       ///< of pictures, a second

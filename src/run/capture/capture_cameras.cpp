@@ -102,6 +102,13 @@ std::optional<Camera> camera_of(const Found& found, const RigidPose& pose) {
   }
 }
 
+CapturedScene nothing_placed(const std::vector<CaptureFrame>& frames, const std::vector<std::string>& rig) {
+  CapturedScene scene;
+  scene.left_out = rig;
+  scene.asked = int(rig.empty() ? frames.size() : rig.size());
+  return scene;
+}
+
 /// What frames are placed by: a picture's own name, or its camera's.
 std::string key_of(const std::string& image, bool rig) {
   return rig ? image.substr(0, image.find('/')) : image;
@@ -139,12 +146,15 @@ CapturedScene place_frames(const ColmapModel& model, const std::vector<CaptureFr
   for (const ColmapImage& image : model.images) {
     const RawFrame frame = frame_of(model, image);
     if (frame.fault) throw Error(*frame.fault);
-    Found& camera = found[key_of(image.name, !rig.empty())];
+    const std::string key = key_of(image.name, !rig.empty());
+    if (!rig.empty() && std::find(rig.begin(), rig.end(), key) == rig.end()) continue;  // of a walk
+    Found& camera = found[key];
     camera.poses.push_back(frame.pose);
     camera.lens = frame.lens;
     poses.push_back(frame.pose);
   }
   CapturedScene scene;
+  if (poses.empty()) return nothing_placed(frames, rig);
   Similarity to = upright(poses);
   std::vector<Vec3d> points;
   for (const Vec3d& point : model.points) points.push_back(to(point));

@@ -19,6 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace data;
 
+constexpr int kWalkFrames = 100;  ///< of a walk, at most
+
 /// The size of frames whose longer side is `most` at most, with even sides. 0: as they are.
 PictureSize frame_size(const FilmFacts& film, int most) {
   PictureSize size{film.width, film.height};
@@ -234,6 +236,15 @@ std::vector<CapturePlan> plan_capture(std::vector<CaptureCamera> cameras, const 
     first.groups = frame_groups(first.times, options.from, options.to, options.every, most);
   require_frames(plans, options);
   return plans;
+}
+
+CapturePlan plan_walk(CaptureCamera camera, const CaptureOptions& options, CaptureTalk& talk) {
+  CapturePlan plan{std::move(camera), {}, {}, 0, 0, {}};
+  CaptureOptions own = options;
+  own.masks.clear();
+  plan_times(plan, own, talk);
+  plan.groups = frame_groups(plan.times, 0, plan.times.back(), 0, kWalkFrames);
+  return plan;
 }
 
 std::vector<CaptureFrame> write_capture_frames(const std::vector<CapturePlan>& plans, const fs::path& folder,

@@ -32,6 +32,8 @@ struct CapturePlan {
 /// moments. Throws Error (Fault::input).
 std::vector<CapturePlan> plan_capture(std::vector<CaptureCamera> cameras, const CaptureOptions& options,
                                       CaptureTalk& talk);
+/// The same of a walk past cameras that stand still, of which all is taken that helps.
+CapturePlan plan_walk(CaptureCamera camera, const CaptureOptions& options, CaptureTalk& talk);
 
 /// Writes `images`, `masks`, and masks for COLMAP in work/masks. Films become PNG; pictures are copied byte
 /// for byte, but for those that EXIF turns, which become upright PNG. Throws Error, CaptureStopped.

@@ -42,7 +42,8 @@ std::vector<std::size_t> frames_for_colmap(const CaptureState& state, const Capt
     std::size_t end = i;
     while (end < state.frames.size() && state.frames[end].camera == state.frames[i].camera) ++end;
     const std::size_t count = end - i;
-    const std::size_t most = state.of_rig() ? std::min(count, std::size_t(options.moments)) : count;
+    const bool few = state.of_rig() && !state.of_walk(state.frames[i]);
+    const std::size_t most = few ? std::min(count, std::size_t(options.moments)) : count;
     for (std::size_t k = 0; k < most; ++k) chosen.push_back(i + (2 * k + 1) * count / (2 * most));
     i = end;
   }
@@ -57,6 +58,20 @@ bool one_size(const fs::path& folder, const CaptureState& state) {
     sizes.emplace(size.width, size.height);
   }
   return sizes.size() == 1;
+}
+
+/// Pictures of the walk with their neighbours, and those of cameras that stand still with all of the walk and
+/// with each other: a line a pair.
+std::string pairs_with_walk(const CaptureState& state, const CaptureOptions& options) {
+  constexpr std::size_t kNear = 8;
+  const std::vector<std::size_t> chosen = frames_for_colmap(state, options);
+  std::string pairs;
+  for (std::size_t i = 0; i < chosen.size(); ++i)
+    for (std::size_t k = i + 1; k < chosen.size(); ++k) {
+      const CaptureFrame &a = state.frames[chosen[i]], &b = state.frames[chosen[k]];
+      if (!state.of_walk(a) || k - i <= kNear) pairs += a.name + " " + b.name + "\n";
+    }
+  return pairs;
 }
 
 void require_well(bool well, const std::string& what, const ColmapProgram& colmap) {
@@ -90,18 +105,18 @@ void find_features(const fs::path& folder, const CaptureState& state, const Capt
       {"ImageReader.camera_model", colmap_lens(options.lens, state.of_rig())},
       {"SiftExtraction.use_gpu|FeatureExtraction.use_gpu", "0"},
       {"SiftExtraction.num_threads|FeatureExtraction.num_threads", threads_of(options)}};
-  if (state.of_rig()) {  // few pictures, from directions far apart
-    words.push_back({"ImageReader.single_camera_per_folder", "1"});
+  if (state.of_rig() && !state.has_walk()) {  // few pictures, from directions far apart
     words.push_back({"SiftExtraction.estimate_affine_shape", "1"});
     words.push_back({"SiftExtraction.domain_size_pooling", "1"});
-  } else {
-    words.push_back(
-        {"SiftExtraction.max_num_features", "2048"});  // the time to match them grows as the square
-    if (one_size(folder, state))
-      words.push_back({"ImageReader.single_camera", "1"});
-    else
-      talk.note("pictures differ in size: each gets a lens of its own");
+  } else {  // the time to match them grows as the square of their number
+    words.push_back({"SiftExtraction.max_num_features", "2048"});
   }
+  if (state.of_rig())
+    words.push_back({"ImageReader.single_camera_per_folder", "1"});
+  else if (one_size(folder, state))
+    words.push_back({"ImageReader.single_camera", "1"});
+  else
+    talk.note("pictures differ in size: each gets a lens of its own");
   if (std::any_of(state.frames.begin(), state.frames.end(), [](const auto& f) { return !f.mask.empty(); }))
     words.push_back({"ImageReader.mask_path", (folder / "work/masks").string()});
   require_well(colmap.run("feature_extractor", words), "find features", colmap);
@@ -109,20 +124,26 @@ void find_features(const fs::path& folder, const CaptureState& state, const Capt
 
 void match_features(const fs::path& folder, const CaptureState& state, const CaptureOptions& options,
                     ColmapProgram& colmap, bool wide) {
-  constexpr int kFew = 40, kWideFew = 100;  // pictures that are all compared with each other
+  constexpr int kWideFew = 100;
   const int pictures = pictures_for_colmap(state, options);
-  const bool all = state.of_rig() || pictures <= (wide ? kWideFew : kFew);
   std::vector<ColmapOption> words{
       {"database_path", (folder / "work/database.db").string()},
       {"SiftMatching.use_gpu|FeatureMatching.use_gpu", "0"},
       {"SiftMatching.num_threads|FeatureMatching.num_threads", threads_of(options)}};
-  if (state.of_rig()) words.push_back({"SiftMatching.guided_matching|FeatureMatching.guided_matching", "1"});
-  if (all)
+  std::string command = "exhaustive_matcher";
+  if (state.has_walk()) {
+    const fs::path pairs = folder / "work/pairs.txt";
+    write_file(pairs.string(), {pairs_with_walk(state, options)});
+    command = "matches_importer";
+    words.push_back({"match_list_path", pairs.string()});
+    words.push_back({"match_type", "pairs"});
+  } else if (state.of_rig() || pictures <= (wide ? kWideFew : kAllCompared)) {
     words.push_back({"ExhaustiveMatching.block_size", "10"});
-  else  // the next ones, and those 16, 32, ... on
+  } else {  // the next ones, and those 16, 32, ... on
+    command = "sequential_matcher";
     words.push_back({"SequentialMatching.overlap", wide ? "25" : "8"});
-  require_well(colmap.run(all ? "exhaustive_matcher" : "sequential_matcher", words, pictures),
-               "compare pictures", colmap);
+  }
+  require_well(colmap.run(command, words, pictures), "compare pictures", colmap);
 }
 
 void find_cameras(const fs::path& folder, const CaptureState& state, const CaptureOptions& options,
@@ -142,9 +163,9 @@ void find_cameras(const fs::path& folder, const CaptureState& state, const Captu
     words.push_back({"Mapper.init_min_num_inliers", "40"});
     words.push_back({"Mapper.abs_pose_min_num_inliers", "15"});
   }
-  // It ends with an error where it finds no model at all.
-  if (!colmap.run("mapper", words, pictures_for_colmap(state, options)) && !largest_model(models))
-    fail_placing(state, "no two pictures that show the same things from two places; " + colmap.last_lines());
+  // It ends with an error where it finds no model, which is no fault of its own.
+  const bool well = colmap.run("mapper", words, pictures_for_colmap(state, options));
+  require_well(well || !largest_model(models), "find cameras", colmap);
 }
 
 void fail_placing(const CaptureState& state, const std::string& figures) {

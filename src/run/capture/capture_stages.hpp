@@ -21,10 +21,20 @@ struct CaptureState {
   Json seconds = Json::object();  ///< of each stage
 
   bool of_rig() const { return !rig.empty(); }
+  /// Whether a frame is of the walk past cameras that stand still.
+  bool of_walk(const CaptureFrame& frame) const {
+    return of_rig() && std::size_t(frame.camera) >= rig.size();
+  }
+  bool has_walk() const { return !frames.empty() && of_walk(frames.back()); }
 };
 /// Empty if there is none. Throws Error (Fault::input) naming the file.
 CaptureState read_capture_state(const std::filesystem::path& folder);
 void write_capture_state(const std::filesystem::path& folder, const CaptureState& state);
+
+constexpr const char* kWalk = "walk";  ///< the name of that camera
+
+/// Of a camera that moves so many pictures are all compared with each other, at first.
+constexpr int kAllCompared = 40;
 
 /// What is asked of COLMAP, stage after stage. All throw Error (Fault::input) with what to do, and
 /// CaptureStopped. @param folder  of the data set
