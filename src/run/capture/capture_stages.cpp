@@ -172,7 +172,7 @@ void fail_placing(const CaptureState& state, const std::string& figures) {
   if (state.of_rig())
     fail(
         {"splinevox capture", "COLMAP could not place the cameras",
-         "a third of them at least; neighbours that see much of the same, from directions less than about 30 "
+         "a third of them at least; neighbours that see much of the same, from directions less than about 20 "
          "degrees apart",
          figures,
          "--moments 10; put more cameras between them, and things with texture around; film an empty "
