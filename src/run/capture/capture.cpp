@@ -189,14 +189,18 @@ class Capture {
     const bool rig = state_.of_rig();
     const std::string what = rig ? "cameras" : "pictures",
                       share = fmt::format("{} of {} {}", scene.placed, scene.asked, what);
-    if (scene.placed < kLeastPlaced * scene.asked) fail_placing(state_, share);
+    const std::string odd =
+        scene.odd_lenses == 0
+            ? ""
+            : fmt::format("; {} with a lens that no camera has: --lens radial, or pinhole", scene.odd_lenses);
+    if (scene.placed < kLeastPlaced * scene.asked) fail_placing(state_, share + odd);
     talk_.stage(5, "data set");
     if (solved.models > 1)
       talk_.note(fmt::format("COLMAP made {} models that it could not join: the largest is taken, {}",
                              solved.models, share));
     if (!scene.left_out.empty())
-      talk_.note(fmt::format("{} {} found no place and are left out, such as {}", scene.left_out.size(), what,
-                             data::in_quotes(scene.left_out[0])));
+      talk_.note(fmt::format("{} {} found no place and are left out, such as {}{}", scene.left_out.size(),
+                             what, data::in_quotes(scene.left_out[0]), odd));
     if (!rig && scene.parallax < 0.1)
       talk_.note(
           fmt::format("the camera went only {:.1f}% of the distance to what it sees: depth is hardly "

@@ -178,6 +178,8 @@ CapturedScene place_frames(const ColmapModel& model, const std::vector<CaptureFr
     pose.position = to(pose.position);
     if (const auto of = camera_of(camera, pose))
       placed.emplace(name, std::pair{matrix_of(pose.axes, pose.position), *of});
+    else
+      ++scene.odd_lenses;
     if (!rig.empty()) scene.unrest = std::max(scene.unrest, spread(camera.poses) / distance);
   }
   for (std::size_t i = 0; i < frames.size(); ++i) {

@@ -28,6 +28,7 @@ struct CapturedScene {
   /// unit.
   double unrest = 0;
   int placed = 0, asked = 0;          ///< pictures of the camera that moves, or cameras that stand still
+  int odd_lenses = 0;                 ///< of those that found none for a lens that no camera has
   std::vector<std::string> left_out;  ///< names of pictures or cameras that found no place
 };
 
