@@ -16,6 +16,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME splinevox)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS ffmpeg)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS colmap)
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
 "Turns pictures of a moving scene, with cameras and times, into an OpenVDB
 volume that plays at any time. Needs a processor with x86-64-v3 (AVX2).")

@@ -9,6 +9,8 @@
 #include "cli/command.hpp"
 #include "cli/dataset_info.hpp"
 #include "cli/options.hpp"
+#include "data/layouts/folder_list.hpp"
+#include "data/layouts/near_miss.hpp"
 #include "run/cameras_report.hpp"
 #include "run/own_json.hpp"
 #include "run/run_folder.hpp"
@@ -169,6 +171,9 @@ int info(const std::string& path, const DatasetRules& rules, bool pixels, bool j
     fail({path, "there is nothing of that name", "a run, a .vdb file or a data set", "", ""});
   void (*print)(const Json&) = print_dataset;
   Json j;
+  if (!fs::is_directory(path, ignored) && data::kind_of(path) == data::FileKind::film)
+    fail({path, "a film has no cameras yet", "a run, a .vdb file or a data set", "a film",
+          data::how_to_capture(path)});
   if (!fs::is_directory(path, ignored)) {
     j = vdb_json(path);
     print = print_vdb;

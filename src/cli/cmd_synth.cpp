@@ -67,6 +67,8 @@ Action synth_command(CLI::App& verb) {
           "of two others")
       ->check(CLI::Range(2, 100));
   const auto of_rig = [&](CLI::Option* option) { option->needs("--cameras"); };
+  of_rig(verb.add_option("--arc", rig.arc, "how much of the ring its cameras stand along; 1: all around")
+             ->check(CLI::Range(0.01, 1.0)));
   of_rig(verb.add_flag("--turns", rig.turns, "its cameras take turns, one a moment"));
   of_rig(verb.add_option("--exposures", rig.exposures,
                          "gains of its training cameras' channels, drawn from 1 minus to 1 plus this; their "

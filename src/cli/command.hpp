@@ -18,6 +18,7 @@ Action train_command(CLI::App& verb);
 Action eval_command(CLI::App& verb);
 Action render_command(CLI::App& verb);
 Action export_command(CLI::App& verb);
+Action capture_command(CLI::App& verb);
 Action convert_command(CLI::App& verb);
 Action info_command(CLI::App& verb);
 Action verify_command(CLI::App& verb);

@@ -28,6 +28,7 @@ constexpr Verb kVerbs[] = {
     {"edit", "change the motion of a run: time, size, basis, moving parts", edit_command},
     {"export", "an animated OpenVDB sequence of a run", export_command},
     {"info", "what is in a run, a VDB file or a data set", info_command},
+    {"capture", "a data set from films or bare pictures, with COLMAP's cameras", capture_command},
     {"convert", "write a data set of any layout as a D-NeRF folder", convert_command},
     {"verify", "check every file that a manifest lists", verify_command},
     {"synth", "a procedural moving scene with exact ground truth", synth_command},

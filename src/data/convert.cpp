@@ -13,6 +13,7 @@
 #include "data/layouts/folder_list.hpp"
 #include "data/layouts/read_scene.hpp"
 #include "data/layouts/transforms.hpp"
+#include "data/layouts/transforms_write.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/decode.hpp"
 #include "data/pictures/film_read.hpp"
@@ -47,28 +48,6 @@ void check_target(const fs::path& from, const fs::path& folder) {
   if (!inside.empty() && *inside.begin() != "..")
     fail({printable(folder.string()), "the output lies within the data set", "a folder beside it", "",
           "another folder for --out"});
-}
-
-/// The lens of a camera as fields of a transforms file.
-Json lens_json(const Camera& c) {
-  Json j{{"w", c.width}, {"h", c.height}, {"fl_x", c.fx}, {"fl_y", c.fy}, {"cx", c.cx}, {"cy", c.cy}};
-  if (c.lens.kind == Distortion::Kind::none) return j;
-  const bool fisheye = c.lens.kind == Distortion::Kind::fisheye;
-  j["camera_model"] = fisheye ? "OPENCV_FISHEYE" : "OPENCV";
-  for (std::size_t i = 0; i < 4; ++i) j[fmt::format("k{}", i + 1)] = c.lens.k[i];
-  if (!fisheye) {
-    j["p1"] = c.lens.p[0];
-    j["p2"] = c.lens.p[1];
-  }
-  return j;
-}
-
-Json matrix_json(const std::array<double, 16>& m, const Vec3d& shift, double scale) {
-  const double add[4] = {shift.x, shift.y, shift.z, 0}, times[4] = {scale, scale, scale, 1};
-  Json matrix = Json::array();
-  for (std::size_t row = 0; row < 4; ++row)
-    matrix.push_back({m[4 * row], m[4 * row + 1], m[4 * row + 2], times[row] * (m[4 * row + 3] + add[row])});
-  return matrix;
 }
 
 std::vector<char> png_of(const Image16& picture, int channels = 3) {

@@ -255,7 +255,8 @@ TEST_SUITE("data/wild") {
     said("scene/transforms.json", {"'scene/'", "give the folder in it: "});
     said("sparse/0/cameras.bin", {"has cameras and no images file"});
     said("scene.zip", {"unpack 'scene.zip' first"});
-    said("images/a.png", {"pictures without cameras"});
+    said("images/a.png", {"pictures without cameras: splinevox capture "});
+    said("film.MP4", {"films without cameras: splinevox capture "});
     said("notes.md", {"give the folder that holds them"});
   }
 

@@ -59,6 +59,8 @@ std::array<Vec3d, 3> rows_of(const std::array<double, 4>& quaternion, const std:
            {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}}};
 }
 
+}  // namespace
+
 RawFrame frame_of(const ColmapModel& model, const ColmapImage& image) {
   const std::string where = model.where + ", image " + printable(image.name);
   const auto camera = model.cameras.find(image.camera);
@@ -72,6 +74,8 @@ RawFrame frame_of(const ColmapModel& model, const ColmapImage& image) {
   frame.label = "image " + printable(image.name);
   return frame;
 }
+
+namespace {
 
 /// What stands before an image's name to give its path in the folder: where the first one that exists lies.
 /// Pictures beside the model are its own before any other; of a distorted model they are in input, while

@@ -115,10 +115,15 @@ void read_binary_points(const fs::path& path, ColmapModel& model) {
     in.get<std::uint64_t>();
     Vec3d p;
     for (int i = 0; i < 3; ++i) p[i] = in.finite("a point");
-    in.skip(3 + 8);
-    in.skip(8 * in.count(8));
+    in.skip(3);
+    const double error = in.get<double>();
+    const std::uint64_t seen = in.count(8);
+    in.skip(8 * seen);
     model.points.push_back(p);
+    model.observations += double(seen);
+    model.error += double(seen) * error;
   }
+  if (model.observations > 0) model.error /= model.observations;
   in.end();
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "data/camera_check.hpp"
+#include "data/layouts/raw_scene.hpp"
 #include "splinevox/core/vec3.hpp"
 
 namespace splinevox::data {
@@ -45,7 +46,12 @@ struct ColmapModel {
   std::map<std::int64_t, ColmapCamera> cameras;
   std::vector<ColmapImage> images;
   std::vector<Vec3d> points;  ///< none if there is no file of them
+  double observations = 0;    ///< of all points; binary files alone give them here
+  double error = 0;           ///< their mean distance from where the model shows the point, pixels
 };
+
+/// An image's camera: pose, lens, and its name as file_path. Throws Error (Fault::input).
+RawFrame frame_of(const ColmapModel& model, const ColmapImage& image);
 
 /// Read cameras, images and points3D of a folder. Throw Error (Fault::input).
 /// @{

@@ -140,12 +140,15 @@ std::string hint_for(const fs::path& folder, const std::vector<std::string>& fil
   for (const std::string& name : files)
     if (lower_case(fs::path(name).extension().string()) == ".db")
       return "COLMAP's database has no cameras' places yet: let COLMAP reconstruct into sparse/0";
-  bool pictures = !files_in(folder, FileKind::picture).empty() || !files_in(folder, FileKind::film).empty();
-  for (const std::string& name : folders) pictures |= !files_in(folder / name, FileKind::picture).empty();
-  if (pictures)
-    return "these are pictures without cameras: let COLMAP find the cameras first (docs/data.md, \"A video "
-           "from a "
-           "phone\")";
+  if (!files_in(folder, FileKind::film).empty())
+    return "these are films without cameras: " + how_to_capture(folder);
+  bool pictures = !files_in(folder, FileKind::picture).empty();
+  for (const std::string& name : folders) {
+    pictures |= !files_in(folder / name, FileKind::picture).empty();
+    if (!pictures && !files_in(folder / name, FileKind::film).empty())
+      return "there are films without cameras in it: " + how_to_capture(folder / name);
+  }
+  if (pictures) return "these are pictures without cameras: " + how_to_capture(folder);
   return "give the folder that holds them";
 }
 
@@ -201,6 +204,11 @@ std::vector<std::string> UnreadFields::notes(const std::string& where) const {
       notes.push_back(where + ": " + in_quotes(field.name) + " is not read: " + field.advice);
   }
   return notes;
+}
+
+std::string how_to_capture(const fs::path& source) {
+  return "splinevox capture " + printable(source.string()) +
+         " --out NEW finds them with COLMAP (docs/capture.md)";
 }
 
 NearMiss near_miss(const fs::path& folder) {

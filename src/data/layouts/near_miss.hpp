@@ -38,4 +38,7 @@ struct NearMiss {
 };
 NearMiss near_miss(const std::filesystem::path& folder);
 
+/// The command that finds cameras for films or bare pictures.
+std::string how_to_capture(const std::filesystem::path& source);
+
 }  // namespace splinevox::data

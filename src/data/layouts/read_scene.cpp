@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <map>
 
+#include "data/layouts/folder_list.hpp"
 #include "data/layouts/near_miss.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
@@ -70,7 +71,8 @@ const Layout& recognise(const fs::path& folder) {
           "a folder with " + std::string(kLookedFor), error ? error.message() : "no such folder", ""});
   if (!fs::is_directory(folder, error))
     fail({where, "the data set is not a folder", "a folder with " + std::string(kLookedFor), "a file",
-          "give the folder that holds it"});
+          kind_of(folder) == FileKind::film ? "a film has no cameras: " + how_to_capture(folder)
+                                            : "give the folder that holds it"});
   for (const Layout& layout : kLayouts)
     if (layout.is(folder)) return layout;
   const NearMiss near = near_miss(folder);

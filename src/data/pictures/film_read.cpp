@@ -1,95 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/pictures/film_read.hpp"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 #include <string_view>
 
+#include "core/child.hpp"
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
 
-extern char** environ;
-
 namespace splinevox::data {
 namespace {
 
-/// A program whose output is read here.
-class Reader {
- public:
-  Reader(const std::vector<std::string>& words, const std::string& where) {
-    int ends[2];
-    if (::pipe2(ends, O_CLOEXEC) != 0) fail({where, "no pipe to " + words[0], "", std::strerror(errno), ""});
-    std::vector<char*> arguments;
-    for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    const int error =
-        ::posix_spawnp(&process_, words[0].c_str(), &actions, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&actions);
-    ::close(ends[1]);
-    pipe_ = ends[0];
-    if (error == 0) return;
-    ::close(pipe_);
-    fail({where, words[0] + " cannot be started, and films are read with it", "the program " + words[0],
-          std::strerror(error), "apt-get install ffmpeg"});
-  }
-  Reader(const Reader&) = delete;
-  Reader& operator=(const Reader&) = delete;
-  ~Reader() { finish(); }
-
-  /// Fills the buffer; false if the output ended before, or nothing came for a minute.
-  bool read(char* to, std::size_t size) {
-    constexpr int kPatience = 60'000;  // milliseconds
-    while (size > 0) {
-      pollfd pipe{pipe_, POLLIN, 0};
-      const int ready = ::poll(&pipe, 1, kPatience);
-      if (ready < 0 && errno == EINTR) continue;
-      if (ready <= 0) {
-        ::kill(process_, SIGKILL);
-        return false;
-      }
-      const ssize_t n = ::read(pipe_, to, size);
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) return false;
-      to += n;
-      size -= std::size_t(n);
-    }
-    return true;
-  }
-
-  /// Ends the program; whether it ended well by itself.
-  bool finish() {
-    if (process_ <= 0) return true;
-    ::close(pipe_);
-    int status = 0;
-    while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) continue;
-    process_ = -1;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-  }
-
- private:
-  pid_t process_ = -1;
-  int pipe_ = -1;
-};
-
 /// A call of ffmpeg's programs on a stranger's file: containers that hold their film themselves, no network.
 /// A playlist in place of a film could name any file of the machine.
-std::vector<std::string> words_of(const char* program, std::vector<std::string> arguments) {
+ChildWords words_of(const char* program, std::vector<std::string> arguments, const std::string& where) {
   std::vector<std::string> words{program,
                                  "-v",
                                  "error",
@@ -99,12 +26,13 @@ std::vector<std::string> words_of(const char* program, std::vector<std::string> 
                                  "mov,matroska,avi,mpegts,mpeg,h264,hevc,ivf,ogg,flv,asf,mxf,m4v,mpegvideo"};
   words.insert(words.end(), std::make_move_iterator(arguments.begin()),
                std::make_move_iterator(arguments.end()));
-  return words;
+  return {std::move(words), where, "films are read with it", "apt-get install ffmpeg"};
 }
 
 /// What ffprobe prints of a film's stream and its packets.
 struct ProbeText {
-  int width = 0, height = 0;
+  int width = 0, height = 0, rotation = 0;
+  std::string transfer;
   std::vector<double> stamps;  ///< of packets that are shown; seconds
   std::size_t without = 0;     ///< packets that are shown and have no time stamp
 };
@@ -124,6 +52,8 @@ void read_line(std::string_view line, ProbeText& text) {
   if (line.starts_with("stream|")) {
     number_of("|width=", text.width);
     number_of("|height=", text.height);
+    number_of("|rotation=", text.rotation);
+    text.transfer = value_of("|color_transfer=");
   }
   if (!line.starts_with("packet|")) return;
   if (value_of("|flags=").find('D') != std::string_view::npos) return;  // decoded for others, never shown
@@ -160,10 +90,11 @@ std::vector<double> even_times(std::vector<double> stamps) {
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where) {
   constexpr std::size_t kMostFrames = 10'000'000, kLongestLine = 10'000;
   read_bytes(path, where, UINTMAX_MAX, 64);  // there is such a file, and it is no pointer of Git LFS
-  Reader probe(words_of("ffprobe", {"-select_streams", "v:0", "-show_entries",
-                                    "stream=width,height:packet=pts_time,flags", "-of", "compact",
-                                    "file:" + path.string()}),
-               where);
+  Child probe(words_of("ffprobe",
+                       {"-select_streams", "v:0", "-show_entries",
+                        "stream=width,height,color_transfer:stream_side_data=rotation:packet=pts_time,flags",
+                        "-of", "compact", "file:" + path.string()},
+                       where));
   ProbeText text;
   std::string line;
   for (char c; probe.read(&c, 1) && text.stamps.size() < kMostFrames;) {
@@ -185,14 +116,15 @@ FilmFacts film_facts(const std::filesystem::path& path, const std::string& where
           std::to_string(text.width) + " x " + std::to_string(text.height), ""});
   std::vector<double> times = even_times(std::move(text.stamps));
   const double rate = times.back() > 0 ? double(times.size() - 1) / times.back() : 1;
-  return {text.width, text.height, rate, std::move(times)};
+  return {text.width, text.height, rate, std::move(times), text.rotation % 180 != 0, text.transfer};
 }
 
 void read_film(const std::filesystem::path& path, const PictureSize& size, const std::vector<int>& wanted,
                const std::function<void(std::size_t, Image16&&)>& take, const std::string& where) {
-  Reader film(words_of("ffmpeg", {"-noautorotate", "-i", "file:" + path.string(), "-map", "0:v:0", "-f",
-                                  "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"}),
-              where);
+  Child film(words_of("ffmpeg",
+                      {"-noautorotate", "-i", "file:" + path.string(), "-map", "0:v:0", "-f", "rawvideo",
+                       "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"},
+                      where));
   std::vector<char> rgb(std::size_t(size.width) * std::size_t(size.height) * 3);
   std::size_t next = 0;
   for (int i = 0; next < wanted.size(); ++i) {
@@ -206,6 +138,24 @@ void read_film(const std::filesystem::path& path, const PictureSize& size, const
       for (std::size_t c = 0; c < 3; ++c)
         image.rgba[4 * p + c] = std::uint16_t(257 * std::uint8_t(rgb[3 * p + c]));
     take(next++, std::move(image));
+  }
+}
+
+void read_film_upright(const std::filesystem::path& path, const PictureSize& size, int frames,
+                       const std::function<bool(int, std::span<const std::uint8_t>)>& take,
+                       const std::string& where) {
+  Child film(
+      words_of("ffmpeg",
+               {"-i", "file:" + path.string(), "-map", "0:v:0", "-vf",
+                "scale=" + std::to_string(size.width) + ":" + std::to_string(size.height) + ":flags=area",
+                "-f", "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"},
+               where));
+  std::vector<std::uint8_t> rgb(std::size_t(size.width) * std::size_t(size.height) * 3);
+  for (int i = 0; i < frames; ++i) {
+    if (!film.read(reinterpret_cast<char*>(rgb.data()), rgb.size()))
+      fail({where, "the film ends early", std::to_string(frames) + " frames",
+            std::to_string(i) + " that ffmpeg could decode", "copy the file again, or cut it with --to"});
+    if (!take(i, rgb)) return;
   }
 }
 

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,8 @@ struct FilmFacts {
   int width = 0, height = 0;  ///< pixels as stored, before any rotation a player would do
   double rate = 1;            ///< frames a second, on the mean
   std::vector<double> times;  ///< of each frame that is shown, seconds from the first, ascending
+  bool sideways = false;      ///< a player turns it by a quarter: width and height change places
+  std::string transfer = {};  ///< the curve of its values as ffprobe calls it, "smpte2084"; may be empty
   int frames() const { return int(times.size()); }
 };
 
@@ -30,5 +34,13 @@ FilmFacts film_facts(const std::filesystem::path& path, const std::string& where
 /// Throws Error (Fault::input) if ffmpeg fails or the film ends before the last of them.
 void read_film(const std::filesystem::path& path, const PictureSize& size, const std::vector<int>& wanted,
                const std::function<void(std::size_t, Image16&&)>& take, const std::string& where);
+
+/// Decodes a film as a player shows it: turned as its container says, and scaled to `size` by areas.
+/// @param frames  that are handed over at most. @param take  called with the frame's number and its pixels,
+/// [height * width * 3]; false: no more of them.
+/// Throws Error (Fault::input) if ffmpeg fails or the film ends before.
+void read_film_upright(const std::filesystem::path& path, const PictureSize& size, int frames,
+                       const std::function<bool(int, std::span<const std::uint8_t>)>& take,
+                       const std::string& where);
 
 }  // namespace splinevox::data

@@ -53,6 +53,7 @@ void check(const SynthOptions& options) {
   require(std::abs(options.orbit) <= 100, "orbit", "-100 to 100 times around", options.orbit);
   require(rig.cameras == 0 || (rig.cameras >= 2 && rig.cameras <= 100), "cameras", "2 to 100, or 0: no rig",
           rig.cameras);
+  require(rig.arc > 0 && rig.arc <= 1, "arc", "above 0 and at most 1, the whole ring", rig.arc);
   require(rig.exposures >= 0 && rig.exposures <= 0.5, "exposures", "0 to 0.5", rig.exposures);
   require(std::abs(rig.late) <= 2, "offsets", "-2 to 2 intervals", rig.late);
   require(options.shake >= 0 && options.shake <= 0.2, "shake", "0 to 0.2", options.shake);
@@ -60,8 +61,9 @@ void check(const SynthOptions& options) {
   require(options.orbit != 0 || !options.film, "orbit", "not 0, for a film", options.orbit);
   require(rig.cameras == 0 || options.orbit == 0, "orbit", "0 with a rig: its cameras stand still",
           options.orbit);
-  const bool of_rig = rig.turns || rig.exposures != 0 || rig.late != 0;
-  require(rig.cameras > 0 || !of_rig, "cameras", "2 to 100, for turns, exposures or offsets", rig.cameras);
+  const bool of_rig = rig.arc != 1 || rig.turns || rig.exposures != 0 || rig.late != 0;
+  require(rig.cameras > 0 || !of_rig, "cameras", "2 to 100, for arc, turns, exposures or offsets",
+          rig.cameras);
 }
 
 std::string numbered(int i) { return fmt::format("r_{:03d}", i); }
@@ -85,7 +87,7 @@ std::vector<Vec3d> draw_gains(const SynthRig& rig, std::mt19937_64& rng) {
 std::vector<SynthShot> plan_rig(const SynthOptions& options) {
   const SynthRig& rig = options.rig;
   std::mt19937_64 rng(options.seed);
-  const double from = draw_unit(rng), step = 2 * M_PI / rig.cameras;
+  const double from = draw_unit(rng), step = 2 * M_PI * rig.arc / rig.cameras;
   std::vector<Camera> cameras;
   for (int k = 0; k < rig.cameras; ++k) {
     const double turn = k + from + 0.3 * draw_unit(rng);

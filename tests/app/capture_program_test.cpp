@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// `capture` as a user meets it, with the real COLMAP where there is one.
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "app/program.hpp"
+#include "run/support.hpp"
+#include "splinevox/data/scene.hpp"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace splinevox;
+using namespace splinevox::test;
+
+bool shell(const std::string& command) { return std::system((command + " > /dev/null 2>&1").c_str()) == 0; }
+
+/// Distances between all cameras of a data set, by the pictures' names.
+std::vector<double> distances(const run::Json& transforms) {
+  std::vector<std::pair<std::string, Vec3d>> places;
+  for (const run::Json& frame : transforms["frames"]) {
+    const auto at = [&](int row) { return frame["transform_matrix"][std::size_t(row)][3].get<double>(); };
+    places.emplace_back(fs::path(frame["file_path"].get<std::string>()).stem().string(),
+                        Vec3d{at(0), at(1), at(2)});
+  }
+  std::sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<double> all;
+  for (const auto& [name, a] : places)
+    for (const auto& [other, b] : places) all.push_back(length(a - b));
+  return all;
+}
+
+TEST_SUITE("app/capture program") {
+  TEST_CASE("films and bare pictures: every command names capture with the right path") {
+    const TempFolder folder;
+    const std::string root = folder.str();
+    for (const char* name :
+         {"film.mp4", "films/a.mp4", "films/b.mp4", "pictures/images/1.png", "outer/in/x.mov"})
+      write_png(folder.path() / name, flat_png(4, 4));
+    for (const auto& [given, named] : {std::pair{"film.mp4", "film.mp4"},
+                                       {"films", "films"},
+                                       {"pictures", "pictures"},
+                                       {"pictures/images", "pictures/images"},
+                                       {"outer", "outer/in"}})
+      for (const char* verb : {"info", "train"}) {
+        CAPTURE(given);
+        CAPTURE(verb);
+        std::vector<std::string> words{verb, root + "/" + given};
+        if (std::string(verb) == "train") words.insert(words.end(), {"--out", root + "/run"});
+        const Ended e = program(words);
+        CHECK(e.code == 2);
+        CHECK(contains(e.err, "splinevox capture " + root + "/" + named + " --out"));
+      }
+  }
+
+  TEST_CASE("options out of range, a folder of something else, and missing programs are told") {
+    const TempFolder folder;
+    const std::string in = folder.str() + "/in", out = folder.str() + "/out";
+    for (int i = 0; i < 4; ++i) write_png(in + "/" + std::to_string(i) + ".png", flat_png(8, 8));
+    const auto said = [&](std::vector<std::string> more, const std::string& text) {
+      CAPTURE(text);
+      more.insert(more.begin(), {"capture", in, "--out", out});
+      const Ended e = program(more);
+      CHECK(e.code == 2);
+      CHECK(contains(e.err, text));
+      CHECK(!fs::exists(out + "/transforms.json"));
+    };
+    said({"--every", "2", "--frames", "3"}, "both say how many frames");
+    said({"--lens", "round"}, "there is no such lens");
+    said({"--fps", "0"}, "--fps");
+    said({"--to", "0"}, "more seconds than --from");
+    write_text(out + "/mine.txt", "keep");
+    said({}, "there is something of that name already");
+    said({"--fresh"}, "there is something of that name already");
+    CHECK(fs::exists(out + "/mine.txt"));
+    fs::remove(out + "/mine.txt");
+    const std::string bare = "PATH=" + folder.str() + " " SPLINEVOX_PROGRAM " capture ";
+    CHECK(shell(bare + in + " --out " + out + " 2>" + folder.str() + "/said; test $? = 2"));
+    CHECK(contains(slurp(folder.path() / "said"), "apt-get install --no-install-recommends colmap"));
+    write_png(folder.path() / "film.mp4", flat_png(4, 4));
+    CHECK(
+        shell(bare + folder.str() + "/film.mp4 --out " + out + "2 2>" + folder.str() + "/said; test $? = 2"));
+    CHECK(contains(slurp(folder.path() / "said"), "apt-get install"));
+  }
+
+  TEST_CASE("a small film becomes a data set whose cameras are the true ones but for place and size") {
+    if (!shell("colmap -h") || !shell("ffmpeg -version")) {
+      MESSAGE("skipped: there is no colmap, or no ffmpeg");
+      return;
+    }
+    const TempFolder folder;
+    const std::string root = folder.str(), scene = root + "/scene", out = root + "/out";
+    REQUIRE(program({"synth", "static", "--out", scene, "--orbit", "0.2", "--room", "--frames", "16",
+                     "--size", "240", "--quiet"})
+                .code == 0);
+    REQUIRE(shell("ffmpeg -v error -framerate 8 -i " + scene +
+                  "/train/r_%03d.png -c:v libx264 -crf 8 -pix_fmt yuv420p " + root + "/film.mp4"));
+    const std::vector<std::string> words{"capture", root + "/film.mp4", "--out", out, "--lens", "radial"};
+    const Ended e = program(words);
+    CAPTURE(e.err);
+    REQUIRE(e.code == 0);
+    CHECK(contains(e.err, "[4/5] cameras"));
+    CHECK(contains(e.out, "16 of 16 pictures placed"));
+    const run::Json figures = run::read_json(out + "/capture.json");
+    CHECK(figures["reprojection_error"].get<double>() < 1);
+    const Dataset data = load_dataset(out);
+    CHECK(data.format == "nerfstudio / instant-ngp");
+    CHECK(data.find("train")->frames.size() + data.find("test")->frames.size() == 16);
+
+    const std::vector<double> found = distances(run::read_json(out + "/transforms.json")),
+                              truth = distances(run::read_json(scene + "/transforms_train.json"));
+    REQUIRE(found.size() == truth.size());
+    double both = 0, own = 0, furthest = 0, worst = 0;
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      both += found[i] * truth[i];
+      own += found[i] * found[i];
+      furthest = std::max(furthest, truth[i]);
+    }
+    for (std::size_t i = 0; i < truth.size(); ++i)
+      worst = std::max(worst, std::abs(both / own * found[i] - truth[i]));
+    CHECK(worst < 0.02 * furthest);
+
+    // Nothing is done twice; other options are another data set.
+    const auto written = fs::last_write_time(out + "/work/database.db");
+    const std::string before = slurp(out + "/transforms.json");
+    CHECK(program(words).code == 0);
+    CHECK(fs::last_write_time(out + "/work/database.db") == written);
+    CHECK(slurp(out + "/transforms.json") == before);
+    std::vector<std::string> other = words;
+    other.insert(other.end(), {"--every", "2"});
+    const Ended refused = program(other);
+    CHECK(refused.code == 2);
+    CHECK(contains(refused.err, "--fresh begins anew"));
+  }
+
+  TEST_CASE("pictures of nothing: an error that says what to film differently") {
+    if (!shell("colmap -h")) {
+      MESSAGE("skipped: there is no colmap");
+      return;
+    }
+    const TempFolder folder;
+    for (int i = 0; i < 4; ++i)
+      write_png(folder.path() / "in" / (std::to_string(i) + ".png"), flat_png(64, 64, {90, 90, 90, 255}));
+    const Ended e = program({"capture", folder.str() + "/in", "--out", folder.str() + "/out"});
+    CHECK(e.code == 2);
+    CHECK(contains(e.err, "COLMAP could not place the pictures"));
+    CHECK(contains(e.err, "walk sideways or around"));
+    CHECK(!fs::exists(folder.str() + "/out/transforms.json"));
+  }
+}
+
+}  // namespace
