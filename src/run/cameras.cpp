@@ -80,16 +80,6 @@ std::vector<Camera> cameras_of(const std::vector<Shot>& shots) {
   return out;
 }
 
-/// The camera that is next to the mean of all positions.
-const Camera& central(const std::vector<Shot>& shots) {
-  Vec3d mean{};
-  for (const Shot& s : shots) mean += s.camera.position * (1 / double(shots.size()));
-  const auto off = [&](const Shot& s) { return length(s.camera.position - mean); };
-  return std::min_element(shots.begin(), shots.end(),
-                          [&](const Shot& a, const Shot& b) { return off(a) < off(b); })
-      ->camera;
-}
-
 /// A way by the training cameras. @param times  how many shots it has; 0: as many as suit it
 std::vector<Shot> way(const TrainingCameras& train, const CameraRequest& request, const std::string& name,
                       int times, const Note& note) {
@@ -97,7 +87,7 @@ std::vector<Shot> way(const TrainingCameras& train, const CameraRequest& request
   const int count = times > 0 ? times : film && name != "held" ? std::min(int(train.film.size()), 600) : 60;
   std::vector<Shot> shots;
   if (name == "held") {
-    shots = timed(std::vector<Camera>(std::size_t(count), central(train.places)));
+    shots = timed(std::vector<Camera>(std::size_t(count), central(train.places).camera));
   } else if (name == "stabilised") {
     if (!film)
       fail({"--camera", "the training pictures are no film of one camera: there is no way to smooth",

@@ -15,16 +15,15 @@ namespace splinevox::run {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kNearOrbit = 45 * kDegree;  // a camera this near shows what the orbit shows
-constexpr double kLooksAt = 45 * kDegree;    // between its axis and the way to the middle
-constexpr double kOnePlace = 1e-3;           // radians that cameras of one place may differ by
-constexpr double kInOrder = 0.5;             // of the mean distance of two pictures of a film
-constexpr std::size_t kShortestFilm = 8;     // pictures
-constexpr double kParallel = 1e-3;           // of an axis' weight, for the middle of the box: axes that are
-                                             // parallel within 2 degrees do not tell how far they meet
-constexpr std::size_t kCompared = 256;       // pictures of a film that all pairs are taken of
-
-double angle(const Vec3d& a, const Vec3d& b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
+constexpr double kNearOrbit = 60 * kDegree;  // a camera this near shows most of what the orbit shows
+constexpr double kOneSide = 0.9;           // length of the mean direction of cameras on one side of the scene
+constexpr double kLooksAt = 45 * kDegree;  // between its axis and the way to the middle
+constexpr double kOnePlace = 1e-3;         // radians that cameras of one place may differ by
+constexpr double kInOrder = 0.5;           // of the mean distance of two pictures of a film
+constexpr std::size_t kShortestFilm = 8;   // pictures
+constexpr double kParallel = 1e-3;         // of an axis' weight, for the middle of the box: axes that are
+                                           // parallel within 2 degrees do not tell how far they meet
+constexpr std::size_t kCompared = 256;     // pictures of a film that all pairs are taken of
 
 /// The angle that one camera must be turned by to stand like the other.
 double turn(const Camera& a, const Camera& b) {
@@ -67,22 +66,37 @@ Vec3d middle_of_view(const std::vector<Frame>& frames, const Vec3d& box_middle) 
   return position + std::max(length(box_middle - position), 1e-6) * normalize(look);
 }
 
-/// How far the directions of the orbit are from the nearest camera at most, radians.
-double widest_gap(const std::vector<Frame>& frames, const Box& box, double elevation) {
-  const Vec3d middle = cast<double>(box.center());
+struct Surround {
+  bool yes = false;
+  std::string measured;  ///< a clause
+};
+
+/// Whether an orbit is near cameras everywhere. One about the axis of cameras on one side would be near them,
+/// and yet see other sides than they do.
+Surround surround(const std::vector<Frame>& frames, const Box& box, double elevation) {
+  const Vec3d middle = cast<double>(box.center()), lo = cast<double>(box.lo), hi = cast<double>(box.hi);
   std::vector<Vec3d> seen;
+  Vec3d mean{};
   for (const Frame& f : frames) {
-    const Vec3d p = f.camera.position, out = p - middle, lo = cast<double>(box.lo), hi = cast<double>(box.hi);
+    const Vec3d p = f.camera.position, out = p - middle;
     const bool inside = p.x > lo.x && p.y > lo.y && p.z > lo.z && p.x < hi.x && p.y < hi.y && p.z < hi.z;
-    if (!inside && length(out) > 0 && angle(f.camera.axes[2], out) < kLooksAt) seen.push_back(normalize(out));
+    if (inside || length(out) == 0 || angle_between(f.camera.axes[2], out) > kLooksAt) continue;
+    seen.push_back(normalize(out));
+    mean += seen.back();
   }
+  if (seen.empty()) return {false, "no camera looks at the box from outside"};
+  if (length(mean) > kOneSide * double(seen.size()))
+    return {false, "all cameras are on one side of the scene"};
   double widest = 0;
   for (const Camera& to : orbit(box, elevation, 1, 60)) {
     double least = std::numbers::pi;
-    for (const Vec3d& d : seen) least = std::min(least, angle(to.axes[2], d));
+    for (const Vec3d& d : seen) least = std::min(least, angle_between(to.axes[2], d));
     widest = std::max(widest, least);
   }
-  return widest;
+  const double degrees = std::ceil(widest / kDegree);
+  if (widest > kNearOrbit)
+    return {false, fmt::format("an orbit would be up to {:.0f} degrees from every training camera", degrees)};
+  return {true, fmt::format("an orbit is nowhere over {:.0f} degrees from a training camera", degrees)};
 }
 
 /// Indices of the frames that one camera took, in the order of time: of the camera with the most.
@@ -118,6 +132,16 @@ bool in_order(const std::vector<Shot>& shots, const Apart& apart) {
 
 }  // namespace
 
+double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(length(cross(a, b)), dot(a, b)); }
+
+const Shot& central(const std::vector<Shot>& shots) {
+  Vec3d mean{};
+  for (const Shot& s : shots) mean += s.camera.position * (1 / double(shots.size()));
+  const auto off = [&](const Shot& s) { return length(s.camera.position - mean); };
+  return *std::min_element(shots.begin(), shots.end(),
+                           [&](const Shot& a, const Shot& b) { return off(a) < off(b); });
+}
+
 TrainingCameras survey(const Dataset& data, const Box& box, double elevation) {
   const Split& train = *data.find("train");
   TrainingCameras out;
@@ -135,22 +159,19 @@ TrainingCameras survey(const Dataset& data, const Box& box, double elevation) {
   for (const int f : of_one_camera(data, train)) out.film.push_back(shot_of(train.frames[std::size_t(f)]));
   if (!in_order(out.film, apart)) out.film.clear();
 
-  const double gap = widest_gap(train.frames, box, elevation);
-  const std::string open =
-      fmt::format("an orbit would be up to {:.0f} degrees from every training camera", gap / kDegree);
-  if (gap <= kNearOrbit) {
+  const auto [around, measured] = surround(train.frames, box, elevation);
+  if (around) {
     out.stand = Stand::around;
-    out.why = fmt::format("cameras surround the scene: the orbit is nowhere over {:.0f} degrees from one",
-                          std::ceil(gap / kDegree));
+    out.why = fmt::format("cameras surround the scene: {}", measured);
   } else if (out.places.size() == 1) {
     out.stand = Stand::one;
     out.why = "all pictures were taken from one place";
   } else if (!out.film.empty()) {
     out.stand = Stand::film;
-    out.why = fmt::format("{} pictures are a film of one camera, and {}", out.film.size(), open);
+    out.why = fmt::format("{} pictures are a film of one camera, and {}", out.film.size(), measured);
   } else {
     out.stand = out.places.size() <= kFewPlaces ? Stand::few : Stand::many;
-    out.why = fmt::format("pictures were taken from {} places, and {}", out.places.size(), open);
+    out.why = fmt::format("pictures were taken from {} places, and {}", out.places.size(), measured);
   }
   return out;
 }

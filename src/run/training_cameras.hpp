@@ -33,18 +33,25 @@ struct TrainingCameras {
 ///
 /// | stand | if |
 /// | --- | --- |
-/// | around | from the middle of the box, no direction of the orbit is over 45 degrees from a camera |
+/// | around | from the middle of the box, no direction of the orbit is over 60 degrees from a camera |
 /// | one | all places are one |
 /// | film | neighbours in time are half as far apart as any two, or nearer, in 8 pictures or more |
 /// | few, many | the number of places says so |
 ///
-/// Of the first only those cameras count that stand outside the box and look towards its middle. The distance
-/// of two cameras is the angle between them plus that of their positions as the middle sees it.
+/// Of the first only those cameras count that stand outside the box and look towards its middle. They must
+/// not be on one side, where the mean of their directions is longer than 0.9. The distance of two cameras is
+/// the angle between them plus that of their positions as the middle sees it.
 /// @param elevation  of the orbit, degrees @pre train has a frame
 TrainingCameras survey(const Dataset& data, const Box& box, double elevation);
 
 /// The same of a run. Reads the cameras of its data set, not the pictures. Throws Error (input).
 /// @param data  another place of the data set; empty: the run's own
 TrainingCameras training_cameras(const Run& run, const std::string& data, double elevation);
+
+/// The shot whose camera is next to the mean of all positions. @pre not empty
+const Shot& central(const std::vector<Shot>& shots);
+
+/// Radians, 0 to pi.
+double angle_between(const Vec3d& a, const Vec3d& b);
 
 }  // namespace splinevox::run
