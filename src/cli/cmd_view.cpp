@@ -79,7 +79,7 @@ int view(const ViewVerb& o) {
       fmt::print(stderr, "the page is without true pictures: {}\n", e.what());
     }
   try {
-    page.seen = seen_from(training_cameras(run, o.data, CameraRequest().elevation));
+    page.taken = taken_from(training_cameras(run, o.data, CameraRequest().elevation));
   } catch (const Error& e) {
     fmt::print(stderr, "the page does not know where pictures were taken: {}\n", e.what());
   }

@@ -28,15 +28,15 @@ Json camera_json(const Camera& c) {
 
 Json triple(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
-Json seen_json(const SeenFrom& seen) {
+Json taken_json(const TakenFrom& taken) {
   Json directions = Json::array();
-  for (const Vec3d& d : seen.directions) directions.push_back(triple(d));
-  return {{"middle", triple(seen.middle)},
+  for (const Vec3d& d : taken.directions) directions.push_back(triple(d));
+  return {{"middle", triple(taken.middle)},
           {"directions", directions},
-          {"near", seen.near},
-          {"far", seen.far},
-          {"spacing", seen.spacing},
-          {"start", {{"time", seen.start.time}, {"camera", camera_json(seen.start.camera)}}}};
+          {"near", taken.near},
+          {"far", taken.far},
+          {"spacing", taken.spacing},
+          {"start", {{"time", taken.start.time}, {"camera", camera_json(taken.start.camera)}}}};
 }
 
 /// JSON that may stand inside a script element: no byte of it can end one.
@@ -87,7 +87,7 @@ std::string view_page(const ViewPage& page, const PackedScene& scene) {
                                {"time", s.time},
                                {"camera", camera_json(s.camera)},
                                {"picture", "data:image/png;base64," + base64(s.png)}});
-  if (page.seen) header["seen"] = seen_json(*page.seen);
+  if (page.taken) header["taken"] = taken_json(*page.taken);
   std::string shaders, scripts;
   for (const char* name : kShaders)
     shaders += fmt::format("<script type=\"x-shader\" id=\"{}\">{}</script>\n", name, view_asset(name));

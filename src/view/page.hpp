@@ -8,7 +8,7 @@
 
 #include "splinevox/core/camera.hpp"
 #include "view/pack.hpp"
-#include "view/seen.hpp"
+#include "view/taken_from.hpp"
 
 namespace splinevox::run {
 
@@ -21,12 +21,12 @@ struct ViewShot {
 };
 
 struct ViewPage {
-  std::string name;                   ///< of the run
-  std::string about;                  ///< a line beside it: data set, quality
-  std::string note;                   ///< what the page says about its contents
-  double full_flow = 0.1;             ///< displacement of full colour, scene units
-  std::vector<ViewShot> shots;        ///< in the order of time
-  std::optional<SeenFrom> seen = {};  ///< absent: one may go anywhere
+  std::string name;                     ///< of the run
+  std::string about;                    ///< a line beside it: data set, quality
+  std::string note;                     ///< what the page says about its contents
+  double full_flow = 0.1;               ///< displacement of full colour, scene units
+  std::vector<ViewShot> shots;          ///< in the order of time
+  std::optional<TakenFrom> taken = {};  ///< absent: one may go anywhere
 };
 
 /// The whole page: no network, opens from disk.

@@ -185,9 +185,9 @@ struct EffectChoice {
 /// smoothly by construction (Basis::smooth).
 ///
 /// A fit takes effects.steps, so the choice does not depend on the machine. There are two or three fits, and
-/// one more of opaque pictures: 2 to 3 seconds on two cores. A shorter run makes
-/// shorter fits, and those leave out only what surely gains nothing. Below 100 steps a fit (800 of the run, or
-/// 12.5 seconds) nothing is tried and every effect stays; the note says so.
+/// one more of opaque pictures: 2 to 3 seconds on two cores. A shorter run makes shorter fits, and those
+/// leave out only what surely gains nothing. Below 100 steps a fit (800 of the run, or 12.5 seconds) nothing
+/// is tried and every effect stays. The note says either.
 /// @param on_trial  called after each fit; may be empty.
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& on_trial = {});

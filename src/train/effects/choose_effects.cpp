@@ -24,12 +24,7 @@ constexpr int kFewestViews = 8;  // to hold some out
 constexpr double kShortest = 8;  // steps of training for one of a fit, on coarser lattices and with fewer
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
-constexpr int kShortestFit = 100;     // steps: fits with fewer than half of those that were tried out
-                                      // (docs/experiments/effects.md) show fog
-
-/// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture
-/// does not lose by it, and then twice as many, because fits this short do not come to what the last pieces
-/// are for. Halvings still to come are left out.
+constexpr int kShortestFit = 100;     // steps of a fit: fewer were never tried (docs/experiments/effects.md)
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
   const Basis& basis = basis_of(config.motion.basis);
   int pieces = basis.pieces(config.motion.points), twice = pieces;

@@ -18,14 +18,14 @@ const kNearer = 0.8, kSoftRatio = 1.6;  // the same for distances
 
 class OrbitCamera {
   constructor(header) {
-    this.seen = header.seen;
+    this.taken = header.taken;
     this.box = header.box;
     this.centre = add(header.box.lo, header.box.hi).map(v => v / 2);
     const across = add(header.box.hi, header.box.lo, -1);
     this.diagonal = Math.sqrt(dot(across, across));
     // Most scenes have z upwards; the true cameras, which are held upright, know better.
     const upright = header.views.map(v => v.camera.axes[1]);
-    if (this.seen) upright.push(this.seen.start.camera.axes[1]);
+    if (this.taken) upright.push(this.taken.start.camera.axes[1]);
     const sum = upright.reduce((s, up) => add(s, up), [0, 0, 1e-3]);
     this.up = [0, 0, 1];
     for (let a = 0; a < 3; ++a) {
@@ -38,7 +38,7 @@ class OrbitCamera {
 
   /// A training camera, or as `splinevox render --camera orbit` begins: all of the box is seen.
   home() {
-    if (this.seen) return this.take(this.seen.start.camera);
+    if (this.taken) return this.take(this.taken.start.camera);
     const half = 18 * Math.PI / 180, tilt = 20 * Math.PI / 180;
     const side = unit(cross(this.up, Math.abs(this.up[0]) > 0.5 ? [0, 1, 0] : [1, 0, 0]));
     const front = cross(side, this.up);
@@ -63,8 +63,8 @@ class OrbitCamera {
 
   /// How far the eye is from where pictures were taken: 0 near there, 1 where no picture tells anything.
   get away() {
-    if (!this.seen) return 0;
-    const {middle, directions, near, far, spacing} = this.seen;
+    if (!this.taken) return 0;
+    const {middle, directions, near, far, spacing} = this.taken;
     const from = add(this.position, middle, -1), distance = Math.max(Math.sqrt(dot(from, from)), 1e-9);
     const cosine = Math.max(...directions.map(d => dot(d, from) / distance));
     const angle = Math.acos(Math.max(-1, Math.min(1, cosine))) - Math.max(kFree, spacing);

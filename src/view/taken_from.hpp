@@ -10,7 +10,7 @@
 namespace splinevox::run {
 
 /// Where pictures were taken, for a page that keeps near there.
-struct SeenFrom {
+struct TakenFrom {
   Vec3d middle;                   ///< of what they look at, scene units
   std::vector<Vec3d> directions;  ///< from there to the cameras: unit vectors, 96 at most
   double near, far;               ///< distances from there to the cameras: the least and the largest
@@ -19,6 +19,6 @@ struct SeenFrom {
 };
 
 /// Absent where cameras surround the scene: there nothing is kept from anybody.
-std::optional<SeenFrom> seen_from(const TrainingCameras& train);
+std::optional<TakenFrom> taken_from(const TrainingCameras& train);
 
 }  // namespace splinevox::run
