@@ -39,7 +39,8 @@ TEST_SUITE("app/work") {
     const Json effects = Json::parse(slurp(scene.path("run") + "/effects.json"));
     CHECK(contains(effects["note"], "too short a run to try effects out"));
 
-    CHECK(contains(train("1", {"--resume"}).out, "there is nothing to go on with"));
+    const Ended again = train("1", {"--resume"});
+    CHECK(contains(again.out + again.err, "there is nothing to go on with"));
     CHECK(train("0.5", {"--resume"}).code == 2);  // less than it had
     e = train("2", {"--resume", "--json"});
     CAPTURE(e.err);
