@@ -74,7 +74,9 @@ int render(const RenderVerb& o) {
     fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out",
           o.format, "ffmpeg makes a film of pictures, too"});
   const Run run = open_run(o.run, o.otherwise);
-  const std::vector<Shot> shots = plan_shots(run, o.cameras);
+  const std::vector<Shot> shots = plan_shots(run, o.cameras, [&](const std::string& line) {
+    if (!o.quiet) fmt::print("{}\n", line);
+  });
   probe_output_folder(o.out);
   Renderer renderer = make_renderer(run.model, device);
   const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
@@ -121,8 +123,11 @@ Action render_command(CLI::App& verb) {
   auto o = std::make_shared<RenderVerb>();
   verb.add_option("RUN", o->run, "the run to look at")->required();
   verb.add_option("--out", o->out, "folder for the pictures")->required();
-  verb.add_option("--camera", o->cameras.camera,
-                  "orbit, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file")
+  verb.add_option("--camera,--path", o->cameras.camera,
+                  "auto, orbit, by the training cameras: stabilised (a film without its shake), interpolate "
+                  "(through them), spiral (an ellipse around their mean), held (one of them); data "
+                  "(transforms_render.json of the data set), dataset:SPLIT, dataset:SPLIT:INDEX or a "
+                  "transforms file; auto: orbit where they surround the scene, else what suits them")
       ->capture_default_str();
   verb.add_option("--times", o->cameras.times,
                   "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
@@ -132,12 +137,17 @@ Action render_command(CLI::App& verb) {
   verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
       ->type_name("{png,exr,mp4}")
       ->capture_default_str();
-  verb.add_option("--data", o->cameras.data,
-                  "the data set of dataset:..., if it is no longer where the run found it");
-  verb.add_option("--size", o->cameras.size, "width and height of orbit pictures [400]")
+  verb.add_option("--data", o->cameras.data, "the data set, if it is no longer where the run found it");
+  verb.add_option("--size", o->cameras.size,
+                  "width of pictures: of the orbit, which are square [400], or of a way by the training "
+                  "cameras [theirs]")
       ->check(CLI::Range(8, 8192));
   verb.add_option("--elevation", o->cameras.elevation, "of the orbit, degrees")
       ->check(CLI::Range(-89.0, 89.0))
+      ->capture_default_str();
+  verb.add_option("--window", o->cameras.window,
+                  "of stabilised: share of the film that each camera is fitted to")
+      ->check(CLI::Range(0.001, 1.0))
       ->capture_default_str();
   verb.add_option("--fps", o->fps, "pictures a second of a film")
       ->check(CLI::Range(0.1, 1000.0))

@@ -10,8 +10,10 @@
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/own_json.hpp"
+#include "run/training_cameras.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
+#include "splinevox/run/cameras.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"
 #include "train/by_time.hpp"
@@ -76,6 +78,11 @@ int view(const ViewVerb& o) {
     } catch (const Error& e) {
       fmt::print(stderr, "the page is without true pictures: {}\n", e.what());
     }
+  try {
+    page.taken = taken_from(training_cameras(run, o.data, CameraRequest().elevation));
+  } catch (const Error& e) {
+    fmt::print(stderr, "the page does not know where pictures were taken: {}\n", e.what());
+  }
   const std::optional<MotionClusters> clusters =
       run.model.motion.moves() ? std::optional(find_clusters(run.model, 0)) : std::nullopt;
   std::size_t smallest = 0;

@@ -44,9 +44,10 @@ void bind_run(py::module_& m) {
               out.emplace_back(s.camera, s.time);
             return out;
           },
-          "Cameras with times as `splinevox render` plans them: orbit, dataset:SPLIT, dataset:SPLIT:INDEX or "
-          "a transforms file; times A:B:N.",
-          py::arg("camera") = "orbit", py::arg("times") = "", py::arg("size") = 0,
+          "Cameras with times as `splinevox render` plans them: auto, orbit, stabilised, interpolate, "
+          "spiral, "
+          "held, data, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file; times A:B:N.",
+          py::arg("camera") = "auto", py::arg("times") = "", py::arg("size") = 0,
           py::arg("elevation") = 20.0);
   m.def(
       "open_run",

@@ -2,18 +2,21 @@
 #include "splinevox/run/cameras.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
+#include <optional>
 
 #include "core/json_text.hpp"
 #include "core/nearest.hpp"
 #include "data/camera_check.hpp"
 #include "data/json_file.hpp"
 #include "data/layouts/transforms.hpp"
+#include "run/camera_ways.hpp"
 #include "run/support.hpp"
+#include "run/training_cameras.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -21,8 +24,10 @@ namespace {
 
 using FileJson = nlohmann::json;
 
-constexpr double kOrbitView = 36;  // degrees of full horizontal view
 constexpr int kOrbitShots = 60;
+constexpr const char* kDataWay = "transforms_render.json";
+
+using Note = std::function<void(const std::string&)>;
 
 std::vector<double> parse_times(const std::string& text) {
   const char* expected = "T, or A:B:N with N >= 1: N times from A to B in the model's 0..1";
@@ -39,28 +44,104 @@ std::vector<double> parse_times(const std::string& text) {
   return times;
 }
 
-/// Round the middle of the box once, z upwards, far enough that all of the box is visible.
-std::vector<Shot> orbit(const VoxelModel& model, const CameraRequest& request, int count) {
-  const int size = request.size > 0 ? request.size : 400;
-  const double half = kOrbitView / 2 * std::numbers::pi / 180,
-               up = request.elevation * std::numbers::pi / 180;
-  const Vec3d centre = cast<double>(model.box.center());
-  const double distance = 0.5 * length(cast<double>(model.box.extent())) / std::sin(half);
+/// Where shots 0 to count - 1 are on a way. @param closed  the end is the beginning, and not shown twice
+std::vector<double> evenly(int count, bool closed) {
+  std::vector<double> at;
+  for (int i = 0; i < count; ++i) at.push_back(double(i) / std::max(1, closed ? count : count - 1));
+  return at;
+}
+
+/// Cameras with times that go evenly from first to last.
+std::vector<Shot> timed(const std::vector<Camera>& cameras, double first = 0, double last = 1) {
   std::vector<Shot> shots;
-  for (int i = 0; i < count; ++i) {
-    const double a = 2 * std::numbers::pi * i / count;
-    const Vec3d out{std::cos(up) * std::cos(a), std::cos(up) * std::sin(a), std::sin(up)};
-    Shot s;
-    s.camera.width = s.camera.height = size;
-    s.camera.fx = s.camera.fy = 0.5 * size / std::tan(half);
-    s.camera.cx = s.camera.cy = 0.5 * size;
-    const Vec3d right{-std::sin(a), std::cos(a), 0};
-    s.camera.axes = {right, cross(out, right), out};
-    s.camera.position = centre + distance * out;
-    s.time = count > 1 ? double(i) / (count - 1) : 0;
-    shots.push_back(s);
-  }
+  const std::vector<double> at = evenly(int(cameras.size()), false);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    shots.push_back({cameras[i], first + (last - first) * at[i]});
   return shots;
+}
+
+std::vector<Shot> orbit_shots(const Run& run, const CameraRequest& request, int count) {
+  return timed(orbit(run.model.box, request.elevation, request.size > 0 ? request.size : 400,
+                     count > 0 ? count : kOrbitShots));
+}
+
+/// The camera with a picture of another width and the same shape.
+Camera resized(Camera c, int width) {
+  const double scale = double(width) / c.width;
+  c.width = width;
+  c.height = std::max(1, int(std::lround(c.height * scale)));
+  for (double* v : {&c.fx, &c.fy, &c.cx, &c.cy}) *v *= scale;
+  return c;
+}
+
+std::vector<Camera> cameras_of(const std::vector<Shot>& shots) {
+  std::vector<Camera> out;
+  for (const Shot& s : shots) out.push_back(s.camera);
+  return out;
+}
+
+/// A way by the training cameras. @param times  how many shots it has; 0: as many as suit it
+std::vector<Shot> way(const TrainingCameras& train, const CameraRequest& request, const std::string& name,
+                      int times, const Note& note) {
+  const bool film = !train.film.empty();
+  const int count = times > 0 ? times : film && name != "held" ? std::min(int(train.film.size()), 600) : 60;
+  std::vector<Shot> shots;
+  if (name == "held") {
+    shots = timed(std::vector<Camera>(std::size_t(count), central(train.places).camera));
+  } else if (name == "stabilised") {
+    if (!film)
+      fail({"--camera", "the training pictures are no film of one camera: there is no way to smooth",
+            "pictures of one camera, 8 or more, each near the one before", name,
+            "--camera interpolate, spiral or held"});
+    note(fmt::format("stabilised: each camera is a line fitted to {:.0f}% of the film, about {:.0f} pictures",
+                     100 * request.window, std::max(5.0, request.window * double(train.film.size()))));
+    const double first = train.film.front().time, last = train.film.back().time;
+    shots = last > first ? timed(stabilised(train.film, request.window, evenly(count, false)), first, last)
+                         : timed(stabilised(train.film, request.window, evenly(count, false)));
+  } else if (train.places.size() < 2) {
+    fail({"--camera", "all training pictures were taken from one place: there is no way between them",
+          "two places or more", name, "--camera held, or orbit"});
+  } else if (name == "interpolate") {
+    shots =
+        timed(interpolated(film ? cameras_of(train.film) : round_trip(cameras_of(train.places), kFewPlaces),
+                           train.middle, !film, evenly(count, !film)));
+  } else {
+    shots = timed(spiral(cameras_of(train.places), train.middle, evenly(count, true)));
+  }
+  for (Shot& s : shots)
+    if (request.size > 0) s.camera = resized(s.camera, request.size);
+  return shots;
+}
+
+const char* way_for(Stand stand) {
+  switch (stand) {
+    case Stand::around:
+      return "orbit";
+    case Stand::film:
+      return "stabilised";
+    case Stand::few:
+      return "interpolate";
+    case Stand::many:
+      return "spiral";
+    case Stand::one:
+      return "held";
+  }
+  return "";
+}
+
+/// What suits the training cameras. Where those cannot be read the orbit, which needs none, is said to be a
+/// makeshift.
+std::vector<Shot> suitable(const Run& run, const CameraRequest& request, int times, const Note& note) {
+  std::optional<TrainingCameras> train;
+  try {
+    train = training_cameras(run, request.data, request.elevation);
+  } catch (const Error& e) {
+    note(fmt::format("--camera orbit, for want of the training cameras (--data names their data set): {}",
+                     e.what()));
+  }
+  if (train) note(fmt::format("--camera {}: {}", way_for(train->stand), train->why));
+  if (!train || train->stand == Stand::around) return orbit_shots(run, request, times);
+  return way(*train, request, way_for(train->stand), times, note);
 }
 
 std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
@@ -109,21 +190,21 @@ Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraReq
   return s;
 }
 
-std::vector<Shot> from_file(const Run& run, const CameraRequest& request) {
-  const FileJson file = data::read_json(request.camera, request.camera);
+std::vector<Shot> from_file(const Run& run, const CameraRequest& request, const std::string& path) {
+  const FileJson file = data::read_json(path, path);
   const FileJson frames = file.is_object() && file.contains("frames")
                               ? file["frames"]
                               : FileJson::array({file});  // one camera alone is a frame too
   if (!frames.is_array() || frames.empty() ||
       (!file.contains("frames") && !(file.is_object() && file.contains("transform_matrix"))))
-    fail({request.camera, "there are no frames in this file",
+    fail({path, "there are no frames in this file",
           "the layout of transforms_train.json: camera_angle_x or fl_x, frames with transform_matrix", "",
           ""});
-  const data::Lens lens = data::read_lens(file, request.camera);
+  const data::Lens lens = data::read_lens(file, path);
   std::vector<Shot> shots;
   bool timed = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const std::string where = fmt::format("{}, frame {}", request.camera, i);
+    const std::string where = fmt::format("{}, frame {}", path, i);
     const FileJson& frame = frames[i];
     if (!frame.is_object())
       fail({where, "this is not a frame", "an object with transform_matrix", dump_json(frame).substr(0, 60),
@@ -136,24 +217,58 @@ std::vector<Shot> from_file(const Run& run, const CameraRequest& request) {
   return shots;
 }
 
+std::vector<std::string> known_cameras() {
+  std::vector<std::string> names = camera_ways();
+  names.push_back("dataset:test");
+  return names;
+}
+
+/// The way that the data set itself brings.
+std::vector<Shot> of_data(const Run& run, const CameraRequest& request) {
+  const std::string path =
+      (std::filesystem::path(request.data.empty() ? run.record.dataset : request.data) / kDataWay).string();
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored))
+    fail({"--camera", "the data set brings no way of its own",
+          fmt::format("{} in its folder, laid out as transforms_train.json", kDataWay), path,
+          "--camera FILE for cameras of yours"});
+  return from_file(run, request, path);
+}
+
 }  // namespace
 
-std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request) {
+std::vector<std::string> camera_ways() {
+  return {"auto", "orbit", "stabilised", "interpolate", "spiral", "held", "data"};
+}
+
+std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
+                             const std::function<void(const std::string&)>& on_note) {
+  const Note note = [&](const std::string& line) {
+    if (on_note) on_note(line);
+  };
   const std::string& c = request.camera;
   const std::vector<double> times =
       request.times.empty() ? std::vector<double>{} : parse_times(request.times);
+  const int count = int(times.size());
   std::error_code ignored;
   std::vector<Shot> shots;
-  if (c == "orbit")
-    shots = orbit(run.model, request, times.empty() ? kOrbitShots : int(times.size()));
+  if (c == "auto")
+    shots = suitable(run, request, count, note);
+  else if (c == "orbit")
+    shots = orbit_shots(run, request, count);
+  else if (c == "stabilised" || c == "interpolate" || c == "spiral" || c == "held")
+    shots = way(training_cameras(run, request.data, request.elevation), request, c, count, note);
+  else if (c == "data")
+    shots = of_data(run, request);
   else if (c == "dataset" || c.rfind("dataset:", 0) == 0)
     shots = from_dataset(run, request);
   else if (c.ends_with(".json") || std::filesystem::exists(c, ignored))
-    shots = from_file(run, request);
+    shots = from_file(run, request, c);
   else
     fail({"--camera", "there is no such camera",
-          "orbit, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file", c,
-          "--camera " + nearest(c, {"orbit", "dataset:test"})});
+          fmt::format("{}, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file",
+                      fmt::join(camera_ways(), ", ")),
+          c, "--camera " + nearest(c, known_cameras())});
   if (times.empty()) return shots;
   std::vector<Shot> planned;
   for (std::size_t i = 0; i < times.size(); ++i)

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <utility>
@@ -82,21 +83,27 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   return prepared;
 }
 
-/// A budget of seconds that gave far fewer steps than the preset is made for: large or many pictures, or a
-/// slow machine. What more seconds would give is not to be guessed from the result.
-void note_few_steps(const Config& config, std::int64_t steps, Progress& progress) {
+/// Whether seconds alone end the run.
+bool by_clock(const RunConfig& run) { return run.max_time > 0 && run.max_steps == 0; }
+
+/// A budget of seconds that gave far fewer steps than the preset was measured with: large or many pictures,
+/// or a slow machine. What more seconds would give is not to be guessed from the result.
+void note_few_steps(const Config& config, const Json& figures, Progress& progress) {
   constexpr double kFew = 0.25;
-  for (const Preset& p : presets()) {
-    if (config.preset != p.name || p.usual_steps == 0 || config.run.max_time <= 0 || config.run.max_steps > 0)
-      continue;
-    if (double(steps) >= kFew * p.usual_steps || config.run.max_time < 0.5 * p.config.run.max_time) return;
-    progress.announce(
-        fmt::format("note: {:.0f} seconds gave {} steps; preset {} usually makes some {}. More would help: "
-                    "--max-time {:.0f}, --downscale {}, or more cores",
-                    config.run.max_time, steps, p.name, p.usual_steps,
-                    config.run.max_time * p.usual_steps / double(std::max<std::int64_t>(steps, 1)),
-                    2 * config.run.downscale));
-  }
+  if (!by_clock(config.run) || !figures.contains("preset_share")) return;
+  const double share = figures["preset_share"];
+  if (share >= kFew) return;
+  progress.announce(fmt::format(
+      "note: {:.0f} seconds gave {} steps, {:.2g}% of the {} that preset {} was measured with; go on "
+      "with --resume --max-time {:.0f}, or train anew with --downscale {} or more cores",
+      config.run.max_time, figures["steps"].get<std::int64_t>(), 100 * share,
+      figures["preset_steps"].get<int>(), config.preset,
+      std::ceil(config.run.max_time / std::max(share, 1e-4)), 2 * config.run.downscale));
+}
+
+/// Whether a run is asked to go on for longer than it was made for.
+bool is_longer(const RunConfig& before, const RunConfig& asked) {
+  return by_clock(before) && by_clock(asked) && asked.max_time > before.max_time;
 }
 
 /// Whether a run has had its budget and saved what came of it.
@@ -129,8 +136,10 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   Config before = saved;  // as it was asked for
   if (known && folder.has(kAskedConfig)) read_config(before, folder.file(kAskedConfig));
   const Config asked = effective_config(o, known ? &before : nullptr);
+  const bool longer = known && is_longer(before.run, asked.run);
+  if (longer) before.run.max_time = saved.run.max_time = asked.run.max_time;
   Config config = checkpoint ? saved : asked;
-  bool finished = known && has_ended(folder);
+  bool finished = known && has_ended(folder) && !longer;
   if (ranks) finished = ranks->from_first(finished) != 0;
   if (o.resume && !checkpoint && !finished)
     progress.announce(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
@@ -167,19 +176,19 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   TrainSession session({config, data, folder, used, checkpoint, ranks, device, std::move(steps)}, progress);
-  if (writes && !checkpoint) {  // whoever cannot begin leaves nothing behind
+  if (writes && (!checkpoint || longer)) {  // whoever cannot begin leaves nothing behind
     std::error_code ignored;
     for (const char* name : {"metrics.json", kManifestName, kAskedConfig})
-      fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone
+      fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone, or that had ended
     if (!config_difference(asked, config).empty())
       write_file(folder.file(kAskedConfig), {write_config(asked)});
     write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
-    write_file(folder.file("metrics.jsonl"), {std::string()});
+    if (!checkpoint) write_file(folder.file("metrics.jsonl"), {std::string()});
   }
   Json figures = session.run();
   const auto end = session.interrupted() ? TrainedRun::End::interrupted : TrainedRun::End::finished;
   if (!writes) return {folder.path(), Json::object(), end, writes};
-  if (end == TrainedRun::End::finished) note_few_steps(config, figures["steps"], progress);
+  if (end == TrainedRun::End::finished) note_few_steps(config, figures, progress);
   figures["threads"] = tbb::this_task_arena::max_concurrency();
   figures["device"] = describe(device);
   write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});

@@ -44,11 +44,24 @@ std::uint64_t fnv1a(const std::string& text) {
   return h;
 }
 
-/// A configuration's text without the line on how often checkpoints are written, which is no part of what is
-/// trained.
-std::string without_interval(std::string text) {
-  const std::size_t before = text.find("\ncheckpoint_every");
+/// A configuration's text without the line of a number.
+std::string without(std::string text, const std::string& key) {
+  const std::size_t before = text.find("\n" + key + " = ");
   return before == text.npos ? text : text.erase(before, text.find('\n', before + 1) - before);
+}
+
+/// What a checkpoint must have in common with the run that goes on from it: all but how often it is written,
+/// and for how long one trains by the clock.
+std::string kept_config(const Config& config) {
+  const std::string text = without(write_config(config), "checkpoint_every");
+  return config.run.max_time > 0 ? without(text, "max_time") : text;
+}
+
+/// Steps that the preset of a run was measured with; 0: nobody did.
+int usual_steps(const Config& config) {
+  for (const Preset& p : presets())
+    if (config.preset == p.name) return p.usual_steps;
+  return 0;
 }
 
 Json triple(const Vec3& v) { return {v.x, v.y, v.z}; }
@@ -242,7 +255,7 @@ CheckpointHeader TrainSession::header() const {
   CheckpointHeader h;
   h.kind = "trainer";
   h.format = Trainer::kStateFormat;
-  h.config = fnv1a(without_interval(write_config(setup_.config)));
+  h.config = fnv1a(kept_config(setup_.config));
   h.dataset = setup_.data.fingerprint;
   h.step = std::uint64_t(last_.step);
   return h;
@@ -282,6 +295,9 @@ void TrainSession::save_manifest(const FileDigest& model) {
   Manifest manifest;
   manifest.kind = "run";
   manifest.info["splinevox"] = kVersion;
+  manifest.info["preset"] = setup_.config.preset;
+  manifest.info["steps"] = std::to_string(last_.step);
+  if (const int usual = usual_steps(setup_.config)) manifest.info["preset_steps"] = std::to_string(usual);
   manifest.files = {manifest_entry(folder.path(), "config.toml"),
                     manifest_entry(folder.path(), "metrics.jsonl"),
                     {"model.vdb", model, {}},
@@ -298,6 +314,10 @@ Json TrainSession::figures() const {
   const int most = setup_.config.run.max_steps;
   j["ended"] = interrupted_ ? "signal" : most > 0 && last_.step >= most ? "steps" : "time";
   j["preset"] = setup_.config.preset;
+  if (const int usual = usual_steps(setup_.config)) {
+    j["preset_steps"] = usual;
+    j["preset_share"] = double(last_.step) / usual;
+  }
   j["seed"] = setup_.config.run.seed;
   j["loss"] = last_.loss;
   if (discarded_ > 0) j["discarded_steps"] = discarded_;

@@ -26,6 +26,19 @@ Json camera_json(const Camera& c) {
           {"axes", axes},     {"position", {c.position.x, c.position.y, c.position.z}}};
 }
 
+Json triple(const Vec3d& v) { return {v.x, v.y, v.z}; }
+
+Json taken_json(const TakenFrom& taken) {
+  Json directions = Json::array();
+  for (const Vec3d& d : taken.directions) directions.push_back(triple(d));
+  return {{"middle", triple(taken.middle)},
+          {"directions", directions},
+          {"near", taken.near},
+          {"far", taken.far},
+          {"spacing", taken.spacing},
+          {"start", {{"time", taken.start.time}, {"camera", camera_json(taken.start.camera)}}}};
+}
+
 /// JSON that may stand inside a script element: no byte of it can end one.
 std::string embedded(const Json& json) {
   std::string out;
@@ -74,6 +87,7 @@ std::string view_page(const ViewPage& page, const PackedScene& scene) {
                                {"time", s.time},
                                {"camera", camera_json(s.camera)},
                                {"picture", "data:image/png;base64," + base64(s.png)}});
+  if (page.taken) header["taken"] = taken_json(*page.taken);
   std::string shaders, scripts;
   for (const char* name : kShaders)
     shaders += fmt::format("<script type=\"x-shader\" id=\"{}\">{}</script>\n", name, view_asset(name));

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "splinevox/core/camera.hpp"
 #include "view/pack.hpp"
+#include "view/taken_from.hpp"
 
 namespace splinevox::run {
 
@@ -19,11 +21,12 @@ struct ViewShot {
 };
 
 struct ViewPage {
-  std::string name;             ///< of the run
-  std::string about;            ///< a line beside it: data set, quality
-  std::string note;             ///< what the page says about its contents
-  double full_flow = 0.1;       ///< displacement of full colour, scene units
-  std::vector<ViewShot> shots;  ///< in the order of time
+  std::string name;                     ///< of the run
+  std::string about;                    ///< a line beside it: data set, quality
+  std::string note;                     ///< what the page says about its contents
+  double full_flow = 0.1;               ///< displacement of full colour, scene units
+  std::vector<ViewShot> shots;          ///< in the order of time
+  std::optional<TakenFrom> taken = {};  ///< absent: one may go anywhere
 };
 
 /// The whole page: no network, opens from disk.

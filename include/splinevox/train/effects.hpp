@@ -203,9 +203,11 @@ struct EffectChoice {
 /// smoothly by construction (Basis::smooth).
 ///
 /// A fit takes effects.steps, so the choice does not depend on the machine. There are two or three fits, and
-/// one more of opaque pictures: 2 to 3 seconds on two cores. A run too short for that tries nothing and keeps
-/// every effect.
-/// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a still
+/// one more of opaque pictures: 2 to 3 seconds on two cores. A shorter run makes shorter fits, and those
+/// leave out only what surely gains nothing. Below 100 steps a fit (800 of the run, or 12.5 seconds) nothing
+/// is tried and every effect stays. The note says either.
+///
+/// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a static
 /// scene. So there a still world is fitted first, and the scene moves if there is something that it cannot
 /// show (FilmEvidence).
 /// @param on_trial  called after each fit; may be empty. @param on_film  once a film was looked at; may be

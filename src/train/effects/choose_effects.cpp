@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -23,10 +25,7 @@ constexpr int kFewestViews = 8;  // to hold some out
 constexpr double kShortest = 8;  // steps of training for one of a fit, on coarser lattices and with fewer
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
-
-/// Control points over the whole time that a stretch asks for: half the pieces, as long as the mean picture
-/// does not lose by it, and then twice as many, because fits this short do not come to what the last pieces
-/// are for. Halvings still to come are left out.
+constexpr int kShortestFit = 100;     // steps of a fit: fewer were never tried (docs/experiments/effects.md)
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
   const Basis& basis = basis_of(config.motion.basis);
   int pieces = basis.pieces(config.motion.points), twice = pieces;
@@ -42,9 +41,11 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
 /// Whether effects stay, each judged beside all that do so far.
 class Trials {
  public:
-  Trials(const Config& config, const Split& train, const TimeMap& time_map, const StillProof& proof,
-         EffectChoice& out, const std::function<void(const EffectTrial&)>& on_trial)
+  /// @param brief  the fits are shorter than effects.steps of the run
+  Trials(const Config& config, bool brief, const Split& train, const TimeMap& time_map,
+         const StillProof& proof, EffectChoice& out, const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
+        brief_(brief),
         train_(train),
         time_map_(time_map),
         out_(out),
@@ -68,11 +69,10 @@ class Trials {
       case Trial::by_place:
         return gains(elsewhere().judge(effect, beside()));
       case Trial::exposure:
-        return whole_.judge_exposure(beside()).decision == EffectDecision::on;
+        return sure(whole_.judge_exposure(beside()));
       case Trial::clock:
         clocks_ = true;
-        return !out_.chosen.has(Effect::motion) ||
-               whole_.judge_clock(out_.chosen, train_).decision == EffectDecision::on;
+        return !out_.chosen.has(Effect::motion) || sure(whole_.judge_clock(out_.chosen, train_));
       case Trial::motion:
         return moves();
       case Trial::alone:
@@ -84,7 +84,14 @@ class Trials {
  private:
   /// What the other effects are judged beside. Clocks, which are told by what moves, come after motion.
   EffectSet beside() const { return clocks_ ? out_.chosen : out_.chosen.without(Effect::clock); }
-  bool gains(const EffectVerdict& v) const { return v.gain.mean > config_.effects.min_gain; }
+  /// Brief fits leave out only what surely gains nothing: what they do not tell is not worth less.
+  bool kept_by_brief(const EffectVerdict& v) const { return v.decision != EffectDecision::off; }
+  bool gains(const EffectVerdict& v) const {
+    return brief_ ? kept_by_brief(v) : v.gain.mean > config_.effects.min_gain;
+  }
+  bool sure(const EffectVerdict& v) const {
+    return brief_ ? kept_by_brief(v) : v.decision == EffectDecision::on;
+  }
   /// Comparisons on held-out cameras of a rig: other pictures of a camera that trains are fitted by anything.
   /// On the whole split where too few cameras stand still.
   Ladder& elsewhere() {
@@ -101,7 +108,7 @@ class Trials {
     bool found = proved ? moves_as_proved() : moves_in(whole_, true);
     const std::optional<Stretch> stretch = middle_stretch(train_);
     const Basis& basis = basis_of(config_.motion.basis);
-    if (!stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
+    if (brief_ || !stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
     const Halves parts = divide(train_, *stretch);
     if (!parts.usable()) return found;
     Ladder near(config_, level_, parts, time_map_, out_, on_trial_);
@@ -128,20 +135,21 @@ class Trials {
     const EffectSet all = beside();
     // Undecided motion goes by its mean, and what is decided has its mean on the same side of min_gain.
     const bool enough = gains(by.judge(Effect::motion, all));
-    if (out_.film) return by.judge_film(all, out_.film->moves());
+    if (out_.film && (out_.film->moves() || !brief_))  // the thresholds are those of whole fits
+      return by.judge_film(all, out_.film->moves());
     if (whole && !enough) by.judge_where_needed(all);
     return gains(out_.verdicts.back());
   }
   bool changes_alone(Effect effect) {
-    if (!changing_.empty())
-      return whole_.judge_where_changing(effect, beside(), changing_).decision == EffectDecision::on;
-    const bool on = whole_.judge(effect, beside()).decision == EffectDecision::on;
+    if (!changing_.empty()) return sure(whole_.judge_where_changing(effect, beside(), changing_));
+    const bool on = sure(whole_.judge(effect, beside()));
     if (!on || !is_film(out_.view_told_by_time)) return on;
     out_.verdicts.back().decision = EffectDecision::confounded;
     return false;
   }
 
   const Config& config_;
+  const bool brief_;
   const Split& train_;
   const TimeMap& time_map_;
   EffectChoice& out_;
@@ -155,12 +163,22 @@ class Trials {
   bool clocks_ = false;  ///< their turn has come
 };
 
+/// Steps of a fit: effects.steps, or its share of a run that is short for them.
+int fit_steps(const Config& config) {
+  const double share = config.run.max_time > 0 ? config.run.max_time / kShortestTime
+                                               : config.run.max_steps / (kShortest * config.effects.steps);
+  return int(config.effects.steps * std::min(share, 1.0));
+}
+
 /// Why nothing can be tried out in this configuration; empty: it can.
 std::string untried(const Config& config) {
-  if (config.effects.steps == 0) return "effects.steps is 0: nothing was tried";
-  const bool timed = config.run.max_time > 0;
-  if (timed ? config.run.max_time < kShortestTime : config.run.max_steps < kShortest * config.effects.steps)
-    return "too short a run to try effects out: every effect of the preset stays";
+  if (config.effects.steps == 0)
+    return "effects.steps is 0: nothing was tried, and every effect of the preset stays";
+  if (fit_steps(config) < std::min(kShortestFit, config.effects.steps))
+    return fmt::format(
+        "too short a run to try effects out ({} steps for a fit, {} at least): every effect of the "
+        "preset stays",
+        fit_steps(config), kShortestFit);
   return {};
 }
 
@@ -207,7 +225,14 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.film = look_at_film(config, train, time_map, out.moving);
     if (on_film) on_film(*out.film);
   }
-  Trials trials(config, train, time_map, proof, out, on_trial);
+  Config fitted = config;
+  fitted.effects.steps = fit_steps(config);
+  const bool brief = fitted.effects.steps < config.effects.steps;
+  if (brief && out.note.empty())
+    out.note =
+        fmt::format("a short run: fits have {} steps, not {}, and leave out only what surely gains nothing",
+                    fitted.effects.steps, config.effects.steps);
+  Trials trials(fitted, brief, train, time_map, proof, out, on_trial);
   if (!trials.possible()) {
     out.note = "masks leave too little of small pictures: every effect of the preset stays";
     return out;

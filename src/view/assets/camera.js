@@ -11,14 +11,22 @@ const turned = (v, axis, angle) => {
   return add(add(v.map(k => k * c), cross(axis, v), s), axis, dot(axis, v) * (1 - c));
 };
 
+// Around the places where pictures were taken: how far one may go, and where all is unknown.
+const kFree = 5 * Math.PI / 180;   // from the nearest camera, or as far as those are from each other
+const kSoft = 20 * Math.PI / 180;  // and from there on
+const kNearer = 0.8, kSoftRatio = 1.6;  // the same for distances
+
 class OrbitCamera {
   constructor(header) {
+    this.taken = header.taken;
     this.box = header.box;
     this.centre = add(header.box.lo, header.box.hi).map(v => v / 2);
     const across = add(header.box.hi, header.box.lo, -1);
     this.diagonal = Math.sqrt(dot(across, across));
     // Most scenes have z upwards; the true cameras, which are held upright, know better.
-    const sum = header.views.reduce((s, v) => add(s, v.camera.axes[1]), [0, 0, 1e-3]);
+    const upright = header.views.map(v => v.camera.axes[1]);
+    if (this.taken) upright.push(this.taken.start.camera.axes[1]);
+    const sum = upright.reduce((s, up) => add(s, up), [0, 0, 1e-3]);
     this.up = [0, 0, 1];
     for (let a = 0; a < 3; ++a) {
       const others = sum.map((v, i) => (i === a ? 0 : Math.abs(v)));
@@ -28,8 +36,9 @@ class OrbitCamera {
     this.home();
   }
 
-  /// As `splinevox render --camera orbit` begins: all of the box is seen.
+  /// A training camera, or as `splinevox render --camera orbit` begins: all of the box is seen.
   home() {
+    if (this.taken) return this.take(this.taken.start.camera);
     const half = 18 * Math.PI / 180, tilt = 20 * Math.PI / 180;
     const side = unit(cross(this.up, Math.abs(this.up[0]) > 0.5 ? [0, 1, 0] : [1, 0, 0]));
     const front = cross(side, this.up);
@@ -52,7 +61,30 @@ class OrbitCamera {
 
   get position() { return add(this.pivot, this.axes[2], this.distance); }
 
-  turn(yaw, pitch) {
+  /// How far the eye is from where pictures were taken: 0 near there, 1 where no picture tells anything.
+  get away() {
+    if (!this.taken) return 0;
+    const {middle, directions, near, far, spacing} = this.taken;
+    const from = add(this.position, middle, -1), distance = Math.max(Math.sqrt(dot(from, from)), 1e-9);
+    const cosine = Math.max(...directions.map(d => dot(d, from) / distance));
+    const angle = Math.acos(Math.max(-1, Math.min(1, cosine))) - Math.max(kFree, spacing);
+    const ratio = Math.max(kNearer * near / distance, kNearer * distance / far);
+    return Math.max(0, Math.min(1, Math.max(angle / kSoft, Math.log(ratio) / Math.log(kSoftRatio))));
+  }
+  /// Makes a change as large as the eye may go: ever less on the way away, all of it on the way back.
+  /// @param change  of a share 0..1
+  softly(change) {
+    const {axes, pivot, distance} = this, before = this.away;
+    change(1);
+    for (let share = 1 - before, tries = 0; this.away > before && tries < 8; share /= 2, ++tries) {
+      Object.assign(this, {axes, pivot, distance});
+      change(share);
+      if (this.away < 1) return;
+    }
+  }
+
+  turn(yaw, pitch) { this.softly(share => this.turnBy(share * yaw, share * pitch)); }
+  turnBy(yaw, pitch) {
     const height = Math.acos(Math.max(-1, Math.min(1, dot(this.axes[2], this.up)))), room = 0.03;
     pitch = Math.max(Math.min(pitch, Math.max(0, Math.PI - room - height)), Math.min(0, room - height));
     const right = this.axes[0];
@@ -60,14 +92,20 @@ class OrbitCamera {
   }
 
   zoom(factor) {
-    this.distance = Math.max(0.02 * this.diagonal, Math.min(20 * this.diagonal, this.distance * factor));
+    this.softly(share => {
+      const wanted = this.distance * factor ** share;
+      this.distance = Math.max(0.02 * this.diagonal, Math.min(20 * this.diagonal, wanted));
+    });
   }
 
   /// Moves the scene by pixels of a pane of this size.
   pan(dx, dy, width, height) {
     const shown = Math.min(width / this.lens.width, height / this.lens.height);
     const scale = this.distance / (this.lens.fy * shown);
-    this.pivot = add(add(this.pivot, this.axes[0], -dx * scale), this.axes[1], dy * scale);
+    this.softly(share => {
+      this.pivot =
+        add(add(this.pivot, this.axes[0], -share * dx * scale), this.axes[1], share * dy * scale);
+    });
   }
 
   /// 1 / fx, 1 / fy, cx, cy for a pane: the picture of the lens, as large as fits.

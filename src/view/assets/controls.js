@@ -108,6 +108,9 @@ function showState(app) {
   const own = map.scale ? state.time / map.scale + map.origin : map.origin;
   $("clock").textContent = state.time.toFixed(3);
   $("clock").title = `time of the data: ${own.toFixed(3)}`;
+  const away = state.view < 0 ? app.camera.away : 0;  // a true picture is where one was taken
+  $("canvas").style.filter = away > 0 ? `saturate(${1 - away}) opacity(${1 - 0.75 * away})` : "";
+  $("far").hidden = away < 0.25;
   $("speed").value = String(state.speed);
   for (const b of $("layers").children) b.setAttribute("aria-checked", b.dataset.layer === state.layer);
   [...$("views").children].forEach((b, i) => b.setAttribute("aria-pressed", i === state.view));

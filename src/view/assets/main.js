@@ -63,7 +63,7 @@ class App {
     if (this.state.compare && this.state.view !== this.compared) this.goTo(this.compared);
   }
   reset() {
-    this.state.view = this.header.views.length ? 0 : -1;
+    this.state.view = this.state.first;
     this.applyView();
     this.set({background: this.header.background});
   }

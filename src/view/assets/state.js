@@ -19,14 +19,18 @@ class State {
     this.layers = kLayers.filter(l => has[l]);
     this.time = 0;
     this.layer = "rgb";
-    this.view = header.views.length ? 0 : -1;
+    this.view = this.first;
     this.compare = false;
     this.playing = false;
     this.speed = 1;
     this.background = header.background;
     this.ui = true;
     if (this.view === 0) this.time = header.views[0].time;
+    if (header.taken) this.time = header.taken.start.time;
   }
+
+  /// The view that a page begins with: where pictures are on one side, the free camera, at a training camera.
+  get first() { return this.header.views.length && !this.header.taken ? 0 : -1; }
 
   /// Takes what an address says; what it does not say, or says wrongly, stays.
   /// True if it names a view or the free camera.
