@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kTaskRays = 128;
 constexpr int kRing = 4;            ///< blocks around the silhouette that count as near it
+constexpr float kMostOften = 4;     ///< times as often as elsewhere, that what moves is drawn at most
 constexpr float kBusyShare = 0.9f;  ///< of the patches, taken near the silhouette
 
 /// Random streams, one per kind of draw.
@@ -123,6 +124,12 @@ std::vector<int> BatchSampler::frames_of_moment(std::size_t moment, std::int64_t
   return out;
 }
 
+float BatchSampler::changing_share(int frame) const {
+  const Picture& image = train_.frames[std::size_t(frame)].image;
+  const float blocks = float(blocks_along(image.width)) * float(blocks_along(image.height));
+  return std::min(config_.changing, kMostOften * float(changing_[std::size_t(frame)].count()) / blocks);
+}
+
 BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame) const {
   const auto blocks = [&](int f) {
     const Picture& image = train_.frames[f].image;
@@ -143,7 +150,7 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
     }
   }
   // One number decides on all: where nothing is known to change, pictures are drawn from as ever.
-  if (!changing_.empty() && changing_[frame].count() > 0 && patch.uniform(2 * number) < config_.changing)
+  if (!changing_.empty() && changing_[frame].count() > 0 && patch.uniform(2 * number) < changing_share(frame))
     return {frame, changing_[frame].at(patch.below(2 * number + 1, changing_[frame].count()))};
   const SilhouetteBlocks& shown = shown_[frame];
   const bool near = shown.near_count() > 0 && patch.uniform(2 * number) < kBusyShare;

@@ -87,6 +87,8 @@ class BatchSampler {
     std::uint32_t block;
     friend auto operator<=>(const Patch&, const Patch&) = default;
   };
+  /// Share of a frame's patches that are drawn where something moves.
+  float changing_share(int frame) const;
   Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
   /// The cameras of a slot's moment from which its patches are drawn in turn.
   std::vector<int> frames_of_moment(std::size_t moment, std::int64_t visit, int most,

@@ -85,8 +85,10 @@ void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options)
     if (options.on_film) options.on_film(*choice.film);
   }
   // Motion that was asked for though a still world shows everything may be anywhere.
-  if (choice.film && choice.film->unexplained())
-    for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
+  if (!choice.film || !choice.film->unexplained()) return;
+  for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
+  // Most of a film is static, and its first third shows too little of it (docs/experiments/effects.md).
+  prepared.config.sampling.window = 1;
 }
 
 }  // namespace
