@@ -118,7 +118,7 @@ struct TrainKernel {
         const EmissionAdjoint<float> d = emission_vjp(
             s.emission,
             composite_vjp(s.emission, w, before[lane] * s.passed, field.step, rest + later[lane], d_rgb));
-        gradient[lane] = sample_vjp(s, d, field, harmonics, ray.rest * w);
+        gradient[lane] = sample_vjp(s, d, field, harmonics, ray.rest, w, ray.direction);
         SPLINEVOX_UNROLL for (const Pack& p : gradient[lane].radiance)
             SPLINEVOX_UNROLL for (const float g : p.v) bad[lane] |= !(g < largest && g > -largest);
         place[lane] = s.at;

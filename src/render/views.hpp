@@ -5,6 +5,7 @@
 
 #include "field/columns.hpp"
 #include "field/lattice/brick_view.hpp"
+#include "math/warp.hpp"
 
 namespace splinevox {
 
@@ -62,7 +63,7 @@ struct RayInput {
   Vec3T<Real> origin, direction;  ///< direction of unit length
   int count = 0;
   Vec3T<Real> background;  ///< colour behind this ray
-  Real rest = 0;  ///< weight of the squared displacement of what it shows (math/warp.hpp), 1 / scene unit^2
+  Rest<Real> rest;         ///< of the displacement of what it shows
 };
 
 }  // namespace splinevox

@@ -98,13 +98,14 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
   }
 }
 
-void BatchSampler::set_moving(const std::vector<CoarseMask>& moving, float rest) {
+void BatchSampler::set_moving(const std::vector<CoarseMask>& moving, float rest, float along) {
   changing_.resize(moving.size());
   parallel_for(int(moving.size()), [&](int f) {
     if (!moving[std::size_t(f)].empty())
       changing_[std::size_t(f)] = ChangingBlocks(train_.frames[std::size_t(f)], moving[std::size_t(f)]);
   });
   rest_ = rest;
+  along_ = along;
 }
 
 std::vector<int> BatchSampler::frames_of_moment(std::size_t moment, std::int64_t visit, int most,
@@ -206,7 +207,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
     for (int first = 0; first < per_frame; first += kTaskRays)
       out.tasks.push_back({f, f * per_frame + first, f * per_frame + std::min(first + kTaskRays, per_frame)});
 
-  const float voxel = step / config_.step, rest = changing_.empty() ? 0 : rest_ / (voxel * voxel);
+  const float voxel = step / config_.step, in_voxels = 1 / (voxel * voxel);
   out.draw = hash64(seed_ ^ hash64(std::uint64_t(index)));
   std::vector<std::vector<int>> used(frames);  // carving looks into others
   parallel_for(frames, [&](int f) {
@@ -237,9 +238,11 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         // What carves looks at another moment than its picture shows.
-        if (rest > 0 && cameras.time_of(frame) == out.times[f] && changing_[drawn[p].frame].known() &&
-            !changing_[drawn[p].frame].near(x, y))
-          out.rays[r].rest = rest;
+        if (!changing_.empty() && changing_[drawn[p].frame].known() &&
+            cameras.time_of(frame) == out.times[f]) {
+          const bool moves = changing_[drawn[p].frame].near(x, y);
+          out.rays[r].rest = {in_voxels * (moves ? along_ : rest_), moves};
+        }
         const float alpha = rgba[3] * (1 / 65535.0f);
         const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{rgba[0], rgba[1], rgba[2]},
                    gain = cameras.gain_of(frame);

@@ -66,8 +66,9 @@ class BatchSampler {
                float brightest = 1);
   void set_box(const Box& box) { box_ = box; }
   /// What moves, of each frame; none: nothing is known.
-  /// @param rest  RayInput::rest of rays before which nothing does, for a voxel of length 1
-  void set_moving(const std::vector<CoarseMask>& moving, float rest);
+  /// @param rest  weight of Rest of rays before which nothing does, for a voxel of length 1
+  /// @param along  the same of rays before which something does
+  void set_moving(const std::vector<CoarseMask>& moving, float rest, float along);
   /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
@@ -103,7 +104,7 @@ class BatchSampler {
   std::vector<std::size_t> moments_;      ///< where each begins in by_time_; of one moment alone: each frame
   std::vector<SilhouetteBlocks> shown_;   ///< per frame
   std::vector<ChangingBlocks> changing_;  ///< per frame; none: nothing is known
-  float rest_ = 0;                        ///< of set_moving
+  float rest_ = 0, along_ = 0;            ///< of set_moving
 };
 
 }  // namespace splinevox

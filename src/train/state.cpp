@@ -82,7 +82,7 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
 
 void Trainer::State::set_moving(std::vector<CoarseMask> masks) {
   moving = std::move(masks);
-  sampler.set_moving(moving, setting.config.loss.still);
+  sampler.set_moving(moving, setting.config.loss.still, setting.config.loss.along);
 }
 
 bool Trainer::State::refine(double progress_now) {

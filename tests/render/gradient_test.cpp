@@ -35,7 +35,7 @@ struct TinyScene {
   FrameView<double> frame;
   std::vector<RayInput<double>> rays;
   std::vector<Vec3d> targets, probes;
-  double rest = 0;  ///< RayInput::rest of every ray
+  Rest<double> rest;  ///< of every ray
 
   explicit TinyScene(unsigned seed) {
     std::mt19937 random(seed);
@@ -179,7 +179,7 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       const T weight = transmittance * one_minus_exp_neg(depth);
       for (int c = 0; c < 3; ++c) color[c] += weight * factor * sigmoid(raw[1 + c]).value;
       transmittance *= exp_(-depth);
-      if (loss.offset > 0 || loss.divergence > 0 || scene.rest > 0) {
+      if (loss.offset > 0 || loss.divergence > 0 || scene.rest.weight > 0) {
         if (record) fixed_weights.push_back(value_of(weight));
         const T fixed(fixed_weights[used++]);
         MotionJetAdjoint<T> unused;
@@ -187,7 +187,10 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
         const T q = loss.hutchinson ? divergence_probe(jet, probe, unused) : divergence(jet, unused);
         total += T(loss.divergence) * fixed * q * q;
         const Vec3T<T> displacement = jet.r * jet.delta;
-        total += T(scene.rest) * fixed * dot(displacement, displacement);
+        const Vec3T<T> direction{T(in.direction.x), T(in.direction.y), T(in.direction.z)};
+        const T along = dot(displacement, direction);
+        total += T(scene.rest.weight) * fixed *
+                 (scene.rest.along ? along * along : dot(displacement, displacement));
         if (loss.offset > 0)
           total += T(loss.offset) * fixed *
                    offset_term(jet.delta, jet.r, T(loss.offset_rigidity), T(loss.offset_softening)).value;
@@ -235,7 +238,7 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
     ray.direction = cast<Real>(scene.rays[i].direction);
     ray.count = scene.rays[i].count;
     ray.background = cast<Real>(scene.rays[i].background);
-    ray.rest = Real(scene.rest);
+    ray.rest = {Real(scene.rest.weight), scene.rest.along};
     const auto result = kernel.forward(ray, field, frame, Real(stop));
     const Vec3T<Real> error = photometric_error(result.rgb, cast<Real>(scene.targets[i]));
     value += dot(error, error);
@@ -244,7 +247,9 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
     backward(kernel, ray, result, field, Real(2) * error, Real(0), records);
     for (int k = 0; k < kernel.count; ++k) {
       const Vec3T<Real> displacement = displacement_of(kernel.samples[k].warp.motion, kernel.r[k]);
-      value += scene.rest * double(kernel.weight[k]) * double(dot(displacement, displacement));
+      const Real along = dot(displacement, ray.direction);
+      value += scene.rest.weight * double(kernel.weight[k]) *
+               double(scene.rest.along ? along * along : dot(displacement, displacement));
     }
     value +=
         motion_losses(kernel, field, frame, losses, cast<Real>(scene.probes[i]), Real(0), first, records);
@@ -284,7 +289,7 @@ struct Figures {
 /// is measured against that millionth.
 template <int Sh>
 void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures,
-                     double rest = 0) {
+                     const Rest<double>& rest = {}) {
   TinyScene<Sh> scene(seed);
   scene.rest = rest;
   std::vector<double> d_rows, d_slice, d_behind, weights;
@@ -329,7 +334,7 @@ void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop,
 
 /// The same with harmonics of another order for every seed.
 void check_any_order(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures,
-                     double rest = 0) {
+                     const Rest<double>& rest = {}) {
   switch (seed % 5) {
     case 0:
       return check_gradients<-1>(seed, loss, stop, figures, rest);
@@ -372,8 +377,12 @@ TEST_SUITE("render/gradient") {
   TEST_CASE(
       "what shows nothing that moves is asked to be at rest: the gradient of the squared displacement") {
     Figures figures;
-    for (unsigned seed = 1; seed <= 20; ++seed) check_any_order(seed, {}, seed % 2 ? 0.2 : 0, figures, 0.5);
+    for (unsigned seed = 1; seed <= 20; ++seed)
+      check_any_order(seed, {}, seed % 2 ? 0.2 : 0, figures, {0.5, false});
     report("rest, 20 scenes", figures);
+    Figures along;
+    for (unsigned seed = 1; seed <= 20; ++seed) check_any_order(seed, {}, 0, along, {0.5, true});
+    report("rest along the ray, 20 scenes", along);
   }
 
   TEST_CASE("offset and divergence losses have the gradients of their values") {

@@ -249,7 +249,7 @@ TEST_SUITE("train/still") {
     const auto share_near = [&](float changing) {
       config.changing = changing;
       BatchSampler sampler(train, box, config, 1);
-      sampler.set_moving(moving, 0);
+      sampler.set_moving(moving, 0, 0);
       double near = 0, all = 0;
       Batch batch;
       for (int step = 0; step < 4; ++step) {

@@ -111,6 +111,8 @@ struct LossConfig {
       0.0625f;          ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
   float still = 0.03f;  ///< weight of the squared displacement, in voxels, of what a ray shows where it is
                         ///< known that nothing moves in its pixel
+  float along =
+      0.01f;  ///< the same along the ray, where it is known that something moves: no picture shows that
   int tv_places = 96;  ///< places of cameras that stand still, below which tv_density grows in proportion
                        ///< (for_places in train/start.hpp); 0: never
   float offset = 0;    ///< lambda_off of Eq. 8
@@ -277,6 +279,10 @@ void visit_config(C& c, Visit&& visit) {
         "places of cameras that stand still below which tv_density grows in proportion, 0 = never", 0, 1000);
   visit("loss.still", c.loss.still,
         "squared displacement, in voxels, where a picture is known to show nothing that moves", 0, inf);
+  visit(
+      "loss.along", c.loss.along,
+      "squared displacement along the ray, in voxels, where a picture is known to show something that moves",
+      0, inf);
   visit("loss.offset", c.loss.offset, "offset loss (Eq. 6)", 0, inf);
   visit("loss.offset_rigidity", c.loss.offset_rigidity, "lambda_r inside the offset loss", 0, inf);
   visit("loss.divergence", c.loss.divergence, "divergence loss (Eq. 7)", 0, inf);

@@ -27,6 +27,7 @@ inline constexpr LossTerm kLossTerms[] = {
     {"loss.tv_rigidity", &LossConfig::tv_rigidity, 2, 0, true, true},
     {"loss.tv_light", &LossConfig::tv_light, 2, 0, true, true},
     {"loss.still", &LossConfig::still, 2, 0, false, true},
+    {"loss.along", &LossConfig::along, 2, 0, false, true},
     {"loss.offset", &LossConfig::offset, 2, 0, false, true},
     {"loss.offset_rigidity", &LossConfig::offset_rigidity, 0, 0, false, true},
     {"loss.divergence", &LossConfig::divergence, 2, 0, false, true},
