@@ -36,6 +36,17 @@ Action synth_command(CLI::App& verb) {
           "--orbit", o->synth.orbit,
           "training cameras are one that goes around so often over time, as of a film; 0: each anywhere")
       ->check(CLI::Range(-100.0, 100.0));
+  verb.add_flag(
+          "--film", o->synth.film,
+          "with --orbit: val pictures lie on the camera's way, test pictures are from elsewhere on it, a "
+          "little higher")
+      ->needs("--orbit");
+  verb.add_option(
+          "--shake", o->synth.shake,
+          "with --film: held by hand; share of its distance by which the camera wanders, and radians by "
+          "which it turns")
+      ->check(CLI::Range(0.0, 0.2))
+      ->needs("--film");
   verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")
       ->check(CLI::Range(0.0, 1.0));
   verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")

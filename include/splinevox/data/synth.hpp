@@ -44,6 +44,10 @@ struct SynthOptions {
   std::uint64_t seed = 1;  ///< of the training cameras; the scene itself is always the same
   double orbit = 0;  ///< 0: a training camera anywhere for every picture; else one that goes around the scene
                      ///< so often between time 0 and 1, as in a video, -100..100
+  bool film = false;  ///< with orbit: val pictures lie on the camera's way, between training pictures; test
+                      ///< pictures are from half the way further, a little higher, at training times
+  double shake = 0;   ///< with film: the camera is held by hand. Each axis of its position wanders by this
+                     ///< share of its distance, its direction by so many radians about each axis; 0..0.2
   SynthLook look{};
   SynthRig rig{};  ///< frames are then its moments; excludes orbit
 };

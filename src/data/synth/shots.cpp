@@ -6,6 +6,7 @@
 #include <random>
 
 #include "data/synth/view.hpp"
+#include "data/synth/way.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::data {
@@ -20,6 +21,7 @@ Reach reach_in(const SynthLook& look) {
 }
 constexpr int kTestCameras = 2;  ///< of a rig
 constexpr int kLateEvery = 8;    ///< training cameras, of which one is late
+constexpr double kRaised = 0.1;  ///< of a film's test cameras above its way, radians
 
 Camera camera_at(double azimuth, double elevation, const SynthOptions& options) {
   const Reach reach = reach_in(options.look);
@@ -53,14 +55,14 @@ void check(const SynthOptions& options) {
           rig.cameras);
   require(rig.exposures >= 0 && rig.exposures <= 0.5, "exposures", "0 to 0.5", rig.exposures);
   require(std::abs(rig.late) <= 2, "offsets", "-2 to 2 intervals", rig.late);
+  require(options.shake >= 0 && options.shake <= 0.2, "shake", "0 to 0.2", options.shake);
+  require(options.film || options.shake == 0, "shake", "0 but in a film", options.shake);
+  require(options.orbit != 0 || !options.film, "orbit", "not 0, for a film", options.orbit);
   require(rig.cameras == 0 || options.orbit == 0, "orbit", "0 with a rig: its cameras stand still",
           options.orbit);
   const bool of_rig = rig.turns || rig.exposures != 0 || rig.late != 0;
   require(rig.cameras > 0 || !of_rig, "cameras", "2 to 100, for turns, exposures or offsets", rig.cameras);
 }
-
-/// 53 random bits as a number in [0, 1); the same on every standard library.
-double draw_unit(std::mt19937_64& rng) { return double(rng() >> 11) / double(1ull << 53); }
 
 std::string numbered(int i) { return fmt::format("r_{:03d}", i); }
 
@@ -117,6 +119,34 @@ std::vector<SynthShot> plan_rig(const SynthOptions& options) {
   return shots;
 }
 
+/// Where a camera that goes around is at a time, in an even hand.
+/// @param from  of a turn: where it begins
+Camera on_the_way(double from, double time, double raised, const SynthOptions& options) {
+  return camera_at(2 * M_PI * (from + options.orbit * time), 0.4 + 0.2 * std::sin(2 * M_PI * time) + raised,
+                   options);
+}
+
+/// One camera's way; val between its pictures, test where it is at another time.
+std::vector<SynthShot> plan_film(const SynthOptions& options, std::mt19937_64& rng) {
+  const double from = draw_unit(rng), distance = reach_in(options.look).distance;
+  std::vector<SynthShot> shots;
+  const Hand hand(options.shake, rng);
+  const auto held = [&](double t) { return hand.hold(on_the_way(from, t, 0, options), distance, t); };
+  const double interval = 1.0 / (options.frames - 1);
+  for (int i = 0; i < options.frames; ++i)
+    shots.push_back({"train", numbered(i), i * interval, held(i * interval)});
+  const int val = std::max(2, options.frames / 10), test = std::max(2, options.frames / 5);
+  for (int i = 0; i < val; ++i) {
+    const double t = (std::floor((i + 0.5) / val * (options.frames - 1)) + 0.5) * interval;
+    shots.push_back({"val", numbered(i), t, held(t)});
+  }
+  for (int i = 0; i < test; ++i) {
+    const double t = std::round(double(i) / (test - 1) * (options.frames - 1)) * interval;
+    shots.push_back({"test", numbered(i), t, on_the_way(from, std::fmod(t + 0.5, 1), kRaised, options)});
+  }
+  return shots;
+}
+
 }  // namespace
 
 double camera_angle(const SynthLook& look) { return reach_in(look).angle; }
@@ -127,6 +157,7 @@ std::vector<SynthShot> plan_shots(const SynthOptions& options) {
   check(options);
   if (options.rig.cameras > 0) return plan_rig(options);
   std::mt19937_64 rng(options.seed);
+  if (options.film) return plan_film(options, rng);
   std::vector<SynthShot> shots;
   const auto add = [&](const char* split, int count, auto&& camera) {
     for (int i = 0; i < count; ++i) {
@@ -136,8 +167,7 @@ std::vector<SynthShot> plan_shots(const SynthOptions& options) {
   };
   const double from = options.orbit != 0 ? draw_unit(rng) : 0;  // of a turn
   add("train", options.frames, [&](double t) {
-    if (options.orbit != 0)
-      return camera_at(2 * M_PI * (from + options.orbit * t), 0.4 + 0.2 * std::sin(2 * M_PI * t), options);
+    if (options.orbit != 0) return on_the_way(from, t, 0, options);
     const double azimuth = 2 * M_PI * draw_unit(rng), height = 0.05 + 0.85 * draw_unit(rng);
     return camera_at(azimuth, std::asin(height), options);
   });

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a film of one moving camera gives, where the truth is known: built-in scenes, filmed half around and
+// held by hand along a short arc, before a plain wall and in a room. Effects are chosen as `train` does.
+//
+//   bench_films [--seeds 2] [--steps 600] [--size 96] [--frames 60] [--preset fast] [--only NAME]
+//               [--set GROUP.KEY=VALUE].. [--threads 0]
+//
+// One JSON line per film: PSNR off and on the camera's way, of still pixels off it, how much of the still
+// surface that the film shows is displaced, and how far tracked points of moving surface end from the truth.
+// Then one line of means.
+#include <fmt/core.h>
+#include <tbb/global_control.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/parallel.hpp"
+#include "math/camera.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/data/synth.hpp"
+#include "splinevox/field/sample.hpp"
+#include "splinevox/run/train.hpp"
+#include "trained.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+struct Film {
+  std::string name, scene;
+  SynthOptions options;
+};
+
+std::vector<Film> films() {
+  const SynthOptions half{.orbit = 0.5, .film = true}, hand{.orbit = 0.12, .film = true, .shake = 0.03};
+  std::vector<Film> out;
+  for (const char* scene : {"toy", "garden", "ball"})
+    for (const auto& [way, options] : {std::pair{"half", half}, {"hand", hand}})
+      for (const bool room : {false, true}) {
+        if (!room && std::string(scene) == "ball") continue;  // nothing stands still but a plain wall
+        Film film{fmt::format("{}-{}-{}", scene, way, room ? "room" : "wall"), scene, options};
+        film.options.look.room = room;
+        film.options.look.opaque = !room;
+        out.push_back(std::move(film));
+      }
+  return out;
+}
+
+constexpr int kLongEnough = 8;   ///< steps of a run for one of a trial fit (train/effects/choose_effects.cpp)
+constexpr int kMoments = 6;      ///< at which displacements are asked for, evenly over the film
+constexpr int kPoints = 24;      ///< along an edge of a picture: surface points that are asked
+constexpr double kStill = 1e-6;  ///< scene units: what moves less is still
+
+double moment_of(int i) { return double(i) / (kMoments - 1); }
+
+/// How far a point of a body's material ever is from where it is now.
+double travel(const std::vector<SynthMoment>& moments, const SynthHit& hit) {
+  double most = 0;
+  for (const SynthMoment& m : moments)
+    most = std::max(most, length(m.world_from_rest(hit.body, hit.rest) - hit.position));
+  return most;
+}
+
+/// Surface points that one picture of the film shows.
+struct Points {
+  std::vector<Vec3> still, moving;
+  std::vector<std::vector<Vec3>> truth;  ///< [moment][moving point]
+};
+
+Points points_of(const SynthScene& scene, const std::vector<SynthMoment>& moments, const Frame& frame,
+                 const Box& box) {
+  Points out;
+  out.truth.resize(moments.size());
+  const SynthMoment now = scene.at(frame.time);
+  for (int y = 0; y < kPoints; ++y)
+    for (int x = 0; x < kPoints; ++x) {
+      const auto hit = now.trace(camera_ray(frame.camera, (x + 0.5) * frame.camera.width / kPoints,
+                                            (y + 0.5) * frame.camera.height / kPoints));
+      if (!hit) continue;
+      const Vec3 p = cast<float>(hit->position);
+      if (min(p, box.lo) != box.lo || max(p, box.hi) != box.hi) continue;
+      if (travel(moments, *hit) < kStill) {
+        out.still.push_back(p);
+        continue;
+      }
+      out.moving.push_back(p);
+      for (std::size_t m = 0; m < moments.size(); ++m)
+        out.truth[m].push_back(cast<float>(moments[m].world_from_rest(hit->body, hit->rest)));
+    }
+  return out;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+/// Against the truth, percent of the box where not said otherwise: how far the still surface is displaced at
+/// other times than its picture's, and how far off moving points end that are carried to those times.
+nlohmann::json motion_figures(const VoxelModel& model, const SynthScene& scene, const Split& train) {
+  constexpr std::size_t kPictures = 12;
+  std::vector<SynthMoment> moments;
+  std::vector<double> times;
+  for (int i = 0; i < kMoments; ++i) {
+    times.push_back(moment_of(i));
+    moments.push_back(scene.at(times.back()));
+  }
+  const double percent = 100 / double(model.box.longest_edge()),
+               half_voxel = 0.5 * double(model.radiance.raw.topology->lattice.spacing);
+  std::vector<double> still, moving, travelled;
+  double displaced = 0;
+  for (std::size_t k = 0; k < kPictures; ++k) {
+    const Frame& frame = train.frames[k * (train.frames.size() - 1) / (kPictures - 1)];
+    const Points points = points_of(scene, moments, frame, model.box);
+    const FrameSampler own(model, frame.time);
+    const auto tracked = track(model, points.moving, frame.time, times);
+    for (int m = 0; m < kMoments; ++m) {
+      const FrameSampler other(model, times[std::size_t(m)]);
+      for (const Vec3& p : points.still) {
+        const double d = length(other.warp(p).displacement - own.warp(p).displacement);
+        displaced += d > half_voxel;
+        still.push_back(percent * d);
+      }
+      for (std::size_t i = 0; i < points.moving.size(); ++i) {
+        const Vec3& truth = points.truth[std::size_t(m)][i];
+        moving.push_back(percent * length(tracked[std::size_t(m)][i].position - truth));
+        travelled.push_back(percent * length(points.moving[i] - truth));
+      }
+    }
+  }
+  return {{"still_displaced_share", still.empty() ? 0 : displaced / double(still.size())},
+          {"still_p95", quantile(still, 0.95)},
+          {"moving_error", quantile(moving, 0.5)},
+          {"moving_error_p90", quantile(moving, 0.9)},
+          {"moving_true", quantile(travelled, 0.5)}};
+}
+
+/// The pixels of a view that show something that moves, and those beside them.
+PixelMask moving_pixels(const SynthScene& scene, const Frame& frame) {
+  std::vector<SynthMoment> moments;
+  for (int i = 0; i < kMoments; ++i) moments.push_back(scene.at(moment_of(i)));
+  const SynthMoment now = scene.at(frame.time);
+  const int w = frame.camera.width, h = frame.camera.height;
+  PixelMask out(w, h);
+  for (int y = 0; y < h; ++y)
+    for (int x = 0; x < w; ++x) {
+      const auto hit = now.trace(camera_ray(frame.camera, x + 0.5, y + 0.5));
+      if (!hit || travel(moments, *hit) < kStill) continue;
+      for (int v = std::max(0, y - 1); v <= std::min(h - 1, y + 1); ++v)
+        for (int u = std::max(0, x - 1); u <= std::min(w - 1, x + 1); ++u)
+          out.set(std::size_t(v) * std::size_t(w) + std::size_t(u));
+    }
+  return out;
+}
+
+/// Mean PSNR of pixels that show only what stands still, dB.
+double still_psnr(const VoxelModel& model, const SynthScene& scene, const Split& split) {
+  Renderer renderer(model);
+  double db = 0;
+  for (const Frame& f : split.frames)
+    db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb),
+                           composite(f.image, model.background.color), moving_pixels(scene, f)));
+  return db / double(split.frames.size());
+}
+
+/// Effects as a run that is long enough to try them out chooses them.
+Prepared prepare_as_train(Config config, Dataset& data) {
+  const int steps = config.run.max_steps;
+  config.run.max_steps = std::max(steps, kLongEnough * config.effects.steps);
+  Prepared out = prepare(config, data);
+  out.config.run.max_steps = steps;
+  return out;
+}
+
+nlohmann::json measure(const Film& film, const Config& config) {
+  const SynthScene scene = SynthScene::open(film.scene, film.options.look);
+  Dataset data = make_synth(film.scene, film.options);
+  const double start = processor_seconds();
+  const Prepared ready = prepare_as_train(config, data);
+  const double prepared = processor_seconds();
+  Trainer trainer(ready.config, *data.find("train"), data.time_map);
+  while (!trainer.done()) trainer.step();
+  const VoxelModel model = trainer.finish();
+  const double trained = processor_seconds();
+  nlohmann::json j{{"film", film.name},
+                   {"seed", film.options.seed},
+                   {"effects", to_string(ready.used)},
+                   {"off", mean_psnr(model, *data.find("test"))},
+                   {"off_still", still_psnr(model, scene, *data.find("test"))},
+                   {"on", mean_psnr(model, *data.find("val"))}};
+  j.update(motion_figures(model, scene, *data.find("train")));
+  j["moving_share"] = trainer.moving_share();
+  j["prepare_seconds"] = prepared - start;
+  j["train_seconds"] = trained - prepared;
+  j["measure_seconds"] = processor_seconds() - trained;
+  return j;
+}
+
+void say(const nlohmann::json& j) {
+  fmt::print("{}\n", j.dump());
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("what a film of one moving camera gives, where the truth is known");
+  int seeds = 2, size = 96, frames = 60, threads = 0;
+  std::string only;
+  run::TrainOptions options;
+  options.preset = "fast";
+  options.max_time = 0;
+  options.max_steps = 600;
+  app.add_option("--seeds", seeds);
+  app.add_option("--steps", options.max_steps);
+  app.add_option("--size", size);
+  app.add_option("--frames", frames);
+  app.add_option("--preset", options.preset);
+  app.add_option("--only", only, "films whose names hold this");
+  app.add_option("--set", options.sets, "of the configuration");
+  app.add_option("--threads", threads, "0: every core");
+  CLI11_PARSE(app, argc, argv);
+  try {
+    if (threads == 0) threads = thread_count();
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
+    std::map<std::string, double> sums;
+    int count = 0;
+    for (Film film : films()) {
+      if (film.name.find(only) == std::string::npos) continue;
+      film.options.frames = frames;
+      film.options.size = size;
+      for (int seed = 1; seed <= seeds; ++seed) {
+        film.options.seed = std::uint64_t(seed);
+        options.seed = film.options.seed;
+        const nlohmann::json j = measure(film, run::effective_config(options));
+        say(j);
+        for (const auto& [name, value] : j.items())
+          if (value.is_number() && name != "seed") sums[name] += value.get<double>();
+        ++count;
+      }
+    }
+    nlohmann::json means{{"films", count}};
+    for (const auto& [name, sum] : sums) means[name] = sum / count;
+    say(means);
+  } catch (const Error& error) {
+    fmt::print(stderr, "bench_films: {}\n", error.what());
+    return 2;
+  }
+}
