@@ -2,8 +2,8 @@
 // What a film of one moving camera gives, where the truth is known: built-in scenes, filmed half around and
 // held by hand along a short arc, before a plain wall and in a room. Effects are chosen as `train` does.
 //
-//   bench_films [--seeds 2] [--steps 600] [--size 96] [--frames 60] [--preset fast] [--only NAME]
-//               [--set GROUP.KEY=VALUE].. [--threads 0]
+//   bench_films [--seeds 2] [--steps 400] [--size 96] [--frames 60] [--preset fast] [--only NAME]
+//               [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0]
 //
 // One JSON line per film: PSNR off and on the camera's way, of still pixels off it, how much of the still
 // surface that the film shows is displaced, and how far tracked points of moving surface end from the truth.
@@ -180,11 +180,12 @@ Prepared prepare_as_train(Config config, Dataset& data) {
   return out;
 }
 
-nlohmann::json measure(const Film& film, const Config& config) {
+nlohmann::json measure(const Film& film, const Config& config, bool tried) {
   const SynthScene scene = SynthScene::open(film.scene, film.options.look);
   Dataset data = make_synth(film.scene, film.options);
   const double start = processor_seconds();
-  const Prepared ready = prepare_as_train(config, data);
+  const Prepared ready =
+      tried ? prepare_as_train(config, data) : prepare(config, data, {.effects = EffectPolicy::keep});
   const double prepared = processor_seconds();
   Trainer trainer(ready.config, *data.find("train"), data.time_map);
   while (!trainer.done()) trainer.step();
@@ -214,17 +215,19 @@ void say(const nlohmann::json& j) {
 int main(int argc, char** argv) {
   CLI::App app("what a film of one moving camera gives, where the truth is known");
   int seeds = 2, size = 96, frames = 60, threads = 0;
-  std::string only;
+  std::string only, effects = "auto";
   run::TrainOptions options;
   options.preset = "fast";
   options.max_time = 0;
-  options.max_steps = 600;
+  options.max_steps = 400;
   app.add_option("--seeds", seeds);
   app.add_option("--steps", options.max_steps);
   app.add_option("--size", size);
   app.add_option("--frames", frames);
   app.add_option("--preset", options.preset);
   app.add_option("--only", only, "films whose names hold this");
+  app.add_option("--effects", effects, "auto: tried out; all: those of the preset, motion among them")
+      ->check(CLI::IsMember({"auto", "all"}));
   app.add_option("--set", options.sets, "of the configuration");
   app.add_option("--threads", threads, "0: every core");
   CLI11_PARSE(app, argc, argv);
@@ -240,7 +243,7 @@ int main(int argc, char** argv) {
       for (int seed = 1; seed <= seeds; ++seed) {
         film.options.seed = std::uint64_t(seed);
         options.seed = film.options.seed;
-        const nlohmann::json j = measure(film, run::effective_config(options));
+        const nlohmann::json j = measure(film, run::effective_config(options), effects == "auto");
         say(j);
         for (const auto& [name, value] : j.items())
           if (value.is_number() && name != "seed") sums[name] += value.get<double>();
