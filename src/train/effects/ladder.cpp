@@ -19,7 +19,6 @@ namespace {
 constexpr float kExplained = 0.02f;  // of brightness, that motion explains at a place where it is needed
 constexpr double kClearGain = 0.5;  // dB there: static scenes come to 0.1 at most, those of which a twentieth
                                     // moves to 0.9 and more (docs/experiments.md)
-constexpr double kFilm = 0.8;       // view_told_by_time from which pictures are a video
 constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene gains about 1 at most by
                                     // bending a little with the camera (docs/experiments/effects.md)
 constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which bending does not:
