@@ -18,11 +18,19 @@ namespace splinevox::run {
 namespace {
 
 constexpr std::size_t kCameras = 12;
-constexpr int kTimes = 9;
+constexpr int kTimes = 17;
 
 std::vector<double> even_times() {
   std::vector<double> out;
   for (int i = 0; i < kTimes; ++i) out.push_back(double(i) / (kTimes - 1));
+  return out;
+}
+
+/// Evenly spread over a split, the middle of each stretch.
+std::vector<const Frame*> held_frames(const Split& split) {
+  const std::size_t n = split.frames.size(), count = std::min(n, kCameras);
+  std::vector<const Frame*> out;
+  for (std::size_t i = 0; i < count; ++i) out.push_back(&split.frames[(2 * i + 1) * n / (2 * count)]);
   return out;
 }
 
@@ -52,35 +60,37 @@ std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& re
   const StillEvidence evidence(train, model.box, model.background.color, even_times());
   std::vector<FrameSampler> at;
   for (const double t : evidence.times()) at.emplace_back(model, t);
-  HeldCamera out;
+  const std::vector<const Frame*> frames = held_frames(held_out);
+  std::vector<SmallPicture> pictures;
+  std::vector<PixelMask> ignored;
+  for (const Frame* frame : frames) {
+    pictures.push_back(small_picture(*frame, model.background.color));
+    ignored.push_back(frame->ignored);
+  }
+  const StillPlaces still = evidence.places(pictures, ignored);
   std::vector<double> shifts;
-  std::size_t asked = 0;
   double pixels = 0;
-  const std::size_t n = held_out.frames.size(), count = std::min(n, kCameras);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Frame& frame = held_out.frames[(2 * i + 1) * n / (2 * count)];
-    const SmallPicture picture = small_picture(frame, model.background.color);
-    const StillPlaces still = evidence.places(picture, frame.ignored);
-    asked += still.asked;
-    const Image depth = renderer.render(picture.camera, frame.time).depth;
-    const FrameSampler own(model, frame.time);
-    for (const StillPlace& place : still.places) {
-      const Ray ray = camera_ray(picture.camera, place.u, place.v);
-      const double along =
-          *depth.pixel(int(place.u), int(place.v)) / -dot(ray.direction, picture.camera.axes[2]);
+  auto place = still.places.begin();
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    const Camera& camera = pictures[k].camera;
+    const Image depth = renderer.render(camera, frames[k]->time).depth;
+    const FrameSampler own(model, frames[k]->time);
+    for (; place != still.places.end() && place->picture == k; ++place) {
+      const Ray ray = camera_ray(camera, place->u, place->v);
+      const double along = *depth.pixel(int(place->u), int(place->v)) / -dot(ray.direction, camera.axes[2]);
       const Vec3d point = ray.origin + along * ray.direction;
       const Vec3 surface = cast<float>(point), here = own.warp(surface).displacement;
-      for (const int t : place.times)
-        shifts.push_back(
-            along > 0 ? shift_of(picture.camera, point, at[std::size_t(t)].warp(surface).displacement - here)
-                      : 0);
+      for (std::size_t t = 0; t < at.size(); ++t)
+        if (place->still[t])
+          shifts.push_back(along > 0 ? shift_of(camera, point, at[t].warp(surface).displacement - here) : 0);
     }
-    pixels += double(frame.camera.width) / double(count);
-    ++out.cameras;
+    pixels += double(frames[k]->camera.width) / double(frames.size());
   }
   if (shifts.size() < kFewestPlaces) return {};
+  HeldCamera out;
+  out.cameras = int(frames.size());
   out.places = shifts.size();
-  out.proved_share = double(shifts.size()) / double(asked);
+  out.proved_share = double(shifts.size()) / double(still.asked);
   out.median_share = quantile(shifts, 0.5);
   out.p95_share = quantile(shifts, 0.95);
   out.median = pixels * out.median_share;

@@ -4,19 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
 #include "core/parallel.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/image_io.hpp"
-#include "train/by_time.hpp"
 
 namespace splinevox::run {
 namespace {
 
 constexpr int kSmallWidth = 160;   ///< of a small picture, at most
-constexpr int kPerTime = 2;        ///< pictures asked for each time
 constexpr int kDepths = 64;        ///< tried, even in the picture: by their inverse
 constexpr int kGrid = 10;          ///< pixels between patches of a small picture
 constexpr int kHalf = 2;           ///< a patch has 2 kHalf + 1 samples along an edge
@@ -122,14 +121,11 @@ StillEvidence::StillEvidence(const Split& train, const Box& box, const Vec3& bac
                              std::vector<double> times)
     : box_(box), times_(std::move(times)), pictures_(times_.size()) {
   parallel_for(int(times_.size()), [&](int t) {
-    std::vector<int> nearest = frames_by_time(train);
-    const auto away = [&](int f) {
-      return std::abs(train.frames[std::size_t(f)].time - times_[std::size_t(t)]);
-    };
-    std::stable_sort(nearest.begin(), nearest.end(), [&](int a, int b) { return away(a) < away(b); });
-    nearest.resize(std::min(nearest.size(), std::size_t(kPerTime)));
-    for (const int f : nearest)
-      pictures_[std::size_t(t)].push_back(small_picture(train.frames[std::size_t(f)], background));
+    const double time = times_[std::size_t(t)];
+    const auto nearest = std::min_element(
+        train.frames.begin(), train.frames.end(),
+        [&](const Frame& a, const Frame& b) { return std::abs(a.time - time) < std::abs(b.time - time); });
+    pictures_[std::size_t(t)] = small_picture(*nearest, background);
   });
 }
 
@@ -147,7 +143,8 @@ std::vector<double> StillEvidence::depths_of(const Camera& camera) const {
   return out;
 }
 
-StillPlaces StillEvidence::places(const SmallPicture& picture, const PixelMask& ignored) const {
+std::vector<StillEvidence::Proof> StillEvidence::proofs(const SmallPicture& picture, const PixelMask& ignored,
+                                                        std::size_t& asked) const {
   const Camera& camera = picture.camera;
   const std::vector<double> depths = depths_of(camera);
   std::vector<int> others;
@@ -159,38 +156,68 @@ StillPlaces StillEvidence::places(const SmallPicture& picture, const PixelMask& 
     for (int x = kMargin; x < camera.width - kMargin; x += kGrid)
       if (!ignored.test(picture.factor * x, picture.factor * y)) corners.emplace_back(x, y);
 
-  const auto proved = [&](const Source& source) {
-    std::vector<int> best;
+  const auto proved = [&](double u, double v, const Source& source) {
+    Proof best{{0, u, v, {}}, {}};
+    int most = 0;
     double best_sum = 0;
     for (const double depth : depths) {
-      std::vector<int> agreeing;
+      std::vector<bool> still(times_.size());
+      int count = 0;
       double sum = 0;
       for (const int t : others) {
-        double like = 0;
-        for (const SmallPicture& other : pictures_[std::size_t(t)])
-          like = std::max(like, likeness(source, camera.position, depth, other));
+        const double like = likeness(source, camera.position, depth, pictures_[std::size_t(t)]);
         if (like < kAgree) continue;
-        agreeing.push_back(t);
+        still[std::size_t(t)] = true;
+        ++count;
         sum += like;
       }
-      if (agreeing.size() > best.size() || (agreeing.size() == best.size() && sum > best_sum)) {
-        best = std::move(agreeing);
-        best_sum = sum;
-      }
+      if (count < kFewestTimes || count < most || (count == most && sum <= best_sum)) continue;
+      best.place.still = std::move(still);
+      best.at = camera.position + depth * source.direction[kPatchSamples / 2];
+      most = count;
+      best_sum = sum;
     }
     return best;
   };
-  std::vector<std::optional<StillPlace>> found(corners.size());
+  std::vector<std::optional<Proof>> found(corners.size());
   parallel_for(int(corners.size()), [&](int i) {
     const double u = corners[std::size_t(i)].first + 0.5, v = corners[std::size_t(i)].second + 0.5;
     const Source source = source_at(picture, u, v);
-    if (source.spread.deviation >= kTexture) found[std::size_t(i)] = StillPlace{u, v, proved(source)};
+    if (source.spread.deviation >= kTexture) found[std::size_t(i)] = proved(u, v, source);
   });
+  std::vector<Proof> out;
+  for (std::optional<Proof>& proof : found) {
+    if (!proof) continue;
+    asked += others.size();
+    if (!proof->place.still.empty()) out.push_back(std::move(*proof));
+  }
+  return out;
+}
+
+StillPlaces StillEvidence::places(const std::vector<SmallPicture>& pictures,
+                                  const std::vector<PixelMask>& ignored) const {
   StillPlaces out;
-  for (std::optional<StillPlace>& place : found) {
-    if (!place) continue;
-    out.asked += others.size();
-    if (int(place->times.size()) >= kFewestTimes) out.places.push_back(std::move(*place));
+  const double cell = box_.longest_edge() / kStillCells;
+  std::map<std::array<double, 3>, std::vector<bool>> known;
+  std::vector<Proof> all;
+  const auto key = [&](const Vec3d& p) {
+    return std::array<double, 3>{std::floor(p.x / cell), std::floor(p.y / cell), std::floor(p.z / cell)};
+  };
+  for (std::size_t k = 0; k < pictures.size(); ++k)
+    for (Proof& proof : proofs(pictures[k], ignored[k], out.asked)) {
+      proof.place.picture = k;
+      std::vector<bool>& there = known[key(proof.at)];
+      there.resize(times_.size());
+      for (std::size_t t = 0; t < times_.size(); ++t)
+        if (proof.place.still[t] || std::abs(times_[t] - pictures[k].time) < kOtherTime) there[t] = true;
+      all.push_back(std::move(proof));
+    }
+  for (Proof& proof : all) {
+    StillPlace& place = proof.place;
+    place.still = known[key(proof.at)];
+    for (std::size_t t = 0; t < times_.size(); ++t)
+      if (std::abs(times_[t] - pictures[place.picture].time) < kOtherTime) place.still[t] = false;
+    out.places.push_back(std::move(place));
   }
   return out;
 }

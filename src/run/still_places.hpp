@@ -21,8 +21,9 @@ SmallPicture small_picture(const Frame& frame, const Vec3& background);
 
 /// A place of a picture that pictures of other times show as it is.
 struct StillPlace {
-  double u = 0, v = 0;     ///< in the small picture, pixels
-  std::vector<int> times;  ///< of those asked for, at which it is proved still
+  std::size_t picture = 0;  ///< of those asked for
+  double u = 0, v = 0;      ///< in the small picture, pixels
+  std::vector<bool> still;  ///< [times] whether it is proved still at each, its own not among them
 };
 struct StillPlaces {
   std::vector<StillPlace> places;
@@ -37,22 +38,33 @@ struct StillPlaces {
 /// agree, and at least kFewestTimes do. Something that moves shows the same at one depth only if its way
 /// looks like that of a still thing; then no film tells the difference. Patches without texture are not
 /// asked: they agree with anything.
+///
+/// Far along its way a camera sees a place so askew that patches no longer compare. But what stands at one
+/// place of the world between two pictures, and between two others, stands still in all: what pictures prove
+/// of places within one cell of the box, kStillCells along its longest edge, is put together.
 class StillEvidence {
  public:
   /// @param times  model times that are asked, ascending
   StillEvidence(const Split& train, const Box& box, const Vec3& background, std::vector<double> times);
-  /// @param picture  of one of the film's cameras or of one beside it
-  StillPlaces places(const SmallPicture& picture, const PixelMask& ignored) const;
+  /// Of pictures of the film's cameras, or of some beside them. @param ignored  of each picture, as it was
+  StillPlaces places(const std::vector<SmallPicture>& pictures, const std::vector<PixelMask>& ignored) const;
   const std::vector<double>& times() const { return times_; }
 
  private:
+  /// What is proved of one patch by itself.
+  struct Proof {
+    StillPlace place;
+    Vec3d at;  ///< scene units
+  };
+  std::vector<Proof> proofs(const SmallPicture& picture, const PixelMask& ignored, std::size_t& asked) const;
   std::vector<double> depths_of(const Camera& camera) const;
   Box box_;
   std::vector<double> times_;
-  std::vector<std::vector<SmallPicture>> pictures_;  ///< [time] those nearest to it
+  std::vector<SmallPicture> pictures_;  ///< [time] the nearest to it
 };
 
 inline constexpr double kOtherTime = 0.1;  ///< least model time between a picture's own time and another one
 inline constexpr int kFewestTimes = 3;     ///< that must agree
+inline constexpr int kStillCells = 32;
 
 }  // namespace splinevox::run
