@@ -36,6 +36,7 @@ std::vector<const Frame*> held_frames(const Split& split) {
 
 /// How far a surface point goes in a picture, as a share of its width; all of it if it leaves the view.
 double shift_of(const Camera& camera, const Vec3d& point, const Vec3& by) {
+  if (by == Vec3{}) return 0;  // to the last bit
   const Projection from = project(camera, point), to = project(camera, point + cast<double>(by));
   const double shift = to.depth > 0 ? std::hypot(to.u - from.u, to.v - from.v) / camera.width : 1;
   return std::min(shift, 1.0);
@@ -49,9 +50,8 @@ double quantile(std::vector<double>& values, double share) {
 
 }  // namespace
 
-bool is_film(const VoxelModel& model, const Split& train) {
-  const double window = 1.0 / basis_of(model.motion.basis).pieces(model.motion.points);
-  return view_told_by_time(train, model.box.center(), window) > kFilm;
+bool is_film(const Split& train, const Box& box) {
+  return view_told_by_time(train, box.center(), kOtherTime) > kFilm;
 }
 
 std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& renderer, const Split& train,
@@ -73,16 +73,18 @@ std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& re
   auto place = still.places.begin();
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const Camera& camera = pictures[k].camera;
-    const Image depth = renderer.render(camera, frames[k]->time).depth;
+    const Rendered seen = renderer.render(camera, frames[k]->time);
     const FrameSampler own(model, frames[k]->time);
     for (; place != still.places.end() && place->picture == k; ++place) {
+      const int x = int(place->u), y = int(place->v);
+      const bool behind = *seen.alpha.pixel(x, y) < 0.5f;  // it shows what is behind the box, which stands
       const Ray ray = camera_ray(camera, place->u, place->v);
-      const double along = *depth.pixel(int(place->u), int(place->v)) / -dot(ray.direction, camera.axes[2]);
-      const Vec3d point = ray.origin + along * ray.direction;
+      const Vec3d point =
+          ray.origin + (*seen.depth.pixel(x, y) / -dot(ray.direction, camera.axes[2])) * ray.direction;
       const Vec3 surface = cast<float>(point), here = own.warp(surface).displacement;
       for (std::size_t t = 0; t < at.size(); ++t)
         if (place->still[t])
-          shifts.push_back(along > 0 ? shift_of(camera, point, at[t].warp(surface).displacement - here) : 0);
+          shifts.push_back(behind ? 0 : shift_of(camera, point, at[t].warp(surface).displacement - here));
     }
     pixels += double(frames[k]->camera.width) / double(frames.size());
   }

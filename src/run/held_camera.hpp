@@ -40,7 +40,7 @@ std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& re
                                            const Split& held_out);
 
 /// Whether the training pictures are those of one moving camera. Poses and times suffice.
-bool is_film(const VoxelModel& model, const Split& train);
+bool is_film(const Split& train, const Box& box);
 
 /// The key of metrics.json, and what it holds.
 inline constexpr char kHeldCamera[] = "held_camera";

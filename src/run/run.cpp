@@ -78,7 +78,7 @@ std::optional<Dataset> open_film(const Run& run, const std::string& dataset, con
   load.pixels = false;
   const Dataset poses = load_dataset(folder_of(run, dataset), load);
   const Split* train = poses.find("train");
-  if (!train || !is_film(run.model, *train)) return {};
+  if (!train || !is_film(*train, run.model.box)) return {};
   return open_split(run, dataset, "train", room);
 }
 

@@ -223,7 +223,7 @@ void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
 
 void TrainSession::hold_camera(const VoxelModel& model) {
   const Split& train = *setup_.data.find("train");
-  if (!model.motion.moves() || !is_film(model, train)) return;
+  if (!model.motion.moves() || !is_film(train, model.box)) return;
   Renderer renderer = make_renderer(model, setup_.device);
   held_camera_ = held_camera_test(model, renderer, train, no_held_out_ ? train : *setup_.data.find("val"));
   if (!held_camera_) return;
