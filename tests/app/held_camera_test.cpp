@@ -91,7 +91,6 @@ TEST_SUITE("app/held_camera") {
         ++(length(there - hit->position) < 0.03 ? still : moving);
       }
     }
-    MESSAGE("proved: " << still << " still, " << moving << " moving");
     CHECK(double(moving) < 0.1 * double(still + moving));
   }
   TEST_CASE("pictures of nothing prove nothing, and then there is no figure") {
