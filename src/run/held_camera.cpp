@@ -123,10 +123,11 @@ std::string held_camera_line(const HeldCamera& t) {
 std::string held_camera_warning(const HeldCamera& t) {
   if (t.p95_share <= kHeldCameraBad) return {};
   return fmt::format(
-      "warning: with the camera held still, a twentieth of what stands still moves by {:.1f}% of the "
-      "picture's width or more: the camera's motion was learned as the scene's. Views from beside its way "
-      "will be wrong. If little or nothing moves, --effects view,background,surroundings leaves motion out; "
-      "--masks ignore with masks of what moves, loss.curve_rest or more steps help; so does a second camera",
+      "warning: with the camera held still, some of what stands still moves by {:.1f}% of the picture's "
+      "width: "
+      "the camera's motion was learned as the scene's. Views from beside its way will be wrong. "
+      "--set loss.curve_rest=0.1 may hold more of it; --effects view,background,surroundings leaves motion "
+      "out; a second camera settles it",
       100 * t.p95_share);
 }
 
