@@ -22,6 +22,7 @@
 
 #include "core/parallel.hpp"
 #include "math/camera.hpp"
+#include "run/held_camera.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/sample.hpp"
@@ -104,7 +105,8 @@ double quantile(std::vector<double> values, double share) {
 }
 
 /// Against the truth, percent of the box where not said otherwise: how far the still surface is displaced at
-/// other times than its picture's, and how far off moving points end that are carried to those times.
+/// other times than its picture's (shift: in the picture, percent of its width), and how far off moving
+/// points end that are carried to those times.
 nlohmann::json motion_figures(const VoxelModel& model, const SynthScene& scene, const Split& train) {
   constexpr std::size_t kPictures = 12;
   std::vector<SynthMoment> moments;
@@ -115,7 +117,7 @@ nlohmann::json motion_figures(const VoxelModel& model, const SynthScene& scene, 
   }
   const double percent = 100 / double(model.box.longest_edge()),
                half_voxel = 0.5 * double(model.radiance.raw.topology->lattice.spacing);
-  std::vector<double> still, moving, travelled;
+  std::vector<double> still, in_picture, moving, travelled;
   double displaced = 0;
   for (std::size_t k = 0; k < kPictures; ++k) {
     const Frame& frame = train.frames[k * (train.frames.size() - 1) / (kPictures - 1)];
@@ -125,9 +127,13 @@ nlohmann::json motion_figures(const VoxelModel& model, const SynthScene& scene, 
     for (int m = 0; m < kMoments; ++m) {
       const FrameSampler other(model, times[std::size_t(m)]);
       for (const Vec3& p : points.still) {
-        const double d = length(other.warp(p).displacement - own.warp(p).displacement);
+        const Vec3 by = other.warp(p).displacement - own.warp(p).displacement;
+        const double d = length(by);
         displaced += d > half_voxel;
         still.push_back(percent * d);
+        const Projection from = project(frame.camera, cast<double>(p)),
+                         to = project(frame.camera, cast<double>(p + by));
+        in_picture.push_back(100 * std::hypot(to.u - from.u, to.v - from.v) / frame.camera.width);
       }
       for (std::size_t i = 0; i < points.moving.size(); ++i) {
         const Vec3& truth = points.truth[std::size_t(m)][i];
@@ -138,6 +144,8 @@ nlohmann::json motion_figures(const VoxelModel& model, const SynthScene& scene, 
   }
   return {{"still_displaced_share", still.empty() ? 0 : displaced / double(still.size())},
           {"still_p95", quantile(still, 0.95)},
+          {"still_shift", quantile(in_picture, 0.5)},
+          {"still_shift_p95", quantile(in_picture, 0.95)},
           {"moving_error", quantile(moving, 0.5)},
           {"moving_error_p90", quantile(moving, 0.9)},
           {"moving_true", quantile(travelled, 0.5)}};
@@ -198,6 +206,14 @@ nlohmann::json measure(const Film& film, const Config& config, bool tried) {
                    {"off_still", still_psnr(model, scene, *data.find("test"))},
                    {"on", mean_psnr(model, *data.find("val"))}};
   j.update(motion_figures(model, scene, *data.find("train")));
+  Renderer renderer(model);
+  const double asked = processor_seconds();
+  if (const auto held = run::held_camera_test(model, renderer, *data.find("train"), *data.find("val"))) {
+    j["held"] = 100 * held->median_share;
+    j["held_p95"] = 100 * held->p95_share;
+    j["held_proved"] = held->proved_share;
+  }
+  j["held_seconds"] = processor_seconds() - asked;
   j["moving_share"] = trainer.moving_share();
   j["prepare_seconds"] = prepared - start;
   j["train_seconds"] = trained - prepared;

@@ -12,6 +12,7 @@
 #include "core/atomic_file.hpp"
 #include "run/correspondence.hpp"
 #include "run/folder_lock.hpp"
+#include "run/held_camera.hpp"
 #include "run/own_json.hpp"
 #include "run/support.hpp"
 #include "splinevox/backend/device.hpp"
@@ -98,8 +99,8 @@ void save(const Run& run, const ModelFile& read, const Json& result) {
     path = fmt::format("{}/metrics_{}.json", run.path, split);
   else
     metrics = read_metrics_if_there(path);
-  for (const char* key : {"psnr_inside", "inside_views", "inside_share", "ignored_share"})
-    metrics.erase(key);  // of masks that may no longer be there
+  for (const char* key : {"psnr_inside", "inside_views", "inside_share", "ignored_share", kHeldCamera})
+    metrics.erase(key);  // of masks, or of a film, that may no longer be there
   Json merged = result;  // the figures of interest first
   for (const auto& [key, value] : metrics.items())
     if (!merged.contains(key)) merged[key] = value;
@@ -210,6 +211,10 @@ int eval(const EvalOptions& o) {
   result["eval_seconds"] = scores.seconds;
   result["eval_device"] = describe(device);
   result["eval_data"] = fs::absolute(data.path).lexically_normal().string();
+  std::optional<HeldCamera> held;
+  if (const std::optional<Dataset> film = open_film(run, o.data, o.room))
+    held = held_camera_test(run.model, renderer, *film->find("train"), *data.find(o.split));
+  if (held) result[kHeldCamera] = held_camera_json(*held);
   MotionScore motion;
   if (o.truth) {
     motion = score_motion(run.model, truth);
@@ -219,6 +224,7 @@ int eval(const EvalOptions& o) {
     fmt::print("{}\n", json_text(result, 2));
   else
     print_means(scores);
+  if (held && !o.json) fmt::print("{}\n", held_camera_line(*held));
   if (flat && !o.json)
     fmt::print(
         "note: all training cameras see the scene from within {:.2g} degrees: its depth is not determined, "

@@ -160,6 +160,9 @@ void print_run(const Json& j) {
   if (metrics.contains("psnr_best_gain"))
     fmt::print("each view times its best gain per channel: PSNR {:.2f} dB\n",
                metrics["psnr_best_gain"].get<double>());
+  if (metrics.contains("held_camera"))
+    fmt::print("camera held still: the still part moves by up to {:.2f}% of the width (95th percentile)\n",
+               metrics["held_camera"].value("p95_percent", 0.0));
   for (const Json& camera : metrics.value("cameras", Json::array()))
     fmt::print("camera {}\n", camera_line(camera));
   print_vdb(j["model"]);

@@ -16,7 +16,10 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
-double number(const Json& j, const char* key) {
+/// @param key  one within an object as "object.key"
+double number(const Json& j, const std::string& key) {
+  if (const std::size_t dot = key.find('.'); dot != key.npos)
+    return number(j.is_object() ? j.value(key.substr(0, dot), Json()) : Json(), key.substr(dot + 1));
   return j.is_object() && j.contains(key) && j[key].is_number() ? j[key].get<double>() : kNone;
 }
 
@@ -42,15 +45,17 @@ struct Column {
   bool of_pixels = false;  ///< depends on which pixels were compared
   bool optional = false;   ///< shown where some run has it
 };
-constexpr Column kColumns[] = {{"PSNR", "dB", "psnr", 1, 2, 1, true},
-                               {"PSNR inside the masks", "dB", "psnr_inside", 1, 2, 1, true, true},
-                               {"PSNR at best exposure", "dB", "psnr_best_gain", 1, 2, 1, true},
-                               {"SSIM", "", "ssim", 1, 4, 1, true},
-                               {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
-                               {"training", "s", "train_seconds", 1, 1, -1},
-                               {"steps", "", "steps", 1, 0, 0},
-                               {"samples/s", "M", "samples_per_second", 1e-6, 2, 1},
-                               {"peak memory", "GB", "peak_memory_bytes", 1e-9, 2, -1}};
+constexpr Column kColumns[] = {
+    {"PSNR", "dB", "psnr", 1, 2, 1, true},
+    {"PSNR inside the masks", "dB", "psnr_inside", 1, 2, 1, true, true},
+    {"PSNR at best exposure", "dB", "psnr_best_gain", 1, 2, 1, true},
+    {"SSIM", "", "ssim", 1, 4, 1, true},
+    {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
+    {"still part, camera held, moves", "% of the width", "held_camera.p95_percent", 1, 2, -1, false, true},
+    {"training", "s", "train_seconds", 1, 1, -1},
+    {"steps", "", "steps", 1, 0, 0},
+    {"samples/s", "M", "samples_per_second", 1e-6, 2, 1},
+    {"peak memory", "GB", "peak_memory_bytes", 1e-9, 2, -1}};
 
 std::string name_of(const ReportRun& run, std::size_t i) {
   return fmt::format("<span class=\"run-name c{}\"><i></i>{}</span>", i % 8, escape(run.name));
@@ -63,7 +68,7 @@ std::string tiles(const ReportRun& run) {
   };
   const std::string split = text_of(run.metrics, "split");
   for (const Column& c : kColumns) {
-    if (c.optional && !run.metrics.contains(c.key)) continue;
+    if (c.optional && !std::isfinite(number(run.metrics, c.key))) continue;
     const bool quality = c.better == 1 && c.scale == 1;
     tile(figure(number(run.metrics, c.key) * c.scale, c.digits, c.unit),
          c.title + (quality && !split.empty() ? ", " + split : ""));
@@ -77,8 +82,9 @@ std::string table(const std::vector<ReportRun>& runs) {
   std::string html = "<div class=\"card\"><table><tr><th>run</th><th>preset</th>";
   std::vector<Column> columns(std::begin(kColumns), std::end(kColumns));
   std::erase_if(columns, [&](const Column& c) {
-    return c.optional && std::none_of(runs.begin(), runs.end(),
-                                      [&](const ReportRun& run) { return run.metrics.contains(c.key); });
+    return c.optional && std::none_of(runs.begin(), runs.end(), [&](const ReportRun& run) {
+             return std::isfinite(number(run.metrics, c.key));
+           });
   });
   for (const Column& c : columns)
     html += fmt::format("<th>{}{}</th>", c.title, *c.unit ? fmt::format(" [{}]", c.unit) : "");

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/own_folder.hpp"
+#include "run/held_camera.hpp"
 #include "run/memory_needs.hpp"
 #include "run/run_folder.hpp"
 #include "run/train_options.hpp"
@@ -46,17 +47,39 @@ Run open_run(const std::string& path, const Otherwise& otherwise) {
   return run;
 }
 
-Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
-                   const PictureRoom& room) {
+namespace {
+
+LoadOptions options_of(const Run& run, const PictureRoom& room) {
   LoadOptions load;
   load.downscale = run.config.run.downscale;
-  load.splits = {split};
   load.time_map = run.record.time_map;
   load.rules = run.record.rules;
   load.inside = true;
   load.cache = room.cache;
   load.room = [bound = memory_bound(room.memory)](const Dataset&) { return bound; };
-  return load_dataset(dataset.empty() ? run.record.dataset : dataset, load);
+  return load;
+}
+
+const std::string& folder_of(const Run& run, const std::string& dataset) {
+  return dataset.empty() ? run.record.dataset : dataset;
+}
+
+}  // namespace
+
+Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
+                   const PictureRoom& room) {
+  LoadOptions load = options_of(run, room);
+  load.splits = {split};
+  return load_dataset(folder_of(run, dataset), load);
+}
+
+std::optional<Dataset> open_film(const Run& run, const std::string& dataset, const PictureRoom& room) {
+  LoadOptions load = options_of(run, room);
+  load.pixels = false;
+  const Dataset poses = load_dataset(folder_of(run, dataset), load);
+  const Split* train = poses.find("train");
+  if (!train || !is_film(*train, run.model.box)) return {};
+  return open_split(run, dataset, "train", room);
 }
 
 }  // namespace splinevox::run

@@ -20,6 +20,7 @@
 #include "io/checkpoint.hpp"
 #include "io/manifest.hpp"
 #include "run/cameras_report.hpp"
+#include "run/held_camera.hpp"
 #include "run/own_json.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
@@ -141,7 +142,10 @@ Json TrainSession::run() {
                                         {"dataset", fs::path(setup_.data.path).filename().string()}});
   finish_checkpoint();
   saving_ = clock() - start;
-  if (!interrupted_) render_held_out_view(model, clock());
+  if (!interrupted_) {
+    render_held_out_view(model, clock());
+    hold_camera(model);
+  }
   save_manifest(digest);
   return figures();
 }
@@ -228,6 +232,15 @@ void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
           {"seconds", last_.seconds},
           {"held_psnr", held_out_psnr_},
           {"held_view", held_out_->name}});
+}
+
+void TrainSession::hold_camera(const VoxelModel& model) {
+  const Split& train = *setup_.data.find("train");
+  if (!model.motion.moves() || !is_film(train, model.box)) return;
+  Renderer renderer = make_renderer(model, setup_.device);
+  held_camera_ = held_camera_test(model, renderer, train, no_held_out_ ? train : *setup_.data.find("val"));
+  if (!held_camera_) return;
+  if (const std::string text = held_camera_warning(*held_camera_); !text.empty()) progress_.announce(text);
 }
 
 void TrainSession::resume() {
@@ -324,6 +337,7 @@ Json TrainSession::figures() const {
   if (lines_lost_ > 0) j["metrics_lines_lost"] = lines_lost_;
   if (std::isfinite(held_out_psnr_))
     j["held"] = {{"view", held_out_->name}, {"psnr", held_out_psnr_}, {"of_training_split", no_held_out_}};
+  if (held_camera_) j[kHeldCamera] = held_camera_json(*held_camera_);
   j["phases"] = {{"slices", p.slices},         {"rays", p.rays},     {"scatter", p.scatter},
                  {"regularise", p.regularise}, {"update", p.update}, {"occupancy", p.occupancy},
                  {"refine", p.refine}};

@@ -11,6 +11,7 @@
 #include "backend/step.hpp"
 #include "core/ranks.hpp"
 #include "io/checkpoint.hpp"
+#include "run/held_camera.hpp"
 #include "run/progress.hpp"
 #include "run/run_folder.hpp"
 #include "splinevox/backend/device.hpp"
@@ -50,6 +51,8 @@ class TrainSession {
   bool held_out_view_due(double seconds) const;
   /// @param start  when this began, the making of the model included
   void render_held_out_view(const VoxelModel& model, double start);
+  /// Of a film that moves: how far what stands still goes, and a warning if that is far.
+  void hold_camera(const VoxelModel& model);
   void resume();
   CheckpointHeader header() const;
   void start_checkpoint();
@@ -62,6 +65,7 @@ class TrainSession {
   Trainer trainer_;
   std::optional<Frame> held_out_;  ///< a held-out view, or a training view if there is none
   bool no_held_out_ = false;
+  std::optional<HeldCamera> held_camera_;
   double held_out_psnr_ = std::numeric_limits<double>::quiet_NaN();
   double held_out_cost_ = 0, held_out_spent_ = 0, held_out_step_ = -1;
   double stepped_at_ = 0;  ///< when the last step ended

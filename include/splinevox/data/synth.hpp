@@ -28,7 +28,6 @@ struct SynthLook {
 /// neutrally and in time.
 struct SynthRig {
   int cameras = 0;       ///< of the training pictures, each at every moment; 0: no rig; 2..100
-  double arc = 1;        ///< how much of the whole ring they stand along, (0, 1]
   bool turns = false;    ///< they take turns: one camera a moment
   double exposures = 0;  ///< training cameras multiply every channel by a gain of its own, at most this share
                          ///< away from 1 before their geometric mean is made 1; [0, 0.5]
@@ -48,7 +47,7 @@ struct SynthOptions {
   bool film = false;  ///< with orbit: val pictures lie on the camera's way, between training pictures; test
                       ///< pictures are from half the way further, a little higher, at training times
   double shake = 0;   ///< with film: the camera is held by hand. Each axis of its position wanders by this
-                     ///< share of its distance, its direction by so many radians about each axis; 0..0.2
+                      ///< share of its distance, its direction by so many radians about each axis; 0..0.2
   SynthLook look{};
   SynthRig rig{};  ///< frames are then its moments; excludes orbit
 };

@@ -64,4 +64,9 @@ struct PictureRoom {
 Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
                    const PictureRoom& room = {});
 
+/// The run's own training pictures, or those of `dataset` if not empty, if they are of one moving camera
+/// (train/effects/film.hpp); none if they are not, or if the data set has none. Only then are pixels read.
+/// Throws Error (input).
+std::optional<Dataset> open_film(const Run& run, const std::string& dataset, const PictureRoom& room = {});
+
 }  // namespace splinevox::run

@@ -134,16 +134,16 @@ std::vector<SynthShot> plan_film(const SynthOptions& options, std::mt19937_64& r
   std::vector<SynthShot> shots;
   const Hand hand(options.shake, rng);
   const auto held = [&](double t) { return hand.hold(on_the_way(from, t, 0, options), distance, t); };
-  const double interval = 1.0 / (options.frames - 1);
+  const auto time_of = [&](double picture) { return picture / (options.frames - 1); };
   for (int i = 0; i < options.frames; ++i)
-    shots.push_back({"train", numbered(i), i * interval, held(i * interval)});
+    shots.push_back({"train", numbered(i), time_of(i), held(time_of(i))});
   const int val = std::max(2, options.frames / 10), test = std::max(2, options.frames / 5);
   for (int i = 0; i < val; ++i) {
-    const double t = (std::floor((i + 0.5) / val * (options.frames - 1)) + 0.5) * interval;
+    const double t = time_of(std::floor((i + 0.5) / val * (options.frames - 1)) + 0.5);
     shots.push_back({"val", numbered(i), t, held(t)});
   }
   for (int i = 0; i < test; ++i) {
-    const double t = std::round(double(i) / (test - 1) * (options.frames - 1)) * interval;
+    const double t = time_of(std::round(double(i) / (test - 1) * (options.frames - 1)));
     shots.push_back({"test", numbered(i), t, on_the_way(from, std::fmod(t + 0.5, 1), kRaised, options)});
   }
   return shots;

@@ -20,7 +20,6 @@ namespace {
 constexpr int kMostSquares = 200;       ///< along a picture
 constexpr int kSteps = 200;             ///< of the fit
 constexpr int kMostRays = 4096;         ///< of a step
-constexpr double kFilm = 0.8;           ///< view_told_by_time from which pictures are a film
 constexpr int kStride = 4;              ///< squares, between places that are asked who sees them
 constexpr int kFewestViews = 5;         ///< of a place of which something is said
 constexpr double kViewsShare = 0.15;    ///< of all pictures, that such a place is in
