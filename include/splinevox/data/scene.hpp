@@ -95,7 +95,9 @@ struct DatasetRules {
   /// What masks beside the pictures are for. "subject": white is the scene and all else is empty; it
   /// multiplies the alpha. "subject-black": the opposite. "ignore-black": black pixels say nothing
   /// (Frame::ignored); "ignore-white": white ones. "ignore": the same, white in files that are named
-  /// dynamic_mask_..., black in all others. "none": nothing. Empty: nothing, and a note says what there is.
+  /// dynamic_mask_..., black in all others. "moving": white shows something that moves (Frame::moving), all
+  /// else stands still. "moving-black": the opposite. "none": nothing. Empty: nothing, and a note says what
+  /// there is.
   std::string masks = {};
   /// What the numbers in pictures stand for: "srgb" = values as a screen shows them, "linear" = light; empty
   /// = light in OpenEXR and in other floats, else as a screen shows them.

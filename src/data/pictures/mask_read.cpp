@@ -137,6 +137,30 @@ std::vector<PixelMask> read_ignored(const MaskPlan& plan, int downscale) {
   return out;
 }
 
+std::vector<CoarseMask> read_moving(const MaskPlan& plan, const std::vector<PictureSize>& sizes,
+                                    int downscale) {
+  std::vector<CoarseMask> out(plan.files.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const int w = sizes[i].width / downscale, h = sizes[i].height / downscale;
+    out[i].factor = CoarseMask::factor_of(w, h);
+    out[i].squares = PixelMask(w / out[i].factor, h / out[i].factor);
+    if (plan.files[i].empty())
+      for (std::size_t p = 0; p < out[i].squares.pixels(); ++p) out[i].squares.set(p);
+  }
+  for_each_mask(plan, [&](std::size_t i) {
+    const Mask mask = read_mask(plan, i);
+    const bool black = plan.use.keeps_black(plan.files[i]);
+    PixelMask& squares = out[i].squares;
+    const int pixels = downscale * out[i].factor;  // of the stored picture, along a square
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x)
+        if ((mask.white[std::size_t(y) * std::size_t(mask.width) + std::size_t(x)] >= kMiddle) == black)
+          squares.set(std::size_t(std::min(y / pixels, squares.height() - 1)) * std::size_t(squares.width()) +
+                      std::size_t(std::min(x / pixels, squares.width() - 1)));
+  });
+  return out;
+}
+
 std::vector<PixelMask> read_inside(const MaskPlan& plan, int downscale) {
   std::vector<PixelMask> out(plan.files.size());
   const std::uint64_t half = std::uint64_t(kMiddle) * std::uint64_t(downscale) * std::uint64_t(downscale);
