@@ -83,7 +83,7 @@ std::vector<std::string> notes_on(const Json& effects) {
         still.value("cameras", 0), 100 * still.value("share", 0.0), still.value("changing", 0),
         100 * still.value("threshold", 0.0),
         still.value("verdict", "") == "changed" ? ", which proves change" : ""));
-  if (const Json film = effects.value("film", Json()); film.value("given", false))
+  if (const Json film = effects.value("film", Json()); film.is_object() && film.value("given", false))
     notes.push_back(fmt::format("masks say what moves: {:.2f}% of the pixels, in {} pictures{}",
                                 100 * film.value("share", 0.0), film.value("pictures", 0),
                                 film.value("moves", false) ? "" : ", too little to be anything"));

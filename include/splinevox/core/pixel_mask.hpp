@@ -50,11 +50,6 @@ struct CoarseMask {
   PixelMask squares;
   int factor = 1;  ///< pixels along a square; those that are left over at an edge belong to the last one
 
-  /// The factor by which what moves in a picture is known: at most 200 squares lie along it.
-  static int factor_of(int width, int height) {
-    constexpr int kMostSquares = 200;
-    return std::max(1, (std::max(width, height) + kMostSquares - 1) / kMostSquares);
-  }
   bool empty() const { return squares.empty(); }
   bool test(int x, int y) const {
     return !squares.empty() && squares.test(std::min(x / factor, squares.width() - 1),

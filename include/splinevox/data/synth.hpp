@@ -49,7 +49,7 @@ struct SynthOptions {
   bool film = false;  ///< with orbit: val pictures lie on the camera's way, between training pictures; test
                       ///< pictures are from half the way further, a little higher, at training times
   double shake = 0;   ///< with film: the camera is held by hand. Each axis of its position wanders by this
-                      ///< share of its distance, its direction by so many radians about each axis; 0..0.2
+                     ///< share of its distance, its direction by so many radians about each axis; 0..0.2
   SynthLook look{};
   SynthRig rig{};  ///< frames are then its moments; excludes orbit
 };

@@ -7,6 +7,7 @@
 
 #include "core/in_order.hpp"
 #include "core/parallel.hpp"
+#include "core/squares.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
@@ -142,7 +143,7 @@ std::vector<CoarseMask> read_moving(const MaskPlan& plan, const std::vector<Pict
   std::vector<CoarseMask> out(plan.files.size());
   for (std::size_t i = 0; i < out.size(); ++i) {
     const int w = sizes[i].width / downscale, h = sizes[i].height / downscale;
-    out[i].factor = CoarseMask::factor_of(w, h);
+    out[i].factor = squares_factor(w, h);
     out[i].squares = PixelMask(w / out[i].factor, h / out[i].factor);
     if (plan.files[i].empty())
       for (std::size_t p = 0; p < out[i].squares.pixels(); ++p) out[i].squares.set(p);

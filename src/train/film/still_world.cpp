@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/parallel.hpp"
+#include "core/squares.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/math/basis.hpp"
@@ -121,7 +122,7 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
   moving.resize(n);
   parallel_for(int(n), [&](int i) {
     const Frame& frame = train.frames[std::size_t(i)];
-    const int factor = CoarseMask::factor_of(frame.camera.width, frame.camera.height);
+    const int factor = squares_factor(frame.camera.width, frame.camera.height);
     const ReadAll all_of(frame.image);
     const Camera camera = area_downscale(frame.camera, factor);
     const Image picture = composite(area_downscale(frame.image, factor), still.background.color);
