@@ -80,6 +80,8 @@ Action synth_command(CLI::App& verb) {
                       "moments")
           ->check(CLI::Range(-2.0, 2.0)));
   verb.add_flag("--masks", rig.masks, "a mask of every picture, white where the subject is (mask_path)");
+  verb.add_flag("--movers", rig.movers, "with --masks: they are white where something moves at some time")
+      ->needs("--masks");
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
   return [o] {

@@ -93,7 +93,8 @@ void add_masks(CLI::App& verb, std::string& masks) {
           "--masks", masks,
           "what masks beside the pictures are for: subject (white is the scene, all else is empty), ignore "
           "(black says nothing: neither drawn nor scored; in files dynamic_mask_... white does), "
-          "subject-black, ignore-white and ignore-black (this colour, whatever the names), or none")
+          "subject-black, ignore-white and ignore-black (this colour, whatever the names), moving (white "
+          "moves, all else stands still), moving-black, or none")
       ->type_name("USE");
 }
 

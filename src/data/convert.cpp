@@ -99,19 +99,22 @@ std::vector<std::string> mask_targets(const RawSplit& raw, const PicturePlan& pl
   for (std::size_t i = 0; i < masks.files.size(); ++i) {
     if (masks.files[i].empty() || is_cut_out(plan, i)) continue;
     const bool as_it_is = !masks.use.used(),
-               dynamic = lower_case(masks.files[i].filename().string()).starts_with("dynamic_mask");
-    paths[i] = fmt::format("./masks/{}/{}{}{}", raw.name, as_it_is && dynamic ? "dynamic_mask_" : "",
-                           names[i], as_it_is && masks.turns[i] == 1 ? ending_of(masks.files[i]) : ".png");
+               dynamic = lower_case(masks.files[i].filename().string()).starts_with("dynamic_mask"),
+               white_moves = as_it_is ? dynamic : masks.use.what == MaskUse::What::moving;
+    paths[i] = fmt::format("./masks/{}/{}{}{}", raw.name, white_moves ? "dynamic_mask_" : "", names[i],
+                           as_it_is && masks.turns[i] == 1 ? ending_of(masks.files[i]) : ".png");
   }
   return paths;
 }
 
-/// Masks that are used become black where they ignore, others stay what they are.
+/// Masks that are used become black where they ignore and white where something moves, others stay what they
+/// are.
 void write_mask(const PicturePlan& plan, std::size_t i, const fs::path& to) {
   const MaskPlan& masks = plan.masks;
   if (!masks.use.used() && masks.turns[i] == 1) return copy_bytes(masks.files[i], to);
   const Mask mask = read_mask(masks, i);
-  const bool black = masks.use.used() && masks.use.keeps_black(masks.files[i]);
+  const bool moving = masks.use.what == MaskUse::What::moving,
+             black = masks.use.used() && masks.use.keeps_black(masks.files[i]) != moving;
   Image image(mask.width, mask.height, 1);
   for (std::size_t p = 0; p < image.pixels(); ++p)
     image.data[p] = float(black ? 65535 - mask.white[p] : mask.white[p]) / 65535;

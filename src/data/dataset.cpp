@@ -111,6 +111,9 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const Split& split,
     hash.add(frame.time);
     hash.add(facts[i].hash);
     split.frames[i].ignored.each_word([&](std::uint64_t word) { hash.add(word); });
+    const CoarseMask& moving = split.frames[i].moving;
+    if (!moving.empty()) hash.add(std::uint64_t(moving.factor));
+    moving.squares.each_word([&](std::uint64_t word) { hash.add(word); });
   }
   return hash.value();
 }
@@ -190,6 +193,10 @@ void fill_masks(const LoadOptions& options, const PicturePlan& plan, RawSplit& r
       notes.push_back("nothing is measured inside the masks: " + error.problem.where + ": " +
                       error.problem.what);
     }
+  }
+  if (masks.use.what == MaskUse::What::moving) {
+    std::vector<CoarseMask> moving = read_moving(masks, plan.sizes, plan.downscale);
+    for (std::size_t i = 0; i < moving.size(); ++i) split.frames[i].moving = std::move(moving[i]);
   }
   if (!ignore) return;
   std::vector<PixelMask> ignored = read_ignored(masks, plan.downscale);

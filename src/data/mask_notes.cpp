@@ -27,14 +27,33 @@ bool leave_nothing(const MaskLook& look, bool keeps_black) {
   return (keeps_black ? look.white : look.black) == look.looked_at;
 }
 
-/// Masks that leave nothing are meant otherwise, or are no masks.
-[[noreturn]] void fail_nothing(const MaskLook& look, const MaskUse& use, bool keeps_black,
-                               const std::string& where) {
+/// What masks that are used say, by the colour of what is kept.
+std::string meaning(What what, bool keeps_black) {
+  const char *kept = keeps_black ? "black" : "white", *other = keeps_black ? "white" : "black";
+  if (what == What::subject)
+    return fmt::format("masks show the subject: what is {} is the scene, all else is empty", kept);
+  if (what == What::moving)
+    return fmt::format("masks say what moves: what is {} may, all else stands still", other);
+  return fmt::format("masks say what to ignore: what is {} is neither drawn nor scored", other);
+}
+
+/// Throws Error for masks that number the parts of a picture.
+void refuse_numbers(const MaskLook& look, const std::string& where) {
   constexpr std::uint16_t kLabels = 32 * 257;
   if (look.black == look.looked_at && look.brightest > 0 && look.brightest < kLabels)
     fail({where, "the masks are all but black: they seem to be numbers of parts", "black and white",
           fmt::format("no value above {} of 255", look.brightest / 257),
           "make them white where the parts that are meant are"});
+}
+
+/// Masks that leave nothing are meant otherwise, or are no masks.
+[[noreturn]] void fail_nothing(const MaskLook& look, const MaskUse& use, bool keeps_black,
+                               const std::string& where) {
+  refuse_numbers(look, where);
+  if (use.what == What::moving)
+    fail({where, fmt::format("every mask is wholly {}: all would move", keeps_black ? "white" : "black"),
+          "masks that show what moves", fmt::format("{} masks, --masks {}", look.looked_at, use.text),
+          opposite_masks(use, keeps_black)});
   fail({where, fmt::format("every mask is wholly {}: nothing would be left", keeps_black ? "white" : "black"),
         use.what == What::subject ? "masks that show where the scene is"
                                   : "masks that leave something of the pictures",
@@ -45,6 +64,7 @@ bool leave_nothing(const MaskLook& look, bool keeps_black) {
 
 std::string opposite_masks(const MaskUse& use, bool keeps_black) {
   if (use.what == What::subject) return keeps_black ? "--masks subject" : "--masks subject-black";
+  if (use.what == What::moving) return keeps_black ? "--masks moving-black" : "--masks moving";
   return keeps_black ? "--masks ignore-black" : "--masks ignore-white";
 }
 
@@ -88,7 +108,8 @@ std::optional<DatasetMasks> note_masks(const OpenScene& open, const std::vector<
   if (use.what == What::unsaid) {
     notes.push_back("masks are not used: " + there +
                     ". --masks subject takes white as the scene and all else as empty; --masks ignore passes "
-                    "over what is black (ignore-white: white); --masks none says that this is right");
+                    "over what is black (ignore-white: white); --masks moving takes white as what moves; "
+                    "--masks none says that this is right");
     return out;
   }
   const bool black = use.keeps_black(found.first);
@@ -96,11 +117,8 @@ std::optional<DatasetMasks> note_masks(const OpenScene& open, const std::vector<
     look = look_at_masks(masks, found.found);  // some of those not looked at may leave something
     if (leave_nothing(look, black)) fail_nothing(look, use, black, where);
   }
-  notes.push_back(use.what == What::subject
-                      ? fmt::format("masks show the subject: what is {} is the scene, all else is empty; {}",
-                                    black ? "black" : "white", there)
-                      : fmt::format("masks say what to ignore: what is {} is neither drawn nor scored; {}",
-                                    black ? "white" : "black", there));
+  if (use.what == What::moving && look.looked_at > 0) refuse_numbers(look, where);
+  notes.push_back(meaning(use.what, black) + "; " + there);
   return out;
 }
 

@@ -83,7 +83,11 @@ std::vector<std::string> notes_on(const Json& effects) {
         still.value("cameras", 0), 100 * still.value("share", 0.0), still.value("changing", 0),
         100 * still.value("threshold", 0.0),
         still.value("verdict", "") == "changed" ? ", which proves change" : ""));
-  if (const Json film = effects.value("film", Json()); film.is_object())
+  if (const Json film = effects.value("film", Json()); film.is_object() && film.value("given", false))
+    notes.push_back(fmt::format("masks say what moves: {:.2f}% of the pixels, in {} pictures{}",
+                                100 * film.value("share", 0.0), film.value("pictures", 0),
+                                film.value("moves", false) ? "" : ", too little to be anything"));
+  else if (film.is_object())
     notes.push_back(fmt::format(
         "a film of one camera on its way: a still world shows it at {:.1f} dB, but for {:.2f}% of its "
         "pixels",
@@ -125,7 +129,13 @@ Json effects_json(const Prepared& prepared) {
                           {"changing", choice.still->changing},
                           {"share", choice.still->share},
                           {"threshold", choice.still->threshold}};
-  if (choice.film)
+  if (choice.film && choice.film->given)
+    j["film"] = {{"given", true},
+                 {"moves", choice.film->moves()},
+                 {"share", choice.film->share},
+                 {"threshold", choice.film->threshold},
+                 {"pictures", choice.film->pictures}};
+  else if (choice.film)
     j["film"] = {{"moves", choice.film->moves()},     {"share", choice.film->share},
                  {"coloured", choice.film->coloured}, {"threshold", choice.film->threshold},
                  {"pictures", choice.film->pictures}, {"psnr", choice.film->psnr},

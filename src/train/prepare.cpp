@@ -76,17 +76,25 @@ EffectChoice kept(const Config& config) {
   return out;
 }
 
-/// Gives the frames of a film what moves in them. Of a film that nobody has looked at yet it is found out.
+/// Whether Frame::moving is what masks say, and not what was found out when the data was prepared before.
+bool masks_say_what_moves(const Dataset& data) { return data.masks && data.masks->use.starts_with("moving"); }
+
+/// Gives the frames of a film what moves in them. Of a film that nobody has looked at yet it is found out,
+/// unless masks say it.
 void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options) {
   Split& train = *data.find("train");
   EffectChoice& choice = prepared.effects;
+  if (!choice.film) choice.film = given_motion(train);
   if (!choice.film && is_film(view_told_by_time(prepared.config, train))) {
     choice.film = look_at_film(prepared.config, train, data.time_map, choice.moving);
     if (options.on_film) options.on_film(*choice.film);
   }
   // Motion that was asked for though a still world shows everything may be anywhere.
   if (!choice.film || !choice.film->unexplained()) return;
-  for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
+  if (!choice.film->given)
+    for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
+  else if (!is_film(view_told_by_time(prepared.config, train)))
+    return;
   // Most of a film is static, and its first third shows too little of it (docs/experiments/effects.md).
   prepared.config.sampling.window = 1;
 }
@@ -100,6 +108,8 @@ void cut_ground(const Config& prepared, Dataset& data) {
 
 Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& options) {
   const Split& train = train_split(data);
+  if (!masks_say_what_moves(data))
+    for (Frame& f : data.find("train")->frames) f.moving = {};
   Prepared out;
   out.config = config;
   out.policy = options.effects;

@@ -71,7 +71,7 @@ TEST_SUITE("app/masks") {
 
   TEST_CASE("the run remembers what masks are for") {
     const WallScene scene;
-    for (const std::string use : {"subject", "ignore", "ignore-white"}) {
+    for (const std::string use : {"subject", "ignore", "ignore-white", "moving"}) {
       CAPTURE(use);
       const std::string run = scene.path("run_" + use);
       const std::vector<std::string> words = scene.train("run_" + use, "20", {"--set", "effects.steps=0"});
@@ -93,9 +93,25 @@ TEST_SUITE("app/masks") {
       CHECK(eval.code == 0);
       const Json metrics = Json::parse(slurp(run + "/metrics.json"));
       CHECK_FALSE(metrics.contains("psnr_inside"));
-      CHECK(metrics.contains("ignored_share") == (use != "subject"));
-      CHECK(contains(eval.out, "of all pixels are ignored") == (use != "subject"));
+      CHECK(metrics.contains("ignored_share") == use.starts_with("ignore"));
+      CHECK(contains(eval.out, "of all pixels are ignored") == use.starts_with("ignore"));
     }
+  }
+
+  TEST_CASE("masks of what moves stand in for a still world") {
+    const WallScene scene;
+    const Ended whole =
+        program(scene.train("whole", "60", {"--set", "effects.steps=5", "--masks", "moving"}));
+    CAPTURE(whole.err);
+    REQUIRE(whole.code == 0);
+    CHECK(contains(whole.err, "masks say what moves: what is white may, all else stands still"));
+    CHECK(contains(whole.err, "% of the pixels, in "));
+    const Json film = Json::parse(slurp(scene.path("whole") + "/effects.json"))["film"];
+    CHECK(film["given"] == true);
+    CHECK(film["moves"] == true);
+    CHECK(film["share"] > 0.02);
+    CHECK_FALSE(film.contains("psnr"));
+    CHECK(contains(program({"info", scene.data, "--masks", "moving"}).out, "17 of 17 pictures, moving"));
   }
 
   TEST_CASE("what cannot be is said") {

@@ -120,6 +120,54 @@ TEST_SUITE("data/masks") {
     CHECK(data.fingerprint != white.fingerprint);
   }
 
+  TEST_CASE("moving: white moves; a square moves if any pixel of it does, and nothing else is changed") {
+    const Masked masked;
+    const Dataset plain = masked.load({}), data = masked.load(with("moving")),
+                  black = masked.load(with("moving-black")), small = masked.load(with("moving", 4));
+    CHECK(notes_with(plain, "--masks moving takes white as what moves").size() == 1);
+    CHECK(
+        notes_with(data, "masks say what moves: what is white may, all else stands still; 10 of 10").size() ==
+        1);
+    CHECK(notes_with(black, "what is black may").size() == 1);
+    CHECK(data.masks->use == "moving");
+    CHECK_FALSE(data.has_alpha);
+    CHECK(first(plain).moving.empty());
+    CHECK(first(data).image == first(plain).image);
+    CHECK(first(data).ignored.empty());
+    REQUIRE(first(data).moving.factor == 1);
+    CHECK(first(data).moving.squares.width() == kWide);
+    for (int x = 0; x < kWide; ++x)
+      for (int y = 0; y < kHigh; ++y) {
+        CHECK(first(data).moving.test(x, y) == (x <= 5));
+        CHECK(first(black).moving.test(x, y) == (x > 5));
+      }
+    CHECK(first(small).moving.squares.width() == 3);
+    for (int x = 0; x < 3; ++x) CHECK(first(small).moving.test(x, 1) == (x < 2));
+    for (const Dataset* other : {&plain, &black}) CHECK(data.fingerprint != other->fingerprint);
+    CHECK(data.fingerprint != masked.load(with("ignore-white")).fingerprint);
+  }
+
+  TEST_CASE(
+      "moving: of large pictures at most 200 squares along them are known, the last with what is over") {
+    const TempFolder folder;
+    constexpr int kLarge = 407, kLow = 20;
+    write_nerfstudio(folder.path(), true_cameras({}, kCount));
+    for (int i = 0; i < kCount; ++i) {
+      const std::string name = "frame_" + padded(i) + ".png";
+      write_png(folder.path() / "images" / name, grey_png([](int, int) { return 99; }, kLarge, kLow));
+      write_png(folder.path() / "masks" / name,
+                grey_png([](int x, int y) { return (x == 7 && y == 4) || (x == 406 && y == 19) ? 255 : 0; },
+                         kLarge, kLow));
+    }
+    const CoarseMask moving = first(load_dataset(folder.str(), with("moving"))).moving;
+    CHECK(moving.factor == 3);
+    CHECK(moving.squares.width() == 135);
+    CHECK(moving.squares.height() == 6);
+    CHECK(moving.squares.count() == 2);
+    CHECK(moving.test(7, 4));
+    CHECK(moving.squares.test(134, 5));
+  }
+
   TEST_CASE("a mask that says where things move in its name ignores white") {
     const Masked masked(grey_png(left_half), "images/dynamic_mask_frame_");
     for (const auto& [use, ignores_white] :
@@ -222,7 +270,7 @@ TEST_SUITE("data/masks") {
     const fs::path folder = masked.folder.path();
     CHECK(holds(masked.error("figure"), "--masks: there is no such use of masks"));
     write_png(folder / "masks/frame_0003.png", grey_png(left_half, 10, 9));
-    for (const std::string use : {"subject", "ignore"}) {
+    for (const std::string use : {"subject", "ignore", "moving"}) {
       const std::string error = masked.error(use);
       CAPTURE(error);
       CHECK(holds(error, "masks/frame_0003.png, the mask of images/frame_0003.png"));
@@ -234,7 +282,7 @@ TEST_SUITE("data/masks") {
     write_text(folder / "masks/frame_0003.png", "no picture");
     CHECK(holds(masked.error("subject"), "masks/frame_0003.png"));
     fs::remove_all(folder / "masks");
-    for (const std::string use : {"subject", "ignore", "ignore-white"}) {
+    for (const std::string use : {"subject", "ignore", "ignore-white", "moving", "moving-black"}) {
       const std::string error = masked.error(use);
       CAPTURE(error);
       CHECK(holds(error, "--masks " + use + " was asked for, but no picture has a mask"));
@@ -246,7 +294,12 @@ TEST_SUITE("data/masks") {
     CHECK(holds(black.error("subject"), "--masks subject-black"));
     CHECK(holds(black.error("ignore"), "--masks ignore-white"));
     CHECK(holds(white.error("ignore-white"), "wholly white: nothing would be left"));
-    CHECK(holds(labels.error("subject"), "they seem to be numbers of parts"));
+    CHECK(holds(white.error("moving"), "every mask is wholly white: all would move"));
+    CHECK(holds(white.error("moving"), "--masks moving-black"));
+    CHECK(holds(black.error("moving-black"), "every mask is wholly black: all would move"));
+    CHECK(notes_with(black.load(with("moving")), "10 of them wholly black").size() == 1);
+    for (const std::string use : {"subject", "moving", "moving-black"})
+      CHECK(holds(labels.error(use), "they seem to be numbers of parts"));
     const Masked ones(grey_png([](int x, int) { return x % 2; }));  // 0 and 1 are black and white
     CHECK(ones.load(with("subject")).has_alpha);
     CHECK(notes_with(white.load(with("ignore")), "10 of them wholly white").size() == 1);
@@ -271,6 +324,12 @@ TEST_SUITE("data/masks") {
                      "1 of 10 pictures have no mask: nothing of them is ignored, such as "
                      "'images/frame_0003.png'")
               .size() == 1);
+    const Dataset moving = masked.load(with("moving"));
+    CHECK(frames_of(moving) == 10);
+    CHECK(notes_with(moving, "1 of 10 pictures have no mask: all of them may move").size() == 1);
+    for (const Split& split : moving.splits)
+      for (const Frame& frame : split.frames)
+        CHECK(frame.moving.squares.all() == (frame.name == "frame_0003"));
     LoadOptions refuse = with("ignore");
     refuse.rules.missing = "refuse";
     expect_error([&] { masked.load(refuse); },
@@ -305,7 +364,8 @@ TEST_SUITE("data/masks") {
     for (const std::string before : {"masks/frame_", "images/dynamic_mask_frame_"}) {
       CAPTURE(before);
       const Masked masked(grey_png(left_half), before);
-      for (const std::string use : {"", "none", "subject", "subject-black", "ignore", "ignore-white"}) {
+      for (const std::string use :
+           {"", "none", "subject", "subject-black", "ignore", "ignore-white", "moving", "moving-black"}) {
         CAPTURE(use);
         const TempFolder out;
         ConvertOptions options;
@@ -314,9 +374,10 @@ TEST_SUITE("data/masks") {
         const auto again = [&](const std::string& as) { return load_dataset(out.str() + "/new", with(as)); };
         if (use == "none") CHECK_FALSE(again("").masks.has_value());
         if (use.empty())
-          for (const std::string later : {"subject", "ignore"}) {
+          for (const std::string later : {"subject", "ignore", "moving"}) {
             const Dataset a = masked.load(with(later)), b = again(later);
             CHECK(first(a).image == first(b).image);
+            CHECK(first(a).moving == first(b).moving);
             CHECK(first(a).ignored == first(b).ignored);
           }
         if (use.starts_with("subject")) {
@@ -325,6 +386,8 @@ TEST_SUITE("data/masks") {
         }
         if (use.starts_with("ignore"))
           CHECK(first(masked.load(with(use))).ignored == first(again("ignore")).ignored);
+        if (use.starts_with("moving"))
+          CHECK(first(masked.load(with(use))).moving == first(again("moving")).moving);
       }
     }
   }

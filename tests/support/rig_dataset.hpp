@@ -38,9 +38,8 @@ inline Dataset make_rig(const std::string& scene_name, const std::vector<TrueCam
     camera.axes = {right, up, back};
     for (int m = 0; m < moments; ++m) {
       const double time = double(m) / (moments - 1);
-      const Image picture =
-          data::draw(scene.at(std::clamp(time + cameras[c].offset, 0.0, 1.0)), camera, opaque, {1, 1, 1})
-              .picture;
+      const SynthMoment now = scene.at(std::clamp(time + cameras[c].offset, 0.0, 1.0));
+      const Image picture = data::draw(now, camera, opaque, {1, 1, 1}, data::subject_mask(now)).picture;
       Image16 image{size, size, std::vector<std::uint16_t>(4 * picture.pixels())};
       for (std::size_t i = 0; i < image.rgba.size(); ++i) {
         const float gain = i % 4 < 3 ? cameras[std::size_t(c)].gain[int(i % 4)] : 1;

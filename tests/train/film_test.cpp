@@ -174,6 +174,44 @@ TEST_SUITE("train/film") {
     CHECK_FALSE(prepare(config, film, {.effects = EffectPolicy::keep}).effects.film);
   }
 
+  TEST_CASE("masks of what moves stand in for a still world, wherever cameras are") {
+    const Config config = short_config();
+    for (const double orbit : {0.0, 0.5}) {
+      CAPTURE(orbit);
+      Dataset data = make_synth("toy", {.frames = 20, .size = 32, .orbit = orbit});
+      Split& train = *data.find("train");
+      for (Frame& f : train.frames) {
+        f.moving = {PixelMask(32, 32), 1};
+        for (std::size_t p = 0; p < 64; ++p) f.moving.squares.set(p);
+      }
+      for (std::size_t p = 0; p < 32 * 32; ++p) train.frames[3].moving.squares.set(p);  // has no mask
+      const std::vector<CoarseMask> given = [&] {
+        std::vector<CoarseMask> out;
+        for (const Frame& f : train.frames) out.push_back(f.moving);
+        return out;
+      }();
+      data.masks = DatasetMasks{.use = "moving"};
+      for (const EffectPolicy policy : {EffectPolicy::choose, EffectPolicy::keep}) {
+        const Prepared ready = prepare(config, data, {.effects = policy});
+        REQUIRE(ready.effects.film);
+        CHECK(ready.effects.film->given);
+        CHECK(ready.effects.film->moves());
+        CHECK(ready.effects.film->share == doctest::Approx(64.0 / 1024));
+        CHECK(ready.effects.film->pictures == 19);
+        CHECK(ready.effects.moving.empty());
+        CHECK(ready.used.has(Effect::motion));
+        for (std::size_t f = 0; f < given.size(); ++f) CHECK(train.frames[f].moving == given[f]);
+      }
+      for (Frame& f : train.frames) f.moving.squares = PixelMask(32, 32);
+      const Prepared still = prepare(config, data);
+      REQUIRE(still.effects.film);
+      CHECK_FALSE(still.effects.film->unexplained());
+      CHECK_FALSE(still.used.has(Effect::motion));
+      data.masks.reset();  // what was found out before is no mask
+      if (orbit == 0) CHECK_FALSE(prepare(config, data, {.effects = EffectPolicy::keep}).effects.film);
+    }
+  }
+
   TEST_CASE("a run that goes on knows what moves, though its pictures do not say so") {
     Config config = short_config();
     config.run.max_steps = 60;
@@ -191,9 +229,11 @@ TEST_SUITE("train/film") {
     Trainer whole(ready, told, data.time_map), first(ready, told, data.time_map);
     const std::vector<float> want = values(whole, 60);
     values(first, 30);
-    Trainer second(ready, untold, data.time_map);
-    second.restore(first.save());
-    CHECK(values(second, 30) == want);
+    for (const Split* split : {static_cast<const Split*>(&untold), &told}) {
+      Trainer second(ready, *split, data.time_map);
+      second.restore(first.save());
+      CHECK(values(second, 30) == want);
+    }
     Trainer without(ready, untold, data.time_map);
     CHECK(values(without, 60) != want);
   }

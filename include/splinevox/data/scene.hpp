@@ -92,10 +92,10 @@ struct DatasetRules {
   /// What becomes of frames whose picture is missing or whose camera is no camera: "skip" = they are left
   /// out; "refuse" = an error; empty = left out if they are a tenth of all or fewer, else an error.
   std::string missing = {};
-  /// What masks beside the pictures are for. "subject": white is the scene and all else is empty; it
-  /// multiplies the alpha. "subject-black": the opposite. "ignore-black": black pixels say nothing
-  /// (Frame::ignored); "ignore-white": white ones. "ignore": the same, white in files that are named
-  /// dynamic_mask_..., black in all others. "none": nothing. Empty: nothing, and a note says what there is.
+  /// What masks beside the pictures are for. "subject": white is the scene, all else is empty; it multiplies
+  /// the alpha. "ignore-black": black pixels say nothing (Frame::ignored). "ignore": the same, but white in
+  /// files named dynamic_mask_.... "moving": white moves (Frame::moving), all else stands still.
+  /// "subject-black", "ignore-white", "moving-black": the opposite. "none": nothing. Empty: that, and a note.
   std::string masks = {};
   /// What the numbers in pictures stand for: "srgb" = values as a screen shows them, "linear" = light; empty
   /// = light in OpenEXR and in other floats, else as a screen shows them.

@@ -34,6 +34,7 @@ struct SynthRig {
   double late = 0;       ///< one training camera in eight, the second first, shows what happens so many
                          ///< intervals between moments after the time it says; -2..2
   bool masks = false;    ///< write_synth: a mask beside every picture, white where the subject is
+  bool movers = false;   ///< those masks are white where something moves at any time of [0, 1] instead
 };
 
 /// What to make of a built-in scene.

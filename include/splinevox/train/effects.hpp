@@ -91,11 +91,13 @@ struct StillEvidence {
   double threshold = 0;
 };
 
-/// What a still world, fitted to a film, cannot show of it (train/film/still_world.hpp).
+/// What a still world, fitted to a film, cannot show of it (train/film/still_world.hpp); or what masks say of
+/// pictures of any kind.
 struct FilmEvidence {
-  double psnr = 0;       ///< of the still world in the pictures, dB
-  double share = 0;      ///< of the pixels that it cannot show
-  double coloured = 0;   ///< of the pixels whose hue it cannot show: no highlight changes that
+  bool given = false;    ///< by masks: no still world was fitted
+  double psnr = 0;       ///< of the still world in the pictures, dB; 0 where given
+  double share = 0;      ///< of the pixels that it cannot show, or that masks say to move
+  double coloured = 0;   ///< of the pixels whose hue it cannot show: no highlight changes that; given: share
   double threshold = 0;  ///< of both shares, from which they count
   int pictures = 0;      ///< that have pixels which it cannot show
   double seconds = 0;    ///< of the fit
@@ -209,7 +211,7 @@ struct EffectChoice {
 ///
 /// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a static
 /// scene. So there a still world is fitted first, and the scene moves if there is something that it cannot
-/// show (FilmEvidence).
+/// show (FilmEvidence). Where masks say what moves (Frame::moving), they say it instead, of any pictures.
 /// @param on_trial  called after each fit; may be empty. @param on_film  once a film was looked at; may be
 /// empty
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,

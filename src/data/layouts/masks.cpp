@@ -125,10 +125,13 @@ MaskUse parse_masks(const std::string& text) {
                              {"subject-black", What::subject, Kept::black},
                              {"ignore", What::ignore, Kept::by_name},
                              {"ignore-white", What::ignore, Kept::black},
-                             {"ignore-black", What::ignore, Kept::white}})
+                             {"ignore-black", What::ignore, Kept::white},
+                             {"moving", What::moving, Kept::black},
+                             {"moving-black", What::moving, Kept::white}})
     if (use.text == text) return use;
   fail({"--masks", "there is no such use of masks",
-        "subject, subject-black, ignore, ignore-white, ignore-black or none", in_quotes(text), ""});
+        "subject, subject-black, ignore, ignore-white, ignore-black, moving, moving-black or none",
+        in_quotes(text), ""});
 }
 
 MaskSearch find_masks(const fs::path& root, RawScene& scene) {
@@ -211,9 +214,11 @@ void require_masks(RawScene& scene, const MaskUse& use, const MaskSearch& search
     for (const RawSplit& split : scene.splits)
       for (std::size_t i = 0; i < split.frames.size() && first.empty(); ++i)
         if (split.frames[i].mask_file.empty()) first = in_quotes(split.frames[i].file_path);
-    scene.notes.push_back(std::to_string(search.frames - search.found) + " of " +
-                          std::to_string(search.frames) +
-                          " pictures have no mask: nothing of them is ignored, such as " + first);
+    scene.notes.push_back(
+        std::to_string(search.frames - search.found) + " of " + std::to_string(search.frames) +
+        " pictures have no mask: " +
+        (use.what == MaskUse::What::moving ? "all of them may move" : "nothing of them is ignored") +
+        ", such as " + first);
   }
 }
 

@@ -10,14 +10,14 @@ namespace splinevox::data {
 
 /// What masks are for, as DatasetRules::masks says.
 struct MaskUse {
-  enum class What { unsaid, none, subject, ignore };
-  /// What of a mask is the scene: what is kept.
+  enum class What { unsaid, none, subject, ignore, moving };
+  /// What of a mask is the scene: what is kept. Of what moves: what stands still.
   enum class Kept { by_name, white, black };
   std::string text = {};
   What what = What::unsaid;
   Kept kept = Kept::white;
 
-  bool used() const { return what == What::subject || what == What::ignore; }
+  bool used() const { return what != What::unsaid && what != What::none; }
   /// Whether black is what is kept of this mask. dynamic_mask_NAME marks what moves in white, which is what
   /// nobody wants to see who ignores something.
   bool keeps_black(const std::filesystem::path& mask) const;
@@ -44,8 +44,8 @@ struct MaskSearch {
 MaskSearch find_masks(const std::filesystem::path& root, RawScene& scene);
 
 /// Where masks are asked for: throws Error (Fault::input) if there are none, or if it is not clear which
-/// picture one is for. A picture without its mask is as good as missing where masks show the subject, and all
-/// of it is used where they say what to ignore, unless `rules` refuse it.
+/// picture one is for. A picture without its mask is as good as missing where masks show the subject. All of
+/// it is used where they say what to ignore, and may move where they say what does, unless `rules` refuse it.
 void require_masks(RawScene& scene, const MaskUse& use, const MaskSearch& search, const DatasetRules& rules);
 
 }  // namespace splinevox::data

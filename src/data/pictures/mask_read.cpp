@@ -7,6 +7,7 @@
 
 #include "core/in_order.hpp"
 #include "core/parallel.hpp"
+#include "core/squares.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
@@ -133,6 +134,30 @@ std::vector<PixelMask> read_ignored(const MaskPlan& plan, int downscale) {
     for (std::size_t p = 0; p < mask.white.size(); ++p)
       if ((mask.white[p] >= kMiddle) == black) ignored.set(p);
     if (ignored.count() > 0) out[i] = area_downscale(ignored, downscale);
+  });
+  return out;
+}
+
+std::vector<CoarseMask> read_moving(const MaskPlan& plan, const std::vector<PictureSize>& sizes,
+                                    int downscale) {
+  std::vector<CoarseMask> out(plan.files.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const int w = sizes[i].width / downscale, h = sizes[i].height / downscale;
+    out[i].factor = squares_factor(w, h);
+    out[i].squares = PixelMask(w / out[i].factor, h / out[i].factor);
+    if (plan.files[i].empty())
+      for (std::size_t p = 0; p < out[i].squares.pixels(); ++p) out[i].squares.set(p);
+  }
+  for_each_mask(plan, [&](std::size_t i) {
+    const Mask mask = read_mask(plan, i);
+    const bool black = plan.use.keeps_black(plan.files[i]);
+    PixelMask& squares = out[i].squares;
+    const int pixels = downscale * out[i].factor;  // of the stored picture, along a square
+    for (int y = 0; y < mask.height; ++y)
+      for (int x = 0; x < mask.width; ++x)
+        if ((mask.white[std::size_t(y) * std::size_t(mask.width) + std::size_t(x)] >= kMiddle) == black)
+          squares.set(std::size_t(std::min(y / pixels, squares.height() - 1)) * std::size_t(squares.width()) +
+                      std::size_t(std::min(x / pixels, squares.width() - 1)));
   });
   return out;
 }

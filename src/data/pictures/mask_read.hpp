@@ -50,6 +50,10 @@ Image16 cut_out(Image16 picture, const MaskPlan& plan, std::size_t i);
 /// Of each frame the pixels that its mask says to ignore: in blocks of `downscale` pixels any of which is
 /// less than half kept.
 std::vector<PixelMask> read_ignored(const MaskPlan& plan, int downscale);
+/// Of each frame the squares in which any pixel moves: all of them where there is no mask.
+/// @param sizes  of the pictures once they are turned
+std::vector<CoarseMask> read_moving(const MaskPlan& plan, const std::vector<PictureSize>& sizes,
+                                    int downscale);
 /// Of each frame the pixels whose blocks are white for at least a half.
 std::vector<PixelMask> read_inside(const MaskPlan& plan, int downscale);
 

@@ -17,12 +17,20 @@ constexpr double kWall = 0.5;  ///< grey behind opaque pictures
 struct Sample {
   int body = -1;
   Vec3d colour{};
+  bool masked = false;
 };
 
-Sample look(const SynthMoment& moment, const Camera& camera, double u, double v) {
-  const auto hit = moment.trace(camera_ray(camera, u, v));
-  return hit ? Sample{hit->body, hit->colour} : Sample{};
-}
+/// What rays of a camera meet.
+struct Looker {
+  const SynthMoment& moment;
+  const Camera& camera;
+  const SynthMask& mask;
+
+  Sample operator()(double u, double v) const {
+    const auto hit = moment.trace(camera_ray(camera, u, v));
+    return hit ? Sample{hit->body, hit->colour, mask(*hit)} : Sample{};
+  }
+};
 
 bool one_body(std::span<const Sample> samples) {
   return std::all_of(samples.begin(), samples.end(),
@@ -41,53 +49,70 @@ double contrast(std::span<const Sample> samples) {
 
 float in_bytes(double value) { return float(std::floor(value * 255 + 0.5)) / 255.0f; }
 
-/// What a pixel shows, straight, and how much of it is the subject.
+/// What a pixel shows, straight, and how much of it is masked.
 struct Pixel {
-  float rgba[4], subject;
+  float rgba[4], masked;
 };
 
-Pixel average(std::span<const Sample> samples, int subjects) {
+Pixel average(std::span<const Sample> samples) {
   Vec3d sum{};
-  int hits = 0, on_subject = 0;
+  int hits = 0, masked = 0;
   for (const Sample& s : samples) {
     if (s.body < 0) continue;
     sum += s.colour;
     ++hits;
-    on_subject += s.body < subjects;
+    masked += s.masked;
   }
   if (hits > 0) sum *= 1.0 / hits;
   const auto share = [&](int n) { return in_bytes(double(n) / double(samples.size())); };
-  return {{in_bytes(sum.x), in_bytes(sum.y), in_bytes(sum.z), share(hits)}, share(on_subject)};
+  return {{in_bytes(sum.x), in_bytes(sum.y), in_bytes(sum.z), share(hits)}, share(masked)};
 }
 
 /// Four samples; eight where the paint differs, sixteen where bodies do.
-Pixel draw_pixel(const SynthMoment& moment, const Camera& camera, int x, int y) {
+Pixel draw_pixel(const Looker& look, int x, int y) {
   constexpr double kContrast = 0.1;
   static constexpr double kFew[8][2] = {{0.125, 0.375}, {0.625, 0.125}, {0.375, 0.875}, {0.875, 0.625},
                                         {0.375, 0.125}, {0.875, 0.375}, {0.125, 0.625}, {0.625, 0.875}};
   std::array<Sample, 16> samples;
   const std::span four = std::span(samples).first(4), eight = std::span(samples).first(8);
-  for (std::size_t i = 0; i < 4; ++i) samples[i] = look(moment, camera, x + kFew[i][0], y + kFew[i][1]);
-  if (one_body(four) && contrast(four) < kContrast) return average(four, moment.subjects());
+  for (std::size_t i = 0; i < 4; ++i) samples[i] = look(x + kFew[i][0], y + kFew[i][1]);
+  if (one_body(four) && contrast(four) < kContrast) return average(four);
   if (one_body(four)) {
-    for (std::size_t i = 4; i < 8; ++i) samples[i] = look(moment, camera, x + kFew[i][0], y + kFew[i][1]);
-    if (one_body(eight)) return average(eight, moment.subjects());
+    for (std::size_t i = 4; i < 8; ++i) samples[i] = look(x + kFew[i][0], y + kFew[i][1]);
+    if (one_body(eight)) return average(eight);
   }
-  for (int i = 0; i < 16; ++i)
-    samples[std::size_t(i)] = look(moment, camera, x + (i % 4 + 0.5) / 4, y + (i / 4 + 0.5) / 4);
-  return average(samples, moment.subjects());
+  for (int i = 0; i < 16; ++i) samples[std::size_t(i)] = look(x + (i % 4 + 0.5) / 4, y + (i / 4 + 0.5) / 4);
+  return average(samples);
 }
 
 }  // namespace
 
-Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const Vec3d& gain) {
+SynthMask subject_mask(const SynthMoment& moment) {
+  return [subjects = moment.subjects()](const SynthHit& hit) { return hit.body < subjects; };
+}
+
+SynthMask moving_mask(const SynthScene& scene) {
+  constexpr int kMoments = 16;
+  constexpr double kStill = 1e-6;           // scene units
+  constexpr double kGolden = 0.6180339887;  // so that no number of repeats meets one pose at all moments
+  std::vector<SynthMoment> moments;
+  for (int i = 0; i < kMoments; ++i) moments.push_back(scene.at(std::fmod(kGolden * i, 1.0)));
+  return [moments](const SynthHit& hit) {
+    return std::any_of(moments.begin(), moments.end(), [&](const SynthMoment& m) {
+      return length(m.world_from_rest(hit.body, hit.rest) - hit.position) > kStill;
+    });
+  };
+}
+
+Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const Vec3d& gain,
+           const SynthMask& mask) {
   Drawn out{Image(camera.width, camera.height, 4), Image(camera.width, camera.height, 1)};
   const bool exposed = gain != Vec3d{1, 1, 1};
   parallel_for(camera.height, [&](int y) {
     for (int x = 0; x < camera.width; ++x) {
-      const Pixel pixel = draw_pixel(moment, camera, x, y);
+      const Pixel pixel = draw_pixel({moment, camera, mask}, x, y);
       float* const rgba = std::copy_n(pixel.rgba, 4, out.picture.pixel(x, y)) - 4;
-      *out.mask.pixel(x, y) = pixel.subject;
+      *out.mask.pixel(x, y) = pixel.masked;
       if (opaque) {
         for (int c = 0; c < 3; ++c) rgba[c] = in_bytes(rgba[3] * rgba[c] + (1 - rgba[3]) * kWall);
         rgba[3] = 1;

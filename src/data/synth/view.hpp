@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,10 +33,18 @@ std::vector<SynthShot> plan_shots(const SynthOptions& options);
 /// A picture with soft edges, values rounded to multiples of 1/255.
 struct Drawn {
   Image picture;  ///< straight RGBA in [0, 1]
-  Image mask;     ///< one channel: how much of the pixel is the subject
+  Image mask;     ///< one channel: how much of the pixel is masked
 };
+/// Whether what a ray meets is in the mask.
+using SynthMask = std::function<bool(const SynthHit&)>;
+/// All but the room.
+SynthMask subject_mask(const SynthMoment& moment);
+/// What is somewhere else at some time of [0, 1].
+SynthMask moving_mask(const SynthScene& scene);
+
 /// @param opaque  before a grey wall, alpha 1 everywhere.
-Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const Vec3d& gain);
+Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const Vec3d& gain,
+           const SynthMask& mask);
 
 /// The layers of a truth file: one ray through each pixel's centre.
 std::vector<ExrLayer> draw_truth(const SynthMoment& moment, const Camera& camera);

@@ -52,7 +52,9 @@ void make_folder(const fs::path& folder) {
 }
 
 data::Drawn picture_of(const SynthScene& world, const SynthShot& shot, const SynthOptions& options) {
-  return data::draw(world.at(shot.time + shot.late), shot.camera, options.look.opaque, shot.gain);
+  const SynthMoment moment = world.at(shot.time + shot.late);
+  return data::draw(moment, shot.camera, options.look.opaque, shot.gain,
+                    options.rig.movers ? data::moving_mask(world) : data::subject_mask(moment));
 }
 
 nlohmann::ordered_json frame_json(const SynthShot& shot, bool masks) {

@@ -221,7 +221,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   if (tried.empty()) return out;
   if (out.chosen.has(Effect::motion) || out.chosen.has(Effect::light))
     out.view_told_by_time = view_told_by_time(config, train);
-  if (out.chosen.has(Effect::motion) && is_film(out.view_told_by_time)) {
+  if (out.chosen.has(Effect::motion)) out.film = given_motion(train);
+  if (!out.film && out.chosen.has(Effect::motion) && is_film(out.view_told_by_time)) {
     out.film = look_at_film(config, train, time_map, out.moving);
     if (on_film) on_film(*out.film);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/parallel.hpp"
+#include "core/squares.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/math/basis.hpp"
@@ -17,7 +18,6 @@
 namespace splinevox {
 namespace {
 
-constexpr int kMostSquares = 200;       ///< along a picture
 constexpr int kSteps = 200;             ///< of the fit
 constexpr int kMostRays = 4096;         ///< of a step
 constexpr int kStride = 4;              ///< squares, between places that are asked who sees them
@@ -90,6 +90,26 @@ double view_told_by_time(const Config& config, const Split& train) {
 
 bool is_film(double view_told_by_time) { return view_told_by_time > kFilm; }
 
+std::optional<FilmEvidence> given_motion(const Split& train) {
+  FilmEvidence out;
+  out.given = true;
+  out.threshold = kMoves;
+  int masks = 0, whole = 0;
+  for (const Frame& f : train.frames) {
+    const PixelMask& squares = f.moving.squares;
+    if (squares.empty()) continue;
+    whole += squares.all();
+    if (squares.all()) continue;
+    ++masks;
+    out.pictures += squares.count() > 0;
+    out.share += double(squares.count()) / double(squares.pixels());
+  }
+  if (masks + whole == 0) return {};
+  out.share = masks > 0 ? out.share / masks : 1;
+  out.coloured = out.share;
+  return out;
+}
+
 FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMap& time_map,
                           std::vector<CoarseMask>& moving) {
   Trainer trainer(still_config(config), train, time_map);
@@ -101,8 +121,7 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
   moving.resize(n);
   parallel_for(int(n), [&](int i) {
     const Frame& frame = train.frames[std::size_t(i)];
-    const int longest = std::max(frame.camera.width, frame.camera.height),
-              factor = std::max(1, (longest + kMostSquares - 1) / kMostSquares);
+    const int factor = squares_factor(frame.camera.width, frame.camera.height);
     const ReadAll all_of(frame.image);
     const Camera camera = area_downscale(frame.camera, factor);
     const Image picture = composite(area_downscale(frame.image, factor), still.background.color);

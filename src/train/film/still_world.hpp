@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "splinevox/data/scene.hpp"
@@ -14,6 +15,10 @@ namespace splinevox {
 double view_told_by_time(const Config& config, const Split& train);
 /// Whether that makes a film of it: of one camera on its way.
 bool is_film(double view_told_by_time);
+
+/// What masks say that moves (Frame::moving): with them no still world is asked. Pictures of which all may
+/// move say nothing. None: no masks are for that.
+std::optional<FilmEvidence> given_motion(const Split& train);
 
 /// What a world in which nothing changes cannot show of a film.
 ///
