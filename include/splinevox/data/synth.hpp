@@ -28,6 +28,7 @@ struct SynthLook {
 /// neutrally and in time.
 struct SynthRig {
   int cameras = 0;       ///< of the training pictures, each at every moment; 0: no rig; 2..100
+  double arc = 1;        ///< how much of the whole ring they stand along, (0, 1]
   bool turns = false;    ///< they take turns: one camera a moment
   double exposures = 0;  ///< training cameras multiply every channel by a gain of its own, at most this share
                          ///< away from 1 before their geometric mean is made 1; [0, 0.5]
