@@ -190,7 +190,8 @@ TEST_SUITE("train/film") {
         for (const Frame& f : train.frames) out.push_back(f.moving);
         return out;
       }();
-      data.masks = DatasetMasks{.use = "moving"};
+      data.masks.emplace();
+      data.masks->use = "moving";
       for (const EffectPolicy policy : {EffectPolicy::choose, EffectPolicy::keep}) {
         const Prepared ready = prepare(config, data, {.effects = policy});
         REQUIRE(ready.effects.film);
