@@ -69,6 +69,7 @@ std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& re
   }
   const StillPlaces still = evidence.places(pictures, ignored);
   std::vector<double> shifts;
+  std::size_t proved = 0;
   double pixels = 0;
   auto place = still.places.begin();
   for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -77,14 +78,15 @@ std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& re
     const FrameSampler own(model, frames[k]->time);
     for (; place != still.places.end() && place->picture == k; ++place) {
       const int x = int(place->u), y = int(place->v);
-      const bool behind = *seen.alpha.pixel(x, y) < 0.5f;  // it shows what is behind the box, which stands
+      proved += std::size_t(std::count(place->still.begin(), place->still.end(), true));
+      if (*seen.alpha.pixel(x, y) < 0.5f) continue;  // it shows what is behind the box, which cannot move
       const Ray ray = camera_ray(camera, place->u, place->v);
       const Vec3d point =
           ray.origin + (*seen.depth.pixel(x, y) / -dot(ray.direction, camera.axes[2])) * ray.direction;
       const Vec3 surface = cast<float>(point), here = own.warp(surface).displacement;
       for (std::size_t t = 0; t < at.size(); ++t)
         if (place->still[t])
-          shifts.push_back(behind ? 0 : shift_of(camera, point, at[t].warp(surface).displacement - here));
+          shifts.push_back(shift_of(camera, point, at[t].warp(surface).displacement - here));
     }
     pixels += double(frames[k]->camera.width) / double(frames.size());
   }
@@ -92,7 +94,7 @@ std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& re
   HeldCamera out;
   out.cameras = int(frames.size());
   out.places = shifts.size();
-  out.proved_share = double(shifts.size()) / double(still.asked);
+  out.proved_share = double(proved) / double(still.asked);
   out.median_share = quantile(shifts, 0.5);
   out.p95_share = quantile(shifts, 0.95);
   out.median = pixels * out.median_share;

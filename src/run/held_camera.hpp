@@ -22,7 +22,7 @@ namespace splinevox::run {
 /// which fails for a scene that is torn, and finds chance in a flat one.
 struct HeldCamera {
   int cameras = 0;
-  std::size_t places = 0;                  ///< proved still at one other time, counted for each
+  std::size_t places = 0;                  ///< proved still and within the box, at one other time each
   double proved_share = 0;                 ///< of all places with texture and other times, [0, 1]
   double median = 0, p95 = 0;              ///< shift of those, pixels of the picture
   double median_share = 0, p95_share = 0;  ///< the same, shares of the picture's width
