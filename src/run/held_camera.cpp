@@ -128,8 +128,8 @@ std::string held_camera_warning(const HeldCamera& t) {
       "warning: with the camera held still, some of what stands still moves by {:.1f}% of the picture's "
       "width: "
       "the camera's motion was learned as the scene's. Views from beside its way will be wrong. "
-      "--set loss.curve_rest=0.1 may hold more of it; --effects view,background,surroundings leaves motion "
-      "out; a second camera settles it",
+      "Masks of what moves hold the rest (--masks moving); --effects view,background,surroundings leaves "
+      "motion out; a second camera settles it",
       100 * t.p95_share);
 }
 

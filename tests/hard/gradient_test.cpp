@@ -59,8 +59,8 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
       if (task.slot != int(f)) continue;
       for (int i = task.first; i < task.last; ++i) {
         const RayInput<float>& in = batch.rays[i];
-        const RayInput<double> ray{cast<double>(in.origin), cast<double>(in.direction), in.count,
-                                   cast<double>(in.background)};
+        const RayInput<double> ray{
+            cast<double>(in.origin), cast<double>(in.direction), in.count, cast<double>(in.background), {}};
         const auto result = kernel.forward(ray, field, frame, stop);
         const Vec3d error = photometric_error(result.rgb, cast<double>(batch.targets[i]));
         out.value += dot(error, error);
