@@ -91,11 +91,8 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
                [&](int f) { shown_[f] = SilhouetteBlocks(train.frames[f], kRing); });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
   moments_ = starts_of_moments(by_time_, [&](int f) { return train.frames[std::size_t(f)].time; });
-  // Nothing is made for a moment where there is but one: every picture is a slot of its own then.
-  if (moments_.size() == 1) {
-    moments_.resize(by_time_.size());
-    std::iota(moments_.begin(), moments_.end(), std::size_t(0));
-  }
+  each_.resize(by_time_.size());
+  std::iota(each_.begin(), each_.end(), std::size_t(0));
 }
 
 void BatchSampler::set_moving(const std::vector<CoarseMask>& moving, float rest, float along) {
@@ -108,20 +105,20 @@ void BatchSampler::set_moving(const std::vector<CoarseMask>& moving, float rest,
   along_ = along;
 }
 
-std::vector<int> BatchSampler::frames_of_moment(std::size_t moment, std::int64_t visit, int most,
-                                                const CameraFits& cameras) const {
-  const std::size_t first = moments_[moment],
-                    end = moment + 1 < moments_.size() ? moments_[moment + 1] : by_time_.size();
+const std::vector<std::size_t>& BatchSampler::moments(const CameraFits& cameras) const {
+  // Nothing is made for a moment where there is but one; and cameras of which some are late share none.
+  const bool late = std::any_of(cameras.cameras.begin(), cameras.cameras.end(),
+                                [](const CameraFit& c) { return c.offset != 0; });
+  return moments_.size() == 1 || late ? each_ : moments_;
+}
+
+std::vector<int> BatchSampler::frames_of_moment(std::size_t first, std::size_t end, std::int64_t visit,
+                                                int most) const {
   const std::int64_t views = std::min(std::int64_t(end - first), std::int64_t(most));
-  Deck deck(hash64(seed_ ^ hash64(moment)), kCameras, int(end - first));
+  Deck deck(hash64(seed_ ^ hash64(first)), kCameras, int(end - first));
   std::vector<int> out;
-  for (std::int64_t k = 0; k < views; ++k) {
-    const int frame = by_time_[first + std::size_t(deck.at(visit * views + k))];
-    // A camera that is late shows another moment.
-    if (out.empty() || cameras.time_of(train_.frames[std::size_t(frame)]) ==
-                           cameras.time_of(train_.frames[std::size_t(out.front())]))
-      out.push_back(frame);
-  }
+  for (std::int64_t k = 0; k < views; ++k)
+    out.push_back(by_time_[first + std::size_t(deck.at(visit * views + k))]);
   return out;
 }
 
@@ -175,8 +172,9 @@ std::span<const int> BatchSampler::window(double progress) const {
 void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background,
                         const Surroundings& around, Batch& out, const CameraFits& cameras) const {
   const std::span<const int> window = this->window(progress);
+  const std::vector<std::size_t>& starts = moments(cameras);
   const auto moment_at = [&](std::ptrdiff_t rank) {
-    return std::lower_bound(moments_.begin(), moments_.end(), std::size_t(rank)) - moments_.begin();
+    return std::lower_bound(starts.begin(), starts.end(), std::size_t(rank)) - starts.begin();
   };
   const std::ptrdiff_t from = window.data() - by_time_.data(), first_moment = moment_at(from);
   const int n = int(moment_at(from + std::ptrdiff_t(window.size())) - first_moment),
@@ -187,7 +185,9 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.times.resize(frames);
   Deck deck(seed_, kDeck, n);
   const auto frames_of_card = [&](std::int64_t i) {
-    return frames_of_moment(std::size_t(first_moment + deck.at(i)), i / n, views, cameras);
+    const std::size_t moment = std::size_t(first_moment + deck.at(i));
+    return frames_of_moment(starts[moment], moment + 1 < starts.size() ? starts[moment + 1] : by_time_.size(),
+                            i / n, views);
   };
   std::vector<std::vector<int>> of_slot(static_cast<std::size_t>(frames));
   for (int f = 0; f < frames; ++f) {

@@ -91,20 +91,22 @@ class BatchSampler {
   /// Share of a frame's patches that are drawn where something moves.
   float changing_share(int frame) const;
   Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
-  /// The cameras of a slot's moment from which its patches are drawn in turn.
-  std::vector<int> frames_of_moment(std::size_t moment, std::int64_t visit, int most,
-                                    const CameraFits& cameras) const;
+  /// Where slots' moments begin in by_time_, by what is known of the cameras.
+  const std::vector<std::size_t>& moments(const CameraFits& cameras) const;
+  /// The cameras from which the patches of a slot are drawn in turn. @param first  and @param end  of its
+  /// moment in by_time_
+  std::vector<int> frames_of_moment(std::size_t first, std::size_t end, std::int64_t visit, int most) const;
 
   const Split& train_;
   Box box_;
   SamplingConfig config_;
   float brightest_;  ///< random background
   std::uint64_t seed_;
-  std::vector<int> by_time_, rank_;       ///< frames in order of time, and each frame's place in that order
-  std::vector<std::size_t> moments_;      ///< where each begins in by_time_; of one moment alone: each frame
-  std::vector<SilhouetteBlocks> shown_;   ///< per frame
-  std::vector<ChangingBlocks> changing_;  ///< per frame; none: nothing is known
-  float rest_ = 0, along_ = 0;            ///< of set_moving
+  std::vector<int> by_time_, rank_;  ///< frames in order of time, and each frame's place in that order
+  std::vector<std::size_t> moments_, each_;  ///< where each moment, and each frame, begins in by_time_
+  std::vector<SilhouetteBlocks> shown_;      ///< per frame
+  std::vector<ChangingBlocks> changing_;     ///< per frame; none: nothing is known
+  float rest_ = 0, along_ = 0;               ///< of set_moving
 };
 
 }  // namespace splinevox
