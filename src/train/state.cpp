@@ -82,7 +82,10 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
 
 void Trainer::State::set_moving(std::vector<CoarseMask> masks) {
   moving = std::move(masks);
-  sampler.set_moving(moving, setting.config.loss.still, setting.config.loss.along);
+  // Of a rig other cameras see what one does not. Its cells are known better, and need no prior.
+  const LossConfig& loss = setting.config.loss;
+  const bool rig = !setting.still.empty();
+  sampler.set_moving(moving, rig ? 0 : loss.still, rig ? 0 : loss.along);
 }
 
 bool Trainer::State::refine(double progress_now) {
