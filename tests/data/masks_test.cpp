@@ -151,7 +151,10 @@ TEST_SUITE("data/masks") {
       "moving: of large pictures at most 200 squares along them are known, the last with what is over") {
     const TempFolder folder;
     constexpr int kLarge = 407, kLow = 20;
-    write_nerfstudio(folder.path(), true_cameras({}, kCount));
+    TrueLens lens;
+    lens.wide = kLarge;
+    lens.high = kLow;
+    write_nerfstudio(folder.path(), true_cameras(lens, kCount));
     for (int i = 0; i < kCount; ++i) {
       const std::string name = "frame_" + padded(i) + ".png";
       write_png(folder.path() / "images" / name, grey_png([](int, int) { return 99; }, kLarge, kLow));

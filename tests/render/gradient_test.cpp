@@ -276,7 +276,6 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
   gather(radiance, records.radiance, field.radiance, *scene.radiance, kWidth, d_rows);
   gather(motion, records.motion, field.motion, *scene.motion, kSliceWidth, d_slice);
 }
-
 /// The largest errors over everything checked, printed for docs/numerics.md.
 struct Figures {
   double relative = 0;  ///< double against dual numbers, elementwise

@@ -105,25 +105,19 @@ struct OptimiserConfig {
 struct LossConfig {
   float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-2f, tv_rigidity = 0,
         tv_light = 1e-4f;
-  float tv_final =
-      0.003f;  ///< share of the total variation weights left at the end; they decay exponentially
-  float tv_share =
-      0.0625f;          ///< share of the bricks visited per step (stochastic TV); the weight is divided by it
-  float still = 0.03f;  ///< weight of the squared displacement, in voxels, of what a ray shows where it is
-                        ///< known that nothing moves in its pixel
-  float along =
-      0.01f;  ///< the same along the ray, where it is known that something moves: no picture shows that
-  int tv_places = 96;  ///< places of cameras that stand still, below which tv_density grows in proportion
-                       ///< (for_places in train/start.hpp); 0: never
-  float offset = 0;    ///< lambda_off of Eq. 8
+  float tv_final = 0.003f;   ///< share of these weights that is left at the end; they decay exponentially
+  float tv_share = 0.0625f;  ///< share of the bricks visited per step; the weight is divided by it
+  float still = 0.03f;  ///< of the squared displacement, in voxels, where a pixel shows nothing that moves
+  float along = 0.01f;  ///< of that along the ray, where one shows something that moves
+  int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
+                        ///< (for_places in train/start.hpp); 0: never
+  float offset = 0;     ///< lambda_off of Eq. 8
   float offset_rigidity = 0.3f;  ///< lambda_r of Eq. 6
   float divergence = 0;          ///< lambda_div of Eq. 8
   DivergenceKind divergence_kind = DivergenceKind::analytic;
   bool ramp = false;  ///< multiply offset and divergence by 1/100 -> 1 over the run, as the released code
-  float curve_length =
-      0;  ///< weight of the squared lengths between control points, in edges of the box, all voxels
-  float curve_light =
-      0;  ///< weight of the squared differences of the raw light between control points, all voxels
+  float curve_length = 0;  ///< of the squared lengths between control points, in edges of the box
+  float curve_light = 0;   ///< of the squared differences of the raw light between control points
   float curve_knots =
       0;  ///< weight of the jumps at knots that halving brought in, in edges of the box, all voxels
   float curve_rest = 0;  ///< weight of the lengths of the curves that all levels make together, in edges of
@@ -131,13 +125,11 @@ struct LossConfig {
 };
 
 struct SamplingConfig {
-  int frames = 16;  ///< training images per step
-  float window =
-      0.3f;  ///< share of the frames, those around the middle one in time, that a moving scene begins with
+  int frames = 16;      ///< training images per step
+  float window = 0.3f;  ///< share of the frames, the middle ones in time, that a moving scene begins with
   float window_full = 0.3f;  ///< progress at which the window has grown to all frames
   int rays = 4096;           ///< rays of the first step over all of them, in patches of 2 x 2 pixels
-  float growth =
-      3;  ///< rays of the last step over those of the first, linear in between: calm where it matters
+  float growth = 3;          ///< rays of the last step over those of the first, linear in between
   float carve =
       0.15f;  ///< share of the rays that look from cameras of neighbouring times past the silhouette
   int carve_frames = 4;  ///< how many frames earlier or later such a camera may be
@@ -385,8 +377,7 @@ struct Preset {
   const char* name;
   const char* summary;  ///< what it is for and what it costs, one line of `train --help`
   Config config;
-  int usual_steps =
-      0;  ///< its budget makes on 100 to 200 pictures of 400x400 with two cores; 0: not measured
+  int usual_steps = 0;  ///< of its budget: 100 to 200 pictures of 400x400, two cores; 0: not measured
 };
 /// draft, fast, standard, high, paper, nerf_atlas.
 const std::vector<Preset>& presets();
