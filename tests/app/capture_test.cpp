@@ -254,6 +254,10 @@ TEST_SUITE("app/capture") {
     CHECK(scene.left_out == std::vector<std::string>{"c.png"});
     CHECK(scene.placed == 4);
     CHECK(scene.asked == 5);
+    CHECK(contains(models_note(2, scene, "4 of 5 pictures"), "the largest is taken, 4 of 5 pictures"));
+    CHECK(models_note(1, scene, "").empty());
+    CHECK(models_note(2, place_frames(model, frames_named({"a.png", "b.png", "d.png", "e.png"}), {}), "")
+              .empty());
     CHECK(scene.box.longest_edge() == doctest::Approx(2));
     CHECK(length(scene.box.center()) < 1e-6f);
     double up = 0;

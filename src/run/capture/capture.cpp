@@ -195,9 +195,7 @@ class Capture {
             : fmt::format("; {} with a lens that no camera has: --lens radial, or pinhole", scene.odd_lenses);
     if (scene.placed < kLeastPlaced * scene.asked) fail_placing(state_, share + odd);
     talk_.stage(5, "data set");
-    if (solved.models > 1)
-      talk_.note(fmt::format("COLMAP made {} models that it could not join: the largest is taken, {}",
-                             solved.models, share));
+    if (const std::string note = models_note(solved.models, scene, share); !note.empty()) talk_.note(note);
     if (!scene.left_out.empty())
       talk_.note(fmt::format("{} {} found no place and are left out, such as {}{}", scene.left_out.size(),
                              what, data::in_quotes(scene.left_out[0]), odd));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/capture/capture_cameras.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -194,6 +196,11 @@ CapturedScene place_frames(const ColmapModel& model, const std::vector<CaptureFr
   scene.asked = int(rig.empty() ? frames.size() : rig.size());
   scene.placed = scene.asked - int(scene.left_out.size());
   return scene;
+}
+
+std::string models_note(int models, const CapturedScene& scene, const std::string& share) {
+  if (models < 2 || scene.placed == scene.asked) return "";
+  return fmt::format("COLMAP made {} models that it could not join: the largest is taken, {}", models, share);
 }
 
 }  // namespace splinevox::run

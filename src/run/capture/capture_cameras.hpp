@@ -48,4 +48,7 @@ bool is_likely_lens(const Camera& camera);
 CapturedScene place_frames(const data::ColmapModel& model, const std::vector<CaptureFrame>& frames,
                            const std::vector<std::string>& rig);
 
+/// What to say of models beside the largest, whose share is given; empty where the largest lacks nothing.
+std::string models_note(int models, const CapturedScene& scene, const std::string& share);
+
 }  // namespace splinevox::run
