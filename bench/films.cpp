@@ -22,6 +22,7 @@
 
 #include "core/parallel.hpp"
 #include "math/camera.hpp"
+#include "math/quantile.hpp"
 #include "run/held_camera.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
@@ -95,13 +96,6 @@ Points points_of(const SynthScene& scene, const std::vector<SynthMoment>& moment
         out.truth[m].push_back(cast<float>(moments[m].world_from_rest(hit->body, hit->rest)));
     }
   return out;
-}
-
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
 }
 
 /// Against the truth, percent of the box where not said otherwise: how far the still surface is displaced at

@@ -10,6 +10,7 @@
 
 #include "core/parallel.hpp"
 #include "math/camera.hpp"
+#include "math/quantile.hpp"
 #include "run/still_places.hpp"
 #include "splinevox/field/sample.hpp"
 #include "train/effects/film.hpp"
@@ -42,16 +43,10 @@ double shift_of(const Camera& camera, const Vec3d& point, const Vec3& by) {
   return std::min(shift, 1.0);
 }
 
-double quantile(std::vector<double>& values, double share) {
-  const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), nth, values.end());
-  return *nth;
-}
-
 }  // namespace
 
 bool is_film(const Split& train, const Box& box) {
-  return view_told_by_time(train, box.center(), kOtherTime) > kFilm;
+  return splinevox::is_film(view_told_by_time(train, box.center(), kOtherTime));
 }
 
 std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& renderer, const Split& train,

@@ -8,6 +8,7 @@
 #include "train/bounds/ground.hpp"
 #include "train/check_cameras.hpp"
 #include "train/effects/effect_table.hpp"
+#include "train/effects/film.hpp"
 #include "train/film/still_world.hpp"
 #include "train/learn_cameras.hpp"
 #include "train/start.hpp"
@@ -84,16 +85,15 @@ bool masks_say_what_moves(const Dataset& data) { return data.masks && data.masks
 void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options) {
   Split& train = *data.find("train");
   EffectChoice& choice = prepared.effects;
-  if (!choice.film) choice.film = given_motion(train);
-  if (!choice.film && is_film(view_told_by_time(prepared.config, train))) {
-    choice.film = look_at_film(prepared.config, train, data.time_map, choice.moving);
-    if (options.on_film) options.on_film(*choice.film);
-  }
+  if (!choice.middle) choice.middle = starting_middle(prepared.config, train);
+  const double told = view_told_by_time(prepared.config, train, *choice.middle);
+  if (!choice.film)
+    choice.film = motion_told(prepared.config, train, data.time_map, told, choice.moving, options.on_film);
   // Motion that was asked for though a still world shows everything may be anywhere.
   if (!choice.film || !choice.film->unexplained()) return;
   if (!choice.film->given)
     for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
-  else if (!is_film(view_told_by_time(prepared.config, train)))
+  else if (!is_film(told))
     return;
   // Most of a film is static, and its first third shows too little of it (docs/experiments/effects.md).
   prepared.config.sampling.window = 1;

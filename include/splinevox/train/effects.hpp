@@ -147,6 +147,7 @@ struct EffectChoice {
   std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
   double view_told_by_time = 0;  ///< 0..1: how well the time of a picture tells its viewing direction; beyond
                                  ///< 0.8 a film. 0: not asked
+  std::optional<Vec3> middle = {};          ///< of the scene as training begins; none: not asked
   std::optional<StillEvidence> still = {};  ///< none: no camera stands still
   std::optional<FilmEvidence> film = {};    ///< none: no film, or motion was not wanted
   std::vector<CoarseMask> moving = {};      ///< of a film that moves: what does, in each training frame

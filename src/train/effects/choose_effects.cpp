@@ -11,6 +11,7 @@
 #include "splinevox/train/effects.hpp"
 #include "train/by_time.hpp"
 #include "train/effects/effect_table.hpp"
+#include "train/effects/film.hpp"
 #include "train/effects/halves.hpp"
 #include "train/effects/ladder.hpp"
 #include "train/effects/still_proof.hpp"
@@ -219,13 +220,12 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   }
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
-  if (out.chosen.has(Effect::motion) || out.chosen.has(Effect::light))
-    out.view_told_by_time = view_told_by_time(config, train);
-  if (out.chosen.has(Effect::motion)) out.film = given_motion(train);
-  if (!out.film && out.chosen.has(Effect::motion) && is_film(out.view_told_by_time)) {
-    out.film = look_at_film(config, train, time_map, out.moving);
-    if (on_film) on_film(*out.film);
+  if (out.chosen.has(Effect::motion) || out.chosen.has(Effect::light)) {
+    out.middle = starting_middle(config, train);
+    out.view_told_by_time = view_told_by_time(config, train, *out.middle);
   }
+  if (out.chosen.has(Effect::motion))
+    out.film = motion_told(config, train, time_map, out.view_told_by_time, out.moving, on_film);
   Config fitted = config;
   fitted.effects.steps = fit_steps(config);
   const bool brief = fitted.effects.steps < config.effects.steps;

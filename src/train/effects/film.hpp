@@ -17,8 +17,8 @@ namespace splinevox {
 /// @param window  within which times count as the same; pictures of neighbouring times always do
 double view_told_by_time(const Split& train, const Vec3& middle, double window);
 
-/// view_told_by_time from which pictures are a film.
-inline constexpr double kFilm = 0.8;
+/// Whether that makes a film of pictures: of one camera on its way.
+inline bool is_film(double told) { return told > 0.8; }
 
 /// Share of the visible cells, of 32 along the box, that a moving model displaces by more than `far` scene
 /// units on the mean over time.

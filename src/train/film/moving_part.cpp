@@ -8,6 +8,7 @@
 #include "math/camera.hpp"
 #include "render/field_view.hpp"
 #include "train/by_time.hpp"
+#include "train/square_sums.hpp"
 
 namespace splinevox {
 namespace {
@@ -26,12 +27,7 @@ class Voter {
         factor_(moving.factor),
         width_(moving.squares.width()),
         height_(moving.squares.height()),
-        sums_(std::size_t(width_ + 1) * std::size_t(height_ + 1)) {
-    for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x)
-        sum(x + 1, y + 1) =
-            sum(x, y + 1) + sum(x + 1, y) - sum(x, y) + std::uint32_t(moving.squares.test(x, y));
-  }
+        sums_(width_, height_, [&](int x, int y) { return moving.squares.test(x, y); }) {}
 
   /// Of a cell by the square around its projection.
   Vote on(const Vec3& middle, float edge) const {
@@ -46,7 +42,7 @@ class Voter {
     const auto last = [&](double at, int squares) { return std::clamp(int(at / factor_) + 1, 0, squares); };
     const int x0 = first(p.u - du, width_), x1 = last(p.u + du, width_), y0 = first(p.v - dv, height_),
               y1 = last(p.v + dv, height_);
-    return sum(x1, y1) - sum(x0, y1) - sum(x1, y0) + sum(x0, y0) > 0 ? Vote::change : Vote::quiet;
+    return sums_.in(x0, y0, x1, y1) > 0 ? Vote::change : Vote::quiet;
   }
 
   /// Calls act(from, along, steps) for each square that shows motion: the points from + i * along are what it
@@ -63,15 +59,9 @@ class Voter {
   }
 
  private:
-  std::uint32_t& sum(int x, int y) {
-    return sums_[std::size_t(y) * std::size_t(width_ + 1) + std::size_t(x)];
-  }
-  std::uint32_t sum(int x, int y) const {
-    return sums_[std::size_t(y) * std::size_t(width_ + 1) + std::size_t(x)];
-  }
   const Camera& camera_;
   int factor_, width_, height_;
-  std::vector<std::uint32_t> sums_;  ///< squares that show motion above and to the left
+  SquareSums sums_;  ///< of the squares that show motion
 };
 
 /// The longest row of pictures that all show motion before a cell; those that do not see it do not count.

@@ -80,16 +80,7 @@ void leave_out(const PixelMask& ignored, std::vector<char>& known) {
     if (ignored.test(i)) known[i] = 0;
 }
 
-}  // namespace
-
-double view_told_by_time(const Config& config, const Split& train) {
-  const Box box = starting_bounds(config, train, picture_stats(train)).box;
-  const double pieces = basis_of(config.motion.basis).pieces(config.motion.points);
-  return view_told_by_time(train, box.center(), 1 / pieces);
-}
-
-bool is_film(double view_told_by_time) { return view_told_by_time > kFilm; }
-
+/// None: no masks are for that.
 std::optional<FilmEvidence> given_motion(const Split& train) {
   FilmEvidence out;
   out.given = true;
@@ -107,6 +98,26 @@ std::optional<FilmEvidence> given_motion(const Split& train) {
   if (masks + whole == 0) return {};
   out.share = masks > 0 ? out.share / masks : 1;
   out.coloured = out.share;
+  return out;
+}
+
+}  // namespace
+
+Vec3 starting_middle(const Config& config, const Split& train) {
+  return starting_bounds(config, train, picture_stats(train)).box.center();
+}
+
+double view_told_by_time(const Config& config, const Split& train, const Vec3& middle) {
+  return view_told_by_time(train, middle, 1.0 / basis_of(config.motion.basis).pieces(config.motion.points));
+}
+
+std::optional<FilmEvidence> motion_told(const Config& config, const Split& train, const TimeMap& time_map,
+                                        double told, std::vector<CoarseMask>& moving,
+                                        const std::function<void(const FilmEvidence&)>& on_film) {
+  std::optional<FilmEvidence> out = given_motion(train);
+  if (out || !is_film(told)) return out;
+  out = look_at_film(config, train, time_map, moving);
+  if (on_film) on_film(*out);
   return out;
 }
 

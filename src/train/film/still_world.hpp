@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -10,15 +11,20 @@
 
 namespace splinevox {
 
-/// How well the time of a picture tells its viewing direction (effects/film.hpp), of the scene that a
-/// configuration begins with and in windows as long as a piece of its curves.
-double view_told_by_time(const Config& config, const Split& train);
-/// Whether that makes a film of it: of one camera on its way.
-bool is_film(double view_told_by_time);
+/// The middle of the scene that a configuration begins with. Makes a hull, so it is worth keeping.
+Vec3 starting_middle(const Config& config, const Split& train);
 
-/// What masks say that moves (Frame::moving): with them no still world is asked. Pictures of which all may
-/// move say nothing. None: no masks are for that.
-std::optional<FilmEvidence> given_motion(const Split& train);
+/// How well the time of a picture tells its viewing direction (effects/film.hpp), in windows as long as a
+/// piece of the configuration's curves. @param middle  of the scene
+double view_told_by_time(const Config& config, const Split& train, const Vec3& middle);
+
+/// What moves, where something but fits says it: masks (Frame::moving), of pictures of any kind; pictures of
+/// which all may move say nothing. Else a still world says it of a film (look_at_film). None: neither does.
+/// @param told  view_told_by_time. @param moving  what moves in each frame, of a film. @param on_film  called
+/// once a film was looked at; may be empty
+std::optional<FilmEvidence> motion_told(const Config& config, const Split& train, const TimeMap& time_map,
+                                        double told, std::vector<CoarseMask>& moving,
+                                        const std::function<void(const FilmEvidence&)>& on_film);
 
 /// What a world in which nothing changes cannot show of a film.
 ///

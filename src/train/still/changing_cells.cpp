@@ -8,6 +8,7 @@
 #include "core/parallel.hpp"
 #include "math/camera.hpp"
 #include "render/field_view.hpp"
+#include "train/square_sums.hpp"
 
 namespace splinevox {
 namespace {
@@ -17,33 +18,12 @@ constexpr double kMostMoments = 0.8;  ///< of all, that a camera must see to vot
 constexpr int kFewestVotes = 2;
 constexpr double kAgree = 0.5;  ///< of the cameras that see a cell
 
-/// How many blocks of a map are set in a rectangle.
-class Sums {
- public:
-  Sums(const BlockMap& a, const BlockMap& b, int w, int h)
-      : w_(w + 1), sums_(std::size_t(w + 1) * (h + 1), 0) {
-    for (int y = 0; y < h; ++y)
-      for (int x = 0; x < w; ++x) {
-        const std::size_t i = std::size_t(y) * w + x;
-        at(x + 1, y + 1) = at(x, y + 1) + at(x + 1, y) - at(x, y) + (a[i] || b[i]);
-      }
-  }
-  /// @pre 0 <= x0 <= x1 <= width, the same of y; x1 and y1 are not in it
-  int in(int x0, int y0, int x1, int y1) const { return at(x1, y1) - at(x0, y1) - at(x1, y0) + at(x0, y0); }
-
- private:
-  int& at(int x, int y) { return sums_[std::size_t(y) * w_ + x]; }
-  int at(int x, int y) const { return sums_[std::size_t(y) * w_ + x]; }
-  int w_;
-  std::vector<int> sums_;
-};
-
 enum class Vote { none, quiet, change };
 
 struct Voter {
   const StillCamera& maps;
   const Camera& camera;
-  Sums sums;
+  SquareSums sums;
 
   Vote on(const Vec3& middle, float edge) const {
     double lo[2] = {1e30, 1e30}, hi[2] = {-1e30, -1e30};
@@ -92,7 +72,10 @@ std::vector<Voter> voters_of(const std::vector<StillCamera>& cameras, const Spli
     for (const int f : camera.frames) moments.insert(split.frames[std::size_t(f)].time);
     if (double(moments.size()) < kMostMoments * double(all.size()) || !camera.steady()) continue;
     out.push_back({camera, split.frames[std::size_t(camera.frames.front())].camera,
-                   Sums(camera.ever, camera.unknown, camera.width, camera.height)});
+                   SquareSums(camera.width, camera.height, [&](int x, int y) {
+                     const std::size_t i = std::size_t(y) * std::size_t(camera.width) + std::size_t(x);
+                     return camera.ever[i] || camera.unknown[i];
+                   })});
   }
   return out;
 }

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/parallel.hpp"
+#include "math/quantile.hpp"
 #include "train/by_time.hpp"
 
 namespace splinevox {
@@ -66,14 +67,6 @@ struct Film {
     return out;
   }
 };
-
-/// The value of which a share of all are smaller; 0 of none.
-float quantile(std::vector<float>& values, double share) {
-  if (values.empty()) return 0;
-  const auto at = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
 
 /// Brings a picture to the brightness of the still one, each channel by the median of its blocks' ratios.
 /// @return the largest change, a share
