@@ -162,12 +162,12 @@ struct SampleGradient {
 
 /// From the adjoint of the composite to the rows: harmonics of the view factor, and through the slopes of the
 /// interpolation to the displacement.
-/// @param rest  of the ray. @param share  of the sample in the pixel
+/// @param ray  as given, in memory: registers are few.   @param share  of the sample in the pixel.
 template <int Sh, bool Moving>
 SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, const EmissionAdjoint<float>& d,
                                                const FieldView<float>& field,
-                                               const RowHarmonics<Sh>& harmonics, const Rest<float>& rest,
-                                               float share, const Vec3& direction) {
+                                               const RowHarmonics<Sh>& harmonics, const RayInput<float>& ray,
+                                               float share) {
   using Row = Shaded<Sh, Moving>;
   SampleGradient<Sh> out;
   Pack along[3] = {};
@@ -196,7 +196,8 @@ SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, cons
     Vec3 delta;
     SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) delta[a] =
         field.radiance.inv_spacing * ((along[a][0] + along[a][2]) + (along[a][1] + along[a][3]));
-    if (rest.weight > 0) delta = delta + rest_vjp(rest, share, displacement_of(s.motion, s.r), direction);
+    if (ray.rest.weight > 0)
+      delta = delta + rest_vjp(ray.rest, share, displacement_of(s.motion, s.r), ray.direction);
     displacement_vjp(delta, s.motion, s.r, s.r_slope, out.motion);
     out.scalars[kLight] = d.light;
   }

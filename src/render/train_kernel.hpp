@@ -66,8 +66,8 @@ struct TrainKernel {
           has_matter(targets[index], ray.background, losses.faintest) ? losses.visible_share * all : never;
       team.each([&](int lane) { heaviest[lane] = enough; });
     }
-    const Vec3 error = photometric_error(m.rgb + m.transmittance * ray.background, targets[index]),
-               d_rgb = 2.0f * error;
+    // Kept doubled, as the sweep needs it; its half, at the end, is exact.
+    const Vec3 d_rgb = 2.0f * photometric_error(m.rgb + m.transmittance * ray.background, targets[index]);
 
     float rest =
         m.transmittance * dot(ray.background, d_rgb);  // of the gradient: what is behind the samples to come
@@ -85,7 +85,7 @@ struct TrainKernel {
     for (int first = (m.live - 1) / kLanes * kLanes; m.live > 0 && first >= 0; first -= kLanes) {
       const int n = m.live - first < kLanes ? m.live - first : kLanes;
       const bool gone = first + kLanes < m.live;  // the last chunk is still there
-      typename Team::template Lanes<float> before, later, share;
+      typename Team::template Lanes<float> before, later, share, weight;
       team.each([&](int lane) {
         if (lane >= n) {
           sample[lane].stored = false;
@@ -111,14 +111,14 @@ struct TrainKernel {
       typename Team::template Lanes<Place> place;
       team.each([&](int lane) {
         const Radiance& s = sample[lane];
-        const float w = s.stored ? before[lane] * s.alpha : 0.0f;
+        const float w = weight[lane] = s.stored ? before[lane] * s.alpha : 0.0f;
         keep[lane] = s.stored && !(w < losses.min_weight);
         shows[lane] = keep[lane] && radiance.visible && w > 0 && !(w < heaviest[lane]);
         if (!keep[lane]) return;
         const EmissionAdjoint<float> d = emission_vjp(
             s.emission,
             composite_vjp(s.emission, w, before[lane] * s.passed, field.step, rest + later[lane], d_rgb));
-        gradient[lane] = sample_vjp(s, d, field, harmonics, ray.rest, w, ray.direction);
+        gradient[lane] = sample_vjp(s, d, field, harmonics, rays[index], w);
         SPLINEVOX_UNROLL for (const Pack& p : gradient[lane].radiance)
             SPLINEVOX_UNROLL for (const float g : p.v) bad[lane] |= !(g < largest && g > -largest);
         place[lane] = s.at;
@@ -147,7 +147,7 @@ struct TrainKernel {
           Pack g = gradient[lane].motion;
           if constexpr (Jet) {
             float h[3][4] = {};
-            value[lane] += motion_loss_sample(jet_of(s, frame), losses.motion, probe, before[lane] * s.alpha,
+            value[lane] += motion_loss_sample(jet_of(s, frame), losses.motion, probe, weight[lane],
                                               field.motion.inv_spacing, g, h);
             SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) {
               row[8 + 4 * a + c] = h[a][c];
@@ -170,6 +170,7 @@ struct TrainKernel {
       }
       rest += all;
     }
+    const Vec3 error = 0.5f * d_rgb;
     const float loss = team.sum(value), squared = dot(error, error);
     const bool usable = team.ballot(bad) == 0 && loss + squared < largest;
     team.each([&](int lane) {
