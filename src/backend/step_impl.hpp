@@ -70,6 +70,8 @@ class Steps final : public StepBackend {
       clear(sums_[l], l == 0 && levels_.size() > 1 ? 0 : levels_[l].values.size());
     }
     run_.resize(slices_, 0);  // those of other lattices: made anew with the next step
+    const BasisWeights<float> mean = mean_weights(m.motion);
+    run_.upload(mean_, mean.data(), !levels_.empty() && m.motion.presence ? m.motion.stored_points() : 0);
     if (!levels_.empty())
       run_.upload(active_, model.active->rows[0].word, model.active->rows.size() * kBrick);
     std::size_t words = 0;
@@ -179,6 +181,7 @@ class Steps final : public StepBackend {
     peers_->sum(run_, rows.gradient);
     peers_->merge(run_, rows.touched);
   }
+  const float* mean() const { return mean_.size() > 0 ? mean_.data() : nullptr; }
   const LearnedMirror<Executor>& finest() const { return levels_.back(); }
   /// The sum of all levels on the finest lattice: with one level, that level.
   const float* collapsed() const { return levels_.size() > 1 ? sums_.back().data() : finest().values.data(); }
@@ -242,7 +245,8 @@ class Steps final : public StepBackend {
           levels_[l].lattice.view(), levels_[l - 1].lattice.view(), last ? active_.data() : nullptr, width});
     }
     run_.for_each(ContractKernel{MotionLayout(model_.model->motion), collapsed(), active_.data(),
-                                 weights_.data(), slots, finest().rows(), slices_.data()});
+                                 weights_.data(), mean(), model_.model->motion.stored_points(), slots,
+                                 finest().rows(), slices_.data()});
   }
 
   void march(const StepInput& in) {
@@ -304,8 +308,8 @@ class Steps final : public StepBackend {
                                 active_.data(), weights_dt_.data(), slots, rows, slice_gradients_.data(),
                                 slope_parts_.data()});
     run_.for_each(ExpandKernel{MotionLayout(model_.model->motion), motion_touched_.data(), active_.data(),
-                               weights_.data(), slots, rows, slice_gradients_.data(),
-                               levels_.back().gradient.data()});
+                               weights_.data(), mean(), model_.model->motion.stored_points(), slots, rows,
+                               slice_gradients_.data(), levels_.back().gradient.data()});
     run_.for_each(
         MergeMaskKernel{motion_touched_.data(), levels_.back().touched.data(), active_.data(), rows / 64});
     if (peers_) add_up(levels_.back());
@@ -332,6 +336,7 @@ class Steps final : public StepBackend {
   Buffer<std::uint64_t> active_, motion_touched_;
   Buffer<std::uint32_t> bits_;  ///< occupancy grids, one after the other
   Buffer<SlotWeights> weights_, weights_dt_;
+  Buffer<float> mean_;  ///< of presence
   Buffer<double> slope_parts_;
   Buffer<float> slices_, slice_gradients_;
   Buffer<std::int64_t> radiance_fixed_, slice_fixed_;

@@ -12,7 +12,7 @@
 namespace splinevox {
 
 /// What a column holds. In the order of a file's grids, and of the curves of a control point.
-enum class ColumnKind { density, color, sh, control, rigidity, light };
+enum class ColumnKind { density, color, sh, control, rigidity, light, presence };
 
 /// How often a row has a column.
 enum class Repeat {
@@ -113,6 +113,20 @@ inline constexpr ColumnFacts kColumns[] = {
      .stored = &MotionField::light,
      .slice = kSliceScalars,
      .file_switch = "light_switch"},
+    {.kind = ColumnKind::presence,
+     .name = "presence",
+     .array = "presence",
+     .repeat = Repeat::point,
+     .width = 1,
+     .format = 6,
+     .activation = "linear, less its mean over time",
+     .role = "control point of what is added to the density before its activation",
+     .about = ", raw: what is added to the raw density, less its mean over time; None where matter is always "
+              "there. A view.",
+     .stored = &MotionField::presence,
+     .slice = kSliceScalars + 1,
+     .file_switch = "presence_switch",
+     .unsaid = false},
 };
 
 constexpr const ColumnFacts& facts_of(ColumnKind kind) { return kColumns[int(kind)]; }
@@ -140,7 +154,7 @@ constexpr int count_curves(bool scalars_only) {
 /// Number of such a curve among them.
 constexpr int scalar_index(ColumnKind kind) { return facts_of(kind).slice - kSliceScalars; }
 inline constexpr int kCurves = count_curves(false), kScalars = count_curves(true);
-inline constexpr int kLight = scalar_index(ColumnKind::light);
+inline constexpr int kLight = scalar_index(ColumnKind::light), kPresence = scalar_index(ColumnKind::presence);
 /// Floats of a row of a slice that have a meaning.
 inline constexpr int kSliceUsed = kSliceScalars + kScalars;
 

@@ -7,6 +7,7 @@
 #include "field/lattice/locate.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/emission.hpp"
+#include "math/presence.hpp"
 #include "math/warp.hpp"
 
 namespace splinevox {
@@ -52,6 +53,8 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
   if (model.motion.light)
     out.light =
         light_gain(interpolate<Four>(at, position.values.data(), kSliceWidth, kSliceScalars)[kLight]).value;
+  if (model.motion.presence)
+    out.presence = interpolate<Four>(at, position.values.data(), kSliceWidth, kSliceScalars)[kPresence];
   out.displacement = displacement_of(p.value, r.value);
   out.velocity_to_canonical = displacement_of(v.value, r.value);
   // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.
@@ -65,9 +68,12 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
 
 Vec3 FrameSampler::canonical(Vec3 x) const { return x + warp(x).displacement; }
 
-float FrameSampler::density(Vec3 x) const { return radiance(canonical(x)).density; }
+float FrameSampler::density(Vec3 x) const {
+  const Warp w = warp(x);
+  return radiance(x + w.displacement, w.presence).density;
+}
 
-FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
+FrameSampler::Radiance FrameSampler::radiance(Vec3 x, float presence) const {
   const RadianceField& field = views_->model.radiance;
   const Located at = locate(views_->radiance, x);
   Radiance out{};
@@ -78,8 +84,9 @@ FrameSampler::Radiance FrameSampler::radiance(Vec3 x) const {
     const Eight v =
         gather<Eight>(at.rows, at.fraction, field.raw.values.data(), field.raw.width, offset).value;
     if (offset == 0) {
-      const Emission<float> emission = emission_of<false>(RawSample<float>{v[0], {v[1], v[2], v[3]}},
-                                                          field.activation.scale, field.activation.shift);
+      const Emission<float> emission =
+          emission_of<false>(RawSample<float>{present(v[0], presence), {v[1], v[2], v[3]}},
+                             field.activation.scale, field.activation.shift);
       out.density = emission.sigma;
       out.color = emission.base;
     }

@@ -63,6 +63,7 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
       displacement_vjp(d_delta, s.warp.motion, ray.r[i], ray.r_slope[i], m.g);
       for (int k = kSliceScalars; k < kSliceWidth; ++k) m.g[k] = 0;
       m.g[kSliceScalars + kLight] = d.light;
+      m.g[kSliceScalars + kPresence] = d.density;
       if constexpr (Jet)
         for (auto& row : m.h)
           for (Real& v : row) v = 0;

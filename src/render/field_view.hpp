@@ -20,6 +20,7 @@ FieldView<Real, Stored> view_field(const VoxelModel& model, const Stored* rows, 
   view.moving = !model.motion.levels.empty();
   if (view.moving) view.motion = BrickView<Real>(*model.motion.levels.back().topology);
   view.rigidity = model.motion.rigidity;
+  view.slice_used = stored_floats(model.motion);
   view.rigidity_offset = Real(model.motion.rigidity_offset);
   return view;
 }

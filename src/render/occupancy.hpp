@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "field/lattice/slice.hpp"
@@ -60,9 +61,27 @@ BitGrid drop_small_parts(const BitGrid& grid, float share);
 Box bounding_box(const BitGrid& grid, float margin);
 
 /// Cells of the canonical volume that may hold matter: those within one radiance vertex of a vertex whose
-/// alpha over `step` is at least `alpha`, grown by one cell. That margin covers every position of an observed
-/// cell when the warp stretches it by less than a factor of two.
+/// alpha over `step` is at least `alpha` at some time, grown by one cell. That margin covers every position
+/// of an observed cell when the warp stretches it by less than a factor of two.
 BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step);
+
+/// One value per cell of a grid.
+struct CellValues {
+  BitGrid grid;  ///< its cells; no bits
+  std::vector<float> values;
+
+  CellValues() = default;
+  CellValues(BitGrid cells, float everywhere);
+  float at(Vec3 x) const { return values[grid.index(grid.cell_of(x))]; }
+};
+
+/// What matter that comes and goes takes to be skipped: a cell holds none at a time where its largest raw
+/// density and the presence there stay below a threshold. In cells and in blocks of 2 and 4 of them an edge.
+struct PresencePeaks {
+  float threshold = 0;           ///< raw density of the alpha that counts
+  std::vector<CellValues> raw;   ///< [levels] largest raw density around canonical cells, as levels are grown
+  std::vector<CellValues> most;  ///< [levels] largest presence at any time, of observed cells
+};
 
 /// A canonical occupancy and, above it, blocks of 2 and of 4 of its cells an edge with any cell set, grown by
 /// one block.
@@ -71,13 +90,16 @@ struct OccupancyPyramid {
   std::array<BitGrid, kLevels> levels;
   std::array<BitGrid, kLevels>
       moving;  ///< those in which anything is displaced at any time; no cells: all may be
+  std::optional<PresencePeaks> presence;  ///< of a model whose matter comes and goes; its levels have no bits
   /// @param reach  where something may be displaced, like the canonical grid (reach_of); no cells:
   /// everywhere.
   explicit OccupancyPyramid(BitGrid canonical, BitGrid reach = {});
+  /// That of canonical_occupancy, or of a model with presence its peaks.
+  OccupancyPyramid(const VoxelModel& model, int cells, float alpha, float step, BitGrid reach = {});
 };
 
 /// Cells of observed space that may hold matter at the slice's time: those whose centre is warped into an
-/// occupied canonical cell.
+/// occupied canonical cell, and of a model with presence where the density is enough at that time.
 BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice, const OccupancyPyramid& canonical);
 
 }  // namespace splinevox

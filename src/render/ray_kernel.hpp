@@ -11,6 +11,7 @@
 #include "field/lattice/gather.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/composite.hpp"
+#include "math/presence.hpp"
 #include "math/sh.hpp"
 #include "math/trilinear.hpp"
 #include "math/warp.hpp"
@@ -203,19 +204,20 @@ class RayKernel {
     return view.cell(at.vertex[0][j], at.vertex[1][j], at.vertex[2][j]);
   }
 
-  /// What kChunk samples read of motion. One that reads nothing is displaced by nothing, and its light has
-  /// gain 1.
+  /// What kChunk samples read of motion. One that reads nothing is displaced by nothing, its light has gain
+  /// 1, and its presence is 0.
   struct Warped {
     Cell cell[kChunk];
     Vec fraction[kChunk];
     Four motion[kChunk];
-    alignas(64) Real r[kChunk], r_slope[kChunk], light[kChunk], light_slope[kChunk];
+    alignas(64) Real r[kChunk], r_slope[kChunk], light[kChunk], light_slope[kChunk], presence[kChunk];
   };
   /// @param i  samples of the ray. @param moved  gets their displacements, in vertices of the radiance
   /// lattice.
   void warp(const RayInput<Real>& ray, const Field& field, const FrameView<Real>& frame,
             const Real (&i)[kChunk], int n, Warped& out, Real (&moved)[3][kChunk]) {
     alignas(64) Real raw_light[kChunk] = {}, raw_r[kChunk] = {};
+    std::fill_n(out.presence, kChunk, Real(0));
     if (!gather_motion(ray, field, frame, i, n, out, raw_light)) {
       std::fill_n(out.r, kChunk,
                   field.rigidity ? rigidity_of(Real(0), field.rigidity_offset).value : Real(1));
@@ -266,6 +268,7 @@ class RayKernel {
         sum += w[c] * load<Eight>(frame.slice + std::size_t(rows.row[c]) * kSliceWidth);
       out.motion[j] = Four{sum[0], sum[1], sum[2], sum[3]};
       raw_light[j] = sum[kSliceScalars + kLight];
+      out.presence[j] = sum[kSliceScalars + kPresence];
     }
     return any != 0;
   }
@@ -285,6 +288,7 @@ class RayKernel {
     locate(field.radiance, radiance_course_, i_real, moved, at);
     // Keep only samples with a stored corner; start fetching their rows.
     CellRows rows[kChunk];
+    alignas(64) Real presence[kChunk] = {};
     int kept = 0;
     for (int j = 0; j < n; ++j) {
       const Cell cell = cell_of(field.radiance, at, j);
@@ -305,13 +309,14 @@ class RayKernel {
         s.warp = {warped.cell[j], warped.fraction[j], warped.motion[j]};
         light[count + kept] = warped.light[j];
         light_slope[count + kept] = warped.light_slope[j];
+        presence[kept] = warped.presence[j];
         r[count + kept] = warped.r[j];
         r_slope[count + kept] = warped.r_slope[j];
       }
       rows[kept++] = cr;
     }
     if (kept == 0) return false;
-    return shade_stored(field, rows, kept, stop);
+    return shade_stored(field, rows, presence, kept, stop);
   }
 
   /// Values and derivatives of a formula over a chunk.
@@ -325,7 +330,8 @@ class RayKernel {
     }
   }
 
-  bool shade_stored(const Field& field, const CellRows* rows, int n, Real stop) {
+  bool shade_stored(const Field& field, const CellRows* rows, const Real (&presence)[kChunk], int n,
+                    Real stop) {
     alignas(64) Real raw[5][kChunk] = {};  // density, r, g, b, view
     for (int j = 0; j < n; ++j) {
       const Sample& s = samples[count + j];
@@ -343,7 +349,8 @@ class RayKernel {
     alignas(64) Real alpha[kChunk], passed[kChunk];
     Real* const at_sigma_slope = sigma_slope.data() + count;
     for (int j = 0; j < kChunk; ++j) {
-      const Activated<Real> s = density_of(raw[0][j], field.density_scale, field.density_shift);
+      const Activated<Real> s =
+          density_of(present(raw[0][j], presence[j]), field.density_scale, field.density_shift);
       const Opacity<Real> o = opacity_of(s.value, field.step);
       at_sigma_slope[j] = s.slope;
       alpha[j] = o.alpha;

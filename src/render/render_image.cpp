@@ -52,16 +52,16 @@ void render_tile(const VoxelModel& model, const Camera& camera, const FieldView<
 /// Where the canonical volume has matter, and where a model's motion is not zero, unless that is most of
 /// where it is stored.
 OccupancyPyramid known_occupancy(const VoxelModel& model) {
-  BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step), reach;
+  BitGrid reach;
   if (!model.motion.levels.empty()) {
     const Channels& level = model.motion.levels.back();
     const std::vector<RowMask> rows = nonzero_rows(level);
     std::size_t count = 0;
     for (const RowMask& brick : rows) brick.for_each([&](int) { ++count; });
     if (!rows[0].any() && 2 * count < level.topology->rows())
-      reach = reach_of(*level.topology, rows, canonical);
+      reach = reach_of(*level.topology, rows, BitGrid(model.box, kOccupancyCells));
   }
-  return OccupancyPyramid(std::move(canonical), std::move(reach));
+  return {model, kOccupancyCells, kOccupancyAlpha, model.step, std::move(reach)};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "core/pack.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/composite.hpp"
+#include "math/presence.hpp"
 #include "math/sh.hpp"
 #include "math/trilinear.hpp"
 #include "math/warp.hpp"
@@ -93,6 +94,7 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
   s.passed = 1;
   Vec3 moved{};
   Activated<float> gain{1, 0};
+  float presence = 0;
   s.r = 1;
   s.r_slope = 0;
   if constexpr (Moving) {
@@ -108,6 +110,7 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
       SPLINEVOX_UNROLL for (int i = 0; i < kScalars; ++i) scalars[i] += w[c] * row[kSliceScalars + i];
     }
     gain = light_gain(scalars[kLight]);
+    presence = scalars[kPresence];
     if (field.rigidity) {
       const Activated<float> r = rigidity_of(s.motion[3], field.rigidity_offset);
       s.r = r.value;
@@ -136,7 +139,7 @@ SPLINEVOX_INLINE Shaded<Sh, Moving> shade_sample(const RayInput<float>& ray, int
         s.slope[p][2] = v.dz;
       }
       if (p == 0) {
-        raw.density = v.value[0];
+        raw.density = present(v.value[0], presence);
         raw.color = {v.value[1], v.value[2], v.value[3]};
       } else if constexpr (Sh >= 0)
         SPLINEVOX_UNROLL for (int c = 0; c < 4; ++c) sum[c] += v.value[c] * harmonics[p * Pack::kSize + c];
@@ -200,6 +203,7 @@ SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, cons
       delta = delta + rest_vjp(ray.rest, share, displacement_of(s.motion, s.r), ray.direction);
     displacement_vjp(delta, s.motion, s.r, s.r_slope, out.motion);
     out.scalars[kLight] = d.light;
+    out.scalars[kPresence] = d.density;
   }
   return out;
 }

@@ -166,7 +166,7 @@ struct TrainKernel {
           place[lane] = s.observed;
         });
         team.sync();
-        accumulate<Jet>(team, field.motion, place, kept, 0, stage, 0, kSliceUsed, true, motion[slot]);
+        accumulate<Jet>(team, field.motion, place, kept, 0, stage, 0, field.slice_used, true, motion[slot]);
       }
       rest += all;
     }

@@ -45,6 +45,7 @@ struct FieldView {
   const std::uint32_t* reach = nullptr;  ///< bits of ActiveRows::reach, for RayKernel (a device's kernels
                                          ///< have no registers left for it); null: samples look everywhere
   bool moving = false, rigidity = false;
+  int slice_used = kSliceUsed;  ///< floats of a slice's row that are stored
   Real rigidity_offset = 0;
   Real density_scale = 1, density_shift = 0;
   Real step = 1;  ///< scene units

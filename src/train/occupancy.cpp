@@ -65,11 +65,11 @@ FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, c
   const VoxelModel& model = volume.lattices.model;
   const SamplingConfig& sampling = setting.config.sampling;
   const std::vector<Frame>& views = setting.train.frames;
-  const OccupancyPyramid canonical(canonical_occupancy(model, sampling.occupancy_cells, alpha, model.step),
+  const OccupancyPyramid canonical(model, sampling.occupancy_cells, alpha, model.step,
                                    volume.occupancy.active.reach);
   FrameOccupancy out;
   out.of_frame.resize(views.size());
-  if (!model.motion.moves()) {
+  if (!model.motion.moves() && !canonical.presence) {
     out.grids.push_back(frame_occupancy(model, {}, canonical));
     return out;
   }

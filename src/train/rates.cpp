@@ -18,6 +18,8 @@ constexpr ColumnLearning kLearning[] = {
     {ColumnKind::control, &OptimiserConfig::lr_control, &LossConfig::tv_control, &LossConfig::curve_length},
     {ColumnKind::rigidity, &OptimiserConfig::lr_rigidity, &LossConfig::tv_rigidity},
     {ColumnKind::light, &OptimiserConfig::lr_light, &LossConfig::tv_light, &LossConfig::curve_light},
+    {ColumnKind::presence, &OptimiserConfig::lr_presence, &LossConfig::tv_presence,
+     &LossConfig::curve_presence},
 };
 static_assert(std::size(kLearning) == std::size(kColumns));
 

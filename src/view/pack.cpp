@@ -157,10 +157,10 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
 /// Cells of observed space that hold matter at some time, and their neighbours: matter that moves less than a
 /// cell between two samples of time is not missed.
 BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
-  const OccupancyPyramid canonical(canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step));
+  const OccupancyPyramid canonical(model, kOccupancyCells, kOccupancyAlpha, model.step);
   const int times = std::max(64, 4 * motion.points);
+  if (!motion.displaces) return canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
   BitGrid ever = canonical.levels[0];
-  if (!motion.displaces) return ever;
   for (int i = 0; i <= times; ++i)
     ever |= frame_occupancy(model, make_slice(motion, stored_weights(motion, double(i) / times)), canonical);
   return dilate(ever);

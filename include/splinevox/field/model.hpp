@@ -42,17 +42,18 @@ struct RadianceField {
 /// Motion: where in the canonical volume to look at time t, x' = x + r * sum_k w_k(s) p_k (Eq. 2 to 4),
 /// s = time_curve(t), which is t unless the run was edited.
 /// A sum of levels, coarse to fine, each a lattice that halves the one before, so that the sum is again a
-/// trilinear function on the finest lattice. Row: [stride * k + axis] stored control point k, with light
-/// [stride * k + 3] point k of the light's curve, then raw rigidity (r = sigmoid, 1 moves, 0 is static: the
-/// paper's name is inverted), then padding. Where nothing moves and only the light changes, the row is the
-/// light's curve alone.
+/// trilinear function on the finest lattice. Row: [stride * k + axis] stored control point k, behind its
+/// place point k of the curves of light and presence where it has them, then raw rigidity (r = sigmoid, 1
+/// moves, 0 is static: the paper's name is inverted), then padding. Where nothing moves, the row is those
+/// curves alone.
 struct MotionField {
   BasisKind basis = BasisKind::bezier;
   int points = 5;                             ///< control points K, 2..256
   FirstPoint first_point = FirstPoint::zero;  ///< always free where the basis is not pinnable
-  bool displaces = true;         ///< false: nothing moves and only the light is stored; needs light
-  bool rigidity = true;          ///< false: r = 1 and nothing is stored for it; needs displaces
+  bool displaces = true;                      ///< false: nothing moves; needs light or presence
+  bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it; needs displaces
   bool light = false;            ///< places change their brightness over time, see math/light.hpp
+  bool presence = false;         ///< matter comes and goes, see math/presence.hpp
   float rigidity_offset = 0;     ///< added to the interpolated raw rigidity before the sigmoid
   TimeCurve time_curve;          ///< parameter of the curves at each model time; training leaves the identity
   std::vector<Channels> levels;  ///< empty: nothing changes over time
@@ -60,7 +61,7 @@ struct MotionField {
   int stored_points() const { return first_point == FirstPoint::zero ? points - 1 : points; }
   bool moves() const { return displaces && !levels.empty(); }
   // See MotionLayout in field/columns.hpp.
-  int stride() const;           ///< floats per control point: x, y, z and, with light, the light's
+  int stride() const;           ///< floats per control point: x, y, z and one for each curve of one number
   int rigidity_column() const;  ///< the first after the control points
   int width() const;            ///< floats per row, a whole number of registers
 };

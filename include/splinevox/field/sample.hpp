@@ -31,6 +31,7 @@ class FrameSampler {
     Vec3 gradient[3];            ///< gradient[i][j] = d Delta_i / d x_j, unitless
     float rigidity;              ///< r in [0, 1]
     float light = 1;             ///< gain of the colour at this place and time, in (0, 2)
+    float presence = 0;          ///< what is added to the raw density at this place and time
   };
   Warp warp(Vec3 x) const;
   Vec3 canonical(Vec3 x) const;  ///< x + Delta(x, t)
@@ -41,7 +42,8 @@ class FrameSampler {
     float sh[16];   ///< coefficients of the view rescale (sh_count() of them)
   };
   /// At a canonical position; outside the box or in an absent brick the density is 0.
-  Radiance radiance(Vec3 x_canonical) const;
+  /// @param presence  of the place and time that look it up (Warp); 0: the mean over time
+  Radiance radiance(Vec3 x_canonical, float presence = 0) const;
   /// Of what x shows at this time, 1 / scene unit.
   float density(Vec3 x) const;
 

@@ -79,6 +79,7 @@ struct MotionConfig {
   FirstPoint first_point = FirstPoint::free;
   bool rigidity = true;
   bool light = true;                 ///< a gain per place and time, with or without motion (math/light.hpp)
+  bool presence = true;              ///< matter comes and goes, with or without motion (math/presence.hpp)
   float initial_rigidity = 0;        ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<float> halve_start;    ///< bspline: progress at which every span is halved, K -> 2K - 3, the
                                      ///< curves staying the same
@@ -92,9 +93,9 @@ struct MotionConfig {
 struct OptimiserConfig {
   OptimiserKind kind = OptimiserKind::adam;
   float lr_density = 0.25f, lr_color = 0.1f, lr_sh = 0.02f, lr_control = 0.01f, lr_rigidity = 0.01f,
-        lr_light = 0.02f, lr_background = 0.02f;
+        lr_light = 0.02f, lr_presence = 0.1f, lr_background = 0.02f;
   float final_radiance = 0.1f;  ///< share of lr_density, lr_color, lr_sh, lr_background left at the end
-  float final_motion = 0.02f;   ///< share of lr_control, lr_rigidity, lr_light left at the end
+  float final_motion = 0.02f;   ///< share of lr_control, lr_rigidity, lr_light, lr_presence left at the end
   float shrink =
       0.3f;  ///< shrinkage of motion and light that a vertex does not need, share of a step (math/shrink.hpp)
   float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
@@ -104,7 +105,7 @@ struct OptimiserConfig {
 /// error.
 struct LossConfig {
   float tv_density = 1e-4f, tv_color = 3e-4f, tv_sh = 0, tv_control = 1e-2f, tv_rigidity = 0,
-        tv_light = 1e-4f;
+        tv_light = 1e-4f, tv_presence = 1e-4f;
   float tv_final = 0.003f;   ///< share of these weights that is left at the end; they decay exponentially
   float tv_share = 0.0625f;  ///< share of the bricks visited per step; the weight is divided by it
   float still = 0.03f;  ///< of the squared displacement, in voxels, where a pixel shows nothing that moves
@@ -116,8 +117,9 @@ struct LossConfig {
   float divergence = 0;          ///< lambda_div of Eq. 8
   DivergenceKind divergence_kind = DivergenceKind::analytic;
   bool ramp = false;  ///< multiply offset and divergence by 1/100 -> 1 over the run, as the released code
-  float curve_length = 0;  ///< of the squared lengths between control points, in edges of the box
-  float curve_light = 0;   ///< of the squared differences of the raw light between control points
+  float curve_length = 0;    ///< of the squared lengths between control points, in edges of the box
+  float curve_light = 0;     ///< of the squared differences of the raw light between control points
+  float curve_presence = 0;  ///< the same of presence
   float curve_knots =
       0;  ///< weight of the jumps at knots that halving brought in, in edges of the box, all voxels
   float curve_rest = 0;  ///< weight of the lengths of the curves that all levels make together, in edges of
@@ -230,6 +232,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("motion.first_point", c.motion.first_point, "zero (t = 0 is canonical) or free", 0, 1);
   visit("motion.rigidity", c.motion.rigidity, "whether motion is scaled by a learned rigidity", 0, 1);
   visit("motion.light", c.motion.light, "whether the light of a place may change over time", 0, 1);
+  visit("motion.presence", c.motion.presence, "whether matter may come and go", 0, 1);
   visit("motion.initial_rigidity", c.motion.initial_rigidity, "raw rigidity before training", -20, 20);
   visit("motion.halve_start", c.motion.halve_start,
         "bspline: progress at which every span is halved, K -> 2K - 3", 0, 1);
@@ -248,6 +251,7 @@ void visit_config(C& c, Visit&& visit) {
         0, 100);
   visit("optimiser.lr_rigidity", c.optimiser.lr_rigidity, "step of raw rigidity", 0, 100);
   visit("optimiser.lr_light", c.optimiser.lr_light, "step of the raw light", 0, 100);
+  visit("optimiser.lr_presence", c.optimiser.lr_presence, "step of presence", 0, 100);
   visit("optimiser.lr_background", c.optimiser.lr_background, "step of the harmonics of a learned background",
         0, 100);
   visit("optimiser.final_radiance", c.optimiser.final_radiance, "share of the radiance rates left at the end",
@@ -265,6 +269,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.tv_control", c.loss.tv_control, "total variation of control points", 0, inf);
   visit("loss.tv_rigidity", c.loss.tv_rigidity, "total variation of raw rigidity", 0, inf);
   visit("loss.tv_light", c.loss.tv_light, "total variation of the raw light", 0, inf);
+  visit("loss.tv_presence", c.loss.tv_presence, "total variation of presence", 0, inf);
   visit("loss.tv_final", c.loss.tv_final, "share of the total variation weights left at the end", 1e-9, 1);
   visit("loss.tv_share", c.loss.tv_share, "share of the bricks visited per step", 1e-4, 1);
   visit("loss.tv_places", c.loss.tv_places,
@@ -283,6 +288,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("loss.curve_length", c.loss.curve_length, "squared lengths between control points", 0, inf);
   visit("loss.curve_light", c.loss.curve_light, "squared differences of the raw light between control points",
         0, inf);
+  visit("loss.curve_presence", c.loss.curve_presence,
+        "squared differences of presence between control points", 0, inf);
   visit("loss.curve_knots", c.loss.curve_knots,
         "bspline: jumps of the third derivative at knots that halving brought in", 0, inf);
   visit("loss.curve_rest", c.loss.curve_rest,

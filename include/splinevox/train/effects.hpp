@@ -25,11 +25,12 @@ enum class Effect {
   background,    ///< a colour learned behind opaque pictures: has harmonics
   surroundings,  ///< static matter around the box of opaque pictures; needs a learned background
   exposure,      ///< a gain per camera of a rig and channel
-  clock          ///< a time offset per camera of a rig; needs motion
+  clock,         ///< a time offset per camera of a rig; needs motion
+  presence       ///< matter that comes and goes
 };
 inline constexpr Effect kAllEffects[] = {Effect::motion,   Effect::rigidity,   Effect::view,
                                          Effect::light,    Effect::background, Effect::surroundings,
-                                         Effect::exposure, Effect::clock};
+                                         Effect::exposure, Effect::clock,      Effect::presence};
 
 /// Some effects, and how far each goes. What is off has no lattice, no parameters and no line in the file.
 class EffectSet {
@@ -52,7 +53,7 @@ class EffectSet {
   std::array<int, std::size(kAllEffects)> order_ = none();
 };
 
-/// "motion", "rigidity", "view", "light", "background", "exposure", "clock".
+/// "motion", "rigidity", "view", "light", "background", "surroundings", "exposure", "clock", "presence".
 const char* to_string(Effect effect);
 std::vector<std::string> effect_names();
 /// None: there is no effect of that name.

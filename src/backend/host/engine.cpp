@@ -121,7 +121,7 @@ class RayEngine final : public Engine {
   }
 
  private:
-  void make_slices(const MotionField& columns, const Channels& level, const std::vector<RowMask>& active,
+  void make_slices(const MotionField& motion, const Channels& level, const std::vector<RowMask>& active,
                    std::span<const double> times, bool slopes) {
     const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
     slices_.resize(frames);
@@ -129,8 +129,8 @@ class RayEngine final : public Engine {
     weights_.resize(frames);
     weights_dt_.resize(slopes ? frames : 0);
     for (int f = 0; f < frames; ++f) {
-      weights_[f] = stored_weights(columns, times[f]);
-      if (slopes) weights_dt_[f] = stored_weights_dt(columns, times[f]);
+      weights_[f] = stored_weights(motion, times[f]);
+      if (slopes) weights_dt_[f] = stored_weights_dt(motion, times[f]);
       slices_[f].resize(level.topology->rows() * kSliceWidth);
       slice_gradients_[f].resize(
           slices_[f].size());  // all zero between steps: expand_brick clears what it reads
@@ -141,7 +141,8 @@ class RayEngine final : public Engine {
     }
     std::vector<float*> slices(frames);
     for (int f = 0; f < frames; ++f) slices[f] = slices_[f].data();
-    parallel_for(bricks, [&](int b) { contract_brick(columns, level, weights_, b, active[b], slices); });
+    const Contraction by(motion);
+    parallel_for(bricks, [&](int b) { contract_brick(by, level, weights_, b, active[b], slices); });
   }
 
   void march(const FieldView<float>& field, const StepModel& model, const StepInput& in, const RayTask& task,
@@ -192,12 +193,14 @@ class RayEngine final : public Engine {
     }
   }
 
-  void expand_motion(const MotionField& columns, const Channels& level, const std::vector<RowMask>& active,
+  void expand_motion(const MotionField& field, const Channels& level, const std::vector<RowMask>& active,
                      int bricks, Gradient& motion, std::span<double> slopes) {
     const std::size_t slots = weights_.size();
+    const Contraction by(field);
     std::vector<double> parts(std::size_t(bricks) * slopes.size());
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;
+      RowMask expanded;
       for (std::size_t f = 0; f < slots; ++f) {
         const int bin = int(f) * bricks + b;
         if (motion_scatter_.empty(bin)) continue;
@@ -210,10 +213,12 @@ class RayEngine final : public Engine {
         });
         hit &= active[b];
         if (!slopes.empty())
-          parts[std::size_t(b) * slots + f] = slope_brick(columns, level, weights_dt_[f], hit, rows, b);
-        expand_brick(columns, weights_[f], hit, rows, b, motion.values);
-        motion.touched[b] |= hit;
+          parts[std::size_t(b) * slots + f] = slope_brick(by, level, weights_dt_[f], hit, rows, b);
+        expand_brick(by, weights_[f], hit, rows, b, motion.values);
+        expanded |= hit;
       }
+      centre_brick(by, expanded, b, motion.values);
+      motion.touched[b] |= expanded;
       if (!usable(motion, b)) usable_ = false;
     });
     for (std::size_t i = 0; i < parts.size(); ++i) slopes[i % slots] += parts[i];

@@ -58,6 +58,8 @@ struct ContractKernel {
   const float* level;
   const std::uint64_t* active;  ///< rows to do
   const SlotWeights* slots;
+  const float* mean;  ///< [points] of presence: mean_weights; null: there is none
+  int points;         ///< stored
   int slot_count;
   std::size_t rows;
   float* slices;  ///< [slots * rows * kSliceWidth]
@@ -66,6 +68,9 @@ struct ContractKernel {
   SPLINEVOX_HD void operator()(std::size_t r) const {
     if (!test_row(active, r)) return;
     const float* row = level + r * layout.width;
+    float centre = 0;
+    if (mean)
+      for (int k = 0; k < points; ++k) centre += mean[k] * row[layout.stride * k + layout.scalar[kPresence]];
     for (int s = 0; s < slot_count; ++s) {
       const SlotWeights& slot = slots[s];
       Pack sum{}, scalars{};
@@ -77,6 +82,7 @@ struct ContractKernel {
           if (layout.scalar[i] >= 0) scalars[i] += w * p[layout.scalar[i]];
         }
       }
+      scalars[kPresence] -= centre;
       if (layout.rigidity) sum[3] = row[layout.rigidity_column];
       float* out = slices + (s * rows + r) * kSliceWidth;
       store_pack(out, sum);
@@ -91,6 +97,8 @@ struct ExpandKernel {
   const std::uint64_t* touched;  ///< rows that any slot has something for
   const std::uint64_t* active;   ///< rows that are learned
   const SlotWeights* slots;
+  const float* mean;  ///< as ContractKernel's
+  int points;         ///< stored
   int slot_count;
   std::size_t rows;
   float* slices;    ///< [slots * rows * kSliceWidth] gradients
@@ -101,6 +109,7 @@ struct ExpandKernel {
     if (!test_row(touched, r)) return;
     const bool learned = test_row(active, r);
     float* row = gradient + r * layout.width;
+    float present = 0;
     for (int s = 0; s < slot_count; ++s) {
       float* from = slices + (s * rows + r) * kSliceWidth;
       if (!learned) {
@@ -110,6 +119,7 @@ struct ExpandKernel {
       }
       const Pack g = load_pack(from), scalars = load_pack(from + kSliceScalars);
       if (layout.rigidity) row[layout.rigidity_column] += g[3];
+      present += scalars[kPresence];
       const SlotWeights& slot = slots[s];
       for (int k = slot.first; k < slot.last; ++k) {
         float* p = row + layout.stride * k;
@@ -123,6 +133,8 @@ struct ExpandKernel {
       store_pack(from, {});
       store_pack(from + 4, {});
     }
+    if (mean)
+      for (int k = 0; k < points; ++k) row[layout.stride * k + layout.scalar[kPresence]] -= mean[k] * present;
   }
 };
 

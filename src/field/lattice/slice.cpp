@@ -34,7 +34,43 @@ BasisWeights<float> rounded(const MotionField& motion, const BasisWeights<double
   return w;
 }
 
+/// sum_k m_k p_k of the curve at a place within a point.
+float mean_of(const Contraction& by, const float* row, int place) {
+  float sum = 0;
+  for (int k = 0; k < by.points; ++k) sum += by.mean[k] * row[by.layout.stride * k + place];
+  return sum;
+}
+
 }  // namespace
+
+int stored_floats(const MotionField& motion) {
+  int used = 0;
+  for (const ColumnFacts& c : kColumns)
+    if (c.of_motion() && motion.*c.stored) used = std::max(used, c.slice + c.width);
+  return used;
+}
+
+BasisWeights<float> mean_weights(const MotionField& motion) {
+  const Basis& basis = basis_of(motion.basis);
+  BasisWeights<double> sum{};
+  if (!basis.local) {
+    std::fill_n(sum.begin(), motion.points,
+                1.0 / motion.points);  // Bernstein polynomials have equal integrals
+    return rounded(motion, sum, 1);
+  }
+  const int halves = 2 * basis.pieces(motion.points);
+  for (int i = 0; i <= halves; ++i) {
+    const BasisWeights<double> w = basis.weights(motion.points, double(i) / halves);
+    const double share = (i % 2 == 1 ? 4.0 : i == 0 || i == halves ? 1.0 : 2.0) / (3.0 * halves);
+    for (int k = 0; k < motion.points; ++k) sum[k] += share * w[k];
+  }
+  return rounded(motion, sum, 1);
+}
+
+Contraction::Contraction(const MotionField& motion)
+    : layout(motion),
+      points(motion.stored_points()),
+      mean(motion.presence ? mean_weights(motion) : BasisWeights<float>{}) {}
 
 BasisWeights<float> parameter_weights(const MotionField& motion, double s) {
   return rounded(motion, basis_of(motion.basis).weights(motion.points, s), 1);
@@ -53,15 +89,17 @@ BasisWeights<float> stored_weights_dt(const MotionField& motion, double t) {
                  motion.time_curve.slope(t));
 }
 
-void contract_brick(const MotionField& motion, const Channels& level,
+void contract_brick(const Contraction& by, const Channels& level,
                     std::span<const BasisWeights<float>> weights, int brick, const RowMask& rows,
                     std::span<float* const> out) {
-  const MotionLayout layout(motion);
+  const MotionLayout& layout = by.layout;
   std::vector<Range> points;
-  for (const BasisWeights<float>& w : weights) points.emplace_back(w, motion.stored_points());
+  for (const BasisWeights<float>& w : weights) points.emplace_back(w, by.points);
+  const int presence = layout.scalar[kPresence];
   rows.for_each([&](int i) {
     const std::size_t r = std::size_t(brick) * kBrickRows + i;
     const float* row = level.row(r);
+    const float mean = presence >= 0 ? mean_of(by, row, presence) : 0.0f;
     for (std::size_t f = 0; f < weights.size(); ++f) {
       Four sum{}, scalars{};
       if (layout.displaces)
@@ -74,6 +112,7 @@ void contract_brick(const MotionField& motion, const Channels& level,
           for (int k = points[f].first; k < points[f].last; ++k)
             scalars[c] += weights[f][k] * row[layout.stride * k + layout.scalar[c]];
       }
+      scalars[kPresence] -= mean;
       sum[3] = layout.rigidity ? row[layout.rigidity_column] : 0.0f;
       store(out[f] + r * kSliceWidth, sum);
       store(out[f] + r * kSliceWidth + kSliceScalars, scalars);
@@ -81,10 +120,10 @@ void contract_brick(const MotionField& motion, const Channels& level,
   });
 }
 
-void expand_brick(const MotionField& motion, const BasisWeights<float>& weights, const RowMask& rows,
+void expand_brick(const Contraction& by, const BasisWeights<float>& weights, const RowMask& rows,
                   float* slice_gradient, int brick, Channels& gradient) {
-  const MotionLayout layout(motion);
-  const Range points(weights, motion.stored_points());
+  const MotionLayout& layout = by.layout;
+  const Range points(weights, by.points);
   rows.for_each([&](int i) {
     float* from = slice_gradient + std::size_t(i) * kSliceWidth;
     float* row = gradient.row(std::size_t(brick) * kBrickRows + i);
@@ -106,10 +145,21 @@ void expand_brick(const MotionField& motion, const BasisWeights<float>& weights,
   });
 }
 
-double slope_brick(const MotionField& motion, const Channels& level, const BasisWeights<float>& weights_dt,
+void centre_brick(const Contraction& by, const RowMask& rows, int brick, Channels& gradient) {
+  const int stride = by.layout.stride, presence = by.layout.scalar[kPresence];
+  if (presence < 0) return;
+  rows.for_each([&](int i) {
+    float* g = gradient.row(std::size_t(brick) * kBrickRows + i) + presence;
+    float all = 0;
+    for (int k = 0; k < by.points; ++k) all += g[stride * k];
+    for (int k = 0; k < by.points; ++k) g[stride * k] -= by.mean[k] * all;
+  });
+}
+
+double slope_brick(const Contraction& by, const Channels& level, const BasisWeights<float>& weights_dt,
                    const RowMask& rows, const float* slice_gradient, int brick) {
-  const MotionLayout layout(motion);
-  const Range points(weights_dt, motion.stored_points());
+  const MotionLayout& layout = by.layout;
+  const Range points(weights_dt, by.points);
   double sum = 0;
   rows.for_each([&](int i) {
     sum += row_slope(layout, level.row(std::size_t(brick) * kBrickRows + i), weights_dt, points.first,
@@ -134,8 +184,9 @@ void fill_slice(const MotionField& motion, const BasisWeights<float>& weights, M
   out.topology = level.topology;
   out.values.resize(level.topology->rows() * kSliceWidth);
   float* const values = out.values.data();
+  const Contraction by(motion);
   for (int b = 0; b <= level.topology->brick_count(); ++b)
-    contract_brick(motion, level, {&weights, 1}, b, rows.empty() ? RowMask::all() : rows[b], {&values, 1});
+    contract_brick(by, level, {&weights, 1}, b, rows.empty() ? RowMask::all() : rows[b], {&values, 1});
 }
 
 MotionField collapse(const MotionField& motion) {

@@ -102,7 +102,7 @@ BakedColor bake_color(const FrameSampler& sampler, const Lattice& lattice, const
   for_each_voxel(set.leaves(), masks, [&](std::size_t l, int i, Int3 v) {
     const Vec3 x = lattice.position(v);
     const FrameSampler::Warp warp = sampler.warp(x);
-    const auto radiance = sampler.radiance(x + warp.displacement);
+    const auto radiance = sampler.radiance(x + warp.displacement, warp.presence);
     if (radiance.density == 0) {  // nothing is stored there
       missing[l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
       return;

@@ -26,6 +26,7 @@ Config ours() {
   c.grid.empty_start = {.54f, .7f, .8f};
   c.loss.curve_length = 0.075f;
   c.loss.curve_light = 1e-3f;
+  c.loss.curve_presence = 1e-4f;
   c.loss.curve_knots = 3e-4f;
   return c;
 }
@@ -93,6 +94,7 @@ Config published() {
   c.run.find_ground = false;
   c.motion.basis = BasisKind::bezier;
   c.motion.light = false;
+  c.motion.presence = false;
   c.cameras.exposure = false;
   c.cameras.clock = false;
   c.motion.rest = 0;

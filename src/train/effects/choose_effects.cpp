@@ -25,8 +25,10 @@ namespace {
 constexpr int kFewestViews = 8;  // to hold some out
 constexpr double kShortest = 8;  // steps of training for one of a fit, on coarser lattices and with fewer
                                  // rays: all fits cost under a tenth
-constexpr double kShortestTime = 25;  // seconds of training, for the same reason
-constexpr int kShortestFit = 100;     // steps of a fit: fewer were never tried (docs/experiments/effects.md)
+constexpr double kShortestTime = 25;   // seconds of training, for the same reason
+constexpr int kShortestFit = 100;      // steps of a fit: fewer were never tried (docs/experiments/effects.md)
+constexpr double kPresenceGain = 0.5;  // dB
+
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
   const Basis& basis = basis_of(config.motion.basis);
   int pieces = basis.pieces(config.motion.points), twice = pieces;
@@ -78,13 +80,21 @@ class Trials {
         return moves();
       case Trial::alone:
         return out_.chosen.has(Effect::motion) || changes_alone(effect);
+      case Trial::presence:
+        presence_ = true;
+        return comes_and_goes();
     }
     return true;
   }
 
  private:
-  /// What the other effects are judged beside. Clocks, which are told by what moves, come after motion.
-  EffectSet beside() const { return clocks_ ? out_.chosen : out_.chosen.without(Effect::clock); }
+  /// What the other effects are judged beside. Clocks, which are told by what moves, come after motion, and
+  /// presence, which can stand in for anything, comes last.
+  EffectSet beside() const {
+    EffectSet all = out_.chosen;
+    if (!clocks_) all = all.without(Effect::clock);
+    return presence_ ? all : all.without(Effect::presence);
+  }
   /// Brief fits leave out only what surely gains nothing: what they do not tell is not worth less.
   bool kept_by_brief(const EffectVerdict& v) const { return v.decision != EffectDecision::off; }
   bool gains(const EffectVerdict& v) const {
@@ -149,6 +159,13 @@ class Trials {
     return false;
   }
 
+  /// Whether matter comes and goes: what moves and is lit does not explain, by far.
+  bool comes_and_goes() {
+    if (brief_ || is_film(out_.view_told_by_time)) return false;
+    const EffectVerdict v = whole_.judge(Effect::presence, beside());
+    return v.gain.lo > kPresenceGain;
+  }
+
   const Config& config_;
   const bool brief_;
   const Split& train_;
@@ -161,7 +178,7 @@ class Trials {
   Ladder whole_;
   std::optional<Halves> places_;  ///< whole cameras are held out
   std::optional<Ladder> by_place_;
-  bool clocks_ = false;  ///< their turn has come
+  bool clocks_ = false, presence_ = false;  ///< their turn has come
 };
 
 /// Steps of a fit: effects.steps, or its share of a run that is short for them.
@@ -174,11 +191,11 @@ int fit_steps(const Config& config) {
 /// Why nothing can be tried out in this configuration; empty: it can.
 std::string untried(const Config& config) {
   if (config.effects.steps == 0)
-    return "effects.steps is 0: nothing was tried, and every effect of the preset stays";
+    return "effects.steps is 0: nothing was tried, and every effect of the preset but presence stays";
   if (fit_steps(config) < std::min(kShortestFit, config.effects.steps))
     return fmt::format(
         "too short a run to try effects out ({} steps for a fit, {} at least): every effect of the "
-        "preset stays",
+        "preset but presence stays",
         fit_steps(config), kShortestFit);
   return {};
 }
@@ -201,7 +218,10 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
       learnable_in(effects_of(config), !picture_stats(train).see_through, !rig_of(train).cameras.empty());
   out.points = config.motion.points;
   out.note = untried(config);
-  if (!out.note.empty()) return out;
+  if (!out.note.empty()) {
+    out.chosen = out.chosen.without(Effect::presence);
+    return out;
+  }
   if (one_moment(train)) {
     for (const Effect e : kAllEffects)
       if (facts_of(e).moving()) out.chosen = out.chosen.without(e);
@@ -215,12 +235,14 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     if (out.note.empty()) out.note = "every camera stands still, and nothing changes before any";
   }
   if (int(train.frames.size()) < kFewestViews) {
-    if (out.note.empty()) out.note = "too few views to hold some out: every effect of the preset stays";
+    if (out.note.empty())
+      out.note = "too few views to hold some out: every effect of the preset but presence stays";
+    out.chosen = out.chosen.without(Effect::presence);
     return out;
   }
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
-  if (out.chosen.has(Effect::motion) || out.chosen.has(Effect::light)) {
+  if (changes(out.chosen)) {
     out.middle = starting_middle(config, train);
     out.view_told_by_time = view_told_by_time(config, train, *out.middle);
   }
@@ -235,7 +257,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
                     fitted.effects.steps, config.effects.steps);
   Trials trials(fitted, brief, train, time_map, proof, out, on_trial);
   if (!trials.possible()) {
-    out.note = "masks leave too little of small pictures: every effect of the preset stays";
+    out.note = "masks leave too little of small pictures: every effect of the preset but presence stays";
+    out.chosen = out.chosen.without(Effect::presence);
     return out;
   }
   for (const Effect e : tried)

@@ -20,7 +20,8 @@ enum class Trial {
              ///< sequence; in a video it needs more
   alone,     ///< only where nothing moves; it stays if it is sure to gain, and never in a video
   exposure,  ///< it stays if it is sure to gain and its gains differ
-  clock      ///< beside motion: it stays if a camera's pictures are sure to show another moment
+  clock,     ///< beside motion: it stays if a camera's pictures are sure to show another moment
+  presence   ///< last, beside all that stays: only if it is sure to gain, and never in a film
 };
 
 struct EffectFacts {

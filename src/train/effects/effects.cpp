@@ -80,6 +80,14 @@ constexpr EffectFacts kTable[] = {
      .trial = Trial::clock,
      .turn = 5,
      .comparisons = 1},
+    {.effect = Effect::presence,
+     .name = "presence",
+     .brings = ColumnKind::presence,
+     .order_in = [](const Config& c) { return switched(c.motion.presence); },
+     .set = [](Config& c, int order) { c.motion.presence = order >= 0; },
+     .trial = Trial::presence,
+     .turn = 7,
+     .comparisons = 1},
 };
 
 constexpr bool in_order() {
