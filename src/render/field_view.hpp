@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "field/lattice/slice.hpp"
 #include "math/aabb.hpp"
 #include "math/camera.hpp"
 #include "render/views.hpp"

@@ -188,11 +188,10 @@ CellValues most_presence(const MotionField& motion, const BitGrid& cells) {
   const Basis& basis = basis_of(motion.basis);
   const int place = by.layout.scalar[kPresence], stride = by.layout.stride;
   const float per_velocity = 1.0f / (3.0f * float(basis.pieces(motion.points)));  // of a Hermite curve
-  const bool pinned = by.points < motion.points;
   for (int b = 1; b <= topology.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       const float* row = level.row(std::size_t(b) * kBrickRows + i) + place;
-      float most = pinned ? 0.0f : kNothing, mean = 0;
+      float most = kNothing, mean = 0;
       for (int k = 0; k < by.points; ++k) {
         mean += by.mean[k] * row[stride * k];
         if (basis.per_node == 1)

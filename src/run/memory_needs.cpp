@@ -37,13 +37,14 @@ double motion_width(const Config& config) {
   m.displaces = config.motion.enabled;
   m.rigidity = config.motion.rigidity;
   m.light = config.motion.light;
+  m.presence = config.motion.presence;
   const Basis& basis = basis_of(m.basis);
   if (basis.halves())
     for (std::size_t i = 0; i < config.motion.halve_start.size(); ++i)
       m.points = basis.refinement.refined(m.points);
   else if (!config.motion.elevate_points.empty())
     m.points = config.motion.elevate_points.back();
-  return m.displaces || m.light ? m.width() : 0;
+  return m.displaces || m.light || m.presence ? m.width() : 0;
 }
 
 }  // namespace

@@ -43,6 +43,17 @@ class Look {
   }
   /// Gain of the light there.
   float light(int i) const { return moving_.light[i]; }
+  /// Presence there.
+  float presence(int i) const {
+    const auto& warp = moving_.samples[i].warp;
+    if (warp.cell.is_frozen()) return 0;
+    const CellRows rows = field_.motion.rows(warp.cell);
+    float w[kCorners], sum = 0;
+    trilinear_weights(warp.fraction, w);
+    for (int c = 0; c < kCorners; ++c)
+      sum += w[c] * frame_.slice[std::size_t(rows.row[c]) * kSliceWidth + kSliceScalars + kPresence];
+    return sum;
+  }
 
  private:
   static constexpr float kLeastWeight = 0.02f, kStop = 1e-3f;

@@ -166,6 +166,24 @@ BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
   return dilate(ever);
 }
 
+/// The same motion with the mean of presence taken out of its points, whose places have weights that sum to
+/// 1: a page contracts all curves alike.
+MotionField centred(MotionField motion) {
+  if (!motion.presence || motion.levels.empty()) return motion;
+  const Contraction by(motion);
+  const Basis& basis = basis_of(motion.basis);
+  const int stride = by.layout.stride, presence = by.layout.scalar[kPresence];
+  Channels& level = motion.levels.back();
+  for (std::size_t r = 0; r < level.topology->rows(); ++r) {
+    float* row = level.row(r) + presence;
+    float mean = 0;
+    for (int k = 0; k < by.points; ++k) mean += by.mean[k] * row[stride * k];
+    for (int k = 0; k < by.points; ++k)
+      if (basis.is_place(k)) row[stride * k] -= mean;
+  }
+  return motion;
+}
+
 /// "control_points", "light_points".
 std::string points_key(const ColumnFacts& curve) { return std::string(curve.name) + "_points"; }
 
@@ -274,7 +292,7 @@ const std::vector<ViewQuality>& view_qualities() {
 PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, const MotionClusters* clusters) {
   RadianceField field = quality.sh_bits ? model.radiance : without_view(model.radiance);
   for (int i = 0; i < quality.halvings; ++i) field = halved(field);
-  const MotionField motion = collapse(model.motion);
+  const MotionField motion = centred(collapse(model.motion));
   const BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
   Json behind = Json::array();
   for (int j = 0; j < model.background.count(); ++j) behind.push_back(triple(model.background.raw[j]));

@@ -23,15 +23,17 @@ std::vector<MotionField> motions() {
   for (const bool displaces : {false, true})
     for (const bool rigidity : {false, true})
       for (const bool light : {false, true})
-        for (const FirstPoint first : {FirstPoint::zero, FirstPoint::free}) {
-          if (displaces ? false : rigidity || !light) continue;
-          MotionField& m = out.emplace_back();
-          m.points = 6;
-          m.first_point = first;
-          m.displaces = displaces;
-          m.rigidity = rigidity;
-          m.light = light;
-        }
+        for (const bool presence : {false, true})
+          for (const FirstPoint first : {FirstPoint::zero, FirstPoint::free}) {
+            if (displaces ? false : rigidity || !(light || presence)) continue;
+            MotionField& m = out.emplace_back();
+            m.points = 6;
+            m.first_point = first;
+            m.displaces = displaces;
+            m.rigidity = rigidity;
+            m.light = light;
+            m.presence = presence;
+          }
   return out;
 }
 
@@ -142,13 +144,16 @@ TEST_SUITE("field/columns") {
     for (MotionField m : motions()) {
       m.basis = BasisKind::bezier;
       const MotionLayout layout(m);
-      const BasisWeights<float> w = stored_weights(m, 0.4);
+      const BasisWeights<float> w = stored_weights(m, 0.4), mean = mean_weights(m);
       for (const Column& c : motion_columns(m))
         for (int a = 0; a < c.width; ++a) {
           CAPTURE(c.grid);
           const ColumnFacts& facts = facts_of(c.kind);
           const int point = facts.repeat == Repeat::point ? c.first / layout.stride : -1;
-          const float share = point < 0 ? 1 : w[std::size_t(point)];
+          const auto weight = [&](int k) {
+            return w[std::size_t(k)] - (c.kind == ColumnKind::presence ? mean[std::size_t(k)] : 0);
+          };
+          const float share = point < 0 ? 1 : weight(point);
           m.levels = {one_column(m.width(), c.first + a)};
           const std::size_t rows = m.levels[0].topology->rows();
           std::vector<float> expected(kSliceWidth, 0.0f);
@@ -158,8 +163,10 @@ TEST_SUITE("field/columns") {
           std::vector<float> other(rows * kSliceWidth, 0.0f);
           const std::vector<std::uint64_t> all(rows / 64, ~std::uint64_t(0));
           const SlotWeights slot{w, 0, m.stored_points()};
-          const ContractKernel contract{layout,      m.levels[0].values.data(), all.data(), &slot, 1, rows,
-                                        other.data()};
+          const float* const centred = m.presence ? mean.data() : nullptr;
+          const int points = m.stored_points();
+          const ContractKernel contract{
+              layout, m.levels[0].values.data(), all.data(), &slot, centred, points, 1, rows, other.data()};
           contract(kBrickRows);
           for (int k = 0; k < kSliceWidth; ++k) {
             CHECK(slice.values[std::size_t(kBrickRows) * kSliceWidth + k] == expected[std::size_t(k)]);
@@ -175,16 +182,19 @@ TEST_SUITE("field/columns") {
           Channels gradient = one_column(m.width(), 0);
           std::fill(gradient.values.begin(), gradient.values.end(), 0.0f);
           expand_brick(m, w, RowMask::all(), back.data(), 1, gradient);
-          const ExpandKernel expand{layout, all.data(), all.data(),   &slot,
-                                    1,      rows,       again.data(), from_kernel.data()};
+          const bool whole = points == m.points;  // weights of all points sum to 1
+          if (whole) centre_brick(m, RowMask::all(), 1, gradient);
+          const ExpandKernel expand{layout, all.data(), all.data(), &slot,        centred,
+                                    points, 1,          rows,       again.data(), from_kernel.data()};
           expand(kBrickRows);
           for (int k = 0; k < m.width(); ++k) {
             const bool same =
                 point < 0 ? k == c.first
                           : k < layout.rigidity_column && k % layout.stride == (c.first + a) % layout.stride;
-            const float wanted = !same ? 0 : point < 0 ? 1 : w[std::size_t(k / layout.stride)];
-            CHECK(gradient.row(kBrickRows)[k] == wanted);
+            const float wanted = !same ? 0 : point < 0 ? 1 : weight(k / layout.stride);
             CHECK(from_kernel[std::size_t(kBrickRows) * m.width() + std::size_t(k)] == wanted);
+            if (whole || c.kind != ColumnKind::presence)
+              CHECK(gradient.row(kBrickRows)[k] == doctest::Approx(wanted).epsilon(1e-6));
           }
         }
     }

@@ -210,11 +210,13 @@ TEST_SUITE("field/levels") {
 
 TEST_SUITE("field/slice") {
   TEST_CASE("expansion is the adjoint of contraction and clears the rows it has read") {
-    for (const bool light : {false, true}) {
+    for (const int scalars : {0, 1, 2}) {
       MotionField m = three_levels(9);
-      m.light = light;
+      m.light = scalars > 0;
+      m.presence = scalars > 1;
+      if (m.presence) m.first_point = FirstPoint::free;
       m.levels[0] = random_channels(m.levels[0].topology, m.width(), 9, 0.1f);
-      const int lanes = light ? 5 : 4;
+      const int lanes = 4 + scalars;
       const Channels& level = m.levels[0];
       const BasisWeights<float> w = stored_weights(m, 0.3);
       std::vector<float> slice(level.topology->rows() * kSliceWidth), g(slice.size());
@@ -233,6 +235,7 @@ TEST_SUITE("field/slice") {
       double forward = 0, adjoint = 0;
       for (int b = 1; b <= level.topology->brick_count(); ++b)
         expand_brick(m, w, rows[b], read.data() + std::size_t(b) * kBrickRows * kSliceWidth, b, expanded);
+      for (int b = 1; b <= level.topology->brick_count(); ++b) centre_brick(m, rows[b], b, expanded);
       CHECK(std::all_of(read.begin(), read.end(), [](float x) { return x == 0; }));
       for (std::size_t i = 0; i < g.size(); ++i) forward += double(slice[i]) * g[i];
       for (std::size_t i = 0; i < level.values.size(); ++i)
@@ -264,6 +267,36 @@ TEST_SUITE("field/slice") {
     m.light = false;
     m.levels = {random_channels(m.levels[0].topology, m.width(), 3, 0.3f)};
     CHECK(FrameSampler(model, 0.4).warp(t.position(1, 100)).light == 1.0f);
+  }
+  TEST_CASE("presence has no mean over time, whatever the basis, and the density is that of the sum") {
+    for (const Basis& basis : all_bases()) {
+      CAPTURE(basis.name);
+      VoxelModel model;
+      model.radiance.raw = random_channels(make_dense_topology(make_lattice(kBox, 8)), 8, 1, 1);
+      MotionField& m = model.motion;
+      m.basis = basis.kind;
+      m.points = 10;
+      m.first_point = FirstPoint::free;
+      m.displaces = m.rigidity = false;
+      m.presence = true;
+      m.levels = {random_channels(make_dense_topology(make_lattice(kBox, 8)), m.width(), 2, 1.0f)};
+      const Vec3 x = m.levels[0].topology->position(1, 5 * 64 + 3 * 8 + 2) + Vec3{0.01f, 0, 0};
+      constexpr int kTimes = 4000;
+      double sum = 0, least = 0, most = 0;
+      for (int i = 0; i < kTimes; ++i) {
+        const FrameSampler sampler(model, (i + 0.5) / kTimes);
+        const double p = sampler.warp(x).presence;
+        sum += p;
+        least = std::min(least, p);
+        most = std::max(most, p);
+        if (i % 500 == 0) {
+          const float raw = std::log(std::expm1(sampler.radiance(x).density));
+          CHECK(sampler.density(x) == doctest::Approx(std::log1p(std::exp(raw + float(p)))).epsilon(1e-4));
+        }
+      }
+      CHECK(most - least > 0.1);
+      CHECK(std::abs(sum / kTimes) < 1e-4 * (most - least));
+    }
   }
   TEST_CASE("a pinned Bezier curve does not move anything at t = 0") {
     const MotionField m = collapse(three_levels(11));

@@ -23,7 +23,10 @@ using namespace splinevox::test;
 
 namespace {
 
-/// Gradients of radiance rows and of control points, rigidity and light, all in double.
+/// Where lane a of a control point stands in a slice: place, light, presence.
+constexpr int in_slice(int lane) { return lane < 3 ? lane : lane + 1; }
+
+/// Gradients of radiance rows and of control points, rigidity, light and presence, all in double.
 struct Exact {
   std::vector<double> radiance, motion;
   double value = 0;
@@ -44,11 +47,16 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
     const auto all = m.basis == BasisKind::bezier ? bernstein_weights(m.points, times[f])
                                                   : bspline_weights(m.points, times[f]);
     const int pinned = m.points - m.stored_points();
+    const auto weight = [&](int k,
+                            int lane) {  // presence is less its mean: a cubic piece has 1, 11, 11, 1 / 24
+      constexpr double kMean[4] = {1 / 24.0, 11 / 24.0, 11 / 24.0, 1 / 24.0};
+      return all[k + pinned] - (lane == 4 ? kMean[k] : 0);
+    };
     std::vector<double> slice(level.topology->rows() * kSliceWidth, 0.0);
     for (std::size_t r = 0; r < level.topology->rows(); ++r) {
       for (int k = 0; k < m.stored_points(); ++k)
         for (int a = 0; a < m.stride(); ++a)
-          slice[r * kSliceWidth + (a == 3 ? 4 : a)] += all[k + pinned] * level.row(r)[m.stride() * k + a];
+          slice[r * kSliceWidth + in_slice(a)] += weight(k, a) * level.row(r)[m.stride() * k + a];
       if (m.rigidity) slice[r * kSliceWidth + 3] = level.row(r)[m.rigidity_column()];
     }
     FrameView<double> frame;
@@ -91,22 +99,42 @@ Exact exact_gradients(const VoxelModel& model, const Batch& batch, const std::ve
       double* to = out.motion.data() + r * level.width;
       for (int k = 0; k < m.stored_points(); ++k)
         for (int a = 0; a < m.stride(); ++a)
-          to[m.stride() * k + a] += all[k + pinned] * d_slice[r * kSliceWidth + (a == 3 ? 4 : a)];
+          to[m.stride() * k + a] += weight(k, a) * d_slice[r * kSliceWidth + in_slice(a)];
       if (m.rigidity) to[m.rigidity_column()] += d_slice[r * kSliceWidth + 3];
     }
   }
   return out;
 }
 
+/// Gives a model with light a presence of noise beside what it has.
+void add_presence(VoxelModel& model) {
+  MotionField& m = model.motion;
+  const Channels old = m.levels[0];
+  const int stride = m.stride(), rigidity = m.rigidity_column();
+  m.presence = true;
+  const std::vector<float> zero(std::size_t(m.width()), 0.0f);
+  m.levels[0] = make_channels(old.topology, m.width(), zero.data());
+  for (std::size_t r = kBrickRows; r < old.topology->rows(); ++r) {
+    float* row = m.levels[0].row(r);
+    for (int k = 0; k < m.points; ++k) {
+      std::copy_n(old.row(r) + stride * k, stride, row + m.stride() * k);
+      row[m.stride() * k + 4] = float(Rng(5, r).bits(std::size_t(k)) % 1000) / 500 - 1;
+    }
+    row[m.rigidity_column()] = old.row(r)[rigidity];
+  }
+}
+
 }  // namespace
 
 TEST_SUITE("hard/gradients") {
   TEST_CASE(
-      "every control point, rigidity, light, density, colour and harmonic in float: within 1e-5, no wrong "
-      "sign") {
+      "every control point, rigidity, light, presence, density, colour and harmonic in float: within 1e-5, "
+      "no "
+      "wrong sign") {
     Worst radiance, motion, slope;
     std::size_t wrong = 0, count = 0;
-    for (const bool spline : {false, true}) {
+    for (const int made : {0, 1, 2}) {
+      const bool spline = made > 0;
       VoxelModel model = blob_model(20, {true, 5, {-0.3f, 0.1f, 0.2f}, 0.2f, true, 0.5f}, 1, 10);
       if (spline) {
         // The same rows read as a B-spline of four points: every number is stored.
@@ -114,6 +142,7 @@ TEST_SUITE("hard/gradients") {
         model.motion.points = 4;
         model.motion.first_point = FirstPoint::free;
       }
+      if (made == 2) add_presence(model);
       const Split& train = *ball().find("train");
       SamplingConfig sampling;
       sampling.frames = 4;
@@ -204,7 +233,7 @@ TEST_SUITE("hard/gradients") {
     CHECK(wrong == 0);
     measured("gradient of radiance in float, of the largest", radiance.value, 2e-5, "");
     measured("gradient of the times of slots in float, of the largest", slope.value, 1e-4, "");
-    measured("gradient of control points, rigidity and light in float, of the largest", motion.value, 2e-5,
-             "");
+    measured("gradient of control points, rigidity, light and presence in float, of the largest",
+             motion.value, 2e-5, "");
   }
 }

@@ -137,7 +137,7 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       trilinear_weight_gradients(u, dw);
       const Corners mc = corners_of(*scene.motion, base);
       MotionJet<T> jet{};
-      T rho(0), light(0);
+      T rho(0), light(0), presence(0);
       const T inv(1 / double(scene.motion->lattice.spacing));
       for (int c = 0; c < 8; ++c) {
         const T* row = slice.data() + mc.row[c] * kSliceWidth;
@@ -145,6 +145,7 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
         jet.delta += w[c] * d;
         rho += w[c] * row[3];
         light += w[c] * row[4];
+        presence += w[c] * row[5];
         for (int j = 0; j < 3; ++j) {
           jet.d_delta[j] += (inv * dw[c][j]) * d;
           jet.d_rho[j] += inv * dw[c][j] * row[3];
@@ -175,7 +176,7 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
         for (int k = 0; k < (Sh + 1) * (Sh + 1); ++k) q += raw[4 + k] * T(y[k]);
         factor = factor * view_factor(q).value;
       }
-      const T depth = T(3) * softplus(raw[0] - T(0.5)).value * T(kStep);
+      const T depth = T(3) * softplus(raw[0] + presence - T(0.5)).value * T(kStep);
       const T weight = transmittance * one_minus_exp_neg(depth);
       for (int c = 0; c < 3; ++c) color[c] += weight * factor * sigmoid(raw[1 + c]).value;
       transmittance *= exp_(-depth);

@@ -92,11 +92,12 @@ inline VoxelModel blob_model(int cells, const BlobMotion& motion = {}, int sh_or
 
 /// The same model with every stored number replaced by noise, for tests about bits.
 inline VoxelModel noisy_model(unsigned seed, int points, FirstPoint first, BasisKind basis, int sh_order,
-                              bool rigidity, bool light = false) {
+                              bool rigidity, bool light = false, bool presence = false) {
   VoxelModel m = blob_model(24, {true, points, {}, 0, rigidity}, sh_order);
   m.motion.basis = basis;
   m.motion.first_point = first;
   m.motion.light = light;
+  m.motion.presence = presence;
   std::mt19937 random(seed);
   std::normal_distribution<float> normal;
   const std::vector<float> zero(std::size_t(m.motion.width()), 0.0f);

@@ -53,7 +53,7 @@ struct MotionField {
   bool displaces = true;                      ///< false: nothing moves; needs light or presence
   bool rigidity = true;                       ///< false: r = 1 and nothing is stored for it; needs displaces
   bool light = false;            ///< places change their brightness over time, see math/light.hpp
-  bool presence = false;         ///< matter comes and goes, see math/presence.hpp
+  bool presence = false;         ///< matter comes and goes, see math/presence.hpp; needs free first points
   float rigidity_offset = 0;     ///< added to the interpolated raw rigidity before the sigmoid
   TimeCurve time_curve;          ///< parameter of the curves at each model time; training leaves the identity
   std::vector<Channels> levels;  ///< empty: nothing changes over time

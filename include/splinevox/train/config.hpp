@@ -23,13 +23,11 @@ struct RunConfig {
   double late_cost = 2.6;  ///< by the clock, how much dearer than the first step the last one is taken to be:
                            ///< schedules run ahead (clock_progress)
   int max_steps = 0;       ///< optimiser steps; 0: max_time decides. Both given: whichever ends first
-  double checkpoint_every =
-      30;  ///< seconds between checkpoints; more where they would cost over a 50th of the time
+  double checkpoint_every = 30;  ///< seconds; more where checkpoints would cost over a 50th of the time
   std::uint64_t seed = 1;
   int downscale = 1;                       ///< block size of the area filter on the images
   std::vector<float> background{1, 1, 1};  ///< colour behind the scene, [3] in [0, 1]
-  int background_order =
-      2;  ///< of the harmonics of a colour learned behind opaque pictures, 0..3; -1: run.background
+  int background_order = 2;   ///< of the colour learned behind opaque pictures, 0..3; -1: run.background
   bool surroundings = false;  ///< whether what stands around the box of opaque pictures is learned
                               ///< (field/model.hpp); needs a learned background
   bool find_ground = true;    ///< whether a plain ground behind opaque pictures is looked for and cut out
@@ -39,18 +37,15 @@ struct RunConfig {
 struct GridConfig {
   std::vector<int> radiance{40, 64, 96, 144};              ///< cells along the box's longest edge, per stage
   std::vector<float> radiance_start{0, .15f, .35f, .55f};  ///< progress in [0, 1) at which each stage begins
-  std::vector<int> motion{4, 8, 16,
-                          32};  ///< cells along the longest edge, per level, each twice the one before
+  std::vector<int> motion{4, 8, 16, 32};  ///< the same per level of motion, each twice the one before
   std::vector<float> motion_start{0, .08f, .25f, .5f};  ///< progress at which each level is switched on
   std::vector<int> surroundings{48, 96};  ///< cells along an edge of contracted space (math/contract.hpp),
                                           ///< per stage: what few cameras see must be coarse first
   std::vector<float> surroundings_start{0, .4f};  ///< progress at which each stage begins
-  float prune_alpha =
-      1e-3f;  ///< bricks whose largest alpha of one step stays below this are dropped at a new stage
-  float box_margin = 0.05f;  ///< added around the visual hull, share of its longest edge
-  float box_alpha =
-      0.1f;  ///< at a new stage the box shrinks to where one step has at least this alpha at some time
-  std::vector<float> box;          ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
+  float prune_alpha = 1e-3f;                      ///< of one step: bricks below it are dropped at a new stage
+  float box_margin = 0.05f;                       ///< added around the visual hull, share of its longest edge
+  float box_alpha = 0.1f;  ///< of one step at some time: a new stage's box shrinks to where it is more
+  std::vector<float> box;  ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
   std::vector<float> empty_start;  ///< progress at which canonical matter is emptied that was not visible
                                    ///< since the start before
   float seen_share = 0.25f;  ///< of the heaviest sample of a ray: samples from this weight on are visible
@@ -96,8 +91,7 @@ struct OptimiserConfig {
         lr_light = 0.02f, lr_presence = 0.1f, lr_background = 0.02f;
   float final_radiance = 0.1f;  ///< share of lr_density, lr_color, lr_sh, lr_background left at the end
   float final_motion = 0.02f;   ///< share of lr_control, lr_rigidity, lr_light, lr_presence left at the end
-  float shrink =
-      0.3f;  ///< shrinkage of motion and light that a vertex does not need, share of a step (math/shrink.hpp)
+  float shrink = 0.3f;  ///< of motion, light, presence that need not be, share of a step (math/shrink.hpp)
   float beta1 = 0.9f, beta2 = 0.99f, epsilon = 1e-8f;
 };
 
@@ -120,8 +114,7 @@ struct LossConfig {
   float curve_length = 0;    ///< of the squared lengths between control points, in edges of the box
   float curve_light = 0;     ///< of the squared differences of the raw light between control points
   float curve_presence = 0;  ///< the same of presence
-  float curve_knots =
-      0;  ///< weight of the jumps at knots that halving brought in, in edges of the box, all voxels
+  float curve_knots = 0;     ///< of the jumps at knots that halving brought in, in edges of the box
   float curve_rest = 0;  ///< weight of the lengths of the curves that all levels make together, in edges of
                          ///< the box, all voxels
 };
@@ -232,7 +225,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("motion.first_point", c.motion.first_point, "zero (t = 0 is canonical) or free", 0, 1);
   visit("motion.rigidity", c.motion.rigidity, "whether motion is scaled by a learned rigidity", 0, 1);
   visit("motion.light", c.motion.light, "whether the light of a place may change over time", 0, 1);
-  visit("motion.presence", c.motion.presence, "whether matter may come and go", 0, 1);
+  visit("motion.presence", c.motion.presence, "whether matter may come and go; not where first_point is zero",
+        0, 1);
   visit("motion.initial_rigidity", c.motion.initial_rigidity, "raw rigidity before training", -20, 20);
   visit("motion.halve_start", c.motion.halve_start,
         "bspline: progress at which every span is halved, K -> 2K - 3", 0, 1);

@@ -34,12 +34,13 @@ void vertex_range(const Lattice& lattice, int axis, float lo, float hi, int bric
 }
 
 /// Where Delta can lead from inside a box: the ranges of its three components.
-void displacement_ranges(const MotionField& motion, const MotionSlice& slice, Vec3 lo, Vec3 hi,
-                         Range (&out)[3]) {
+/// @return the largest presence there
+float displacement_ranges(const MotionField& motion, const MotionSlice& slice, Vec3 lo, Vec3 hi,
+                          Range (&out)[3]) {
   const Topology& t = *slice.topology;
   int first[3], last[3];
   for (int a = 0; a < 3; ++a) vertex_range(t.lattice, a, lo[a], hi[a], t.dims[a] - 2, first[a], last[a]);
-  Range base[3], raw;
+  Range base[3], raw, presence;
   for (int x = first[0]; x <= last[0]; ++x)
     for (int y = first[1]; y <= last[1]; ++y)
       for (int z = first[2]; z <= last[2]; ++z) {
@@ -49,6 +50,7 @@ void displacement_ranges(const MotionField& motion, const MotionSlice& slice, Ve
         const float* v = slice.values.data() + row * kSliceWidth;
         for (int a = 0; a < 3; ++a) base[a].add(v[a]);
         raw.add(v[3]);
+        presence.add(v[kSliceScalars + kPresence]);
       }
   float r_lo = 1, r_hi = 1;
   if (motion.rigidity) {
@@ -61,6 +63,7 @@ void displacement_ranges(const MotionField& motion, const MotionSlice& slice, Ve
     out[a].lo -= slack;
     out[a].hi += slack;
   }
+  return presence.hi;
 }
 
 }  // namespace
@@ -70,18 +73,15 @@ ExportReach::ExportReach(const VoxelModel& model, float min_density) : model_(mo
   const Topology& t = *field.raw.topology;
   bricks_ = t.dims - Int3{2, 2, 2};
   // softplus is monotone, and trilinear interpolation stays within its corners: a brick matters if one raw
-  // value does.
-  const float raw_min =
+  // value does, with the presence of the place that looks it up.
+  raw_min_ =
       float(inverse_softplus(double(min_density) / field.activation.scale)) - field.activation.shift - 1e-3f;
-  const bool all = field.raw.row(0)[0] >= raw_min;
-  std::vector<char> dense(std::size_t(t.brick_count()) + 1, 0);
+  peaks_.assign(std::size_t(t.brick_count()) + 1, field.raw.row(0)[0]);
   parallel_for(t.brick_count() + 1, [&](int b) {
-    bool any = all;
-    for (std::size_t r = std::size_t(b) * kBrickRows; !any && r < std::size_t(b + 1) * kBrickRows; ++r)
-      any = field.raw.row(r)[0] >= raw_min;
-    dense[std::size_t(b)] = any;
+    for (std::size_t r = std::size_t(b) * kBrickRows; r < std::size_t(b + 1) * kBrickRows; ++r)
+      peaks_[std::size_t(b)] = std::max(peaks_[std::size_t(b)], field.raw.row(r)[0]);
   });
-  dense[0] = 0;  // what is absent shows nothing, whatever the background is
+  peaks_[0] = -INFINITY;  // what is absent shows nothing, whatever the background is
   const Int3 n = bricks_ + Int3{1, 1, 1};
   sums_.assign(std::size_t(n.x) * n.y * n.z, 0);
   const auto at = [&](int x, int y, int z) -> std::int32_t& {
@@ -90,19 +90,31 @@ ExportReach::ExportReach(const VoxelModel& model, float min_density) : model_(mo
   for (int x = 1; x < n.x; ++x)
     for (int y = 1; y < n.y; ++y)
       for (int z = 1; z < n.z; ++z)
-        at(x, y, z) = dense[std::size_t(t.brick_at({x - 1, y - 1, z - 1}))] + at(x - 1, y, z) +
-                      at(x, y - 1, z) + at(x, y, z - 1) - at(x - 1, y - 1, z) - at(x - 1, y, z - 1) -
-                      at(x, y - 1, z - 1) + at(x - 1, y - 1, z - 1);
+        at(x, y, z) = (peak({x - 1, y - 1, z - 1}) >= raw_min_) + at(x - 1, y, z) + at(x, y - 1, z) +
+                      at(x, y, z - 1) - at(x - 1, y - 1, z) - at(x - 1, y, z - 1) - at(x, y - 1, z - 1) +
+                      at(x - 1, y - 1, z - 1);
 }
 
-bool ExportReach::occupied(Vec3 lo, Vec3 hi) const {
+float ExportReach::peak(Int3 brick) const {
+  return peaks_[std::size_t(model_.radiance.raw.topology->brick_at(brick))];
+}
+
+bool ExportReach::occupied(Vec3 lo, Vec3 hi, float presence) const {
   const Lattice& lattice = model_.radiance.raw.topology->lattice;
-  int first[3], last[3];
+  Int3 first, last;
   for (int a = 0; a < 3; ++a) {
     vertex_range(lattice, a, lo[a], hi[a], bricks_[a], first[a], last[a]);
     first[a] = std::max(first[a], 0) >> 3;
     last[a] = std::min(last[a] >> 3, bricks_[a] - 1) + 1;
     if (first[a] >= last[a]) return false;
+  }
+  if (presence != 0) {  // the sums are of bricks that matter without
+    Int3 b;
+    for (b.x = first.x; b.x < last.x; ++b.x)
+      for (b.y = first.y; b.y < last.y; ++b.y)
+        for (b.z = first.z; b.z < last.z; ++b.z)
+          if (peak(b) + presence >= raw_min_) return true;
+    return false;
   }
   const Int3 n = bricks_ + Int3{1, 1, 1};
   const auto at = [&](int x, int y, int z) { return sums_[(std::size_t(x) * n.y + y) * n.z + z]; };
@@ -126,9 +138,9 @@ std::vector<Int3> ExportReach::candidates(const Lattice& out, double time) const
         const Int3 leaf{x, y, z};
         const Vec3 lo = out.position(kBrick * leaf), hi = out.position(kBrick * leaf + Int3{7, 7, 7});
         Range moved[3] = {{0, 0}, {0, 0}, {0, 0}};
-        if (slice.topology) displacement_ranges(motion, slice, lo, hi, moved);
+        const float presence = slice.topology ? displacement_ranges(motion, slice, lo, hi, moved) : 0;
         if (occupied(lo + Vec3{moved[0].lo, moved[1].lo, moved[2].lo},
-                     hi + Vec3{moved[0].hi, moved[1].hi, moved[2].hi}))
+                     hi + Vec3{moved[0].hi, moved[1].hi, moved[2].hi}, presence))
           found[std::size_t(x)].push_back(leaf);
       }
   });

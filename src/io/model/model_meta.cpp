@@ -288,8 +288,11 @@ FieldShape parse_motion_meta(const NamedMeta& in, MotionField& motion) {
       motion.*c.stored =
           c.unsaid && !in.meta.count(c.file_switch) ? *c.unsaid : choice(in, c.file_switch, kSwitch) == 1;
   if (!motion.displaces && (motion.rigidity || motion.stride() == 0))
-    bad(in, "displacement_switch", "on, or off with light_switch on and rigidity_switch off",
+    bad(in, "displacement_switch",
+        "on, or off with light_switch or presence_switch on and rigidity_switch off",
         quoted(in, "displacement_switch"));
+  if (motion.presence && motion.first_point == FirstPoint::zero)
+    bad(in, "presence_switch", "off where first_point is zero", quoted(in, "presence_switch"));
   motion.rigidity_offset = numbers<float>(in, "rigidity_offset", 1)[0];
   // Without light the contraction of a row reads one float past its last control point.
   FieldShape shape = parse_shape(in, motion_columns(motion));

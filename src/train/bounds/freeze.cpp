@@ -20,6 +20,7 @@ constexpr int kFewestTimes = 4;  ///< at which a cell is visible, to know whethe
 constexpr float kStill = 0.25f;  ///< voxels of motion
 constexpr float kSteady =
     0.05f;  ///< of light. Where it is steady its mean is given up as well: colours learn it again
+constexpr float kThere = 0.5f;  ///< of presence: an alpha that grows or shrinks by half
 constexpr float kKnown = 0.1f;  ///< of brightness, in the mean error of a cell's rays: beyond it something
                                 ///< changes that is not known yet
 
@@ -56,7 +57,7 @@ std::optional<Offset> freeze(const Setting& setting, Volume& volume, const TimeW
     return {};
   BitGrid cells(model.box, kCells), known = cells;
   const auto changes = [&](const VisibleMotion& s) {
-    return s.light > kSteady || s.error > kKnown * setting.unit;
+    return s.light > kSteady || s.presence > kThere || s.error > kKnown * setting.unit;
   };
   const std::vector<VisibleMotion> visible =
       visible_motion(model, setting.train, volume.occupancy.frames, cells, volume.cameras);

@@ -23,7 +23,7 @@ constexpr float kLeastWeight = 0.5f;     ///< of a cell in one view, in pixels o
 /// Weighted sums over the samples of one view in one cell.
 struct CellSums {
   Vec3 displacement{}, error{};
-  float light = 0, weight = 0;
+  float light = 0, presence = 0, weight = 0;
 };
 using VisibleCell = std::pair<std::size_t, CellSums>;
 
@@ -47,6 +47,7 @@ std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, co
         cell.displacement += w * look.displacement(i);
         cell.error += w * error;
         cell.light += w * look.light(i);
+        cell.presence += w * look.presence(i);
         cell.weight += w;
       });
     }
@@ -96,7 +97,7 @@ std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& 
     });
   });
   struct Course {
-    Moments displacement, light, error;
+    Moments displacement, light, presence, error;
     double last =
         std::numeric_limits<double>::quiet_NaN();  ///< of the last view in which the cell is visible
   };
@@ -107,6 +108,7 @@ std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& 
       const float share = 1 / s.weight;
       courses[c].displacement.add(share * s.displacement, s.weight);
       courses[c].light.add({share * s.light, 0, 0}, s.weight);
+      courses[c].presence.add({share * s.presence, 0, 0}, s.weight);
       courses[c].error.add(share * s.error, s.weight);
       out[c].weight += s.weight;
       const double time = views.frames[chosen[i]].time;
@@ -117,6 +119,7 @@ std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& 
     out[c].offset = courses[c].displacement.mean();
     out[c].spread = float(std::sqrt(courses[c].displacement.variance()));
     out[c].light = float(std::sqrt(courses[c].light.variance()));
+    out[c].presence = float(std::sqrt(courses[c].presence.variance()));
     out[c].error = float(std::sqrt(courses[c].error.variance() / 3));
   }
   return out;

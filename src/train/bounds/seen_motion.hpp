@@ -18,6 +18,7 @@ struct VisibleMotion {
   Vec3 offset{};      ///< mean displacement, scene units
   float spread = 0;   ///< of the displacement over time: its standard deviation, scene units
   float light = 0;    ///< the same of the light's gain
+  float presence = 0;  ///< the same of presence
   float error = 0;    ///< the same of the mean error of the rays that meet the cell, per channel
 };
 

@@ -68,8 +68,8 @@ void check_grid(const Config& c) {
           config_value::print(g.surroundings));
   check_starts("grid.radiance_start", "grid.radiance", g.radiance_start, g.radiance.size(), true);
   if (changes(effects_of(c)) && g.motion.empty())
-    wrong("grid.motion", "is empty", "at least one level, or motion.enabled = false and motion.light = false",
-          "[]");
+    wrong("grid.motion", "is empty",
+          "at least one level, or motion.enabled, motion.light and motion.presence = false", "[]");
   for (std::size_t i = 1; i < g.motion.size(); ++i)
     if (g.motion[i] != 2 * g.motion[i - 1])
       wrong("grid.motion", "has a level that does not halve the one before",

@@ -27,7 +27,9 @@ constexpr double kShortest = 8;  // steps of training for one of a fit, on coars
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;   // seconds of training, for the same reason
 constexpr int kShortestFit = 100;      // steps of a fit: fewer were never tried (docs/experiments/effects.md)
-constexpr double kPresenceGain = 0.5;  // dB
+constexpr float kPresenceGain = 0.4f;  // dB: scenes that only move gain 0.28 at most, and most lose; smoke
+                                       // and what enters gain 0.58 and more (docs/experiments/effects.md)
+constexpr double kPresenceChance = 0.1;  // of a gain that is none
 
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
   const Basis& basis = basis_of(config.motion.basis);
@@ -159,11 +161,12 @@ class Trials {
     return false;
   }
 
-  /// Whether matter comes and goes: what moves and is lit does not explain, by far.
+  /// Whether matter comes and goes: presence gains far more than it does by standing in for a motion that so
+  /// short a fit has not found yet. In a film it could stand in for anything.
   bool comes_and_goes() {
     if (brief_ || is_film(out_.view_told_by_time)) return false;
-    const EffectVerdict v = whole_.judge(Effect::presence, beside());
-    return v.gain.lo > kPresenceGain;
+    const PairedGain gain = whole_.judge(Effect::presence, beside()).gain;
+    return gain.mean > std::max(config_.effects.min_gain, kPresenceGain) && gain.p < kPresenceChance;
   }
 
   const Config& config_;

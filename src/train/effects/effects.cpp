@@ -83,7 +83,11 @@ constexpr EffectFacts kTable[] = {
     {.effect = Effect::presence,
      .name = "presence",
      .brings = ColumnKind::presence,
-     .order_in = [](const Config& c) { return switched(c.motion.presence); },
+     .order_in =
+         [](const Config& c) {
+           const bool pinned = basis_of(c.motion.basis).pinnable && c.motion.first_point == FirstPoint::zero;
+           return switched(c.motion.presence && !pinned);
+         },
      .set = [](Config& c, int order) { c.motion.presence = order >= 0; },
      .trial = Trial::presence,
      .turn = 7,

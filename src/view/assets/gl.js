@@ -1,19 +1,22 @@
 // Thin helpers over WebGL2. Whatever cannot be done throws an Error whose message a person can read.
 
-/// Functions that several shaders share: where a place at this time was, and how bright it is
-/// (math/activation.hpp, math/light.hpp).
+/// Functions that several shaders share: where a place at this time was, how bright it is, and what is added
+/// to its raw density (math/activation.hpp, math/light.hpp, math/presence.hpp).
 const kWarpSource = `
 float sigmoid(float x) { return 1.0 / (1.0 + exp(-x)); }
 #if CHANGES
 uniform sampler3D slice;
-uniform sampler3D sliceScalars;     // LIGHT: its component, if the light changes
+uniform sampler3D sliceScalars;     // LIGHT, PRESENCE: their components, if there are any
 uniform vec3 motionOrigin;
 uniform float motionInverseSpacing, rigidityOffset;
-vec3 motionAt(vec3 x, inout float gain, inout float r) {
+vec3 motionAt(vec3 x, inout float gain, inout float presence, inout float r) {
   vec3 at = ((x - motionOrigin) * motionInverseSpacing + 0.5) / vec3(textureSize(slice, 0));
   vec4 m = texture(slice, at);
 #ifdef LIGHT
   gain = 2.0 * sigmoid(texture(sliceScalars, at).LIGHT);
+#endif
+#ifdef PRESENCE
+  presence = texture(sliceScalars, at).PRESENCE;
 #endif
 #if RIGIDITY
   r = sigmoid(m.w + rigidityOffset);
@@ -21,11 +24,11 @@ vec3 motionAt(vec3 x, inout float gain, inout float r) {
   return r * m.xyz;
 }
 #else
-vec3 motionAt(vec3 x, inout float gain, inout float r) { r = 0.0; return vec3(0.0); }
+vec3 motionAt(vec3 x, inout float gain, inout float presence, inout float r) { r = 0.0; return vec3(0.0); }
 #endif
 vec3 displacement(vec3 x) {
-  float gain = 1.0, r = 1.0;
-  return motionAt(x, gain, r);
+  float gain = 1.0, presence = 0.0, r = 1.0;
+  return motionAt(x, gain, presence, r);
 }
 `;
 

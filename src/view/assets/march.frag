@@ -162,8 +162,8 @@ void main() {
     vec3 x = origin + float(i) * advance;
     float distance = start + float(i) * stepLength;
     ++i;
-    float gain = 1.0, r = 1.0;
-    vec3 delta = motionAt(x, gain, r);
+    float gain = 1.0, presence = 0.0, r = 1.0;
+    vec3 delta = motionAt(x, gain, presence, r);
     vec3 u = clamp((x + delta - ringOrigin) * inverseSpacing, vec3(0.0), ringLimit);
     ivec3 brick = ivec3(u) / 8;
     uvec4 place = texelFetch(bricks, brick, 0);
@@ -171,7 +171,7 @@ void main() {
     vec3 at = (9.0 * vec3(place.xyz) + (u - 8.0 * vec3(brick)) + 0.5) * atlasScale;
     vec4 raw = texture(atlas, at);
     // emission_of and opacity_of (math/emission.hpp, math/composite.hpp)
-    float thickness = densityScale * softplus(raw.x + densityShift) * stepLength;
+    float thickness = densityScale * softplus(raw.x + presence + densityShift) * stepLength;
     if (thickness < 1e-6) continue;
     float passed = exp(-thickness), w = through * (1.0 - passed);
     vec3 seen = gain / (1.0 + exp(-raw.yzw));
