@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include "math/activation.hpp"
 #include "render/active_rows.hpp"
 #include "splinevox/field/sample.hpp"
 
@@ -32,6 +33,38 @@ VoxelModel slab(float still_from = 2) {
         for (int k = 1; k < 3; ++k)
           level.row(std::size_t(b) * kBrickRows + i)[3 * (k - 1) + a] = 0.5f * float(k) * d[a];
     }
+  return m;
+}
+
+/// The same with matter in a ball that is there in the second half of time, and in another in the first.
+VoxelModel comes_and_goes(bool moves) {
+  VoxelModel m = slab(moves ? 2.0f : -2.0f);
+  m.step = 0.02f;
+  m.motion.basis = BasisKind::bspline;
+  m.motion.first_point = FirstPoint::free;
+  m.motion.points = 8;
+  m.motion.displaces = moves;
+  m.motion.presence = true;
+  const Channels old = m.motion.levels[0];
+  const Topology& t = *old.topology;
+  const std::vector<float> zero(std::size_t(m.motion.width()), 0.0f);
+  Channels& level = m.motion.levels[0] = make_channels(old.topology, m.motion.width(), zero.data());
+  const int stride = m.motion.stride();
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const std::size_t r = std::size_t(b) * kBrickRows + i;
+      const Vec3 x = t.position(b, i);
+      const float late = length(x - Vec3{0.4f, 0, 0.1f}) < 0.3f ? 14.0f : 0.0f,
+                  early = length(x - Vec3{-0.5f, 0, -0.1f}) < 0.3f ? 14.0f : 0.0f;
+      for (int k = 0; k < 8; ++k) {
+        float* p = level.row(r) + stride * k;
+        if (moves)
+          for (int a = 0; a < 3; ++a) p[a] = old.row(r)[3 + a] * float(k) / 7;
+        p[stride - 1] = k < 4 ? early : late;
+      }
+    }
+  for (std::size_t r = 0; r < m.radiance.raw.topology->rows(); ++r) m.radiance.raw.row(r)[0] = -9;
+  m.radiance.activation = {10, 2};
   return m;
 }
 
@@ -69,6 +102,40 @@ TEST_SUITE("render/occupancy") {
           }
       CHECK(found.count() > 100);
       CHECK(differ <= 3);  // a centre that lands on the border of two cells may round either way
+    }
+  }
+  TEST_CASE("where matter comes and goes no place is skipped that has any, and most of what has none is") {
+    constexpr float kAlpha = 0.01f;
+    for (const bool moves : {false, true}) {
+      CAPTURE(moves);
+      const VoxelModel model = comes_and_goes(moves);
+      const OccupancyPyramid canonical(model, 40, kAlpha, model.step);
+      const BitGrid ever = canonical_occupancy(model, 40, kAlpha, model.step);
+      for (const double time : {0.0, 0.2, 0.75, 0.9, 1.0}) {
+        CAPTURE(time);
+        const FrameSampler sampler(model, time);
+        const BitGrid found =
+            frame_occupancy(model, make_slice(model.motion, stored_weights(model.motion, time)), canonical);
+        int matter = 0, skipped = 0, pruned = 0;
+        const Vec3 size = model.box.extent();
+        for (int i = 0; i < 80; ++i)
+          for (int j = 0; j < 9; ++j)
+            for (int k = 0; k < 60; ++k) {
+              const Vec3 x =
+                  model.box.lo + Vec3{size.x * (float(i) + 0.5f) / 80, size.y * (float(j) + 0.5f) / 9,
+                                      size.z * (float(k) + 0.5f) / 60};
+              if (one_minus_exp_neg(sampler.density(x) * model.step) < kAlpha) continue;
+              ++matter;
+              skipped += !found.test(found.index(found.cell_of(x)));
+              const Vec3 there = sampler.canonical(x);
+              if (max(there, model.box.lo) == min(there, model.box.hi))
+                pruned += !ever.test(ever.index(ever.cell_of(there)));
+            }
+        CHECK(matter > 100);
+        CHECK(skipped == 0);
+        CHECK(pruned == 0);
+        CHECK(found.count() < found.cells() / 2);
+      }
     }
   }
   TEST_CASE("a frame's cells are the same if it is known where nothing is displaced") {
