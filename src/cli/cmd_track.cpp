@@ -8,6 +8,7 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
+#include "math/activation.hpp"
 #include "run/points_csv.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -49,22 +50,23 @@ std::vector<std::vector<TrackedPoint>> tracked(const VoxelModel& model, const Po
 }
 
 std::string csv(const PointTable& table, double from, const std::vector<std::string>& targets,
-                const std::vector<std::vector<TrackedPoint>>& found) {
-  std::string text =
-      fmt::format("{}x,y,z,time,to_time,to_x,to_y,to_z,folded\n", table.id.empty() ? "" : "id,");
+                const std::vector<std::vector<TrackedPoint>>& found, bool canonical) {
+  std::string text = fmt::format("{}x,y,z,time,to_time,to_x,to_y,to_z,folded{}\n",
+                                 table.id.empty() ? "" : "id,", canonical ? "" : ",density");
   for (std::size_t i = 0; i < table.position.size(); ++i)
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const Vec3 &p = table.position[i], &q = found[k][i].position;
       if (!table.id.empty()) text += table.id[i] + ",";
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}\n", p.x, p.y, p.z,
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}", p.x, p.y, p.z,
                      table.time.empty() ? from : table.time[i], targets[k], q.x, q.y, q.z,
                      int(found[k][i].folded));
+      text += canonical ? "\n" : fmt::format(",{:.6g}\n", found[k][i].density);
     }
   return text;
 }
 
 std::string json(const PointTable& table, double from, const std::vector<std::string>& targets,
-                 const std::vector<std::vector<TrackedPoint>>& found) {
+                 const std::vector<std::vector<TrackedPoint>>& found, bool canonical) {
   Json points = Json::array();
   for (std::size_t i = 0; i < table.position.size(); ++i) {
     const Vec3& p = table.position[i];
@@ -74,8 +76,9 @@ std::string json(const PointTable& table, double from, const std::vector<std::st
     if (!table.id.empty()) point["id"] = table.id[i];
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const Vec3& q = found[k][i].position;
-      point["to"].push_back(
-          {{"time", targets[k]}, {"position", {q.x, q.y, q.z}}, {"folded", found[k][i].folded}});
+      Json to{{"time", targets[k]}, {"position", {q.x, q.y, q.z}}, {"folded", found[k][i].folded}};
+      if (!canonical) to["density"] = found[k][i].density;
+      point["to"].push_back(std::move(to));
     }
     points.push_back(std::move(point));
   }
@@ -109,15 +112,23 @@ int run_track(const TrackVerb& o) {
   const auto found = tracked(run.model, table, o.from, times, canonical);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::vector<std::string> targets = split_list(o.to);
-  write_file(o.out, {as_json ? json(table, o.from, targets, found) : csv(table, o.from, targets, found)},
+  write_file(o.out,
+             {as_json ? json(table, o.from, targets, found, canonical)
+                      : csv(table, o.from, targets, found, canonical)},
              Named::by_user);
-  std::size_t folded = 0;
+  constexpr float kFaint = 1e-2f;  // opacity over a voxel below which there is no matter
+  const float voxel = run.model.radiance.raw.topology->lattice.spacing;
+  std::size_t folded = 0, gone = 0;
   for (const auto& target : found)
-    for (const TrackedPoint& p : target) folded += p.folded;
+    for (const TrackedPoint& p : target) {
+      folded += p.folded;
+      gone += one_minus_exp_neg(p.density * voxel) < kFaint;
+    }
   if (!o.quiet)
-    fmt::print("{} points to {} {}: {:.2f} s; {} of {} flagged as folded\n{}\n", table.position.size(),
+    fmt::print("{} points to {} {}: {:.2f} s; {} of {} flagged as folded{}\n{}\n", table.position.size(),
                targets.size(), targets.size() == 1 ? "time" : "times", seconds, folded,
-               table.position.size() * targets.size(), o.out);
+               table.position.size() * targets.size(),
+               canonical ? "" : fmt::format(", {} where there is no matter", gone), o.out);
   return 0;
 }
 

@@ -104,6 +104,25 @@ struct EditOperations {
     return Json::object();
   }
 
+  static MotionField& with_presence(EditSession& s, const char* name) {
+    MotionField& m = changing(model(s), name);
+    if (!m.presence)
+      wrong_edit(name, "no matter comes or goes in this run", "a run with presence", "",
+                 "splinevox info RUN shows what a model has");
+    return m;
+  }
+  static Json scale_presence(EditSession& s, const std::string& v) {
+    const double factor = edit_number("scale-presence", v, -100, 100, "a factor from -100 to 100");
+    splinevox::scale_presence(with_presence(s, "scale-presence"), float(factor));
+    return Json::object();
+  }
+  static Json freeze_presence(EditSession& s, const std::string& v) {
+    const double time = edit_number("freeze-presence", v, 0, 1, "a time in [0, 1]");
+    with_presence(s, "freeze-presence");
+    splinevox::freeze_presence(model(s), time);
+    return Json::object();
+  }
+
   static Json anchor(EditSession& s, const std::string&) {
     if (!changing(model(s), "anchor-first").displaces)
       wrong_edit("anchor-first", "nothing moves in this run, only its light changes", "a run with motion",
@@ -197,6 +216,11 @@ const std::vector<EditOperation>& edit_operations() {
         {"freeze", "T", "the moment T for ever", "Time", Do::freeze},
         {"scale-motion", "F", "every displacement from the canonical place times F; light stays", "Motion",
          Do::scale},
+        {"scale-presence", "F", "what comes and goes does so F times as much: 0 shows its mean over time",
+         "Motion", Do::scale_presence},
+        {"freeze-presence", "T",
+         "what is there at the moment T stays, moves and is lit; nothing comes or goes", "Motion",
+         Do::freeze_presence},
         {"anchor-first", nullptr,
          "make the moment at time 0 the canonical one: no displacement there; says the error", "Motion",
          Do::anchor},

@@ -18,6 +18,13 @@ void retime(MotionField& motion, const TimeCurve& change);
 /// Every displacement times `factor`; canonical places and light stay.
 void scale_motion(MotionField& motion, float factor);
 
+/// Presence times `factor`: 0 leaves the mean of the raw density at every time.
+void scale_presence(MotionField& motion, float factor);
+
+/// Matter stays as it is at one time: the presence of that time becomes part of the canonical density, where
+/// that time shows it, and the model has none. Motion and light stay.
+void freeze_presence(VoxelModel& model, double time);
+
 /// Degree elevation by `by` in one step. @pre the basis elevates
 MotionField elevated(const MotionField& motion, int by);
 

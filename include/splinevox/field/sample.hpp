@@ -57,6 +57,7 @@ struct TrackedPoint {
   Vec3 position;        ///< scene units
   bool folded = false;  ///< the way there led through a fold, a jump or a place the warp does not reach: do
                         ///< not trust it
+  float density = 0;    ///< of what is there, 1 / scene unit; not told of canonical places
 };
 
 /// Carries points of one time to other times. A point keeps its canonical place x + Delta(x, t); at every

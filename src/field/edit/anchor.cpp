@@ -8,8 +8,8 @@
 #include "core/parallel.hpp"
 #include "field/columns.hpp"
 #include "field/edit/edit_motion.hpp"
+#include "field/edit/observed_at.hpp"
 #include "field/lattice/locate.hpp"
-#include "math/inverse_warp.hpp"
 #include "math/rigidity.hpp"
 
 namespace splinevox {
@@ -50,20 +50,6 @@ Channels observed_volume(const VoxelModel& model, const FrameSampler& first) {
                 out.row(std::size_t(b) * kBrickRows));
   }
   return out;
-}
-
-/// The y with W_0(y) = target that one of the starts leads to, the first that does; else the one that comes
-/// nearest.
-Vec3d observed_at(const FrameSampler& first, const Vec3d& target, std::initializer_list<Vec3d> starts,
-                  double tolerance) {
-  InverseWarp<double> best{{}, std::numeric_limits<double>::infinity(), false, true};
-  for (const Vec3d& start : starts) {
-    const auto found =
-        invert_warp([&](const Vec3d& x) { return first.warp(cast<float>(x)); }, target, start, tolerance);
-    if (found.residual < best.residual) best = found;
-    if (best.converged && !best.folded) break;
-  }
-  return best.x;
 }
 
 }  // namespace
