@@ -34,7 +34,7 @@ std::uint32_t number_at(Bytes bytes, std::size_t at, int wide, const std::string
 /// An entry of the directory at the file's end.
 struct Entry {
   std::string name;
-  std::uint32_t method, packed, size, at;
+  std::uint32_t method, checksum, packed, size, at;
 };
 
 std::vector<Entry> read_directory(Bytes bytes, const std::string& where) {
@@ -53,10 +53,25 @@ std::vector<Entry> read_directory(Bytes bytes, const std::string& where) {
                       comment = number_at(bytes, at + 32, 2, where);
     if (bytes.size() - at < kEntryBytes + name) fail_npz(where, "it ends too early");
     out.push_back({std::string(reinterpret_cast<const char*>(bytes.data()) + at + kEntryBytes, name),
-                   number_at(bytes, at + 10, 2, where), number_at(bytes, at + 20, 4, where),
-                   number_at(bytes, at + 24, 4, where), number_at(bytes, at + 42, 4, where)});
+                   number_at(bytes, at + 10, 2, where), number_at(bytes, at + 16, 4, where),
+                   number_at(bytes, at + 20, 4, where), number_at(bytes, at + 24, 4, where),
+                   number_at(bytes, at + 42, 4, where)});
     at += kEntryBytes + name + more + comment;
   }
+  return out;
+}
+
+std::vector<std::uint8_t> inflated(Bytes packed, std::uint32_t size, const std::string& where) {
+  std::vector<std::uint8_t> out(size);
+  z_stream stream{};
+  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) fail_npz(where, "it cannot be unpacked");
+  stream.next_in = const_cast<std::uint8_t*>(packed.data());  // only read
+  stream.avail_in = uInt(packed.size());
+  stream.next_out = out.data();
+  stream.avail_out = uInt(out.size());
+  const bool whole = inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0;
+  inflateEnd(&stream);
+  if (!whole) fail_npz(where, "it cannot be unpacked");
   return out;
 }
 
@@ -69,18 +84,12 @@ std::vector<std::uint8_t> unpack(Bytes bytes, const Entry& entry, const std::str
   if (from > bytes.size() || bytes.size() - from < entry.packed || entry.size > kLargestNpz)
     fail_npz(where, "an entry is longer than the file");
   const Bytes packed = bytes.subspan(from, entry.packed);
-  if (entry.method == kStored) return {packed.begin(), packed.end()};
-  if (entry.method != kDeflated) fail_npz(where, "it is packed in a way that numpy does not use");
-  std::vector<std::uint8_t> out(entry.size);
-  z_stream stream{};
-  if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) fail_npz(where, "it cannot be unpacked");
-  stream.next_in = const_cast<std::uint8_t*>(packed.data());  // only read
-  stream.avail_in = uInt(packed.size());
-  stream.next_out = out.data();
-  stream.avail_out = uInt(out.size());
-  const bool whole = inflate(&stream, Z_FINISH) == Z_STREAM_END && stream.avail_out == 0;
-  inflateEnd(&stream);
-  if (!whole) fail_npz(where, "it cannot be unpacked");
+  if (entry.method != kStored && entry.method != kDeflated)
+    fail_npz(where, "it is packed in a way that numpy does not use");
+  std::vector<std::uint8_t> out = entry.method == kStored
+                                      ? std::vector<std::uint8_t>(packed.begin(), packed.end())
+                                      : inflated(packed, entry.size, where);
+  if (crc32_z(0, out.data(), out.size()) != entry.checksum) fail_npz(where, "a checksum is wrong");
   return out;
 }
 
