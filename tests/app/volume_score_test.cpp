@@ -2,10 +2,10 @@
 #include "run/volume_score.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 #include <zlib.h>
 
 #include <cmath>
-#include <cstring>
 
 #include "data/expect_error.hpp"
 #include "io/vdb/vdb_file.hpp"
@@ -30,7 +30,7 @@ struct Made {
 };
 
 std::string numpy(const std::string& kind, const std::string& shape, const std::string& values) {
-  std::string header = "{'descr': '" + kind + "', 'fortran_order': False, 'shape': " + shape + ", }";
+  std::string header = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': {}, }}", kind, shape);
   header.resize((header.size() + 10) / 64 * 64 + 54, ' ');
   std::string out("\x93NUMPY\x01\x00", 8);
   out += char(header.size() & 255);
@@ -117,24 +117,20 @@ void write_truth(const TempFolder& folder, const VoxelModel& model, const Made& 
                 double(sampler.density(own.position(n * Int3{x, y, z} + Int3{i / n / n, i / n % n, i % n})));
           values.push_back(float(made.factor * made.gains[k] * sum / (n * n * n)));
         }
-    const std::string name = "v" + std::to_string(k) + ".npz";
-    const std::string shape =
-        "(" + std::to_string(size.x) + ", " + std::to_string(size.y) + ", " + std::to_string(size.z) + ")";
+    const std::string name = fmt::format("v{}.npz", k);
+    const std::string shape = fmt::format("({}, {}, {})", size.x, size.y, size.z);
     write_text(folder.path() / name,
                npz({{"density.npy", numpy("<f4", shape, bytes_of(values))},
                     {"voxel.npy", numpy("<f8", "()", bytes_of(std::vector<double>{h}))},
                     {"origin.npy",
                      numpy("<f8", "(3,)", bytes_of(std::vector<double>{origin.x, origin.y, origin.z}))}},
                    k % 2 == 1));
-    char time[40];
-    std::snprintf(time, sizeof time, "%.17g", made.times[k]);
-    volumes += std::string(k ? ", " : "") + R"({"file": "truth/)" + name + R"(", "time": )" + time + "}";
+    volumes += fmt::format(R"({}{{"file": "truth/{}", "time": {}}})", k ? ", " : "", name, made.times[k]);
   }
-  char text[400];
-  std::snprintf(text, sizeof text,
-                R"(, "voxel": %.17g, "shape": [%d, %d, %d], "first_voxel_middle": [%.17g, %.17g, %.17g]})", h,
-                size.x, size.y, size.z, origin.x, origin.y, origin.z);
-  write_text(folder.path() / "truth.json", "{\"volumes\": [" + volumes + "]" + text);
+  write_text(folder.path() / "truth.json",
+             fmt::format(R"({{"volumes": [{}], "voxel": {}, "shape": [{}, {}, {}], )"
+                         R"("first_voxel_middle": [{}, {}, {}]}})",
+                         volumes, h, size.x, size.y, size.z, origin.x, origin.y, origin.z));
 }
 
 VolumeScore score(const VoxelModel& model, const Made& made) {
@@ -274,7 +270,7 @@ TEST_SUITE("app/volume_score") {
                  {"there is no matter in the truth volumes"});
     const TempFolder other;
     VdbFile file;
-    file.grids.push_back({.name = "heat"});
+    file.grids.emplace_back().name = "heat";
     write_vdb(other.str() + "/a.vdb", file);
     expect_error([&] { open_truth_volumes(other.str(), {}); }, {"there is no grid 'density' in it", "heat"});
   }
