@@ -9,8 +9,8 @@
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
-#include "io/truth_volumes.hpp"
 #include "run/support.hpp"
+#include "run/truth_volumes.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 

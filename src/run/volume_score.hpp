@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "io/truth_volumes.hpp"
 #include "run/support.hpp"
+#include "run/truth_volumes.hpp"
 #include "splinevox/field/model.hpp"
 
 namespace splinevox::run {

@@ -15,8 +15,7 @@
 
 using namespace splinevox;
 using namespace splinevox::test;
-using splinevox::run::score_volumes;
-using splinevox::run::VolumeScore;
+using namespace splinevox::run;
 
 namespace {
 

@@ -8,12 +8,12 @@
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
 #include "core/parallel.hpp"
-#include "io/truth_volumes.hpp"
 #include "io/vdb/vdb_file.hpp"
+#include "run/truth_volumes.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/lattice.hpp"
 
-namespace splinevox {
+namespace splinevox::run {
 namespace {
 
 /// Leaves of those bricks that have any density.
@@ -86,4 +86,4 @@ void write_truth_volumes(const std::string& folder, const SynthScene& scene,
   write_file((fs::path(folder) / "truth.json").string(), {dump_json(file, 1) + "\n"});
 }
 
-}  // namespace splinevox
+}  // namespace splinevox::run

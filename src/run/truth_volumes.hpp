@@ -8,7 +8,7 @@
 #include "splinevox/core/vec3.hpp"
 #include "splinevox/data/synth.hpp"
 
-namespace splinevox {
+namespace splinevox::run {
 
 /// True densities of a scene over time, on one lattice: voxel ijk is at origin + spacing * ijk and has its
 /// value there. Outside of the voxels is nothing.
@@ -50,4 +50,4 @@ std::vector<float> read_truth_volume(const TruthVolumes& truth, std::size_t mome
 void write_truth_volumes(const std::string& folder, const SynthScene& scene,
                          const std::vector<double>& times);
 
-}  // namespace splinevox
+}  // namespace splinevox::run

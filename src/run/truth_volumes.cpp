@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/truth_volumes.hpp"
+#include "run/truth_volumes.hpp"
 
 #include <fmt/format.h>
 
@@ -17,7 +17,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/lattice.hpp"
 
-namespace splinevox {
+namespace splinevox::run {
 namespace {
 
 namespace fs = std::filesystem;
@@ -294,4 +294,4 @@ std::vector<float> read_truth_volume(const TruthVolumes& truth, std::size_t mome
   return out;
 }
 
-}  // namespace splinevox
+}  // namespace splinevox::run
