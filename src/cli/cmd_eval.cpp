@@ -15,6 +15,7 @@
 #include "run/held_camera.hpp"
 #include "run/own_json.hpp"
 #include "run/support.hpp"
+#include "run/volume_score.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -29,7 +30,7 @@ namespace splinevox::cli {
 namespace {
 
 struct EvalOptions {
-  std::string run, data, split = "test", images, device = "auto", masks;
+  std::string run, data, split = "test", images, truth_volume, device = "auto", masks;
   int threads = 0;
   bool json = false, truth = false;
   Otherwise otherwise;
@@ -191,6 +192,10 @@ int eval(const EvalOptions& o) {
   if (o.truth) {
     truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * run.model.box.longest_edge());
   }
+  std::optional<TruthVolumes> volumes;
+  if (!o.truth_volume.empty()) volumes = open_truth_volumes(o.truth_volume, run.model.time_map);
+  if (!o.json && volumes)
+    for (const std::string& note : volumes->notes) fmt::print("note: {}\n", note);
   if (!o.json)
     for (const std::string& note : data.notes) fmt::print("note: {}\n", note);
   if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
@@ -220,6 +225,11 @@ int eval(const EvalOptions& o) {
     motion = score_motion(run.model, truth);
     result["truth"] = truth_figures(motion);
   }
+  std::optional<VolumeScore> volume;
+  if (volumes) {
+    volume = score_volumes(run.model, *volumes);
+    result["truth_volume"] = volume_json(*volume);
+  }
   if (o.json)
     fmt::print("{}\n", json_text(result, 2));
   else
@@ -231,6 +241,7 @@ int eval(const EvalOptions& o) {
         "and these figures say nothing of views from elsewhere\n",
         *run.record.parallax);
   if (o.truth && !o.json) print_truth(motion);
+  if (volume && !o.json) print_volumes(*volume);
   std::fflush(stdout);
   if (!otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
   return 0;
@@ -247,6 +258,8 @@ Action eval_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
+  verb.add_option("--truth-volume", o->truth_volume,
+                  "folder with true densities over time to compare the model's with (see docs/formats.md)");
   add_otherwise(verb, o->otherwise);
   add_masks(verb, o->masks);
   add_picture_room(verb, o->room.memory, o->room.cache);

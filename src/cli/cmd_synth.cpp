@@ -10,6 +10,7 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "run/support.hpp"
+#include "run/truth_volumes.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 
@@ -85,7 +86,8 @@ Action synth_command(CLI::App& verb) {
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
   return [o] {
-    SynthScene::open(o->scene, o->synth.look);  // a wrong name is found before a folder is made
+    const SynthScene scene =
+        SynthScene::open(o->scene, o->synth.look);  // a wrong name is found before a folder is made
     probe_output_folder(o->out);
     if (!std::filesystem::is_empty(o->out))  // another data set's transforms files have the same names
       fail({o->out, "this folder is not empty", "an empty folder, or a name that is free", "",
@@ -95,6 +97,11 @@ Action synth_command(CLI::App& verb) {
       write_synth(o->scene, o->out, o->synth, [&](int done, int total) {
         if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
       });
+      if (scene.has_gas()) {
+        std::vector<double> moments;
+        for (int i = 0; i < o->synth.frames; ++i) moments.push_back(double(i) / (o->synth.frames - 1));
+        write_truth_volumes(o->out + "/truth_volume", scene, moments);
+      }
       if (!o->quiet)
         fmt::print("{}: scene {}, {} training pictures of {}x{}\n", o->out, o->scene,
                    o->synth.frames * (o->synth.rig.turns ? 1 : std::max(1, o->synth.rig.cameras)),

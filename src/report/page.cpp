@@ -51,6 +51,8 @@ constexpr Column kColumns[] = {
     {"PSNR at best exposure", "dB", "psnr_best_gain", 1, 2, 1, true},
     {"SSIM", "", "ssim", 1, 4, 1, true},
     {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
+    {"volume L1", "", "truth_volume.l1", 1, 3, -1, false, true},
+    {"volume correlation, mean of moments", "", "truth_volume.correlation_per_moment", 1, 3, 1, false, true},
     {"still part, camera held, moves", "% of the width", "held_camera.p95_percent", 1, 2, -1, false, true},
     {"training", "s", "train_seconds", 1, 1, -1},
     {"steps", "", "steps", 1, 0, 0},
@@ -111,6 +113,32 @@ std::string table(const std::vector<ReportRun>& runs) {
   return html + "</table></div>";
 }
 
+/// What `eval --truth-volume` found, moment by moment; "" where no run has it.
+std::string volume_charts(const std::vector<ReportRun>& runs) {
+  std::vector<Series> mass, l1;
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    const Json volume = runs[i].metrics.value("truth_volume", Json());
+    if (!volume.is_object() || !volume.contains("moments")) continue;
+    const std::string prefix = runs.size() > 1 ? runs[i].name + ", " : "";
+    Series truth{prefix + "true", int(i % 8), Series::Mark::faint_line, {}};
+    Series found{prefix + "found", int(i % 8), Series::Mark::line, {}};
+    Series apart{runs.size() > 1 ? runs[i].name : "L1", int(i % 8), Series::Mark::line, {}};
+    for (const Json& moment : volume["moments"]) {
+      const double time = number(moment, "time");
+      truth.points.emplace_back(time, number(moment, "mass_truth"));
+      found.points.emplace_back(time, number(moment, "mass"));
+      apart.points.emplace_back(time, number(moment, "l1"));
+    }
+    mass.push_back(truth);
+    mass.push_back(found);
+    l1.push_back(apart);
+  }
+  if (mass.empty()) return "";
+  return line_chart({"Mass over time, of the true volumes and as found", "time in the scene", "mass"}, mass) +
+         line_chart({"Error of the volume, against time", "time in the scene", "L1, share of the true mass"},
+                    l1);
+}
+
 std::string charts(const std::vector<ReportRun>& runs) {
   std::vector<Series> psnr, loss, frames;
   for (std::size_t i = 0; i < runs.size(); ++i) {
@@ -143,7 +171,7 @@ std::string charts(const std::vector<ReportRun>& runs) {
   if (std::any_of(frames.begin(), frames.end(), [](const Series& s) { return !s.points.empty(); }))
     html +=
         line_chart({"Views not trained on, against their time", "time in the scene", "PSNR [dB]"}, frames);
-  return html + "</div>";
+  return html + volume_charts(runs) + "</div>";
 }
 
 std::string views(const ReportRun& run) {

@@ -64,6 +64,10 @@ struct SynthOptions {
 ///   toy     the dancer's scene in which only the ball moves
 ///   garden  the dancer's scene in which only the plant and the ball move
 ///   static  the dancer's scene as it is at time 0
+///   smoke   a plume that is born at a source, rises, turns, thins out and is gone; thin everywhere
+///   fire    flames from a source: bright, short-lived, dark red where they end
+///   enters  the dancer's scene as it is at time 0, into which a ball falls from above all pictures, and
+///   stays leaves  the same, out of which it rises
 std::vector<std::string> synth_scenes();
 
 /// One point of a surface as a ray meets it.
@@ -74,6 +78,25 @@ struct SynthHit {
   Vec3d normal{};    ///< unit, outwards
   double along = 0;  ///< distance from the ray's origin
   Vec3d colour{};    ///< shaded, display-referred, [0, 1]
+};
+
+/// Gas of a scene at one time, on a lattice: the very numbers that its pictures are made of. Voxel ijk is at
+/// origin + spacing * ijk; between voxels density, and density times colour, are trilinear; outside is
+/// nothing.
+struct SynthVolume {
+  Vec3d origin{};              ///< of voxel 0, scene units
+  double spacing = 1;          ///< between voxels, scene units
+  Int3 size{};                 ///< voxels per axis
+  std::vector<float> density;  ///< [x][y][z] extinction, 1 / scene unit
+  std::vector<Vec3> colour;    ///< [x][y][z] display values; 0 where there is no density
+
+  std::size_t index(const Int3& v) const { return (std::size_t(v.x) * size.y + v.y) * size.z + v.z; }
+  Vec3d position(const Int3& v) const { return origin + spacing * cast<double>(v); }
+  struct Sample {
+    double density = 0;
+    Vec3d colour{};
+  };
+  Sample at(const Vec3d& place) const;
 };
 
 class SynthMoment;
@@ -88,6 +111,7 @@ class SynthScene {
   SynthMoment at(double time) const;
   /// A box that holds all of it at all times of [0, 1], the room too; scene units.
   Box box() const;
+  bool has_gas() const;
 
   struct Content;
 
@@ -105,6 +129,8 @@ class SynthMoment {
   Vec3d world_from_rest(int body, const Vec3d& rest) const;
   /// Signed distance of a world point to the surface of a body, a lower bound; negative inside.
   double distance(int body, const Vec3d& world) const;
+  /// Null: the scene has no gas. Lives as long as the moment.
+  const SynthVolume* gas() const;
   int bodies() const;
   int subjects() const;  ///< how many of them, the first ones, are the subject: all but the room
 
@@ -128,7 +154,8 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options = {},
 
 /// Writes the data set as a D-NeRF folder (transforms_*.json, straight-alpha PNG) and, for each test picture
 /// r_NNN, truth/r_NNN_0000.exr with layers `position` (X, Y, Z) and `rest` (R, G, B) and the channel `depth`
-/// (along the viewing axis), 32-bit, point samples at pixel centres, 0 where nothing is hit.
+/// (along the viewing axis), 32-bit, point samples at pixel centres, 0 where nothing is hit. A scene of gas
+/// alone has no such files; its volumes are SynthMoment::gas.
 ///
 /// Frames of a rig have `camera_id` and, with masks, `mask_path` (masks/SPLIT/NAME.png). Beside them is
 /// truth.json: each camera's gains and time offset, in time and in intervals, the interval and the box of all

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/layouts/npy_file.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <string_view>
+#include <utility>
 
+#include "core/half.hpp"
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
@@ -24,27 +28,56 @@ std::string_view field(std::string_view header, std::string_view key, const std:
   return rest;
 }
 
-/// "(20, 17)" as two numbers.
-void read_shape(std::string_view text, NpyTable& table, const std::string& where) {
+/// "(20, 17)", "(3,)" or "()". Every axis has at least one number.
+std::vector<std::size_t> read_shape(std::string_view text, const std::string& where) {
+  constexpr std::size_t kMostAxes = 8, kLongest = std::size_t(1) << 32;
   const std::string_view all =
       text.substr(0, text.find(')') == std::string_view::npos ? text.size() : text.find(')') + 1);
-  const auto number_at = [&](std::size_t& value) {
+  const auto skip = [&] {
     while (!text.empty() && (text[0] == '(' || text[0] == ' ' || text[0] == ',')) text.remove_prefix(1);
+  };
+  std::vector<std::size_t> shape;
+  for (skip(); !text.empty() && text[0] != ')'; skip()) {
+    std::size_t value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     text.remove_prefix(std::size_t(end - text.data()));
-    return error == std::errc() && value >= 1 && value <= (std::size_t(1) << 32);
-  };
-  const bool good = number_at(table.rows) && number_at(table.columns);
-  while (!text.empty() && (text[0] == ' ' || text[0] == ',')) text.remove_prefix(1);
-  if (!good || text.empty() || text[0] != ')')
-    fail({where, "the table has not two axes", "(rows, columns), each at least 1",
+    if (error != std::errc() || value < 1 || value > kLongest || shape.size() == kMostAxes) {
+      text = {};
+      break;
+    }
+    shape.push_back(value);
+  }
+  if (text.empty())
+    fail({where, "the header's shape is not understood", "as in (20, 17), each axis at least 1",
           std::string(all.substr(0, 60)), ""});
+  return shape;
 }
+
+/// A kind of numbers: its name in the header, bytes of one, and how one is read.
+struct NumberKind {
+  std::string_view name;
+  std::size_t size;
+  double (*read)(const std::uint8_t* from);
+};
+
+template <class T>
+double read_as(const std::uint8_t* from) {
+  T value{};
+  std::memcpy(&value, from, sizeof(T));
+  return double(value);
+}
+
+double read_half(const std::uint8_t* from) { return from_half(std::uint16_t(from[0] | from[1] << 8)); }
+
+constexpr NumberKind kNumberKinds[] = {{"'<f8'", 8, read_as<double>},
+                                       {"'<f4'", 4, read_as<float>},
+                                       {"'<f2'", 2, read_half},
+                                       {"'<i8'", 8, read_as<std::int64_t>},
+                                       {"'<i4'", 4, read_as<std::int32_t>}};
 
 }  // namespace
 
-NpyTable read_npy(const std::filesystem::path& path, const std::string& where) {
-  const std::vector<std::uint8_t> bytes = read_bytes(path, where, std::uintmax_t(1) << 30);
+NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where) {
   if (bytes.size() < 12 || std::memcmp(bytes.data(), "\x93NUMPY", 6) != 0)
     fail({where, "this is no .npy file", "a table that numpy.save wrote",
           std::to_string(bytes.size()) + " bytes that begin otherwise", ""});
@@ -56,33 +89,44 @@ NpyTable read_npy(const std::filesystem::path& path, const std::string& where) {
     fail({where, "the header is damaged", "version 1 to 3 and a header within the file",
           "version " + std::to_string(bytes[6]), "copy the file again"});
   const std::string_view header(reinterpret_cast<const char*>(bytes.data()) + 8 + wide, length);
-  const std::string_view kind = field(header, "'descr'", where).substr(0, 5);
-  const std::size_t size = kind == "'<f8'" ? 8 : kind == "'<f4'" ? 4 : 0;
-  if (size == 0)
-    fail({where, "the numbers are of a kind that is not read", "'<f8' or '<f4', little-endian floats",
-          in_quotes(kind), ""});
-  if (field(header, "'fortran_order'", where).substr(0, 5) != "False")
+  const std::string_view name = field(header, "'descr'", where).substr(0, 5);
+  const auto kind = std::find_if(std::begin(kNumberKinds), std::end(kNumberKinds),
+                                 [&](const NumberKind& k) { return k.name == name; });
+  if (kind == std::end(kNumberKinds))
+    fail({where, "the numbers are of a kind that is not read",
+          "'<f8' or '<f4', little-endian floats; also '<f2', '<i8' and '<i4'", in_quotes(name), ""});
+  NpyArray out;
+  out.shape = read_shape(field(header, "'shape'", where), where);
+  // The order of the axes says nothing where only one is longer than 1.
+  const bool one_way =
+      std::count_if(out.shape.begin(), out.shape.end(), [](std::size_t n) { return n > 1; }) < 2;
+  if (!one_way && field(header, "'fortran_order'", where).substr(0, 5) != "False")
     fail({where, "the table is stored by columns", "fortran_order False", "True",
           "numpy.save(path, numpy.ascontiguousarray(table))"});
-  NpyTable table;
-  read_shape(field(header, "'shape'", where), table, where);
-  const double expected = double(table.rows) * double(table.columns) * double(size);
-  if (expected != double(bytes.size() - start))
-    fail({where, "the file has not the size that its header says", number(expected) + " bytes of numbers",
-          std::to_string(bytes.size() - start), "copy the file again"});
-  table.values.resize(table.rows * table.columns);
-  for (std::size_t i = 0; i < table.values.size(); ++i) {
-    float single = 0;
-    if (size == 8) std::memcpy(&table.values[i], bytes.data() + start + 8 * i, 8);
-    if (size == 4) {
-      std::memcpy(&single, bytes.data() + start + 4 * i, 4);
-      table.values[i] = single;
-    }
-    if (!std::isfinite(table.values[i]))
+  double count = 1;
+  for (const std::size_t n : out.shape) count *= double(n);
+  if (count * double(kind->size) != double(bytes.size() - start))
+    fail({where, "the file has not the size that its header says",
+          number(count * double(kind->size)) + " bytes of numbers", std::to_string(bytes.size() - start),
+          "copy the file again"});
+  out.values.resize(std::size_t(count));
+  for (std::size_t i = 0; i < out.values.size(); ++i) {
+    out.values[i] = kind->read(bytes.data() + start + kind->size * i);
+    if (!std::isfinite(out.values[i]))
       fail({where, "a number is not finite", "finite numbers",
-            number(table.values[i]) + " in row " + std::to_string(i / table.columns), ""});
+            number(out.values[i]) + " in row " +
+                std::to_string(out.shape.empty() ? 0 : i * out.shape[0] / out.values.size()),
+            ""});
   }
-  return table;
+  return out;
+}
+
+NpyTable read_npy(const std::filesystem::path& path, const std::string& where) {
+  NpyArray array = parse_npy(read_bytes(path, where, std::uintmax_t(1) << 30), where);
+  if (array.shape.size() != 2)
+    fail({where, "the table has not two axes", "(rows, columns), each at least 1",
+          std::to_string(array.shape.size()) + " axes", ""});
+  return {array.shape[0], array.shape[1], std::move(array.values)};
 }
 
 }  // namespace splinevox::data

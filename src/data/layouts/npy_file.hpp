@@ -1,11 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace splinevox::data {
+
+/// Numbers as numpy.save writes them.
+struct NpyArray {
+  std::vector<std::size_t> shape;  ///< of the axes; none: one number
+  std::vector<double> values;      ///< the last axis fastest
+};
+
+/// The bytes of a .npy file of little-endian floats (16, 32 or 64 bits) or signed integers (32 or 64) in C
+/// order, at most 8 axes. Throws Error (Fault::input) for anything else, for a file that is shorter or longer
+/// than its header says, and for a number that is not finite.
+NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where);
 
 /// A table of numbers as numpy.save writes it.
 struct NpyTable {
@@ -14,9 +27,7 @@ struct NpyTable {
   double at(std::size_t row, std::size_t column) const { return values[row * columns + column]; }
 };
 
-/// Reads a .npy file of two axes of little-endian 32- or 64-bit floats in C order. Throws Error
-/// (Fault::input) for anything else, for a file that is shorter or longer than its header says, and for a
-/// number that is not finite.
+/// Reads a .npy file of two axes. Throws Error (Fault::input) for anything else, and as parse_npy.
 NpyTable read_npy(const std::filesystem::path& path, const std::string& where);
 
 }  // namespace splinevox::data

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "data/synth/gas.hpp"
 #include "data/synth/geometry.hpp"
 #include "splinevox/data/synth.hpp"
 
@@ -37,6 +38,8 @@ void add_stage(Bodies& bodies);   ///< plinth
 void add_plant(Bodies& bodies);   ///< flower pot and what grows in it
 void add_bouncing_ball(Bodies& bodies);
 void add_sliding_ball(Bodies& bodies);
+void add_entering_ball(Bodies& bodies);  ///< from above all pictures
+void add_leaving_ball(Bodies& bodies);
 void add_snake(Bodies& bodies);
 void add_room(Bodies& bodies);  ///< walls, floor, ceiling, two crates and a column
 /// Half sides of the room and its middle.
@@ -50,6 +53,7 @@ struct SynthScene::Content {
   data::Bodies bodies;
   std::vector<data::Pose> rest;  ///< poses at time 0
   int subjects = 0;              ///< bodies before those of the room
+  const data::Gas* gas = nullptr;
   SynthLook look;
 };
 

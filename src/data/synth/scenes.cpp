@@ -69,6 +69,7 @@ struct Entry {
   const char* name;
   std::vector<void (*)(Bodies&)> parts;
   std::size_t frozen;  ///< how many of them, from the first, stay as they are at time 0
+  const Gas* gas = nullptr;
 };
 
 const std::vector<Entry>& entries() {
@@ -77,7 +78,11 @@ const std::vector<Entry>& entries() {
                                        {"snake", {add_snake}, 0},
                                        {"toy", {add_stage, add_plant, add_figure, add_bouncing_ball}, 3},
                                        {"garden", {add_stage, add_figure, add_plant, add_bouncing_ball}, 2},
-                                       {"static", {add_stage, add_plant, add_figure, add_bouncing_ball}, 4}};
+                                       {"static", {add_stage, add_plant, add_figure, add_bouncing_ball}, 4},
+                                       {"smoke", {}, 0, &kSmoke},
+                                       {"fire", {}, 0, &kFire},
+                                       {"enters", {add_stage, add_plant, add_figure, add_entering_ball}, 3},
+                                       {"leaves", {add_stage, add_plant, add_figure, add_leaving_ball}, 3}};
   return list;
 }
 
@@ -114,6 +119,7 @@ SynthScene SynthScene::open(const std::string& name, const SynthLook& look) {
       for (std::size_t b = before; part < entry.frozen && b < content->bodies.size(); ++b)
         content->bodies[b].pose = [pose = content->bodies[b].pose(0)](double) { return pose; };
     }
+    content->gas = entry.gas;
     content->subjects = int(content->bodies.size());
     if (look.room) data::add_room(content->bodies);
     for (const data::Body& body : content->bodies) content->rest.push_back(body.pose(0));

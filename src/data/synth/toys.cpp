@@ -34,7 +34,29 @@ Vec3d snake_skin(const Vec3d& m) {
   return mix(c, c * 0.78, cloud(14.0 * m));
 }
 
+/// A ball that lies on the plinth, lifted by a height above it that depends on time.
+void add_lifted_ball(Bodies& bodies, double (*height)(double time)) {
+  constexpr double r = 0.2;
+  const auto pose = [height](double t) {
+    return Pose{{turn_z(0.7) * turn_x(0.5), {0.58, -0.4, kFloor + r + height(t)}}, {1, 1, 1}, {}};
+  };
+  bodies.push_back({make_ball(r), pose, beach_ball});
+}
+
+/// Above the plinth: out of every picture at first, falling ever faster from time 0.3 to 0.6, then 0.
+double falling(double time) {
+  constexpr double from = 3.2, begins = 0.3, ends = 0.6;
+  const double fallen = std::clamp((time - begins) / (ends - begins), 0.0, 1.0);
+  return from * (1 - fallen * fallen);
+}
+
 }  // namespace
+
+void add_entering_ball(Bodies& bodies) { add_lifted_ball(bodies, falling); }
+
+void add_leaving_ball(Bodies& bodies) {
+  add_lifted_ball(bodies, [](double time) { return falling(1 - time); });
+}
 
 void add_bouncing_ball(Bodies& bodies) {
   constexpr double r = 0.17, height = 0.55;

@@ -15,7 +15,8 @@ struct SynthMoment::Posed {
   double light = 1;  ///< at this time
   std::vector<data::Pose> now;
   std::vector<data::Bound> bounds;
-  data::Bound all;  ///< a ball about the origin that holds everything
+  data::Bound all;  ///< a ball about the origin that holds every body
+  std::optional<SynthVolume> gas;
 
   double distance(std::size_t body, const Vec3d& p) const {
     return data::distance_to(content->bodies[body].shape, now[body], p);
@@ -90,12 +91,19 @@ SynthMoment SynthScene::at(double time) const {
     const data::Bound& bound = posed->bounds.back();
     posed->all.radius = std::max(posed->all.radius, length(bound.centre) + bound.radius);
   }
+  if (content_->gas) posed->gas = data::gas_at(*content_->gas, t, posed->light);
   return SynthMoment(std::move(posed));
 }
+
+bool SynthScene::has_gas() const { return content_->gas != nullptr; }
 
 Box SynthScene::box() const {
   constexpr int kMoments = 64;
   Box box{{0, 0, 0}, {0, 0, 0}};
+  if (content_->gas) {
+    const SynthVolume all = data::gas_lattice();
+    box = {cast<float>(all.origin), cast<float>(all.position(all.size - Int3{1, 1, 1}))};
+  }
   for (int i = 0; i <= kMoments; ++i) {
     const SynthMoment moment = at(double(i) / kMoments);
     for (std::size_t body = 0; body < content_->bodies.size(); ++body) {
@@ -153,6 +161,8 @@ Vec3d SynthMoment::world_from_rest(int body, const Vec3d& rest) const {
 double SynthMoment::distance(int body, const Vec3d& world) const {
   return posed_->distance(std::size_t(body), world);
 }
+
+const SynthVolume* SynthMoment::gas() const { return posed_->gas ? &*posed_->gas : nullptr; }
 
 int SynthMoment::bodies() const { return int(posed_->now.size()); }
 

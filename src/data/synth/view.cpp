@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
+#include <utility>
 
 #include "core/parallel.hpp"
+#include "data/synth/gas.hpp"
 #include "math/camera.hpp"
 
 namespace splinevox::data {
@@ -18,6 +21,7 @@ struct Sample {
   int body = -1;
   Vec3d colour{};
   bool masked = false;
+  double along = std::numeric_limits<double>::infinity();  ///< distance from the eye
 };
 
 /// What rays of a camera meet.
@@ -28,7 +32,7 @@ struct Looker {
 
   Sample operator()(double u, double v) const {
     const auto hit = moment.trace(camera_ray(camera, u, v));
-    return hit ? Sample{hit->body, hit->colour, mask(*hit)} : Sample{};
+    return hit ? Sample{hit->body, hit->colour, mask(*hit), hit->along} : Sample{};
   }
 };
 
@@ -85,6 +89,38 @@ Pixel draw_pixel(const Looker& look, int x, int y) {
   return average(samples);
 }
 
+/// A pixel with gas before what is solid: four rays, sixteen where bodies differ.
+Pixel draw_gas_pixel(const Looker& look, const SynthVolume& gas, int x, int y) {
+  std::array<Sample, 16> solid;
+  int n = 2;  // rays along an edge of the pixel
+  const auto place = [&](int i) { return std::pair{x + (i % n + 0.5) / n, y + (i / n + 0.5) / n}; };
+  const auto look_at_all = [&] {
+    for (int i = 0; i < n * n; ++i) {
+      const auto [u, v] = place(i);
+      solid[std::size_t(i)] = look(u, v);
+    }
+    return std::span(solid).first(std::size_t(n * n));
+  };
+  if (!one_body(look_at_all())) {
+    n = 4;
+    look_at_all();
+  }
+  Vec3d shown{};
+  double covered = 0, masked = 0;
+  for (int i = 0; i < n * n; ++i) {
+    const Sample& s = solid[std::size_t(i)];
+    const auto [u, v] = place(i);
+    const Gathered before = gather_along(gas, camera_ray(look.camera, u, v), s.along);
+    const double through = before.transmittance;
+    shown += before.emission + through * s.colour;
+    covered += 1 - (s.body < 0 ? through : 0);
+    masked += 1 - (s.masked ? 0 : through);
+  }
+  if (covered > 0) shown *= 1 / covered;
+  const auto share = [&](double sum) { return in_bytes(sum / (n * n)); };
+  return {{in_bytes(shown.x), in_bytes(shown.y), in_bytes(shown.z), share(covered)}, share(masked)};
+}
+
 }  // namespace
 
 SynthMask subject_mask(const SynthMoment& moment) {
@@ -107,10 +143,12 @@ SynthMask moving_mask(const SynthScene& scene) {
 Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const Vec3d& gain,
            const SynthMask& mask) {
   Drawn out{Image(camera.width, camera.height, 4), Image(camera.width, camera.height, 1)};
+  const SynthVolume* const gas = moment.gas();
   const bool exposed = gain != Vec3d{1, 1, 1};
   parallel_for(camera.height, [&](int y) {
     for (int x = 0; x < camera.width; ++x) {
-      const Pixel pixel = draw_pixel({moment, camera, mask}, x, y);
+      const Looker look{moment, camera, mask};
+      const Pixel pixel = gas ? draw_gas_pixel(look, *gas, x, y) : draw_pixel(look, x, y);
       float* const rgba = std::copy_n(pixel.rgba, 4, out.picture.pixel(x, y)) - 4;
       *out.mask.pixel(x, y) = pixel.masked;
       if (opaque) {

@@ -35,7 +35,7 @@ struct Drawn {
   Image picture;  ///< straight RGBA in [0, 1]
   Image mask;     ///< one channel: how much of the pixel is masked
 };
-/// Whether what a ray meets is in the mask.
+/// Whether what a ray meets is in the mask. Gas always is, as far as it hides what is behind it.
 using SynthMask = std::function<bool(const SynthHit&)>;
 /// All but the room.
 SynthMask subject_mask(const SynthMoment& moment);

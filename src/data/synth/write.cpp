@@ -154,7 +154,9 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
   const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
   const fs::path root(folder);
-  for (const char* name : {"train", "val", "test", "truth"}) make_folder(root / name);
+  const bool solid = world.at(0).bodies() > 0;  // gas has no surface
+  for (const char* name : {"train", "val", "test"}) make_folder(root / name);
+  if (solid) make_folder(root / "truth");
   if (options.rig.masks)
     for (const char* name : {"train", "val", "test"}) make_folder(root / "masks" / name);
   for_each_shot(shots.size(), progress, [&](std::size_t i) {
@@ -163,7 +165,7 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
     const std::string name = shot.name + ".png";
     write_png((root / shot.split / name).string(), drawn.picture);
     if (options.rig.masks) write_png((root / "masks" / shot.split / name).string(), drawn.mask);
-    if (shot.split == "test")
+    if (solid && shot.split == "test")
       write_exr((root / "truth" / (shot.name + "_0000.exr")).string(),
                 data::draw_truth(world.at(shot.time), shot.camera));
   });
