@@ -69,6 +69,7 @@ SceneBounds bounds_of(const Config& config, const Split& train, const PictureSta
 
 PictureStats picture_stats(const Split& train) {
   PictureStats out;
+  std::size_t partly = 0, any = 0;
   Vec3d sum{};
   double weights = 0;
   for (const Frame* f : some_frames(train)) {
@@ -77,6 +78,8 @@ PictureStats picture_stats(const Split& train) {
       if (f->ignored.test(i)) continue;
       const auto p = f->image.rgba(i);
       const double alpha = p[3] / 65535.0;
+      any += alpha > 0.02;
+      partly += alpha > 0.02 && alpha < 0.98;
       sum += alpha / 65535.0 * Vec3d{double(p[0]), double(p[1]), double(p[2])};
       weights += alpha;
       out.brightest = std::max(out.brightest, float(alpha / 65535.0 * std::max({p[0], p[1], p[2]})));
@@ -91,6 +94,7 @@ PictureStats picture_stats(const Split& train) {
   }
   out.places = int(places.size());
   out.pictures = int(train.frames.size());
+  out.partly = any > 0 ? float(double(partly) / double(any)) : 0;
   if (weights > 0) out.mean = cast<float>(1 / weights * sum);
   return out;
 }
@@ -123,6 +127,15 @@ Config for_places(const PictureStats& stats, Config config) {
   const float factor = std::clamp(float(config.loss.tv_places) / float(stats.places), 1.0f, kMost);
   config.loss.tv_density *= factor;
   config.loss.tv_share = std::min(1.0f, config.loss.tv_share * std::sqrt(factor));
+  return config;
+}
+
+Config for_thin(const PictureStats& stats, Config config) {
+  if (!config.motion.presence || !stats.thin()) return config;
+  SamplingConfig& sampling = config.sampling;
+  sampling.occupancy_alpha *= 0.1f;
+  sampling.min_weight *= 0.1f;
+  config.loss.tv_color *= 30;
   return config;
 }
 

@@ -11,11 +11,14 @@ struct PictureStats {
   Vec3 mean{0.5f, 0.5f, 0.5f};
   float brightest = 0;       ///< of any channel
   bool see_through = false;  ///< some pixel of them all is transparent
+  float partly = 0;          ///< share of partly transparent pixels among all that are not empty
   int places = 0;  ///< that pictures were taken from; several of a camera that stands still are of one
   int pictures = 0;
   /// Whether cameras stand still: what is seen from few places leaves much open, however many pictures say
   /// so.
   bool rig() const { return 2 * places <= pictures; }
+  /// Whether matter is thin everywhere, as smoke is: of solid bodies only the rims are partly transparent.
+  bool thin() const { return partly > 0.5f; }
   bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
 };
 PictureStats picture_stats(const Split& train);
@@ -39,6 +42,10 @@ Config in_units_of(float brightness, Config config);
 /// for: in proportion to loss.tv_places / places, and to its root. Matter that few cameras see has room to
 /// hide, and to have holes, that other views show; silhouettes leave it less (docs/experiments/matter.md).
 Config for_places(const PictureStats& stats, Config config);
+
+/// Of thin matter that comes and goes hardly any sample is worth nothing: skipped and left alone is a tenth
+/// of what solid bodies can do without. Its colours vary little.
+Config for_thin(const PictureStats& stats, Config config);
 
 /// Alpha of one step of the first lattice before training. Behind opaque pictures matter is everywhere and is
 /// taken away: what begins thin stays full of holes. With

@@ -43,6 +43,21 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
                     config.motion.points, basis.most_points(halvings));
 }
 
+/// What comes and goes is told moment by moment: about as many pieces in the end as there are moments, where
+/// several cameras see each. At most thrice as many as configured.
+int points_for_moments(const Config& config, const Split& train) {
+  std::vector<double> times;
+  for (const Frame& f : train.frames) times.push_back(f.time);
+  std::sort(times.begin(), times.end());
+  const auto moments = std::size_t(std::unique(times.begin(), times.end()) - times.begin());
+  const Basis& basis = basis_of(config.motion.basis);
+  if (2 * moments > times.size() || basis.pieces(config.motion.points) <= 1) return config.motion.points;
+  const int halvings = basis.halves() ? int(config.motion.halve_start.size()) : 0;
+  const int pieces = std::min(int(std::ceil(std::ldexp(double(moments - 1), -halvings))),
+                              3 * basis.pieces(config.motion.points));
+  return std::clamp(basis.points_of(pieces), config.motion.points, basis.most_points(halvings));
+}
+
 /// Whether effects stay, each judged beside all that do so far.
 class Trials {
  public:
@@ -166,7 +181,9 @@ class Trials {
   bool comes_and_goes() {
     if (brief_ || is_film(out_.view_told_by_time)) return false;
     const PairedGain gain = whole_.judge(Effect::presence, beside()).gain;
-    return gain.mean > std::max(config_.effects.min_gain, kPresenceGain) && gain.p < kPresenceChance;
+    const bool on = gain.mean > std::max(config_.effects.min_gain, kPresenceGain) && gain.p < kPresenceChance;
+    if (on) out_.points = std::max(out_.points, points_for_moments(config_, train_));
+    return on;
   }
 
   const Config& config_;
