@@ -180,7 +180,10 @@ class Trials {
   /// short a fit has not found yet. In a film it could stand in for anything.
   bool comes_and_goes() {
     if (brief_ || is_film(out_.view_told_by_time)) return false;
-    const PairedGain gain = whole_.judge(Effect::presence, beside()).gain;
+    const PairedGain gain =
+        (changing_.empty() ? whole_.judge(Effect::presence, beside())
+                           : whole_.judge_where_changing(Effect::presence, beside(), changing_))
+            .gain;
     const bool on = gain.mean > std::max(config_.effects.min_gain, kPresenceGain) && gain.p < kPresenceChance;
     if (on) out_.points = std::max(out_.points, points_for_moments(config_, train_));
     return on;

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "splinevox/field/edit.hpp"
+#include "splinevox/field/sample.hpp"
+#include "support/blob_model.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+VoxelModel noisy() {
+  return test::noisy_model(3, 7, FirstPoint::free, BasisKind::bspline, 1, true, true, true);
+}
+
+}  // namespace
+
+TEST_SUITE("field/presence") {
+  TEST_CASE("presence scales about its mean over time, and 0 leaves the mean") {
+    VoxelModel model = noisy(), doubled = model, none = model;
+    scale_presence(doubled.motion, 2);
+    scale_presence(none.motion, 0);
+    const Vec3 x{0.2f, -0.1f, 0.1f};
+    for (const double t : {0.0, 0.3, 1.0}) {
+      const auto before = FrameSampler(model, t).warp(x), twice = FrameSampler(doubled, t).warp(x);
+      CHECK(before.presence != 0);
+      CHECK(twice.presence == doctest::Approx(2 * before.presence).epsilon(1e-5));
+      CHECK(length(twice.displacement - before.displacement) == 0);
+      const FrameSampler still(none, t);
+      CHECK(still.warp(x).presence == 0);
+      CHECK(still.density(x) == still.radiance(still.canonical(x)).density);
+    }
+  }
+
+  TEST_CASE("what is there at a time stays once presence is frozen: its density, motion and light") {
+    VoxelModel model = noisy();
+    for (std::size_t r = 0; r < model.motion.levels[0].topology->rows(); ++r)
+      for (int k = 0; k < model.motion.points; ++k)  // a gentle warp, and a presence that counts
+        for (int a = 0; a < 5; ++a)
+          model.motion.levels[0].row(r)[model.motion.stride() * k + a] *= a < 3 ? 0.1f : a == 4 ? 8.0f : 1.0f;
+    VoxelModel frozen = model;
+    constexpr double kTime = 0.6;
+    freeze_presence(frozen, kTime);
+    CHECK_FALSE(frozen.motion.presence);
+    CHECK(frozen.motion.light);
+    const FrameSampler before(model, kTime), after(frozen, kTime);
+    double error = 0, changed = 0;
+    int count = 0;
+    for (int i = 0; i < 400; ++i) {
+      const Vec3 x{-0.2f + 0.6f * float(i % 20) / 20, -0.3f + 0.5f * float(i / 20) / 20, 0.05f};
+      const float d = before.density(x);
+      if (d == 0) continue;
+      ++count;
+      error += std::abs(std::log(after.density(x) / d));
+      changed += std::abs(std::log(before.radiance(before.canonical(x)).density / d));
+      CHECK(after.warp(x).light == doctest::Approx(before.warp(x).light).epsilon(1e-5));
+      CHECK(length(after.warp(x).displacement - before.warp(x).displacement) < 1e-6f);
+    }
+    CHECK(count > 100);
+    CHECK(changed / count > 0.2);
+    CHECK(error < 0.2 * changed);  // two lattices: what is between their vertices differs
+  }
+
+  TEST_CASE("a track tells the density where it leads") {
+    const VoxelModel model = noisy();
+    const std::vector<Vec3> points{{0.1f, 0, 0.05f}, {0.15f, -0.1f, 0}};
+    const std::vector<double> times{0.0, 0.5, 1.0};
+    const auto found = track(model, points, 0.5, times);
+    for (std::size_t k = 0; k < times.size(); ++k)
+      for (const TrackedPoint& p : found[k])
+        CHECK(p.density == doctest::Approx(FrameSampler(model, times[k]).density(p.position)).epsilon(1e-3));
+    CHECK(found[1][0].density > 0);
+  }
+}
