@@ -174,7 +174,7 @@ TEST_SUITE("train/config") {
     endless.run.max_time = 0;
     CHECK(contains(message([&] { validate(endless); }), "the run would have no end"));
     Config still;
-    still.motion.enabled = still.motion.light = false;
+    still.motion.enabled = still.motion.light = still.motion.presence = false;
     still.grid.motion.clear();
     still.grid.motion_start.clear();
     CHECK_NOTHROW(validate(still));

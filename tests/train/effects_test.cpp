@@ -69,8 +69,10 @@ TEST_SUITE("train/effects") {
     CHECK(verdict(b, Effect::motion)->bytes_ratio > 1);
     REQUIRE(verdict(a, Effect::motion));
     CHECK(verdict(a, Effect::motion)->decision != EffectDecision::on);
-    CHECK(a.trials.size() == 3);
-    CHECK(b.trials.size() == 2);
+    CHECK_FALSE(a.chosen.has(Effect::presence));
+    CHECK_FALSE(b.chosen.has(Effect::presence));
+    CHECK(a.trials.size() == 4);  // the last with presence
+    CHECK(b.trials.size() == 3);
 
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 3);
     tbb::task_arena arena(3);
@@ -146,13 +148,13 @@ TEST_SUITE("train/effects") {
     const Dataset few = make_synth("ball", {.frames = 6, .size = 24});
     const EffectChoice kept = choose(few);
     CHECK(kept.trials.empty());
-    CHECK(kept.chosen == learnable_in(effects_of(short_choice()), false, false));
+    CHECK(kept.chosen == learnable_in(effects_of(short_choice()), false, false).without(Effect::presence));
 
     Config c = short_choice();
     c.run.max_steps = 300;
     const EffectChoice short_run = choose(data, c);
     CHECK(short_run.trials.empty());
-    CHECK(short_run.chosen == learnable_in(effects_of(c), false, false));
+    CHECK(short_run.chosen == learnable_in(effects_of(c), false, false).without(Effect::presence));
     c = short_choice();
     c.effects.steps = 0;
     CHECK(choose(data, c).trials.empty());

@@ -201,16 +201,17 @@ TEST_SUITE("train/effect_table") {
   }
 
   TEST_CASE(
-      "a rig's exposures are tried first, then a background, motion, clocks and light; what changes over "
-      "time "
-      "always counts") {
+      "a rig's exposures are tried first, then a background, motion, clocks, light and presence; what "
+      "changes "
+      "over time always counts") {
     const EffectSet all = effects_of(preset("fast"));
     CHECK(in_turn(all) == std::vector<Effect>{Effect::exposure, Effect::background, Effect::surroundings,
-                                              Effect::motion, Effect::clock, Effect::light});
-    CHECK(most_comparisons(all) == 7);
-    CHECK(most_comparisons(learnable_in(all, true, false)) == 5);
-    CHECK(most_comparisons(all.without(Effect::motion)) == 6);
-    CHECK(most_comparisons(all.without(Effect::background)) == 5);
+                                              Effect::motion, Effect::clock, Effect::light,
+                                              Effect::presence});
+    CHECK(most_comparisons(all) == 9);
+    CHECK(most_comparisons(learnable_in(all, true, false)) == 7);
+    CHECK(most_comparisons(all.without(Effect::motion)) == 8);
+    CHECK(most_comparisons(all.without(Effect::background)) == 7);
     CHECK(learnable_in(all, true, true) == all);
     CHECK(learnable_in(all, false, true) == all.without(Effect::background));
     CHECK(learnable_in(all, true, false) == all.without(Effect::exposure).without(Effect::clock));
@@ -220,13 +221,15 @@ TEST_SUITE("train/effect_table") {
     for (const Effect e : kAllEffects) {
       CAPTURE(to_string(e));
       const EffectSet one = EffectSet{}.with(e);
-      const bool moving = e == Effect::motion || e == Effect::rigidity || e == Effect::light;
+      const bool moving =
+          e == Effect::motion || e == Effect::rigidity || e == Effect::light || e == Effect::presence;
       CHECK(changes(one) == moving);
       MotionField m;
       store(one, m);
       CHECK(m.displaces == (e == Effect::motion));
       CHECK(m.rigidity == (e == Effect::rigidity));
       CHECK(m.light == (e == Effect::light));
+      CHECK(m.presence == (e == Effect::presence));
     }
   }
 

@@ -26,6 +26,7 @@ inline constexpr LossTerm kLossTerms[] = {
     {"loss.tv_control", &LossConfig::tv_control, 2, 1, true, true},
     {"loss.tv_rigidity", &LossConfig::tv_rigidity, 2, 0, true, true},
     {"loss.tv_light", &LossConfig::tv_light, 2, 0, true, true},
+    {"loss.tv_presence", &LossConfig::tv_presence, 2, 0, true, true},
     {"loss.still", &LossConfig::still, 2, 0, false, true},
     {"loss.along", &LossConfig::along, 2, 0, false, true},
     {"loss.offset", &LossConfig::offset, 2, 0, false, true},
@@ -33,6 +34,7 @@ inline constexpr LossTerm kLossTerms[] = {
     {"loss.divergence", &LossConfig::divergence, 2, 0, false, true},
     {"loss.curve_length", &LossConfig::curve_length, 2, 2, true, false},
     {"loss.curve_light", &LossConfig::curve_light, 2, 0, true, false},
+    {"loss.curve_presence", &LossConfig::curve_presence, 2, 0, true, false},
     {"loss.curve_knots", &LossConfig::curve_knots, 2, 1, true, true},
     {"loss.curve_rest", &LossConfig::curve_rest, 2, 1, true, false},
 };

@@ -45,14 +45,14 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
 
 /// What comes and goes is told moment by moment: about as many pieces in the end as there are moments, where
 /// several cameras see each. At most thrice as many as configured.
-int points_for_moments(const Config& config, const Split& train) {
+/// @param halvings  of the pieces that are still to come
+int points_for_moments(const Config& config, const Split& train, int halvings) {
   std::vector<double> times;
   for (const Frame& f : train.frames) times.push_back(f.time);
   std::sort(times.begin(), times.end());
   const auto moments = std::size_t(std::unique(times.begin(), times.end()) - times.begin());
   const Basis& basis = basis_of(config.motion.basis);
   if (2 * moments > times.size() || basis.pieces(config.motion.points) <= 1) return config.motion.points;
-  const int halvings = basis.halves() ? int(config.motion.halve_start.size()) : 0;
   const int pieces = std::min(int(std::ceil(std::ldexp(double(moments - 1), -halvings))),
                               3 * basis.pieces(config.motion.points));
   return std::clamp(basis.points_of(pieces), config.motion.points, basis.most_points(halvings));
@@ -180,12 +180,17 @@ class Trials {
   /// short a fit has not found yet. In a film it could stand in for anything.
   bool comes_and_goes() {
     if (brief_ || is_film(out_.view_told_by_time)) return false;
-    const PairedGain gain =
-        (changing_.empty() ? whole_.judge(Effect::presence, beside())
-                           : whole_.judge_where_changing(Effect::presence, beside(), changing_))
-            .gain;
-    const bool on = gain.mean > std::max(config_.effects.min_gain, kPresenceGain) && gain.p < kPresenceChance;
-    if (on) out_.points = std::max(out_.points, points_for_moments(config_, train_));
+    const auto enough = [&](const PairedGain& gain) {
+      return gain.mean > std::max(config_.effects.min_gain, kPresenceGain) && gain.p < kPresenceChance;
+    };
+    const int points = points_for_moments(config_, train_, 0);  // a fit halves nothing
+    bool on = enough(whole_.judge(Effect::presence, beside(), points).gain);
+    if (!on && !changing_.empty()) {  // it may be a small part
+      out_.verdicts.pop_back();
+      on = enough(whole_.judge_where_changing(Effect::presence, beside(), changing_, points).gain);
+    }
+    const int halvings = basis_of(config_.motion.basis).halves() ? int(config_.motion.halve_start.size()) : 0;
+    if (on) out_.points = std::max(out_.points, points_for_moments(config_, train_, halvings));
     return on;
   }
 
@@ -246,15 +251,13 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     return out;
   }
   if (one_moment(train)) {
-    for (const Effect e : kAllEffects)
-      if (facts_of(e).moving()) out.chosen = out.chosen.without(e);
+    out.chosen = unchanging(out.chosen);
     out.note = "every view is of one time: nothing can be seen to change";
   }
   const StillProof proof = prove(train);
   out.still = proof.evidence;
   if (proof.says(StillVerdict::unchanged)) {
-    for (const Effect e : kAllEffects)
-      if (facts_of(e).moving()) out.chosen = out.chosen.without(e);
+    out.chosen = unchanging(out.chosen);
     if (out.note.empty()) out.note = "every camera stands still, and nothing changes before any";
   }
   if (int(train.frames.size()) < kFewestViews) {

@@ -57,6 +57,9 @@ int most_comparisons(const EffectSet& effects);
 /// two cameras or more took several pictures each (rig_of)
 EffectSet learnable_in(const EffectSet& effects, bool opaque, bool rig);
 
+/// Those of a set that say nothing about time.
+EffectSet unchanging(const EffectSet& effects);
+
 /// Whether a model with these effects changes over time.
 bool changes(const EffectSet& effects);
 

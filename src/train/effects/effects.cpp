@@ -91,7 +91,7 @@ constexpr EffectFacts kTable[] = {
      .set = [](Config& c, int order) { c.motion.presence = order >= 0; },
      .trial = Trial::presence,
      .turn = 7,
-     .comparisons = 1},
+     .comparisons = 2},
 };
 
 constexpr bool in_order() {
@@ -123,6 +123,13 @@ EffectSet learnable_in(const EffectSet& effects, bool opaque, bool rig) {
   EffectSet out = effects;
   for (const EffectFacts& f : kTable)
     if ((f.opaque_only && !opaque) || (f.rig_only && !rig)) out = out.without(f.effect);
+  return out;
+}
+
+EffectSet unchanging(const EffectSet& effects) {
+  EffectSet out = effects;
+  for (const EffectFacts& f : kTable)
+    if (f.moving()) out = out.without(f.effect);
   return out;
 }
 

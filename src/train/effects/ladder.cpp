@@ -56,9 +56,9 @@ EffectTrial Ladder::fit(const EffectSet& effects, int points) {
   return out_.trials.back();
 }
 
-EffectVerdict Ladder::judge(Effect effect, const EffectSet& with) {
-  const EffectTrial more = fit(with, config_.motion.points),
-                    less = fit(with.without(effect), config_.motion.points);
+EffectVerdict Ladder::judge(Effect effect, const EffectSet& with, int points) {
+  if (points == 0) points = config_.motion.points;
+  const EffectTrial more = fit(with, points), less = fit(with.without(effect), points);
   EffectVerdict v{effect, with, EffectDecision::undecided, gain(more, less)};
   decide(v);
   v.time_ratio = more.seconds / less.seconds;
@@ -87,10 +87,10 @@ void Ladder::judge_where_needed(const EffectSet& all) {
 }
 
 EffectVerdict Ladder::judge_where_changing(Effect effect, const EffectSet& with,
-                                           const std::vector<Image>& changing) {
-  judge(effect, with);
+                                           const std::vector<Image>& changing, int points) {
+  judge(effect, with, points);
   EffectVerdict& v = out_.verdicts.back();
-  if (const auto there = gains_there(changing, with, effect)) {
+  if (const auto there = gains_there(changing, with, effect, points)) {
     v.gain = paired_gain(there->gains, level_);
     v.where = there->share;
     decide(v);
@@ -153,9 +153,10 @@ PairedGain Ladder::gain(const EffectTrial& more, const EffectTrial& less) const 
 }
 
 std::optional<GainsWhere> Ladder::gains_there(const std::vector<Image>& where, const EffectSet& with,
-                                              Effect effect) const {
-  const Fit &more = fits_[std::size_t(find(with, config_.motion.points))],
-            &less = fits_[std::size_t(find(with.without(effect), config_.motion.points))];
+                                              Effect effect, int points) const {
+  if (points == 0) points = config_.motion.points;
+  const Fit &more = fits_[std::size_t(find(with, points))],
+            &less = fits_[std::size_t(find(with.without(effect), points))];
   return gains_where(where, halves_.held_out.frames, more.model.background.color, more.pictures,
                      less.pictures);
 }

@@ -26,16 +26,16 @@ class Ladder {
 
   /// Fits that are made already are not made again.
   EffectTrial fit(const EffectSet& effects, int points);
-  /// Compares `with` to the same without the effect.
-  EffectVerdict judge(Effect effect, const EffectSet& with);
+  /// Compares `with` to the same without the effect. @param points  of both; 0: as configured
+  EffectVerdict judge(Effect effect, const EffectSet& with, int points = 0);
   /// Compares the fit with motion that judge(Effect::motion, all) made to the static one. The comparison is
   /// on held-out pictures, where only motion explains the training pictures. In so short a fit motion costs
   /// the static part more than it gives to a small moving one. A clear gain becomes the verdict on motion.
   void judge_where_needed(const EffectSet& all);
   /// Compares `with` to the same without the effect, where pixels are known to change.
   /// @param changing  of each held-out picture, one channel: 1 there, else 0
-  EffectVerdict judge_where_changing(Effect effect, const EffectSet& with,
-                                     const std::vector<Image>& changing);
+  EffectVerdict judge_where_changing(Effect effect, const EffectSet& with, const std::vector<Image>& changing,
+                                     int points = 0);
   /// Judges anew, as of a film, what judge(Effect::motion, all) found. Returns whether the scene moves.
   /// @param proved  what a still world cannot show is no highlight
   bool judge_film(const EffectSet& all, bool proved);
@@ -59,8 +59,8 @@ class Ladder {
   int find(const EffectSet& effects, int points) const;
   PairedGain gain(const EffectTrial& more, const EffectTrial& less) const;
   /// Of the fits with an effect and without, on a part of each held-out picture.
-  std::optional<GainsWhere> gains_there(const std::vector<Image>& where, const EffectSet& with,
-                                        Effect effect) const;
+  std::optional<GainsWhere> gains_there(const std::vector<Image>& where, const EffectSet& with, Effect effect,
+                                        int points = 0) const;
 
   const Config& config_;
   const float level_;

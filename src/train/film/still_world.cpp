@@ -11,6 +11,7 @@
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
 #include "train/film/unexplained.hpp"
 #include "train/start.hpp"
@@ -28,7 +29,7 @@ constexpr double kMoves = 3e-4;         ///< share of the pixels from which some
 
 Config still_config(const Config& config) {
   Config c = config;
-  apply(effects_of(config).without(Effect::motion).without(Effect::light), c);
+  apply(unchanging(effects_of(config)), c);
   c.run.max_time = 0;
   c.run.max_steps = kSteps;
   c.radiance.sh_order = order_at(c.radiance, 0);
