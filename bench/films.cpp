@@ -3,11 +3,12 @@
 // held by hand along a short arc, before a plain wall and in a room. Effects are chosen as `train` does.
 //
 //   bench_films [--seeds 2] [--steps 400] [--size 96] [--frames 60] [--preset fast] [--only NAME]
-//               [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0]
+//               [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0] [--masks] [--told]
 //
 // One JSON line per film: PSNR off and on the camera's way, of still pixels off it, how much of the still
 // surface that the film shows is displaced, and how far tracked points of moving surface end from the truth.
-// Then one line of means.
+// Then one line of means. With --masks a film is only looked at: what share of the pixels that show something
+// moving is found (found), and what share of those found do (right). With --told true masks say what moves.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -182,9 +183,45 @@ Prepared prepare_as_train(Config config, Dataset& data) {
   return out;
 }
 
-nlohmann::json measure(const Film& film, const Config& config, bool tried) {
+/// How well what was found to move in a film's pictures is what does.
+nlohmann::json mask_figures(const Film& film, const Config& config) {
   const SynthScene scene = SynthScene::open(film.scene, film.options.look);
   Dataset data = make_synth(film.scene, film.options);
+  const double start = processor_seconds();
+  const Prepared ready = prepare(config, data, {.effects = EffectPolicy::keep});
+  nlohmann::json j{{"film", film.name}, {"seed", film.options.seed}};
+  j["prepare_seconds"] = processor_seconds() - start;
+  double found = 0, all = 0, marked = 0;
+  for (const Frame& f : data.find("train")->frames) {
+    const PixelMask truth = moving_pixels(scene, f);
+    for (int y = 0; y < f.camera.height; ++y)
+      for (int x = 0; x < f.camera.width; ++x) {
+        all += truth.test(x, y);
+        marked += f.moving.test(x, y);
+        found += truth.test(x, y) && f.moving.test(x, y);
+      }
+  }
+  j["found"] = found / std::max(1.0, all);
+  j["right"] = found / std::max(1.0, marked);
+  j["truth_share"] = all / double(data.find("train")->frames.size()) / std::pow(film.options.size, 2);
+  if (ready.effects.film) {
+    j["psnr"] = ready.effects.film->psnr;
+    j["share"] = ready.effects.film->share;
+    j["coloured"] = ready.effects.film->coloured;
+  }
+  return j;
+}
+
+/// The masks that somebody would give who knows what moves.
+void tell(const SynthScene& scene, Dataset& data) {
+  for (Frame& f : data.find("train")->frames) f.moving = {moving_pixels(scene, f), 1};
+  data.masks.emplace().use = "moving";
+}
+
+nlohmann::json measure(const Film& film, const Config& config, bool tried, bool told) {
+  const SynthScene scene = SynthScene::open(film.scene, film.options.look);
+  Dataset data = make_synth(film.scene, film.options);
+  if (told) tell(scene, data);
   const double start = processor_seconds();
   const Prepared ready =
       tried ? prepare_as_train(config, data) : prepare(config, data, {.effects = EffectPolicy::keep});
@@ -240,6 +277,9 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"auto", "all"}));
   app.add_option("--set", options.sets, "of the configuration");
   app.add_option("--threads", threads, "0: every core");
+  bool masks = false, told = false;
+  app.add_flag("--masks", masks, "only look at what moves, train nothing");
+  app.add_flag("--told", told, "true masks say what moves");
   CLI11_PARSE(app, argc, argv);
   try {
     if (threads == 0) threads = thread_count();
@@ -253,7 +293,9 @@ int main(int argc, char** argv) {
       for (int seed = 1; seed <= seeds; ++seed) {
         film.options.seed = std::uint64_t(seed);
         options.seed = film.options.seed;
-        const nlohmann::json j = measure(film, run::effective_config(options), effects == "auto");
+        const Config config = run::effective_config(options);
+        const nlohmann::json j =
+            masks ? mask_figures(film, config) : measure(film, config, effects == "auto", told);
         say(j);
         for (const auto& [name, value] : j.items())
           if (value.is_number() && name != "seed") sums[name] += value.get<double>();

@@ -175,8 +175,7 @@ int info(const std::string& path, const DatasetRules& rules, bool pixels, bool j
   void (*print)(const Json&) = print_dataset;
   Json j;
   if (!fs::is_directory(path, ignored) && data::kind_of(path) == data::FileKind::film)
-    fail({path, "a film has no cameras yet", "a run, a .vdb file or a data set", "a film",
-          data::how_to_capture(path)});
+    fail({path, "a film has no cameras: " + data::how_to_capture(path), "", "", ""});
   if (!fs::is_directory(path, ignored)) {
     j = vdb_json(path);
     print = print_vdb;

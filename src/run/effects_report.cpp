@@ -192,8 +192,9 @@ Json effects_json(const Prepared& prepared) {
   return j;
 }
 
-std::string effects_line(const Json& effects) {
+std::vector<std::string> effects_lines(const Json& effects) {
   std::string used, not_used;
+  bool undecided = false;
   for (const Json& e : effects.at("effects")) {
     std::string& list = e.at("used").get<bool>() ? used : not_used;
     list += (list.empty() ? "" : ", ") + e.at("effect").get<std::string>();
@@ -201,6 +202,7 @@ std::string effects_line(const Json& effects) {
     if (e.contains("gain_db")) {
       const std::string decision = e.at("decision");
       const bool plain = decision == (e.at("used").get<bool>() ? "on" : "off");
+      undecided |= decision == name_of(EffectDecision::undecided);
       const std::string where =
           e.contains("where") ? fmt::format(" in {:.1f}% of the pictures", 100 * e.at("where").get<double>())
                               : "";
@@ -211,8 +213,11 @@ std::string effects_line(const Json& effects) {
   if (!not_used.empty()) line += "; without " + not_used;
   if (const Json& points = effects.at("control_points"); !points.at("compared").empty())
     line += fmt::format("; {} control points in the end", points.at("at_end").get<int>());
-  for (const std::string& note : notes_on(effects)) line += " (" + note + ")";
-  return line;
+  std::vector<std::string> lines{line};
+  if (undecided)
+    lines.push_back("  undecided: the fits are too short to tell; effects.json has the range of the gain");
+  for (const std::string& note : notes_on(effects)) lines.push_back("  " + note);
+  return lines;
 }
 
 std::string effects_table(const Json& effects) {

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kReportEvery = 0.5;  // seconds of training between two lines of metrics.jsonl
 constexpr double kLineEvery = 5;      // between two plain lines
+constexpr double kTold = 2;           // of training, from which the rest can be told
 
 std::string bar(double share, int width) {
   static const char* const eighths[] = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
@@ -42,6 +43,12 @@ Talk choose_talk(bool quiet, bool json) {
   return json ? Talk::json : quiet ? Talk::quiet : ::isatty(STDERR_FILENO) ? Talk::bar : Talk::lines;
 }
 
+std::string time_left(const StepReport& first, const StepReport& last) {
+  const double took = last.seconds - first.seconds, share = last.progress - first.progress;
+  if (took < kTold || share <= 0) return {};
+  return duration(took * (1 - last.progress) / share) + " left";
+}
+
 void Progress::note(const std::string& text) {
   if (events_.note) events_.note(text);
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
@@ -59,7 +66,10 @@ void Progress::tell(const StepReport& report) {
 }
 
 Json Progress::step(const StepReport& r, double held_out_psnr) {
-  if (since_ < 0) since_ = r.seconds;  // the time before the first step is not its own
+  if (since_ < 0) {  // the time before the first step is not its own
+    since_ = r.seconds;
+    first_ = r;
+  }
   last_ = r;
   ++steps_;
   rays_ += r.rays;
@@ -92,13 +102,13 @@ void Progress::draw(const Json& j) {
   const double progress = last_.progress;
   if (talk_ == Talk::lines && last_.seconds - spoken_ < kLineEvery && progress < 1) return;
   spoken_ = last_.seconds;
-  const double left = progress > 1e-3 ? last_.seconds * (1 - progress) / progress : 0;
   const std::string held_out =
       j.contains("held_psnr") ? fmt::format("{:.1f}", j["held_psnr"].get<double>()) : "-";
+  const std::string left = time_left(first_, last_);
   const std::string text =
-      fmt::format("step {:>6}  loss {:.2e}  PSNR {} held-out, {:.1f} rays  {:.0f} krays/s  {} left",
-                  last_.step, j["loss"].get<double>(), held_out, j["psnr"].get<double>(),
-                  j["rays_per_second"].get<double>() / 1e3, progress > 1e-3 ? duration(left) : "?");
+      fmt::format("step {:>6}  loss {:.2e}  PSNR {} held-out, {:.1f} rays  {:.0f} krays/s{}{}", last_.step,
+                  j["loss"].get<double>(), held_out, j["psnr"].get<double>(),
+                  j["rays_per_second"].get<double>() / 1e3, left.empty() ? "" : "  ", left);
   if (talk_ == Talk::bar) {
     try_print(stderr, fmt::format("\r\033[K{:3.0f}% {} {}", 100 * progress, bar(progress, 24), text));
     drawn_ = true;

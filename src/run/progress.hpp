@@ -19,6 +19,10 @@ enum class Talk {
 };
 Talk choose_talk(bool quiet, bool json);
 
+/// How long the rest of a run takes, as "3 min left"; empty: too little of it is done to tell. Steps alone
+/// count: what came before the first one takes no part. @param first  and @param last  step of this call
+std::string time_left(const StepReport& first, const StepReport& last);
+
 /// What training says while it runs. Averages the steps between two lines.
 class Progress {
  public:
@@ -50,7 +54,7 @@ class Progress {
   Talk talk_;
   TrainEvents events_;
   bool drawn_ = false, stop_ = false;
-  StepReport last_;
+  StepReport first_, last_;  ///< of this call: what came before the first step is not the steps' time
   std::int64_t steps_ = 0, rays_ = 0, samples_ = 0;  ///< since the last report
   double loss_ = 0, squared_error_ = 0;              ///< likewise; the latter per channel, of all rays
   double since_ = -1, spoken_ = -1e9;

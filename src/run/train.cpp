@@ -83,7 +83,7 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   };
   Prepared prepared = prepare(asked, data, options);
   const Json effects = effects_json(prepared);
-  progress.note(effects_line(effects));
+  for (const std::string& line : effects_lines(effects)) progress.note(line);
   if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
   return prepared;
 }

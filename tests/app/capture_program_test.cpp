@@ -52,7 +52,8 @@ TEST_SUITE("app/capture program") {
         if (std::string(verb) == "train") words.insert(words.end(), {"--out", root + "/run"});
         const Ended e = program(words);
         CHECK(e.code == 2);
-        CHECK(contains(e.err, "splinevox capture " + root + "/" + named + " --out"));
+        const std::string command = "splinevox capture " + root + "/" + named + " --out";
+        CHECK(contains(e.err.substr(0, e.err.find('\n')), command));  // before what else there could be
       }
   }
 

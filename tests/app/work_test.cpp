@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "ball_scene.hpp"
+#include "run/progress.hpp"
 #include "splinevox/train/config.hpp"
 
 using namespace splinevox;
@@ -12,6 +13,20 @@ using namespace splinevox::test;
 using Json = nlohmann::json;
 
 TEST_SUITE("app/work") {
+  TEST_CASE("the time left is told by steps alone, once there are enough of them") {
+    const auto report = [](double seconds, double progress) {
+      StepReport r;
+      r.seconds = seconds;
+      r.progress = progress;
+      return r;
+    };
+    const StepReport first = report(140, 0.001);  // after trials
+    CHECK(run::time_left(first, first).empty());
+    CHECK(run::time_left(first, report(140.5, 0.006)).empty());
+    CHECK(run::time_left(first, report(144, 0.401)) == "6.0 s left");
+    CHECK(run::time_left(report(30, 0.5), report(40, 0.75)) == "0:10 left");
+  }
+
   TEST_CASE("few steps for the preset are said, in JSON too; the run goes on with more time") {
     const BallScene scene;
     const auto train = [&](const std::string& seconds, const std::vector<std::string>& more) {

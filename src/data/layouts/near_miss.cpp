@@ -124,6 +124,20 @@ bool has_cameras(const fs::path& folder) {
   return false;
 }
 
+/// Of a folder that holds films or pictures, in it or in its folders; empty: neither.
+std::string bare_hint(const fs::path& folder, const std::vector<std::string>& folders) {
+  if (!files_in(folder, FileKind::film).empty())
+    return "these are films without cameras: " + how_to_capture(folder);
+  bool pictures = !files_in(folder, FileKind::picture).empty();
+  for (const std::string& name : folders) {
+    pictures |= !files_in(folder / name, FileKind::picture).empty();
+    if (!pictures && !files_in(folder / name, FileKind::film).empty())
+      return "there are films without cameras in it: " + how_to_capture(folder / name);
+  }
+  return pictures ? "these are pictures without cameras: " + how_to_capture(folder) : "";
+}
+
+/// Of files that are nearly a data set; empty: none are.
 std::string hint_for(const fs::path& folder, const std::vector<std::string>& files,
                      const std::vector<std::string>& folders) {
   for (const std::string& name : files)
@@ -140,16 +154,7 @@ std::string hint_for(const fs::path& folder, const std::vector<std::string>& fil
   for (const std::string& name : files)
     if (lower_case(fs::path(name).extension().string()) == ".db")
       return "COLMAP's database has no cameras' places yet: let COLMAP reconstruct into sparse/0";
-  if (!files_in(folder, FileKind::film).empty())
-    return "these are films without cameras: " + how_to_capture(folder);
-  bool pictures = !files_in(folder, FileKind::picture).empty();
-  for (const std::string& name : folders) {
-    pictures |= !files_in(folder / name, FileKind::picture).empty();
-    if (!pictures && !files_in(folder / name, FileKind::film).empty())
-      return "there are films without cameras in it: " + how_to_capture(folder / name);
-  }
-  if (pictures) return "these are pictures without cameras: " + how_to_capture(folder);
-  return "give the folder that holds them";
+  return {};
 }
 
 }  // namespace
@@ -216,7 +221,9 @@ NearMiss near_miss(const fs::path& folder) {
   std::vector<std::string> all = folders;
   for (std::string& name : all) name += '/';
   all.insert(all.end(), files.begin(), files.end());
-  return {list_of(all), hint_for(folder, files, folders)};
+  if (const std::string hint = hint_for(folder, files, folders); !hint.empty()) return {list_of(all), hint};
+  if (const std::string hint = bare_hint(folder, folders); !hint.empty()) return {list_of(all), hint, true};
+  return {list_of(all), "give the folder that holds them"};
 }
 
 }  // namespace splinevox::data

@@ -35,6 +35,7 @@ class UnreadFields {
 /// What a folder of no known kind holds, and the likeliest way to make it a known one.
 struct NearMiss {
   std::string found, hint;
+  bool bare = false;  ///< films or pictures without cameras: the hint is the command that finds them
 };
 NearMiss near_miss(const std::filesystem::path& folder);
 

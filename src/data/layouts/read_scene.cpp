@@ -69,13 +69,18 @@ const Layout& recognise(const fs::path& folder) {
   if (!fs::exists(folder, error))
     fail({where.empty() ? "''" : where, "the data set does not exist",
           "a folder with " + std::string(kLookedFor), error ? error.message() : "no such folder", ""});
-  if (!fs::is_directory(folder, error))
+  if (!fs::is_directory(folder, error)) {
+    if (kind_of(folder) == FileKind::film)
+      fail({where, "a film has no cameras: " + how_to_capture(folder), "", "", ""});
     fail({where, "the data set is not a folder", "a folder with " + std::string(kLookedFor), "a file",
-          kind_of(folder) == FileKind::film ? "a film has no cameras: " + how_to_capture(folder)
-                                            : "give the folder that holds it"});
+          "give the folder that holds it"});
+  }
   for (const Layout& layout : kLayouts)
     if (layout.is(folder)) return layout;
   const NearMiss near = near_miss(folder);
+  if (near.bare)
+    fail({where, "no known kind of data set is in this folder; " + near.hint, "", near.found,
+          "of a data set, the folder with " + std::string(kLookedFor)});
   fail({where, "no known kind of data set is in this folder", kLookedFor, "none of them, but " + near.found,
         near.hint});
 }

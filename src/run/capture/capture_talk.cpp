@@ -11,7 +11,10 @@
 namespace splinevox::run {
 namespace {
 
-constexpr double kLinesEvery = 5;  // seconds between two plain lines of a stage
+constexpr double kTold = 5;  // seconds of a stage, from which the rest can be told
+
+/// Seconds between two lines of a stage.
+double lines_every(Talk talk) { return talk == Talk::bar ? 0.1 : talk == Talk::json ? 5 : 30; }
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -28,7 +31,9 @@ void CaptureTalk::stage(int number, const std::string& name) {
   end_line();
   number_ = number;
   name_ = name;
-  spoken_ = 0;
+  done_ = 0;
+  began_ = now();
+  spoken_ = talk_ == Talk::lines ? began_ : 0;
   if (talk_ == Talk::lines) std::fputs(fmt::format("[{}/{}] {}\n", number, kStages, name).c_str(), stderr);
   if (talk_ == Talk::bar) progress(0, 0);
 }
@@ -37,7 +42,10 @@ void CaptureTalk::progress(int done, int total) {
   if (stop_asked()) throw CaptureStopped{};
   const bool last = total > 0 && done == total;
   const double time = now();
-  if (talk_ == Talk::quiet || (!last && time - spoken_ < (talk_ == Talk::bar ? 0.1 : kLinesEvery))) return;
+  if (done < done_) began_ = time;  // the stage counts once more
+  const bool again = last && done == done_;
+  done_ = done;
+  if (talk_ == Talk::quiet || again || (!last && time - spoken_ < lines_every(talk_))) return;
   spoken_ = time;
   if (talk_ == Talk::json) {
     std::fputs(
@@ -49,9 +57,13 @@ void CaptureTalk::progress(int done, int total) {
     std::fflush(stdout);
     return;
   }
-  const std::string count = total > 0 ? fmt::format(": {} of {}", done, total) : "";
-  std::fputs(fmt::format("{}[{}/{}] {}{}{}", talk_ == Talk::bar ? "\r\x1b[K" : "", number_, kStages, name_,
-                         count, talk_ == Talk::bar ? "" : "\n")
+  const double took = time - began_;
+  const std::string count = total > 0 ? fmt::format(": {} of {}", done, total) : "",
+                    left = !last && done > 0 && done < total && took > kTold
+                               ? fmt::format(", about {} left", duration(took * (total - done) / done))
+                               : "";
+  std::fputs(fmt::format("{}[{}/{}] {}{}{}{}", talk_ == Talk::bar ? "\r\x1b[K" : "", number_, kStages, name_,
+                         count, left, talk_ == Talk::bar ? "" : "\n")
                  .c_str(),
              stderr);
   std::fflush(stderr);

@@ -12,7 +12,8 @@ namespace splinevox::run {
 /// Thrown where somebody asked to stop; what is done stays done.
 struct CaptureStopped {};
 
-/// What `capture` says while it works: a line per stage, drawn over itself on a terminal.
+/// What `capture` says while it works: a line per stage with the time left, drawn over itself on a terminal;
+/// elsewhere again every half minute.
 class CaptureTalk {
  public:
   /// @param stop  whether somebody asked to stop
@@ -35,8 +36,8 @@ class CaptureTalk {
   std::function<bool()> stop_;
   std::vector<std::string> notes_;
   std::string name_;
-  int number_ = 0;
-  double spoken_ = 0;  ///< when the last line was printed, seconds
+  int number_ = 0, done_ = 0;
+  double spoken_ = 0, began_ = 0;  ///< when the last line was printed, and the count began; seconds
   bool drawn_ = false;
 };
 
