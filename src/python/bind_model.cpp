@@ -139,7 +139,8 @@ void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
             if (m.motion.levels.empty()) return py::none();
             return positions(*m.motion.levels[0].topology);
           },
-          "float32 (rows, 3): where control_points, light and rigidity are; None where nothing changes. A "
+          "float32 (rows, 3): where control_points, light, presence and rigidity are; None where nothing "
+          "changes. A "
           "copy.");
 }
 

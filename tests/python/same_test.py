@@ -10,7 +10,7 @@ import pytest
 import splinevox as sv
 from conftest import BOX, SMALL, STEPS, program, sets
 
-ROWS = ["density", "rgb", "sh", "control_points", "light", "rigidity"]
+ROWS = ["density", "rgb", "sh", "control_points", "light", "presence", "rigidity"]
 
 
 def rows(model):
