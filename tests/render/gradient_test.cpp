@@ -42,8 +42,7 @@ struct TinyScene {
     std::uniform_real_distribution<double> uniform(-1, 1);
     const Lattice fine{{-1, -1, -1}, float(kSpacing), {12, 9, 9}},
         coarse{{-1, -1, -1}, float(2 * kSpacing), {9, 5, 5}};
-    radiance =
-        make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // (1, 1, 0) and others absent
+    radiance = make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // others are absent
     motion = make_dense_topology(coarse);
     rows.resize(radiance->rows() * kWidth);
     slice.resize(motion->rows() * kSliceWidth);
