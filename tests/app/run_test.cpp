@@ -98,7 +98,7 @@ TEST_SUITE("app/run") {
     CAPTURE(track.err);
     CHECK(track.code == 0);
     const std::string tracks = slurp(scene.path("tracks.csv"));
-    CHECK(contains(tracks, "id,x,y,z,time,to_time,to_x,to_y,to_z,folded\n"));
+    CHECK(contains(tracks, "id,x,y,z,time,to_time,to_x,to_y,to_z,folded,density\n"));
     CHECK(contains(tracks, "b,-0.1,0,0.5,0.5,0.5,-0.1,0,0.5,"));
     CHECK(std::count(tracks.begin(), tracks.end(), '\n') == 7);
     CHECK(program({"track", run.string(), "--points", scene.path("points.csv"), "--to", "canonical", "--out",
@@ -135,9 +135,9 @@ TEST_SUITE("app/run") {
     REQUIRE(chosen.code == 0);
     const Json effects = Json::parse(slurp(fs::path(scene.path("auto")) / "effects.json"));
     CHECK(effects["forced"] == false);
-    CHECK(effects["effects"].size() == 4);
-    CHECK(effects["fits"].size() == 3);
-    // Nothing gains 90 dB: neither motion nor light is in the model.
+    CHECK(effects["effects"].size() == 5);
+    CHECK(effects["fits"].size() == 4);
+    // Nothing gains 90 dB: neither motion nor light nor presence is in the model.
     for (const Json& e : effects["effects"]) CHECK(e["used"] == (e["effect"] == "view"));
     CHECK(contains(slurp(fs::path(scene.path("auto")) / "config.toml"), "enabled = false"));
     CHECK(program({"report", scene.path("auto"), "--out", scene.path("auto.html")}).code == 0);
@@ -168,9 +168,10 @@ TEST_SUITE("app/run") {
       return Json::parse(program({"info", scene.path(run) + "/model.vdb", "--json"}).out)["meta"];
     };
     const Json learned = train("learned", {}), white = train("white", {"--background", "white"});
-    CHECK(learned["splinevox_model"] == "5");  // all effects: surroundings too
+    CHECK(learned["splinevox_model"] == "6");  // all effects: presence too
     CHECK(learned.contains("background_harmonics"));
-    CHECK(white["splinevox_model"] == "2");
+    CHECK(white["splinevox_model"] == "6");
+    CHECK_FALSE(white.contains("background_harmonics"));
     CHECK(Json::parse(slurp(scene.path("learned") + "/effects.json"))["used"]["background"] == 2);
     CHECK(program({"eval", scene.path("learned")}).code == 0);
     // Pictures with alpha have none, and such a run is resumed with the words it was begun with.
