@@ -120,8 +120,8 @@ void ExportReport::advise(const std::string& folder, const VoxelModel& model) co
   fmt::print("in Blender: blender -P {}/load_in_blender.py\n", folder);
   if (model.motion.presence)
     fmt::print(
-        "matter comes and goes: with -- --material smoke behind that your scene lights it, with "
-        "-- --material fire it lights your scene\n");
+        "matter comes and goes: add -- --material smoke to light it in your scene, or -- --material fire to "
+        "let it give light\n");
 }
 
 }  // namespace splinevox::cli
