@@ -67,9 +67,7 @@ int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, i
                result.frames.size());
     return kInterrupted;
   }
-  report.summarise(
-      result, o.out, processes,
-      run.model.radiance.sh_order > 0 && o.options.bake_view == "mean" && o.options.colorspace == "display");
+  report.summarise(result, o.out, processes, run.model);
   return 0;
 }
 
@@ -138,6 +136,8 @@ Action export_command(CLI::App& verb) {
       "K or auto: files of their own for each part that moves alike; together they are the whole");
   verb.add_option("--colorspace", e.colorspace, "display (values as in the pictures) or linear")
       ->capture_default_str();
+  verb.add_flag("--flame", e.flame,
+                "also flame: luminance of the colour times density, what a voxel of fire gives off");
   verb.add_option("--shutter", e.shutter, "share of a frame it is open: how far velocity is continued")
       ->capture_default_str();
   verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")

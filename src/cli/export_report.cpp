@@ -8,6 +8,8 @@
 
 #include "core/printable.hpp"
 #include "core/process.hpp"
+#include "io/export/export_profiles.hpp"
+#include "io/export/what_changes.hpp"
 #include "run/support.hpp"
 
 namespace splinevox::cli {
@@ -63,7 +65,7 @@ void ExportReport::print_line(const ExportedFrame& f) const {
 }
 
 void ExportReport::summarise(const ExportResult& result, const std::string& folder, int processes,
-                             bool view_dependent) const {
+                             const VoxelModel& model) const {
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   fmt::print("{}: {} frames, {:.1f} MB, profile {}", folder, result.frames.size(), bytes_ / 1e6,
              options_.profile);
@@ -104,9 +106,22 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
         "motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are "
         "written: a larger --voxel-size or a smaller --shutter gives it whole\n",
         short_);
-  if (view_dependent && !options_.sh && options_.profile != "unreal")
+  advise(folder, model);
+}
+
+void ExportReport::advise(const std::string& folder, const VoxelModel& model) const {
+  const bool mean = options_.bake_view == "mean" && options_.colorspace == "display";
+  if (model.radiance.sh_order > 0 && mean && !options_.sh && options_.profile != "unreal")
     fmt::print("colours are means over all directions; --sh keeps how they change with the view\n");
-  if (options_.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", folder);
+  const std::string changes = what_changes(model.motion);
+  if (!changes.empty() && find_profile(options_.profile).velocity)
+    fmt::print("nothing moves in this run, {}: the frames have no velocity grid\n", changes);
+  if (options_.profile != "blender") return;
+  fmt::print("in Blender: blender -P {}/load_in_blender.py\n", folder);
+  if (model.motion.presence)
+    fmt::print(
+        "matter comes and goes: add -- --material smoke to light it in your scene, or -- --material fire to "
+        "let it give light\n");
 }
 
 }  // namespace splinevox::cli

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "cli/command.hpp"
+#include "splinevox/field/model.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox::cli {
@@ -17,12 +18,13 @@ class ExportReport {
   ExportReport(Talk talk, const ExportOptions& options);
   /// One more of `total` frames is there.
   void add(const ExportedFrame& frame, int done, int total);
-  /// After the last one. @param processes  that made the frames @param view_dependent  the model's colours
-  /// change with the view
+  /// After the last one. @param processes  that made the frames @param model  that they show
   void summarise(const ExportResult& result, const std::string& folder, int processes,
-                 bool view_dependent) const;
+                 const VoxelModel& model) const;
 
  private:
+  /// What is not in the frames, and how to open them.
+  void advise(const std::string& folder, const VoxelModel& model) const;
   void print_line(const ExportedFrame& frame) const;
 
   Talk talk_;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/nearest.hpp"
+#include "io/export/what_changes.hpp"
 #include "math/time_curve.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -39,9 +40,17 @@ constexpr double kMostAnchorError = 1;  ///< voxels in the mean square beyond wh
 /// The motion field of a model in which something changes over time.
 MotionField& changing(VoxelModel& model, const char* name) {
   if (model.motion.levels.empty())
-    wrong_edit(name, "nothing changes over time in this run", "a run with motion or light", "a static model",
-               "splinevox info RUN shows what a model has");
+    wrong_edit(name, "nothing changes over time in this run", "a run with motion, light or presence",
+               "a static model", "splinevox info RUN shows what a model has");
   return model.motion;
+}
+
+/// That of a model in which matter moves.
+MotionField& moving(VoxelModel& model, const char* name) {
+  MotionField& motion = changing(model, name);
+  if (!motion.displaces)
+    wrong_edit(name, "nothing moves in this run, " + what_changes(motion), "a run with motion", "");
+  return motion;
 }
 
 TimeCurve curve_of(const std::string& text) {
@@ -97,10 +106,7 @@ struct EditOperations {
 
   static Json scale(EditSession& s, const std::string& v) {
     const double factor = edit_number("scale-motion", v, -100, 100, "a factor from -100 to 100");
-    if (!changing(model(s), "scale-motion").displaces)
-      wrong_edit("scale-motion", "nothing moves in this run, only its light changes", "a run with motion",
-                 "");
-    scale_motion(model(s).motion, float(factor));
+    scale_motion(moving(model(s), "scale-motion"), float(factor));
     return Json::object();
   }
 
@@ -124,9 +130,7 @@ struct EditOperations {
   }
 
   static Json anchor(EditSession& s, const std::string&) {
-    if (!changing(model(s), "anchor-first").displaces)
-      wrong_edit("anchor-first", "nothing moves in this run, only its light changes", "a run with motion",
-                 "");
+    moving(model(s), "anchor-first");
     s.clusters_.reset();  // they lie in the canonical volume, which becomes another one
     s.chosen_.clear();
     VoxelModel next = model(s);

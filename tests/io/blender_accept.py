@@ -26,11 +26,11 @@ def path(name):
     return os.path.join(FOLDER, name)
 
 
-def load(sequence, picture, frame, samples=8):
+def load(sequence, picture, frame, samples=8, *more):
     """Runs load_in_blender.py as a user does. @return the picture that it rendered"""
     sys.argv = ["blender", "--", "--camera", path("camera.json"), "--write-cameras", path("cameras.json"),
                 "--render", path(picture), "--frame", str(frame),
-                "--samples", str(samples)]
+                "--samples", str(samples), *more]
     runpy.run_path(path(os.path.join(sequence, "load_in_blender.py")), run_name="__main__")
     return pixels(picture)
 
@@ -176,7 +176,39 @@ def check_blur():
           "motion blur: PSNR %.2f dB, at least 30; without it %.2f" % (psnr, still))
 
 
+def check_smoke():
+    """The blob of check_view as smoke: as much is hidden as before, and all of its light is the scene's."""
+    seen = pixels("mean.exr")
+    theirs = load("mean", "smoke.exr", 1, 4, "--material", "smoke")
+    hidden = sum(p[3] for p in theirs[2]) / sum(p[3] for p in seen[2])
+    check(abs(hidden - 1) < 0.01,
+          "smoke hides as much as what was reconstructed: %.4f of it, with noise" % hidden)
+    check(max(p[0] for p in theirs[2]) > 0.1, "the sun of an empty scene lights it")
+    lamp = bpy.data.objects["splinevox sun"]
+    lamp.hide_render, bpy.context.scene.world.color = True, (0, 0, 0)
+    bpy.context.scene.render.filepath = path("dark.exr")
+    bpy.ops.render.render(write_still=True)
+    check(max(max(p[:3]) for p in pixels("dark.exr")[2]) == 0, "without light it is black")
+
+
+def check_fire():
+    """Scene-linear light, which the view shows again as it was seen, wherever it hides what is behind it."""
+    mine = ours("view.f32")
+    seen = pixels("mean.exr")[2]
+    fire = load("mean", "fire.exr", 1, 4, "--material", "fire", "--strength", "2")[2]
+    check(bpy.context.scene.view_settings.view_transform == "Standard", "fire is light, shown as light")
+    ratios = [b[1] / (2 * ((a[1] + 0.055) / 1.055) ** 2.4)
+              for a, b in zip(seen, fire) if a[3] > 0.999 and a[1] > 0.3]
+    ratio = sum(ratios) / max(1, len(ratios))
+    check(len(ratios) > 500 and 0.9 < ratio < 1.15,
+          "its light is the decoded colour times the strength: %.3f over %d pixels" % (ratio, len(ratios)))
+    error = sum(abs(a[3] - b[3]) for a, b in zip(fire, mine)) / len(mine)
+    check(error < 0.01, "it hides as much: mean alpha error %.5f" % error)
+
+
 check_sequence()
 check_clusters()
 check_view()
+check_smoke()
+check_fire()
 check_blur()

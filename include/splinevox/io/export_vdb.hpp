@@ -32,6 +32,7 @@ struct ExportOptions {
   std::string bake_view =
       "mean";       ///< colour per voxel: "mean" over all directions, "none" (positional), "dir=x,y,z"
   bool sh = false;  ///< the harmonics of the view rescale as grids sh0, sh1, ...; colour is then positional
+  bool flame = false;  ///< what a voxel gives off as one number, grid flame
   std::string colorspace =
       "display";            ///< "display": values as in the pictures; "linear": decoded from sRGB per voxel
   double shutter = 0.5;     ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
@@ -101,8 +102,10 @@ void validate(const ExportOptions& options);
 /// where density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour
 /// there.
 ///  Frame f shows model time (f - first) / (fps * seconds), at most 1.
-/// With `sh`, color is the positional colour and sh0, sh1, ... hold three coefficients each of q = sum_j sh_j
-/// Y_j(d) (math/sh.hpp): what is seen along d is color * (1 - sigmoid(q) / 2). With `clusters`,
+/// With `flame`, a float grid flame on the density's voxels: the luminance of the colour beside it (0.2126 r
+/// + 0.7152 g + 0.0722 b, of display values unless told otherwise) times density, per scene unit. With `sh`,
+/// color is the positional colour and sh0, sh1, ... hold three coefficients each of q = sum_j sh_j Y_j(d)
+/// (math/sh.hpp): what is seen along d is color * (1 - sigmoid(q) / 2). With `clusters`,
 /// cluster_0_frame_0001.vdb and so on instead: the density of one part each. They add up to the whole, voxel
 /// by voxel, because what is split is the frame that was baked. With `controls`, motion.vdb holds the model's
 /// control points and rigidity as grids, in no profile's names. With a `share` of the frames only these are

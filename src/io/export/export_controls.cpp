@@ -3,6 +3,7 @@
 
 #include <utility>
 
+#include "io/export/what_changes.hpp"
 #include "io/model/model_grid.hpp"
 #include "io/model/model_meta.hpp"
 #include "math/rigidity.hpp"
@@ -12,12 +13,13 @@ namespace splinevox {
 
 void check_controls(const VoxelModel& model) {
   const MotionField& motion = model.motion;
-  if (!motion.moves())
-    fail({.where = "--controls",
-          .what = "this model has no motion to write",
-          .expected = "a model that moves",
-          .got = motion.light ? "one whose light alone changes" : "one that stands still",
-          .hint = "export without --controls"});
+  if (motion.moves()) return;
+  const std::string changes = what_changes(motion);
+  fail({.where = "--controls",
+        .what = "this model has no motion to write",
+        .expected = "a model that moves",
+        .got = "one " + (changes.empty() ? "that stands still" : "where " + changes),
+        .hint = "export without --controls"});
 }
 
 FileDigest write_controls(const std::string& path, const VoxelModel& model) {

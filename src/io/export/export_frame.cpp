@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "math/activation.hpp"
 #include "math/srgb.hpp"
@@ -124,6 +125,20 @@ BakedColor bake_color(const FrameSampler& sampler, const Lattice& lattice, const
   return {std::move(out), std::move(sh)};
 }
 
+/// Brightness that a voxel gives off per unit of length: the luminance of its colour (weights of Rec. 709)
+/// times its density. @pre `color` holds every voxel of `density`
+LeafValues bake_flame(LeafValues& density, LeafValues& color) {
+  constexpr Vec3 kLuminance{0.2126f, 0.7152f, 0.0722f};
+  LeafValues out(density.set(), 1);
+  for_each_voxel(
+      out.set().leaves(), [&](std::size_t l) -> const LeafMask& { return out.set().masks()[l]; },
+      [&](std::size_t l, int i, Int3 v) {
+        const float* c = color.find(v);
+        *out.at(l, i) = *density.find(v) * dot(kLuminance, Vec3{c[0], c[1], c[2]});
+      });
+  return out;
+}
+
 struct BakedVelocity {
   LeafValues values;
   double max_speed = 0, folded = 0;  ///< scene units per second; share of the density's voxels
@@ -229,6 +244,8 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
   BakedPart out;
   out.figures["density_voxels"] = double(dense.count());
   out.figures["color_voxels"] = double(baked.color.set().count());
+  std::optional<LeafValues> flame;
+  if (options_.flame) flame = bake_flame(density, baked.color);
   auto& grids = out.file.grids;
   grids.push_back(to_grid(density, 1, profile_.density));
   grids.push_back(to_grid(baked.color, 3, profile_.color));
@@ -237,6 +254,7 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
     grids.push_back(to_grid(baked.sh[k], 3, "sh" + std::to_string(k)));
     grids.back().vector = VdbVector::invariant;
   }
+  if (flame) grids.push_back(to_grid(*flame, 1, profile_.flame));
   if (profile_.velocity && model_.motion.moves()) {
     BakedVelocity velocity =
         bake_velocity(sampler, lattice_, dense, per_second, options_.shutter / options_.fps / 2);

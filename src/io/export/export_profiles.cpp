@@ -8,13 +8,13 @@ namespace splinevox {
 namespace {
 
 constexpr ExportProfile kProfiles[] = {
-    {"blender", "density", "color", "velocity", -0.5, ExportSidecar::blender_script},
-    {"houdini", "density", "Cd", "v", 0.0, ExportSidecar::none},
+    {"blender", "density", "color", "velocity", "flame", -0.5, ExportSidecar::blender_script},
+    {"houdini", "density", "Cd", "v", "flame", 0.0, ExportSidecar::none},
     // A Sparse Volume Texture holds few channels and its material blurs no motion: density and colour fill
     // one RGBA.
-    {"unreal", "density", "Cd", nullptr, 0.0, ExportSidecar::none},
-    {"usd", "density", "color", "velocity", 0.0, ExportSidecar::usd_stage},
-    {"nanovdb", "density", "color", "velocity", 0.0, ExportSidecar::none, true},
+    {"unreal", "density", "Cd", nullptr, nullptr, 0.0, ExportSidecar::none},
+    {"usd", "density", "color", "velocity", "flame", 0.0, ExportSidecar::usd_stage},
+    {"nanovdb", "density", "color", "velocity", "flame", 0.0, ExportSidecar::none, true},
 };
 
 }  // namespace

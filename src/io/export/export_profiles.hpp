@@ -13,6 +13,7 @@ enum class ExportSidecar { none, blender_script, usd_stage };
 struct ExportProfile {
   const char *name, *density, *color;
   const char* velocity;  ///< null: the host has no use for it
+  const char* flame;     ///< null: the host has no room for it
   /// Added to the grids' origin, in voxels. OpenVDB and most hosts put a value at its index; Cycles reads it
   /// half a voxel further on every axis, so its files are shifted back (tests/io/blender_accept.cpp).
   double shift;

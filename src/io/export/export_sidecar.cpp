@@ -43,6 +43,7 @@ std::string stage(const VoxelModel& model, const ExportOptions& o, const Lattice
   if (o.sh)
     for (int k = 0; 3 * k < model.radiance.sh_count(); ++k)
       sequence.fields.push_back({"sh" + std::to_string(k), "float3", "None"});
+  if (o.flame) sequence.fields.push_back({profile.flame, "float", "None"});
   if (model.motion.moves()) sequence.fields.push_back({profile.velocity, "float3", "Vector"});
   const float beyond = lattice.spacing * float(padding);
   for (int a = 0; a < 3; ++a) {

@@ -58,6 +58,7 @@ std::string model_hash(const VoxelModel& m) {
   hash.add(&m.motion.rigidity_offset, sizeof m.motion.rigidity_offset);
   for (const TimeCurve::Knot& k : m.motion.time_curve.knots) hash.add(&k, sizeof k);
   for (const Channels& level : m.motion.levels) add(hash, level);
+  if (m.motion.presence) hash.add(&m.motion.presence, sizeof m.motion.presence);
   return std::to_string(hash.value());
 }
 
@@ -83,6 +84,7 @@ std::map<std::string, std::string> describe(const VoxelModel& model, const Expor
     info["sh_order"] = std::to_string(model.radiance.sh_order);
     info["bake_view"] = "none";
   }
+  if (o.flame) info["flame"] = "luminance of the colour times density";
   if (clusters > 0) info["clusters"] = std::to_string(clusters);
   return info;
 }
@@ -309,6 +311,12 @@ void validate(const ExportOptions& o) {
           .expected = "another profile",
           .got = "unreal",
           .hint = "leave --sh away"});
+  if (o.flame && !find_profile(o.profile).flame)
+    fail({.where = "--flame",
+          .what = "a Sparse Volume Texture of density and colour has no room for it",
+          .expected = "another profile",
+          .got = o.profile,
+          .hint = "leave --flame away"});
   const int clusters = o.clusters.value_or(0);
   check(clusters == 0 || (clusters >= 2 && clusters <= 16), "--clusters", "auto or a number from 2 to 16",
         std::to_string(clusters));

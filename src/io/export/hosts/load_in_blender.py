@@ -3,6 +3,7 @@
 # field that it is. Written by splinevox together with the frames.
 #
 #   blender -P load_in_blender.py
+#   blender -P load_in_blender.py -- --material smoke
 #   blender -b -P load_in_blender.py -- --camera camera.json --frame 1 --render out.png
 #   blender -b scene.blend -P load_in_blender.py -- --write-cameras cameras.json
 #   splinevox render RUN --camera cameras.json
@@ -125,9 +126,11 @@ def harmonics(nodes):
     return found
 
 
-def seen_color(nodes, color):
-    """The positional colour as it is seen from the camera: color * (1 - sigmoid(q) / 2), where q is the sum
-    of sh_j Y_j."""
+def shown_color(nodes, color):
+    """The colour as it is seen from the camera. With harmonics it is color * (1 - sigmoid(q) / 2), where q is
+    the sum of sh_j Y_j."""
+    if SH_ORDER < 0:
+        return color
     y = harmonics(nodes)
     y += [0.0] * (-len(y) % 3)
     q = 0.0
@@ -140,45 +143,111 @@ def seen_color(nodes, color):
     return nodes.vector("SCALE", color, factor)
 
 
-def make_material():
+def linear_color(nodes, color):
+    """Scene-linear light of display values: sRGB's power law, without its straight piece below 0.04."""
+    if LINEAR:
+        return color
+    shifted = nodes.vector("SCALE", nodes.vector("ADD", color, (0.055, 0.055, 0.055)), 1 / 1.055)
+    gamma = nodes.node("ShaderNodeGamma", -450, -150)
+    nodes.put(shifted, gamma.inputs["Color"])
+    nodes.put(2.4, gamma.inputs["Gamma"])
+    return gamma.outputs["Color"]
+
+
+def glowing(nodes, density, color, strength):
+    """Absorption by density, and emission."""
+    absorb = nodes.node("ShaderNodeVolumeAbsorption", -300, 100)
+    emit = nodes.node("ShaderNodeEmission", -300, -100)
+    # Black: the absorption coefficient is the density itself.
+    nodes.put((0, 0, 0, 1), absorb.inputs["Color"])
+    nodes.put(density, absorb.inputs["Density"])
+    nodes.put(strength, emit.inputs["Strength"])
+    nodes.put(color, emit.inputs["Color"])
+    return absorb.outputs[0], emit.outputs[0]
+
+
+def seen(nodes, density, color, args):
     """Emission and absorption, both driven by density: radiance = integral of T * density * color.
 
     Not Principled Volume: its emission is not weighted by density, and its density scatters as well."""
-    material = bpy.data.materials.new("splinevox")
+    return glowing(nodes, density, shown_color(nodes, color), density)
+
+
+def smoke(nodes, density, color, args):
+    """Lit by the scene, gives off nothing. Scattering is density * albedo, absorption density * (1 - albedo):
+    together the density, so that it hides as much as it was seen to hide."""
+    scatter = nodes.node("ShaderNodeVolumeScatter", -300, -100)
+    absorb = nodes.node("ShaderNodeVolumeAbsorption", -300, 100)
+    albedo = args.albedo
+    if albedo == "color":
+        albedo = nodes.vector("MINIMUM", linear_color(nodes, color), (1, 1, 1))
+    else:
+        albedo = (albedo, albedo, albedo, 1)
+    for node in (scatter, absorb):
+        nodes.put(albedo, node.inputs["Color"])
+        nodes.put(density, node.inputs["Density"])
+    return absorb.outputs[0], scatter.outputs[0]
+
+
+def fire(nodes, density, color, args):
+    """As it was seen, in scene-linear light times a strength, so that it lights what is around it."""
+    return glowing(nodes, density, linear_color(nodes, shown_color(nodes, color)),
+                   nodes.math("MULTIPLY", density, args.strength))
+
+
+MATERIALS = {"seen": seen, "smoke": smoke, "fire": fire}
+
+
+def make_material(args):
+    """The volume material that --material names. Its two shaders are added up."""
+    material = bpy.data.materials.new("splinevox " + args.material)
     material.use_nodes = True
-    tree = material.node_tree
-    tree.nodes.clear()
-    nodes = Nodes(tree)
-    node = nodes.node
-    density = node("ShaderNodeAttribute", -600, 100, attribute_name="density")
-    color = node("ShaderNodeAttribute", -600, -150, attribute_name="color")
-    absorb = node("ShaderNodeVolumeAbsorption", -300, 100)
-    emit = node("ShaderNodeEmission", -300, -100)
-    add = node("ShaderNodeAddShader", -50, 0)
-    out = node("ShaderNodeOutputMaterial", 150, 0)
-    # Black: the absorption coefficient is the density itself.
-    absorb.inputs["Color"].default_value = (0, 0, 0, 1)
-    link = tree.links.new
-    link(density.outputs["Fac"], absorb.inputs["Density"])
-    link(density.outputs["Fac"], emit.inputs["Strength"])
-    shown = seen_color(nodes, color.outputs["Vector"]) if SH_ORDER >= 0 else color.outputs["Color"]
-    link(shown, emit.inputs["Color"])
-    link(absorb.outputs[0], add.inputs[0])
-    link(emit.outputs[0], add.inputs[1])
-    link(add.outputs[0], out.inputs["Volume"])
+    material.node_tree.nodes.clear()
+    nodes = Nodes(material.node_tree)
+    density = nodes.node("ShaderNodeAttribute", -600, 100, attribute_name="density").outputs["Fac"]
+    color = nodes.node("ShaderNodeAttribute", -600, -150, attribute_name="color").outputs["Vector"]
+    add = nodes.node("ShaderNodeAddShader", -50, 0)
+    out = nodes.node("ShaderNodeOutputMaterial", 150, 0)
+    for shader, socket in zip(MATERIALS[args.material](nodes, density, color, args), add.inputs):
+        nodes.put(shader, socket)
+    nodes.put(add.outputs[0], out.inputs["Volume"])
+    said = {"seen": "absorption and emission by density, colours as they were seen",
+            "smoke": "absorption and scattering by density, albedo %s, no emission" % args.albedo,
+            "fire": "absorption and emission by density, scene-linear, strength %g" % args.strength}
+    print("material %s: %s" % (args.material, said[args.material]), flush=True)
     return material
 
 
-def set_up_scene(scene):
+def light_up(scene):
+    """A sun and a dim sky, without which smoke in an empty scene is black."""
+    sun = bpy.data.objects.new("splinevox sun", bpy.data.lights.new("splinevox sun", "SUN"))
+    sun.data.energy = 5
+    sun.rotation_euler = (0.7, 0.2, 0.6)
+    scene.collection.objects.link(sun)
+    scene.world = bpy.data.worlds.new("splinevox sky")
+    scene.world.color = (0.3, 0.3, 0.3)
+    print("the scene was empty: a sun and a grey sky light it", flush=True)
+
+
+def set_up_scene(scene, args, fresh):
     scene.frame_start, scene.frame_end = FIRST, LAST
     scene.render.fps = max(1, round(FPS))
     scene.render.fps_base = scene.render.fps / FPS
     scene.render.engine = "CYCLES"
-    scene.cycles.volume_bounces = 0
+    if args.material == "smoke":
+        scene.cycles.volume_bounces = max(4, scene.cycles.volume_bounces)
+    else:
+        scene.cycles.volume_bounces = 0
     scene.cycles.use_denoising = False
     scene.render.film_transparent = True
-    # Display-referred colours are shown as they are; any other transform would change the picture.
-    scene.view_settings.view_transform = "Standard" if LINEAR else "Raw"
+    # Display-referred colours are shown as they are; any other transform would change the picture. Light in a
+    # scene of the user's is shown as the user chose.
+    if args.material == "seen":
+        scene.view_settings.view_transform = "Standard" if LINEAR else "Raw"
+    elif fresh:
+        scene.view_settings.view_transform = "Standard"
+    if fresh and args.material == "smoke":
+        light_up(scene)
 
 
 def set_up_camera(scene, path):
@@ -242,6 +311,14 @@ def render(scene, path, frame, samples):
     bpy.ops.render.render(write_still=True)
 
 
+def albedo(text):
+    if text == "color":
+        return text
+    if not 0 <= float(text) <= 1:
+        raise argparse.ArgumentTypeError("expected 'color' or a number in [0, 1], got '%s'" % text)
+    return float(text)
+
+
 def main():
     argv = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     parser = argparse.ArgumentParser(prog="load_in_blender.py")
@@ -251,14 +328,20 @@ def main():
     parser.add_argument("--render", help="picture to write, .exr or .png")
     parser.add_argument("--frame", type=int, default=FIRST)
     parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--material", choices=sorted(MATERIALS), default="seen",
+                        help="seen: as it was reconstructed; smoke: lit by the scene; fire: lights it")
+    parser.add_argument("--albedo", type=albedo, default=0.8,
+                        help="of smoke: a grey in [0, 1], or 'color', the colours of the reconstruction")
+    parser.add_argument("--strength", type=float, default=1.0, help="of fire: a factor of its light")
     args = parser.parse_args(argv)
-    if not bpy.data.filepath:  # nothing of the user's is open: start without the default cube
+    fresh = not bpy.data.filepath  # nothing of the user's is open: start without the default cube
+    if fresh:
         bpy.ops.wm.read_factory_settings(use_empty=True)
-    material = make_material()
+    material = make_material(args)
     for prefix in PREFIXES:
         import_sequence(prefix).data.materials.append(material)
     scene = bpy.context.scene
-    set_up_scene(scene)
+    set_up_scene(scene, args, fresh)
     scene.frame_set(args.frame)
     if args.camera:
         set_up_camera(scene, args.camera)
