@@ -13,13 +13,13 @@ namespace splinevox {
 /// Motion of the matter that training pictures show in a cell of observed space. Samples weigh by their share
 /// in the pixel.
 struct VisibleMotion {
-  int times = 0;      ///< different ones at which the cell is visible; 0: nothing is known of it
-  double weight = 0;  ///< of all samples there in their pixels
-  Vec3 offset{};      ///< mean displacement, scene units
-  float spread = 0;   ///< of the displacement over time: its standard deviation, scene units
-  float light = 0;    ///< the same of the light's gain
+  int times = 0;       ///< different ones at which the cell is visible; 0: nothing is known of it
+  double weight = 0;   ///< of all samples there in their pixels
+  Vec3 offset{};       ///< mean displacement, scene units
+  float spread = 0;    ///< of the displacement over time: its standard deviation, scene units
+  float light = 0;     ///< the same of the light's gain
   float presence = 0;  ///< the same of presence
-  float error = 0;    ///< the same of the mean error of the rays that meet the cell, per channel
+  float error = 0;     ///< the same of the mean error of the rays that meet the cell, per channel
 };
 
 /// Marches a fixed number of rays through `views`, or through a few hundred of them spread over time.
