@@ -159,7 +159,8 @@ TEST_SUITE("app/view_pack") {
   }
 
   TEST_CASE("every column of a model is in the page, by the name that its grids have") {
-    const VoxelModel model = test::noisy_model(5, 4, FirstPoint::free, BasisKind::bspline, 1, true, true, true);
+    const VoxelModel model =
+        test::noisy_model(5, 4, FirstPoint::free, BasisKind::bspline, 1, true, true, true);
     const PackedScene scene = pack_scene(model, view_qualities()[0]);
     std::size_t radiance = 0;
     for (const ColumnFacts& facts : kColumns) {
