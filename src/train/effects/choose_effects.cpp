@@ -191,6 +191,11 @@ class Trials {
     }
     const int halvings = basis_of(config_.motion.basis).halves() ? int(config_.motion.halve_start.size()) : 0;
     if (on) out_.points = std::max(out_.points, points_for_moments(config_, train_, halvings));
+    if (on && out_.chosen.has(Effect::view) && picture_stats(train_).thin()) {
+      out_.chosen =
+          out_.chosen.without(Effect::view);  // it fits the cameras instead (docs/experiments/matter.md)
+      if (out_.note.empty()) out_.note = "thin matter that comes and goes: no view dependence";
+    }
     return on;
   }
 
