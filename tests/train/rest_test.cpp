@@ -24,6 +24,7 @@ namespace {
 /// A run long enough to tell what moves.
 Config small_config() {
   Config c = preset("draft");
+  c.motion.presence = false;  // as training without trials leaves it
   c.run.max_time = 0;
   c.run.max_steps = 600;
   c.grid.radiance = {24, 40};

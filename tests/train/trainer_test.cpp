@@ -222,8 +222,8 @@ TEST_SUITE("train/trainer") {
       // The same step by a run that learns nothing: all that changes is what joins.
       Config idle = config;
       OptimiserConfig& o = idle.optimiser;
-      o.lr_density = o.lr_color = o.lr_sh = o.lr_control = o.lr_rigidity = o.lr_light = o.lr_background =
-          o.shrink = 0;
+      o.lr_density = o.lr_color = o.lr_sh = o.lr_control = o.lr_rigidity = o.lr_light = o.lr_presence =
+          o.lr_background = o.shrink = 0;
       Trainer other(idle, train, data.time_map);
       other.restore(state);
       other.step();
