@@ -27,8 +27,8 @@ constexpr double kShortest = 8;  // steps of training for one of a fit, on coars
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;   // seconds of training, for the same reason
 constexpr int kShortestFit = 100;      // steps of a fit: fewer were never tried (docs/experiments/effects.md)
-constexpr float kPresenceGain = 0.4f;  // dB: scenes that only move gain 0.28 at most, and most lose; smoke
-                                       // and what enters gain 0.58 and more (docs/experiments/effects.md)
+constexpr float kPresenceGain = 1.5f;  // dB of solid matter: what moves fast gains up to 1.25 by a presence
+                                       // that stands in for it (docs/experiments/effects.md)
 constexpr double kPresenceChance = 0.1;  // of a gain that is none
 
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
@@ -176,26 +176,32 @@ class Trials {
     return false;
   }
 
-  /// Whether matter comes and goes: presence gains far more than it does by standing in for a motion that so
-  /// short a fit has not found yet. In a film it could stand in for anything.
+  /// Whether matter comes and goes. Thin matter does, unless presence surely gains nothing. Solid matter
+  /// needs a gain far beyond what presence has by standing in for a motion that so short a fit has not found
+  /// yet. In a film it could stand in for anything.
   bool comes_and_goes() {
     if (brief_ || is_film(out_.view_told_by_time)) return false;
-    const auto enough = [&](const PairedGain& gain) {
-      return gain.mean > std::max(config_.effects.min_gain, kPresenceGain) && gain.p < kPresenceChance;
+    const bool thin = picture_stats(train_).thin();
+    const auto enough = [&](const EffectVerdict& v) {
+      return thin ? v.decision != EffectDecision::off
+                  : v.gain.mean > std::max(config_.effects.min_gain, kPresenceGain) &&
+                        v.gain.p < kPresenceChance;
     };
     const int points = points_for_moments(config_, train_, 0);  // a fit halves nothing
-    bool on = enough(whole_.judge(Effect::presence, beside(), points).gain);
-    if (!on && !changing_.empty()) {  // it may be a small part
+    bool on = enough(whole_.judge(Effect::presence, beside(), points));
+    if (!on && !thin && !changing_.empty()) {  // it may be a small part
       out_.verdicts.pop_back();
-      on = enough(whole_.judge_where_changing(Effect::presence, beside(), changing_, points).gain);
+      on = enough(whole_.judge_where_changing(Effect::presence, beside(), changing_, points));
     }
     const int halvings = basis_of(config_.motion.basis).halves() ? int(config_.motion.halve_start.size()) : 0;
     if (on) out_.points = std::max(out_.points, points_for_moments(config_, train_, halvings));
-    if (on && out_.chosen.has(Effect::view) && picture_stats(train_).thin()) {
+    if (on && thin && out_.chosen.has(Effect::view)) {
       out_.chosen =
           out_.chosen.without(Effect::view);  // it fits the cameras instead (docs/experiments/matter.md)
       if (out_.note.empty()) out_.note = "thin matter that comes and goes: no view dependence";
     }
+    if (EffectVerdict& v = out_.verdicts.back(); !on && v.decision == EffectDecision::on)
+      v.decision = EffectDecision::confounded;
     return on;
   }
 
