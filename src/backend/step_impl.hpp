@@ -70,8 +70,8 @@ class Steps final : public StepBackend {
       clear(sums_[l], l == 0 && levels_.size() > 1 ? 0 : levels_[l].values.size());
     }
     run_.resize(slices_, 0);  // those of other lattices: made anew with the next step
-    const BasisWeights<float> mean = mean_weights(m.motion);
-    run_.upload(mean_, mean.data(), !levels_.empty() && m.motion.presence ? m.motion.stored_points() : 0);
+    const Contraction by(m.motion);
+    run_.upload(mean_, by.mean.data(), !levels_.empty() && m.motion.presence ? by.count : 0);
     if (!levels_.empty())
       run_.upload(active_, model.active->rows[0].word, model.active->rows.size() * kBrick);
     std::size_t words = 0;

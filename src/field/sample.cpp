@@ -50,11 +50,11 @@ FrameSampler::Warp FrameSampler::warp(Vec3 x) const {
   Activated<float> r{1, 0};
   if (model.motion.rigidity) r = rigidity_of(p.value[3], model.motion.rigidity_offset);
   out.rigidity = r.value;
-  if (model.motion.light)
-    out.light =
-        light_gain(interpolate<Four>(at, position.values.data(), kSliceWidth, kSliceScalars)[kLight]).value;
-  if (model.motion.presence)
-    out.presence = interpolate<Four>(at, position.values.data(), kSliceWidth, kSliceScalars)[kPresence];
+  if (model.motion.light || model.motion.presence) {  // raw values of 0 change nothing
+    const Four scalars = interpolate<Four>(at, position.values.data(), kSliceWidth, kSliceScalars);
+    out.light = light_gain(scalars[kLight]).value;
+    out.presence = scalars[kPresence];
+  }
   out.displacement = displacement_of(p.value, r.value);
   out.velocity_to_canonical = displacement_of(v.value, r.value);
   // grad (r Delta_0) = r grad Delta_0 + Delta_0 (grad r)^T, per lattice unit, hence the factor.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/hd.hpp"
 #include "splinevox/core/vec3.hpp"
 
 namespace splinevox {

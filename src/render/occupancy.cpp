@@ -186,22 +186,15 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice,
   // What is not displaced is where it is, and where a whole block is warped into nothing, its parts need no
   // look.
   const bool known = canonical.moving[0].cells() > 0;
-  const auto descend = [&](const auto& self, int level, Int3 c) -> void {
-    if (known && !canonical.moving[level].test(canonical.moving[level].index(c))) return copy(level, c);
-    if (!views[level].occupied(warped[level](c))) return;
-    if (level == 0) return out.set(out.index(c));
-    const Int3 first = 2 * c, last = min(canonical.levels[level - 1].size, first + Int3{2, 2, 2});
-    Int3 part;
-    for (part.x = first.x; part.x < last.x; ++part.x)
-      for (part.y = first.y; part.y < last.y; ++part.y)
-        for (part.z = first.z; part.z < last.z; ++part.z) self(self, level - 1, part);
-  };
-  constexpr int kTop = OccupancyPyramid::kLevels - 1;
-  const Int3 size = canonical.levels[kTop].size;
-  Int3 b;
-  for (b.x = 0; b.x < size.x; ++b.x)
-    for (b.y = 0; b.y < size.y; ++b.y)
-      for (b.z = 0; b.z < size.z; ++b.z) descend(descend, kTop, b);
+  canonical.descend([&](int level, const Int3& c) {
+    if (known && !canonical.moving[level].test(canonical.moving[level].index(c))) {
+      copy(level, c);
+      return false;
+    }
+    if (!views[level].occupied(warped[level](c))) return false;
+    if (level == 0) out.set(out.index(c));
+    return true;
+  });
   return out;
 }
 

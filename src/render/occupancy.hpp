@@ -96,6 +96,24 @@ struct OccupancyPyramid {
   explicit OccupancyPyramid(BitGrid canonical, BitGrid reach = {});
   /// That of canonical_occupancy, or of a model with presence its peaks.
   OccupancyPyramid(const VoxelModel& model, int cells, float alpha, float step, BitGrid reach = {});
+
+  /// Calls visit(level, block) for the blocks of the top and for the parts of those of which it returns true,
+  /// down to the cells, level 0.
+  template <class Visit>
+  void descend(const Visit& visit) const {
+    each({0, 0, 0}, levels[kLevels - 1].size, kLevels - 1, visit);
+  }
+
+ private:
+  template <class Visit>
+  void each(const Int3& first, const Int3& last, int level, const Visit& visit) const {
+    Int3 c;
+    for (c.x = first.x; c.x < last.x; ++c.x)
+      for (c.y = first.y; c.y < last.y; ++c.y)
+        for (c.z = first.z; c.z < last.z; ++c.z)
+          if (visit(level, c) && level > 0)
+            each(2 * c, min(levels[level - 1].size, 2 * c + Int3{2, 2, 2}), level - 1, visit);
+  }
 };
 
 /// Cells of observed space that may hold matter at the slice's time: those whose centre is warped into an

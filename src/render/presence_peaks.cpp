@@ -61,14 +61,14 @@ CellValues most_presence(const MotionField& motion, const BitGrid& cells) {
   for (int b = 1; b <= topology.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       const float* row = level.row(std::size_t(b) * kBrickRows + i) + place;
-      float most = kNothing, mean = 0;
-      for (int k = 0; k < by.points; ++k) {
-        mean += by.mean[k] * row[stride * k];
+      float most = kNothing;
+      for (int k = 0; k < by.count; ++k) {
         if (basis.per_node == 1)
           raise(most, row[stride * k]);
         else if (basis.is_place(k))
           raise(most, row[stride * k] + per_velocity * std::abs(row[stride * (k + 1)]));
       }
+      const float mean = by.mean_at(row);
       visit_around(out.grid, topology.position(b, i), topology.lattice.spacing,
                    [&](std::size_t c) { raise(out.values[c], most - mean); });
     }
@@ -134,25 +134,13 @@ BitGrid frame_occupancy_of_presence(const VoxelModel& model, const MotionSlice& 
   std::fill(out.bits.begin(), out.bits.end(), 0u);
   std::vector<WarpedCenters> warped;
   for (const BitGrid& level : canonical.levels) warped.emplace_back(model, slice, level);
-  const auto descend = [&](const auto& self, int level, Int3 c) -> void {
+  canonical.descend([&](int level, const Int3& c) {
     const auto w = warped[level].at(c);
     const float raw = peaks.raw[level].at(w.position);
-    if (level == 0) {
-      if (raw + w.presence >= peaks.threshold) out.set(out.index(c));
-      return;
-    }
-    if (!(raw + peaks.most[level].values[peaks.most[level].grid.index(c)] >= peaks.threshold)) return;
-    const Int3 first = 2 * c, last = min(canonical.levels[level - 1].size, first + Int3{2, 2, 2});
-    Int3 part;
-    for (part.x = first.x; part.x < last.x; ++part.x)
-      for (part.y = first.y; part.y < last.y; ++part.y)
-        for (part.z = first.z; part.z < last.z; ++part.z) self(self, level - 1, part);
-  };
-  constexpr int kTop = OccupancyPyramid::kLevels - 1;
-  Int3 b;
-  for (b.x = 0; b.x < canonical.levels[kTop].size.x; ++b.x)
-    for (b.y = 0; b.y < canonical.levels[kTop].size.y; ++b.y)
-      for (b.z = 0; b.z < canonical.levels[kTop].size.z; ++b.z) descend(descend, kTop, b);
+    if (level > 0) return raw + peaks.most[level].values[peaks.most[level].grid.index(c)] >= peaks.threshold;
+    if (raw + w.presence >= peaks.threshold) out.set(out.index(c));
+    return false;
+  });
   // The corners of a motion cell are all around a grid's cell unless that is the larger one.
   return out.cell > slice.topology->lattice.spacing ? dilate(out) : out;
 }

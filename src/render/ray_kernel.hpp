@@ -342,6 +342,7 @@ class RayKernel {
           for (int c = 0; c < 4; ++c) raw[c][j] = v[c];
         if constexpr (Sh >= 0) view_raw += sum8(v * harmonics[k]);
       }
+      if constexpr (Moving) raw[0][j] = present(raw[0][j], presence[j]);
       raw[4][j] = view_raw;
     }
 
@@ -349,8 +350,7 @@ class RayKernel {
     alignas(64) Real alpha[kChunk], passed[kChunk];
     Real* const at_sigma_slope = sigma_slope.data() + count;
     for (int j = 0; j < kChunk; ++j) {
-      const Activated<Real> s =
-          density_of(present(raw[0][j], presence[j]), field.density_scale, field.density_shift);
+      const Activated<Real> s = density_of(raw[0][j], field.density_scale, field.density_shift);
       const Opacity<Real> o = opacity_of(s.value, field.step);
       at_sigma_slope[j] = s.slope;
       alpha[j] = o.alpha;

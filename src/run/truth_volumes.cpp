@@ -14,6 +14,7 @@
 #include "data/json_file.hpp"
 #include "data/npz_file.hpp"
 #include "io/vdb/vdb_file.hpp"
+#include "math/trilinear.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/lattice.hpp"
 
@@ -39,7 +40,7 @@ struct Stored {
   /// Trilinear, towards 0 outside.
   float at(const Vec3d& place) const {
     int base[3];
-    double share[3];
+    Vec3d share;
     for (int a = 0; a < 3; ++a) {
       const double at = std::clamp((place[a] - origin[a]) / spacing, -2.0, size[a] + 1.0);
       // On a voxel to rounding: that voxel's own number.
@@ -47,13 +48,11 @@ struct Stored {
       base[a] = int(std::floor(place_of));
       share[a] = place_of - base[a];
     }
-    double sum = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-      const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
-      const double weight =
-          (dx ? share[0] : 1 - share[0]) * (dy ? share[1] : 1 - share[1]) * (dz ? share[2] : 1 - share[2]);
-      if (weight > 0) sum += weight * double(value(base[0] + dx, base[1] + dy, base[2] + dz));
-    }
+    double sum = 0, weights[kCorners];
+    trilinear_weights(share, weights);
+    for (int c = 0; c < kCorners; ++c)
+      if (weights[c] > 0)
+        sum += weights[c] * double(value(base[0] + (c >> 2), base[1] + (c >> 1 & 1), base[2] + (c & 1)));
     return float(sum);
   }
 };

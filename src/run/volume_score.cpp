@@ -9,6 +9,7 @@
 
 #include "core/parallel.hpp"
 #include "io/export/export_reach.hpp"
+#include "math/activation.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/export_vdb.hpp"
@@ -61,7 +62,8 @@ class ModelDensity {
   ModelDensity(const VoxelModel& model, const Extended& at)
       : model_(model),
         at_(at),
-        least_(float(-std::log1p(-ExportOptions().min_alpha)) / model.radiance.raw.topology->lattice.spacing),
+        least_(float(optical_depth(ExportOptions().min_alpha)) /
+               model.radiance.raw.topology->lattice.spacing),
         reach_(model, least_) {
     const auto n = float(at.samples);
     fine_.spacing = at.lattice.spacing / n;

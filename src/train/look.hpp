@@ -46,7 +46,7 @@ class Look {
   /// Presence there.
   float presence(int i) const {
     const auto& warp = moving_.samples[i].warp;
-    if (warp.cell.is_frozen()) return 0;
+    if (!model_.motion.presence || warp.cell.is_frozen()) return 0;
     const CellRows rows = field_.motion.rows(warp.cell);
     float w[kCorners], sum = 0;
     trilinear_weights(warp.fraction, w);

@@ -176,9 +176,8 @@ MotionField centred(MotionField motion) {
   Channels& level = motion.levels.back();
   for (std::size_t r = 0; r < level.topology->rows(); ++r) {
     float* row = level.row(r) + presence;
-    float mean = 0;
-    for (int k = 0; k < by.points; ++k) mean += by.mean[k] * row[stride * k];
-    for (int k = 0; k < by.points; ++k)
+    const float mean = by.mean_at(row);
+    for (int k = 0; k < by.count; ++k)
       if (basis.is_place(k)) row[stride * k] -= mean;
   }
   return motion;

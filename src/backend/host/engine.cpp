@@ -58,6 +58,7 @@ class RayEngine final : public Engine {
     Stopwatch watch;
     const Channels& radiance = *model.radiance.values;
     const MotionField& columns = model.model->motion;
+    [[maybe_unused]] const Contraction by(columns);
     FieldView<float> field = view_field(*model.model, radiance.values.data(), model.model->step);
     field.moving = Moving;
     if constexpr (Moving) field.motion = BrickView<float>(*motion->topology);
@@ -65,7 +66,8 @@ class RayEngine final : public Engine {
       field.reach = model.active->reach.cells() > 0
                         ? model.active->reach.bits.data()
                         : nullptr;  // losses of motion are asked of every sample, moving or not
-    if constexpr (Moving) make_slices(columns, *motion, model.active->rows, in.times, !out.slopes.empty());
+    if constexpr (Moving)
+      make_slices(columns, by, *motion, model.active->rows, in.times, !out.slopes.empty());
     result.slice_seconds = watch.lap();
 
     const int tasks = int(batch.size());
@@ -99,7 +101,7 @@ class RayEngine final : public Engine {
     });
     std::fill(out.slopes.begin(), out.slopes.end(), 0.0);  // nothing changes over time
     if constexpr (Moving)
-      expand_motion(columns, *motion, model.active->rows, motion_bricks, *d_motion, out.slopes);
+      expand_motion(by, *motion, model.active->rows, motion_bricks, *d_motion, out.slopes);
     result.usable = usable_;
     result.scatter_seconds = watch.lap();
     return result;
@@ -121,8 +123,8 @@ class RayEngine final : public Engine {
   }
 
  private:
-  void make_slices(const MotionField& motion, const Channels& level, const std::vector<RowMask>& active,
-                   std::span<const double> times, bool slopes) {
+  void make_slices(const MotionField& motion, const Contraction& by, const Channels& level,
+                   const std::vector<RowMask>& active, std::span<const double> times, bool slopes) {
     const int frames = int(times.size()), bricks = level.topology->brick_count() + 1;
     slices_.resize(frames);
     slice_gradients_.resize(frames);
@@ -141,7 +143,6 @@ class RayEngine final : public Engine {
     }
     std::vector<float*> slices(frames);
     for (int f = 0; f < frames; ++f) slices[f] = slices_[f].data();
-    const Contraction by(motion);
     parallel_for(bricks, [&](int b) { contract_brick(by, level, weights_, b, active[b], slices); });
   }
 
@@ -193,10 +194,9 @@ class RayEngine final : public Engine {
     }
   }
 
-  void expand_motion(const MotionField& field, const Channels& level, const std::vector<RowMask>& active,
+  void expand_motion(const Contraction& by, const Channels& level, const std::vector<RowMask>& active,
                      int bricks, Gradient& motion, std::span<double> slopes) {
     const std::size_t slots = weights_.size();
-    const Contraction by(field);
     std::vector<double> parts(std::size_t(bricks) * slopes.size());
     parallel_for(bricks, [&](int b) {
       if (b == 0) return;

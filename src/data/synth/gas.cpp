@@ -9,6 +9,7 @@
 
 #include "data/synth/paint.hpp"
 #include "data/synth/way.hpp"
+#include "math/trilinear.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -168,7 +169,7 @@ namespace splinevox {
 
 SynthVolume::Sample SynthVolume::at(const Vec3d& place) const {
   int base[3];
-  double share[3];
+  Vec3d share;
   for (int a = 0; a < 3; ++a) {
     const double at = (place[a] - origin[a]) / spacing;
     if (!(at >= 0 && at <= size[a] - 1)) return {};
@@ -176,12 +177,12 @@ SynthVolume::Sample SynthVolume::at(const Vec3d& place) const {
     share[a] = at - base[a];
   }
   Sample out;
-  for (int corner = 0; corner < 8; ++corner) {
-    const int dx = corner & 1, dy = corner >> 1 & 1, dz = corner >> 2;
-    const std::size_t i = index({base[0] + dx, base[1] + dy, base[2] + dz});
+  double weights[kCorners];
+  trilinear_weights(share, weights);
+  for (int c = 0; c < kCorners; ++c) {
+    const std::size_t i = index({base[0] + (c >> 2), base[1] + (c >> 1 & 1), base[2] + (c & 1)});
     if (density[i] == 0) continue;
-    const double weight = (dx ? share[0] : 1 - share[0]) * (dy ? share[1] : 1 - share[1]) *
-                          (dz ? share[2] : 1 - share[2]) * double(density[i]);
+    const double weight = weights[c] * double(density[i]);
     out.density += weight;
     out.colour += weight * cast<double>(colour[i]);
   }

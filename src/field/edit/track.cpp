@@ -80,10 +80,9 @@ std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<
       }
       now = target;
       out[k] = current;
-      parallel_for((int(points.size()) + kChunk - 1) / kChunk, [&](int chunk) {
-        for (std::size_t i = std::size_t(chunk) * kChunk;
-             i < std::min(points.size(), std::size_t(chunk + 1) * kChunk); ++i)
-          out[k][i].density = here->density(out[k][i].position);
+      parallel_for(int(points.size()), [&](int i) {
+        TrackedPoint& p = out[k][std::size_t(i)];
+        p.density = here->density(p.position);
       });
     }
   }

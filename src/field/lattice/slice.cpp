@@ -34,13 +34,6 @@ BasisWeights<float> rounded(const MotionField& motion, const BasisWeights<double
   return w;
 }
 
-/// sum_k m_k p_k of the curve at a place within a point.
-float mean_of(const Contraction& by, const float* row, int place) {
-  float sum = 0;
-  for (int k = 0; k < by.points; ++k) sum += by.mean[k] * row[by.layout.stride * k + place];
-  return sum;
-}
-
 }  // namespace
 
 int stored_floats(const MotionField& motion) {
@@ -69,8 +62,14 @@ BasisWeights<float> mean_weights(const MotionField& motion) {
 
 Contraction::Contraction(const MotionField& motion)
     : layout(motion),
-      points(motion.stored_points()),
+      count(motion.stored_points()),
       mean(motion.presence ? mean_weights(motion) : BasisWeights<float>{}) {}
+
+float Contraction::mean_at(const float* points) const {
+  float sum = 0;
+  for (int k = 0; k < count; ++k) sum += mean[k] * points[layout.stride * k];
+  return sum;
+}
 
 BasisWeights<float> parameter_weights(const MotionField& motion, double s) {
   return rounded(motion, basis_of(motion.basis).weights(motion.points, s), 1);
@@ -94,12 +93,12 @@ void contract_brick(const Contraction& by, const Channels& level,
                     std::span<float* const> out) {
   const MotionLayout& layout = by.layout;
   std::vector<Range> points;
-  for (const BasisWeights<float>& w : weights) points.emplace_back(w, by.points);
+  for (const BasisWeights<float>& w : weights) points.emplace_back(w, by.count);
   const int presence = layout.scalar[kPresence];
   rows.for_each([&](int i) {
     const std::size_t r = std::size_t(brick) * kBrickRows + i;
     const float* row = level.row(r);
-    const float mean = presence >= 0 ? mean_of(by, row, presence) : 0.0f;
+    const float mean = presence >= 0 ? by.mean_at(row + presence) : 0.0f;
     for (std::size_t f = 0; f < weights.size(); ++f) {
       Four sum{}, scalars{};
       if (layout.displaces)
@@ -123,7 +122,7 @@ void contract_brick(const Contraction& by, const Channels& level,
 void expand_brick(const Contraction& by, const BasisWeights<float>& weights, const RowMask& rows,
                   float* slice_gradient, int brick, Channels& gradient) {
   const MotionLayout& layout = by.layout;
-  const Range points(weights, by.points);
+  const Range points(weights, by.count);
   rows.for_each([&](int i) {
     float* from = slice_gradient + std::size_t(i) * kSliceWidth;
     float* row = gradient.row(std::size_t(brick) * kBrickRows + i);
@@ -151,15 +150,15 @@ void centre_brick(const Contraction& by, const RowMask& rows, int brick, Channel
   rows.for_each([&](int i) {
     float* g = gradient.row(std::size_t(brick) * kBrickRows + i) + presence;
     float all = 0;
-    for (int k = 0; k < by.points; ++k) all += g[stride * k];
-    for (int k = 0; k < by.points; ++k) g[stride * k] -= by.mean[k] * all;
+    for (int k = 0; k < by.count; ++k) all += g[stride * k];
+    for (int k = 0; k < by.count; ++k) g[stride * k] -= by.mean[k] * all;
   });
 }
 
 double slope_brick(const Contraction& by, const Channels& level, const BasisWeights<float>& weights_dt,
                    const RowMask& rows, const float* slice_gradient, int brick) {
   const MotionLayout& layout = by.layout;
-  const Range points(weights_dt, by.points);
+  const Range points(weights_dt, by.count);
   double sum = 0;
   rows.for_each([&](int i) {
     sum += row_slope(layout, level.row(std::size_t(brick) * kBrickRows + i), weights_dt, points.first,

@@ -33,10 +33,13 @@ static_assert(kSliceUsed <= kSliceWidth);
 /// weights of the mean.
 struct Contraction {
   MotionLayout layout;
-  int points;                ///< stored
+  int count;                 ///< stored points
   BasisWeights<float> mean;  ///< 0 without presence
 
   Contraction(const MotionField& motion);  // NOLINT: a field stands for its contraction
+
+  /// sum_k m_k p_k of a curve of one number. @param points  its first point in a row
+  float mean_at(const float* points) const;
 };
 
 /// Floats of a slice's row that a field stores something for: from the first to the last of them.

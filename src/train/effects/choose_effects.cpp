@@ -31,6 +31,11 @@ constexpr float kPresenceGain = 1.5f;  // dB of solid matter: what moves fast ga
                                        // that stands in for it (docs/experiments/effects.md)
 constexpr double kPresenceChance = 0.1;  // of a gain that is none
 
+/// Times that the pieces of a run's curves are halved.
+int halvings_to_come(const Config& config) {
+  return basis_of(config.motion.basis).halves() ? int(config.motion.halve_start.size()) : 0;
+}
+
 int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, double stretch) {
   const Basis& basis = basis_of(config.motion.basis);
   int pieces = basis.pieces(config.motion.points), twice = pieces;
@@ -38,7 +43,7 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
          !(ladder.judge(effects, basis.points_of(pieces), basis.points_of(pieces / 2)).gain.mean >
            config.effects.min_gain))
     twice = std::exchange(pieces, pieces / 2);
-  const int halvings = basis.halves() ? int(config.motion.halve_start.size()) : 0;
+  const int halvings = halvings_to_come(config);
   return std::clamp(basis.points_of(int(std::ceil(std::ldexp(twice / stretch, -halvings)))),
                     config.motion.points, basis.most_points(halvings));
 }
@@ -47,12 +52,12 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
 /// several cameras see each. At most thrice as many as configured.
 /// @param halvings  of the pieces that are still to come
 int points_for_moments(const Config& config, const Split& train, int halvings) {
-  std::vector<double> times;
-  for (const Frame& f : train.frames) times.push_back(f.time);
-  std::sort(times.begin(), times.end());
-  const auto moments = std::size_t(std::unique(times.begin(), times.end()) - times.begin());
+  const std::size_t moments = starts_of_moments(frames_by_time(train), [&](int f) {
+                                return train.frames[std::size_t(f)].time;
+                              }).size();
   const Basis& basis = basis_of(config.motion.basis);
-  if (2 * moments > times.size() || basis.pieces(config.motion.points) <= 1) return config.motion.points;
+  if (2 * moments > train.frames.size() || basis.pieces(config.motion.points) <= 1)
+    return config.motion.points;
   const int pieces = std::min(int(std::ceil(std::ldexp(double(moments - 1), -halvings))),
                               3 * basis.pieces(config.motion.points));
   return std::clamp(basis.points_of(pieces), config.motion.points, basis.most_points(halvings));
@@ -62,10 +67,12 @@ int points_for_moments(const Config& config, const Split& train, int halvings) {
 class Trials {
  public:
   /// @param brief  the fits are shorter than effects.steps of the run
-  Trials(const Config& config, bool brief, const Split& train, const TimeMap& time_map,
+  /// @param thin  matter is (PictureStats)
+  Trials(const Config& config, bool brief, bool thin, const Split& train, const TimeMap& time_map,
          const StillProof& proof, EffectChoice& out, const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
         brief_(brief),
+        thin_(thin),
         train_(train),
         time_map_(time_map),
         out_(out),
@@ -181,23 +188,22 @@ class Trials {
   /// yet. In a film it could stand in for anything.
   bool comes_and_goes() {
     if (brief_ || is_film(out_.view_told_by_time)) return false;
-    const bool thin = picture_stats(train_).thin();
     const auto enough = [&](const EffectVerdict& v) {
-      return thin ? v.decision != EffectDecision::off
-                  : v.gain.mean > std::max(config_.effects.min_gain, kPresenceGain) &&
-                        v.gain.p < kPresenceChance;
+      return thin_ ? v.decision != EffectDecision::off
+                   : v.gain.mean > std::max(config_.effects.min_gain, kPresenceGain) &&
+                         v.gain.p < kPresenceChance;
     };
     const int points = points_for_moments(config_, train_, 0);  // a fit halves nothing
     bool on = enough(whole_.judge(Effect::presence, beside(), points));
-    if (!on && !thin && !changing_.empty()) {  // it may be a small part
+    if (!on && !thin_ && !changing_.empty()) {  // it may be a small part
       out_.verdicts.pop_back();
       on = enough(whole_.judge_where_changing(Effect::presence, beside(), changing_, points));
     }
-    const int halvings = basis_of(config_.motion.basis).halves() ? int(config_.motion.halve_start.size()) : 0;
-    if (on) out_.points = std::max(out_.points, points_for_moments(config_, train_, halvings));
-    if (on && thin && out_.chosen.has(Effect::view)) {
-      out_.chosen =
-          out_.chosen.without(Effect::view);  // it fits the cameras instead (docs/experiments/matter.md)
+    if (on)
+      out_.points = std::max(out_.points, points_for_moments(config_, train_, halvings_to_come(config_)));
+    if (on && thin_ && out_.chosen.has(Effect::view)) {
+      // It fits the cameras instead (docs/experiments/matter.md).
+      out_.chosen = out_.chosen.without(Effect::view);
       if (out_.note.empty()) out_.note = "thin matter that comes and goes: no view dependence";
     }
     if (EffectVerdict& v = out_.verdicts.back(); !on && v.decision == EffectDecision::on)
@@ -206,7 +212,7 @@ class Trials {
   }
 
   const Config& config_;
-  const bool brief_;
+  const bool brief_, thin_;
   const Split& train_;
   const TimeMap& time_map_;
   EffectChoice& out_;
@@ -253,8 +259,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
                             const std::function<void(const FilmEvidence&)>& on_film) {
   const auto start = std::chrono::steady_clock::now();
   EffectChoice out;
-  out.chosen =
-      learnable_in(effects_of(config), !picture_stats(train).see_through, !rig_of(train).cameras.empty());
+  const PictureStats stats = picture_stats(train);
+  out.chosen = learnable_in(effects_of(config), !stats.see_through, !rig_of(train).cameras.empty());
   out.points = config.motion.points;
   out.note = untried(config);
   if (!out.note.empty()) {
@@ -292,7 +298,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.note =
         fmt::format("a short run: fits have {} steps, not {}, and leave out only what surely gains nothing",
                     fitted.effects.steps, config.effects.steps);
-  Trials trials(fitted, brief, train, time_map, proof, out, on_trial);
+  Trials trials(fitted, brief, stats.thin(), train, time_map, proof, out, on_trial);
   if (!trials.possible()) {
     out.note = "masks leave too little of small pictures: every effect of the preset but presence stays";
     out.chosen = out.chosen.without(Effect::presence);
