@@ -6,6 +6,7 @@
 #include "run/effects_report.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/run/train.hpp"
+#include "splinevox/train/config_keys.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
 

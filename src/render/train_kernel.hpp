@@ -66,8 +66,10 @@ struct TrainKernel {
           has_matter(targets[index], ray.background, losses.faintest) ? losses.visible_share * all : never;
       team.each([&](int lane) { heaviest[lane] = enough; });
     }
-    // Kept doubled, as the sweep needs it; its half, at the end, is exact.
-    const Vec3 d_rgb = 2.0f * photometric_error(m.rgb + m.transmittance * ray.background, targets[index]);
+    // Kept doubled and weighted, as the sweep needs it. What that adds is taken off again at the end, exactly
+    // where the weight is 1.
+    const Vec3 d_rgb =
+        2.0f * (ray.weight * photometric_error(m.rgb + m.transmittance * ray.background, targets[index]));
 
     float rest =
         m.transmittance * dot(ray.background, d_rgb);  // of the gradient: what is behind the samples to come
@@ -170,7 +172,7 @@ struct TrainKernel {
       }
       rest += all;
     }
-    const Vec3 error = 0.5f * d_rgb;
+    const Vec3 error = (0.5f / rays[index].weight) * d_rgb;
     const float loss = team.sum(value), squared = dot(error, error);
     const bool usable = team.ballot(bad) == 0 && loss + squared < largest;
     team.each([&](int lane) {

@@ -65,6 +65,7 @@ struct RayInput {
   int count = 0;
   Vec3T<Real> background;  ///< colour behind this ray
   Rest<Real> rest;         ///< of the displacement of what it shows
+  Real weight = 1;         ///< of its photometric loss, above 0
 };
 
 }  // namespace splinevox

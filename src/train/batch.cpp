@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <optional>
 
@@ -23,7 +24,7 @@ constexpr float kMostOften = 4;     ///< times as often as elsewhere, that what 
 constexpr float kBusyShare = 0.9f;  ///< of the patches, taken near the silhouette
 
 /// Random streams, one per kind of draw.
-enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4, kCameras = 5 };
+enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4, kCameras = 5, kErrors = 6 };
 
 /// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
 int blocks_along(int pixels) { return (pixels + 1) / 2; }
@@ -128,7 +129,25 @@ float BatchSampler::changing_share(int frame) const {
   return std::min(config_.changing, kMostOften * float(changing_[std::size_t(frame)].count()) / blocks);
 }
 
-BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame) const {
+float BatchSampler::even_chance(const Patch& patch) const {
+  const std::size_t f = std::size_t(patch.frame);
+  const SilhouetteBlocks& shown = shown_[f];
+  float chance = 1 / float(shown.usable_count());
+  if (const std::uint32_t near = shown.near_count(); near > 0)
+    chance = (1 - kBusyShare) * chance + (shown.is_near(patch.block) ? kBusyShare / float(near) : 0);
+  if (changing_.empty() || changing_[f].count() == 0) return chance;
+  const float share = changing_share(patch.frame);
+  return (1 - share) * chance + (changing_[f].has(patch.block) ? share / float(changing_[f].count()) : 0);
+}
+
+float BatchSampler::weight_of(const Patch& patch, const ErrorDraw& by_error) const {
+  const float more =
+      (1 - config_.hard_share) + config_.hard_share * by_error.chance(patch.block) / even_chance(patch);
+  return std::pow(more, -config_.hard_undo);
+}
+
+Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame,
+                               const ErrorDraw* by_error) const {
   const auto blocks = [&](int f) {
     const Picture& image = train_.frames[f].image;
     return std::uint32_t(blocks_along(image.width) * blocks_along(image.height));
@@ -147,6 +166,12 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
       if (shown_[other].near_count() > 0 && shown_[other].clear(block, margin)) return {other, block};
     }
   }
+  if (const Rng errors(seed_, kErrors + 16 * step);
+      by_error && errors.uniform(4 * number) < config_.hard_share) {
+    const std::uint32_t block = by_error->block(
+        errors.uniform(4 * number + 1), errors.uniform(4 * number + 2), errors.uniform(4 * number + 3));
+    if (usable_pixel(train_.frames[std::size_t(frame)], block, 0)) return {frame, block};
+  }
   // One number decides on all: where nothing is known to change, pictures are drawn from as ever.
   if (!changing_.empty() && changing_[frame].count() > 0 && patch.uniform(2 * number) < changing_share(frame))
     return {frame, changing_[frame].at(patch.below(2 * number + 1, changing_[frame].count()))};
@@ -154,6 +179,35 @@ BatchSampler::Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t n
   const bool near = shown.near_count() > 0 && patch.uniform(2 * number) < kBusyShare;
   return {frame, near ? shown.near(patch.below(2 * number + 1, shown.near_count()))
                       : shown.usable(patch.below(2 * number + 1, shown.usable_count()))};
+}
+
+void BatchSampler::draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views,
+                                const ErrorMap* errors, std::span<Patch> out,
+                                std::span<float> weights) const {
+  std::map<int, ErrorDraw> by_error;
+  if (errors)
+    for (const int frame : views)
+      if (const ErrorDraw draw = errors->draw(frame); draw.known()) by_error.emplace(frame, draw);
+  const auto known = [&](int frame) {
+    const auto at = by_error.find(frame);
+    return at == by_error.end() ? nullptr : &at->second;
+  };
+  for (std::size_t p = 0; p < out.size(); ++p) {
+    const int frame = views[p % views.size()];
+    out[p] = draw_patch(step, first + p, frame, known(frame));
+  }
+  // Patches sorted along the pictures: neighbours in the list share what they fetch.
+  std::sort(out.begin(), out.end());
+  float sum = 0;
+  int weighted = 0;
+  for (std::size_t p = 0; p < out.size(); ++p) {
+    const ErrorDraw* const draw = known(out[p].frame);
+    weights[p] = draw ? weight_of(out[p], *draw) : 0;
+    sum += weights[p];
+    weighted += draw != nullptr;
+  }
+  const float scale = weighted > 0 ? float(weighted) / sum : 0;
+  for (float& w : weights) w = w > 0 ? scale * w : 1;
 }
 
 std::span<const int> BatchSampler::window(double progress) const {
@@ -170,7 +224,8 @@ std::span<const int> BatchSampler::window(double progress) const {
 }
 
 void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background,
-                        const Surroundings& around, Batch& out, const CameraFits& cameras) const {
+                        const Surroundings& around, Batch& out, const CameraFits& cameras,
+                        const ErrorMap* errors) const {
   const std::span<const int> window = this->window(progress);
   const std::vector<std::size_t>& starts = moments(cameras);
   const auto moment_at = [&](std::ptrdiff_t rank) {
@@ -199,6 +254,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.targets.resize(out.rays.size());
   out.lines.resize(around.any() ? out.rays.size() : 0);
   out.shown.resize(cameras.cameras.empty() ? 0 : out.rays.size());
+  out.patches.resize(out.rays.size() / 4);
   out.tasks.clear();
   const int per_frame = patches * 4;
   const bool random = config_.background != BackgroundKind::fixed && !background.learned(),
@@ -212,12 +268,9 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   std::vector<std::vector<int>> used(frames);  // carving looks into others
   parallel_for(frames, [&](int f) {
     const Rng ray_rng(seed_, kRay + 16 * std::uint64_t(index));
-    // Patches sorted along the pictures: neighbours in the list share what they fetch.
-    std::vector<Patch> drawn(patches);
-    for (int p = 0; p < patches; ++p)
-      drawn[p] = draw_patch(std::uint64_t(index), std::uint64_t(f) * patches + p,
-                            of_slot[f][std::size_t(p) % of_slot[f].size()]);
-    std::sort(drawn.begin(), drawn.end());
+    const std::span drawn = std::span(out.patches).subspan(std::size_t(f) * patches, patches);
+    std::vector<float> weights(drawn.size());
+    draw_patches(std::uint64_t(index), std::uint64_t(f) * patches, of_slot[f], errors, drawn, weights);
     for (int p = 0; p < patches; ++p)
       for (int k = 0; k < 4; ++k) {
         const std::size_t r = std::size_t(f) * per_frame + 4 * p + k;
@@ -237,6 +290,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
                                 : behind_box(background, around, ray);
         if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
+        out.rays[r].weight = weights[p];
         // What carves looks at another moment than its picture shows.
         if (!changing_.empty() && changing_[drawn[p].frame].known() &&
             cameras.time_of(frame) == out.times[f]) {
@@ -252,8 +306,10 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         }
         if (!out.shown.empty()) out.shown[r] = {shown, frame.camera_id};
       }
-    for (const Patch& p : drawn)
+    for (Patch& p : drawn) {
       if (used[f].empty() || used[f].back() != p.frame) used[f].push_back(p.frame);
+      if (cameras.time_of(train_.frames[p.frame]) != out.times[f]) p.frame = -1;
+    }
   });
   // Of pictures in files, those of the next step are read while this one is made.
   for (const std::vector<int>& pictures : used)

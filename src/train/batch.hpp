@@ -11,6 +11,7 @@
 #include "splinevox/train/cameras.hpp"
 #include "splinevox/train/config.hpp"
 #include "train/changing_blocks.hpp"
+#include "train/error_map.hpp"
 #include "train/silhouette_blocks.hpp"
 
 namespace splinevox {
@@ -30,6 +31,7 @@ struct Batch {
   std::vector<Vec3> targets;     ///< [rays] neutral, composited over the ray's background; some are bounds
                                  ///< (math/photometric.hpp)
   std::vector<CameraRay> shown;  ///< [rays]; empty where nothing is learned of cameras
+  std::vector<Patch> patches;    ///< of four rays each; frame -1: at another moment than its picture shows
   std::vector<RayTask> tasks;    ///< fixed cut of the rays into pieces of work, none across slots
   std::vector<int> grids;        ///< of the slots: which of Occupancy::grids
   std::uint64_t draw = 0;        ///< seed of the step's other draws
@@ -46,6 +48,9 @@ struct Batch {
 /// tempts it into several (docs/experiments.md). Rays come in patches of 2 x 2 pixels, whose samples share
 /// cache lines; most are taken where the picture shows something or nearly does, the rest anywhere, so that
 /// matter where there should be none is found as well.
+///
+/// Once it is known where pictures are fitted worst (ErrorMap), most patches of a frame are drawn there.
+/// Weights of the loss undo a part of that: what is left of it makes the fit better where it is worst.
 ///
 /// Where it is known what moves in a picture, a share of the rays is drawn there: before opaque surroundings
 /// nothing else says where the moving subject is, and most of a picture is soon learned. All other rays of it
@@ -73,24 +78,29 @@ class BatchSampler {
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
   /// they are random. @param around  before it
-  /// @param cameras  what is known of them by now
+  /// @param cameras  what is known of them by now. @param errors  of the pictures; null: patches are drawn
+  /// evenly
   void draw(std::int64_t index, double progress, float step, const Background& background,
-            const Surroundings& around, Batch& out, const CameraFits& cameras = {}) const;
+            const Surroundings& around, Batch& out, const CameraFits& cameras = {},
+            const ErrorMap* errors = nullptr) const;
   /// The frames that may be drawn, in order of time.
   std::span<const int> window(double progress) const;
   /// Whether that is all of them.
   bool whole(double progress) const { return config_.window >= 1 || progress >= config_.window_full; }
 
  private:
-  /// One 2 x 2 patch: of the slot's own frame, or of another one that carves.
-  struct Patch {
-    int frame;
-    std::uint32_t block;
-    friend auto operator<=>(const Patch&, const Patch&) = default;
-  };
   /// Share of a frame's patches that are drawn where something moves.
   float changing_share(int frame) const;
-  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame) const;
+  /// The chance that an even draw gives a block.
+  float even_chance(const Patch& patch) const;
+  /// The patch of one number of a step. @param by_error  of the frame; null: drawn evenly
+  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame, const ErrorDraw* by_error) const;
+  /// The patches of a slot, in order, and the weights of their rays, 1 on the mean.
+  /// @param first  number of the first in the step. @param views  of the moment, in turn
+  void draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views,
+                    const ErrorMap* errors, std::span<Patch> out, std::span<float> weights) const;
+  /// What undoes a part of drawing by error, up to a factor.
+  float weight_of(const Patch& patch, const ErrorDraw& by_error) const;
   /// Where slots' moments begin in by_time_, by what is known of the cameras.
   const std::vector<std::size_t>& moments(const CameraFits& cameras) const;
   /// The cameras from which the patches of a slot are drawn in turn. @param first  and @param end  of its

@@ -44,4 +44,8 @@ std::uint32_t ChangingBlocks::at(std::uint32_t k) const {
          along(block % std::uint32_t(width_), part % parts_);
 }
 
+bool ChangingBlocks::has(std::uint32_t block) const {
+  return near(int(block % std::uint32_t(along_)) * 2, int(block / std::uint32_t(along_)) * 2);
+}
+
 }  // namespace splinevox

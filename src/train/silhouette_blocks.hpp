@@ -38,6 +38,10 @@ class SilhouetteBlocks {
   std::uint32_t near_count() const { return all_ ? blocks() : near_.count(); }
   std::uint32_t near(std::uint32_t k) const { return all_ ? k : near_.at(k, width_); }
   /// @}
+  /// Whether a block is among the near ones.
+  bool is_near(std::uint32_t block) const {
+    return all_ || near_.test(int(block % std::uint32_t(width_)), int(block / std::uint32_t(width_)));
+  }
   /// Blocks of which some pixel is not ignored, and the k-th of them.
   /// @{
   std::uint32_t usable_count() const { return usable_.bits.empty() ? blocks() : usable_.count(); }

@@ -75,7 +75,8 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
       ranks(r),
       home(starting_volume(setting, time_map), std::move(backend)),
       sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
-      cameras(setting.config.cameras, home.read().cameras, setting.unit) {
+      cameras(setting.config.cameras, home.read().cameras, setting.unit),
+      errors(config.sampling.hard_share > 0 ? ErrorMap(train) : ErrorMap()) {
   set_moving(moving_in(setting));
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
 }
@@ -110,8 +111,9 @@ void Trainer::State::refresh_occupancy() {
 }
 
 void Trainer::State::draw() {
+  const bool by_error = !errors.empty() && progress >= setting.config.sampling.hard_start;
   sampler.draw(clock.step, progress, home.march_step(), home.background(), home.surroundings(), batch,
-               home.cameras());
+               home.cameras(), by_error ? &errors : nullptr);
   batch.grids.clear();
   for (const int f : batch.frames) batch.grids.push_back(home.occupancy().grid_of(f));
 }
@@ -153,7 +155,7 @@ StepInput Trainer::State::step_input() {
                               double(clock.step + 1));
   in.radiance_rate = float(cosine_decay(progress, o.final_radiance));
   in.motion_rate = float(cosine_decay(progress, o.final_motion));
-  in.errors = cameras.gains();
+  in.errors = cameras.gains() || !errors.empty();
   in.slopes = cameras.clocks();
   return in;
 }
@@ -168,6 +170,7 @@ void Trainer::State::learn_background(const StepInput& in, const BackgroundGradi
 }
 
 void Trainer::State::learn_cameras(const StepInput& in, const StepSums& sums) {
+  if (!errors.empty()) errors.learn(batch.patches, sums.errors);
   cameras.update(home.cameras(), setting.train, batch, sums, in.factors, progress, in.motion_rate);
 }
 
@@ -190,6 +193,12 @@ void Trainer::State::archive(Archive& a) {
     if (setting.still.empty()) archive_masks(a, setting.train, moving);
   });
   a.section("cameras", [&] { cameras.archive(a, home.cameras()); });
+  if (!errors.empty())
+    a.section("errors", [&] {
+      const std::size_t tiles = errors.tiles();
+      errors.archive(a);
+      check_fits(errors.tiles() == tiles);
+    });
   if (!a.reading()) return;
   Volume& volume = home.change();
   check_fits(plan.fits(setting.config, volume.lattices));

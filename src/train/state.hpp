@@ -29,6 +29,7 @@ struct Trainer::State {
   BackgroundLearner background;  ///< of the volume's background, if that is learned
   SurroundingsLearner surroundings;
   CameraLearner cameras;  ///< of the volume's cameras
+  ErrorMap errors;        ///< of the training pictures; empty: rays are drawn evenly
   RunClock clock;
   double progress = 0;  ///< of the last refine
   Plan plan;

@@ -48,6 +48,7 @@ struct Scene {
         const Ray ray{{2.5, uniform(random), uniform(random)},
                       normalize(Vec3d{-1, 0.3 * uniform(random), 0.3 * uniform(random)})};
         batch.rays.push_back(clip_ray(ray, model.box, model.step, 0.3f, Vec3{0.2f, 0.5f, 0.8f}));
+        batch.rays.back().weight = 0.5f + 0.25f * float(i % 5);
         batch.targets.push_back({float(0.5 + 0.5 * uniform(random)), 0.4f, 0.9f});
         if (i % 4 == 0) batch.targets.back() = batch.rays.back().background;
         if (i % 8 == 3) {

@@ -9,7 +9,7 @@
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/model_vdb.hpp"
-#include "splinevox/train/config.hpp"
+#include "splinevox/train/config_keys.hpp"
 #include "train/config/config_value.hpp"
 
 using namespace splinevox;

@@ -8,6 +8,7 @@
 #include <string>
 #include <type_traits>
 
+#include "splinevox/train/config_keys.hpp"
 #include "train/start.hpp"
 
 using namespace splinevox;

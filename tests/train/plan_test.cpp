@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "splinevox/data/synth.hpp"
+#include "splinevox/train/config_keys.hpp"
 
 using namespace splinevox;
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "splinevox/train/config_keys.hpp"
 #include "train/config/loss_terms.hpp"
 #include "train/effects/effect_table.hpp"
 

@@ -164,13 +164,14 @@ class RayEngine final : public Engine {
       if (!visible.empty() && has_matter(in.targets[i], ray.background, losses.faintest))
         mark_visible(field, w.kernel, losses, visible.data()->word);
       const double squared = dot(error, error);
-      if (!out.behind.empty()) out.behind[i] = (2 * result.transmittance) * error;
+      const Vec3 d_rgb = 2.0f * (ray.weight * error);
+      if (!out.behind.empty()) out.behind[i] = result.transmittance * d_rgb;
       if (!out.errors.empty()) out.errors[i] = error;
       double motion = 0;
       w.squared_error += squared;
       w.samples += w.kernel.count;
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
-      backward(w.kernel, ray, result, field, 2.0f * error, losses.min_weight, w.records);
+      backward(w.kernel, ray, result, field, d_rgb, losses.min_weight, w.records);
       if constexpr (Jet)
         motion = motion_losses(w.kernel, field, frame, losses.motion, draw_probe(losses.probe_seed, i),
                                losses.min_weight, first, w.records);

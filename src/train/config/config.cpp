@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "splinevox/train/config.hpp"
-
 #include <fmt/format.h>
 
 #include "field/columns.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/train/config_keys.hpp"
 #include "train/config/config_value.hpp"
 #include "train/effects/effect_table.hpp"
 

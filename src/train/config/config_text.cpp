@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include "splinevox/train/config.hpp"
+#include "splinevox/train/config_keys.hpp"
 #include "train/config/config_value.hpp"
 #include "train/config/toml_text.hpp"
 

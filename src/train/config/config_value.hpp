@@ -11,7 +11,7 @@
 
 #include "core/nearest.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/train/config.hpp"
+#include "splinevox/train/config_keys.hpp"
 
 /// Text of one number of a Config and back, by the type of the member. Shared by config.cpp (--set) and
 /// config_text.cpp (TOML).

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "splinevox/train/config.hpp"
+#include "splinevox/train/config_keys.hpp"
 
 namespace splinevox {
 

@@ -106,6 +106,7 @@ Config published() {
   c.sampling.growth = 1;
   c.sampling.carve = 0;
   c.sampling.changing = 0;
+  c.sampling.hard_share = 0;
   c.sampling.frames = 8;
   c.sampling.window = 1;
   c.sampling.clipped = false;

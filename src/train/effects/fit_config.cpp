@@ -29,6 +29,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.sampling.rays = std::min(c.sampling.rays, 2048);
   c.sampling.growth = 1;
   c.sampling.changing = 0;
+  c.sampling.hard_share = 0;
   c.sampling.window = 1;  // every fit learns from the same pictures
   c.sampling.occupancy_cells = 32;
   c.sampling.occupancy_every = 100;

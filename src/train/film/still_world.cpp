@@ -42,6 +42,7 @@ Config still_config(const Config& config) {
   c.sampling.rays = std::min(c.sampling.rays, kMostRays);
   c.sampling.growth = 1;
   c.sampling.changing = 0;
+  c.sampling.hard_share = 0;  // what moves is what it fits worst
   c.sampling.window = 1;
   return c;
 }
