@@ -129,21 +129,18 @@ float BatchSampler::changing_share(int frame) const {
   return std::min(config_.changing, kMostOften * float(changing_[std::size_t(frame)].count()) / blocks);
 }
 
-float BatchSampler::even_chance(const Patch& patch) const {
+float BatchSampler::chance(const Patch& patch, const ErrorDraw* by_error) const {
   const std::size_t f = std::size_t(patch.frame);
   const SilhouetteBlocks& shown = shown_[f];
-  float chance = 1 / float(shown.usable_count());
-  if (const std::uint32_t near = shown.near_count(); near > 0)
-    chance = (1 - kBusyShare) * chance + (shown.is_near(patch.block) ? kBusyShare / float(near) : 0);
-  if (changing_.empty() || changing_[f].count() == 0) return chance;
-  const float share = changing_share(patch.frame);
-  return (1 - share) * chance + (changing_[f].has(patch.block) ? share / float(changing_[f].count()) : 0);
-}
-
-float BatchSampler::weight_of(const Patch& patch, const ErrorDraw& by_error) const {
-  const float more =
-      (1 - config_.hard_share) + config_.hard_share * by_error.chance(patch.block) / even_chance(patch);
-  return std::pow(more, -config_.hard_undo);
+  float out = 1 / float(shown.usable_count());
+  if (const std::uint32_t near = shown.near_count(); near > 0) {
+    float busy = shown.is_near(patch.block) ? 1 / float(near) : 0;
+    if (by_error) busy += config_.hard_share * (by_error->chance(patch.block) - busy);
+    out += kBusyShare * (busy - out);
+  }
+  if (changing_.empty() || changing_[f].count() == 0) return out;
+  const float there = changing_[f].has(patch.block) ? 1 / float(changing_[f].count()) : 0;
+  return out + changing_share(patch.frame) * (there - out);
 }
 
 Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame,
@@ -166,17 +163,17 @@ Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int fra
       if (shown_[other].near_count() > 0 && shown_[other].clear(block, margin)) return {other, block};
     }
   }
-  if (const Rng errors(seed_, kErrors + 16 * step);
-      by_error && errors.uniform(4 * number) < config_.hard_share) {
-    const std::uint32_t block = by_error->block(
-        errors.uniform(4 * number + 1), errors.uniform(4 * number + 2), errors.uniform(4 * number + 3));
-    if (usable_pixel(train_.frames[std::size_t(frame)], block, 0)) return {frame, block};
-  }
   // One number decides on all: where nothing is known to change, pictures are drawn from as ever.
   if (!changing_.empty() && changing_[frame].count() > 0 && patch.uniform(2 * number) < changing_share(frame))
     return {frame, changing_[frame].at(patch.below(2 * number + 1, changing_[frame].count()))};
   const SilhouetteBlocks& shown = shown_[frame];
   const bool near = shown.near_count() > 0 && patch.uniform(2 * number) < kBusyShare;
+  if (const Rng errors(seed_, kErrors + 16 * step);
+      near && by_error && errors.uniform(4 * number) < config_.hard_share) {
+    const std::uint32_t block = by_error->block(
+        errors.uniform(4 * number + 1), errors.uniform(4 * number + 2), errors.uniform(4 * number + 3));
+    if (usable_pixel(train_.frames[std::size_t(frame)], block, 0)) return {frame, block};
+  }
   return {frame, near ? shown.near(patch.below(2 * number + 1, shown.near_count()))
                       : shown.usable(patch.below(2 * number + 1, shown.usable_count()))};
 }
@@ -202,7 +199,7 @@ void BatchSampler::draw_patches(std::uint64_t step, std::uint64_t first, const s
   int weighted = 0;
   for (std::size_t p = 0; p < out.size(); ++p) {
     const ErrorDraw* const draw = known(out[p].frame);
-    weights[p] = draw ? weight_of(out[p], *draw) : 0;
+    weights[p] = draw ? std::pow(chance(out[p], nullptr) / chance(out[p], draw), config_.hard_undo) : 0;
     sum += weights[p];
     weighted += draw != nullptr;
   }

@@ -91,16 +91,14 @@ class BatchSampler {
  private:
   /// Share of a frame's patches that are drawn where something moves.
   float changing_share(int frame) const;
-  /// The chance that an even draw gives a block.
-  float even_chance(const Patch& patch) const;
+  /// The chance that a patch of a frame is drawn. @param by_error  of the frame; null: drawn evenly
+  float chance(const Patch& patch, const ErrorDraw* by_error) const;
   /// The patch of one number of a step. @param by_error  of the frame; null: drawn evenly
   Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame, const ErrorDraw* by_error) const;
   /// The patches of a slot, in order, and the weights of their rays, 1 on the mean.
   /// @param first  number of the first in the step. @param views  of the moment, in turn
   void draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views,
                     const ErrorMap* errors, std::span<Patch> out, std::span<float> weights) const;
-  /// What undoes a part of drawing by error, up to a factor.
-  float weight_of(const Patch& patch, const ErrorDraw& by_error) const;
   /// Where slots' moments begin in by_time_, by what is known of the cameras.
   const std::vector<std::size_t>& moments(const CameraFits& cameras) const;
   /// The cameras from which the patches of a slot are drawn in turn. @param first  and @param end  of its

@@ -130,7 +130,7 @@ struct SamplingConfig {
   float carve_speed =
       3;  ///< the fastest that things are taken to move, picture widths per unit of model time
   float changing = 0.3f;     ///< share of the rays, where cameras that stand still see something change
-  float hard_share = 0.8f;   ///< share of a picture's rays that are drawn by where it is fitted worst
+  float hard_share = 0.5f;   ///< share of a picture's rays that are drawn by where it is fitted worst
   float hard_start = 0.15f;  ///< progress at which that begins
   float hard_undo = 0.5f;    ///< how far weights of the loss undo it: 0 not, 1 all of it
   float step = 0.75f;        ///< march step in voxels of the radiance lattice
