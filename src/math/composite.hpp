@@ -33,11 +33,27 @@ SPLINEVOX_INLINE bool ray_ends(T transmittance, T stop) {
   return transmittance < stop;
 }
 
+/// A prior on what a ray leaves of the light: lambda T (1 - T), with its derivative by T. A ray ends on
+/// something or passes, and fog does neither.
+/// @param weight  lambda
+template <class T>
+SPLINEVOX_INLINE Activated<T> transmittance_prior(T transmittance, T weight) {
+  return {weight * transmittance * (T(1) - transmittance), weight * (T(1) - T(2) * transmittance)};
+}
+
+/// S behind the last sample of a ray: T_end times d loss / d T_end, by the colour behind it and by the prior.
+/// @param d_rgb  d loss / d colour of the pixel. @param prior  weight of transmittance_prior
+template <class T>
+SPLINEVOX_INLINE T composite_end(T transmittance, const Vec3T<T>& background, const Vec3T<T>& d_rgb,
+                                 T prior) {
+  return transmittance * (dot(background, d_rgb) + transmittance_prior(transmittance, prior).slope);
+}
+
 /// Adjoint of composite_sample, by what the sample gives off; call from the last sample to the first, and
 /// emission_vjp behind it.
 ///
 /// Has no division (numerics H9): g_sigma_i = dt (T_{i+1} c_i . G - S), S += w_i c_i . G, S starting at
-/// T_end background . G. The usual S / (1 - alpha_i) is 0 / 0 from an optical depth of 17.3 on, where alpha
+/// composite_end. The usual S / (1 - alpha_i) is 0 / 0 from an optical depth of 17.3 on, where alpha
 /// rounds to 1, and S as "total minus what came before" keeps the rounding of the total behind a wall, where
 /// the gradient should be 0.
 ///

@@ -16,14 +16,16 @@ namespace splinevox {
 /// Samples whose weight T alpha is below `min_weight` leave no record. With Adam, whose steps do not shrink
 /// with the gradient, their tiny pushes would drive the density of empty space to where nothing could bring
 /// it back. 0 keeps every sample.
+///
+/// @param prior  weight of transmittance_prior
 template <class Real, int Sh, bool Moving, bool Jet>
 void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>& input,
               const RayResult<Real>& result, const FieldView<Real>& field, const Vec3T<Real>& d_rgb,
-              Real min_weight, RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out) {
+              Real min_weight, RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out, Real prior = 0) {
   using K = RayKernel<Real, Sh, Real, Moving>;
   using Eight = typename K::Eight;
   using Vec = Vec3T<Real>;
-  Real behind = result.transmittance * dot(input.background, d_rgb);
+  Real behind = composite_end(result.transmittance, input.background, d_rgb, prior);
   for (int i = ray.count - 1; i >= 0; --i) {
     const auto& s = ray.samples[i];
     const Emission<Real> emission = ray.emission(i);

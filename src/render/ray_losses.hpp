@@ -12,6 +12,7 @@ struct RayLosses {
   float visible_share = 1;         ///< of LearnedRows::visible
   float faintest = kHalfLevel;  ///< difference from the background that counts as matter: has_matter. In the
                                 ///< unit of brightness of the scene
+  float transmittance = 0;      ///< weight of transmittance_prior
   MotionLoss<float> motion;
   std::uint64_t probe_seed = 0;
 };

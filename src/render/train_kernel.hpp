@@ -71,8 +71,8 @@ struct TrainKernel {
     const Vec3 d_rgb =
         2.0f * (ray.weight * photometric_error(m.rgb + m.transmittance * ray.background, targets[index]));
 
-    float rest =
-        m.transmittance * dot(ray.background, d_rgb);  // of the gradient: what is behind the samples to come
+    // Of the gradient: what is behind the samples to come.
+    float rest = composite_end(m.transmittance, ray.background, d_rgb, losses.transmittance);
     if (behind)
       team.each([&](int lane) {
         if (lane == 0) behind[index] = m.transmittance * d_rgb;

@@ -11,7 +11,7 @@ struct Setting {
   Setting(const Config& c, const Split& t)
       : stats(picture_stats(t)),
         unit(brightness(c, stats)),
-        config(for_thin(stats, for_places(stats, in_units_of(unit, c)))),
+        config(for_silhouettes(stats, for_thin(stats, for_places(stats, in_units_of(unit, c))))),
         train(t),
         still(asks_still_cameras(c) ? still_cameras(t) : std::vector<StillCamera>()) {}
 

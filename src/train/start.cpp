@@ -130,6 +130,11 @@ Config for_places(const PictureStats& stats, Config config) {
   return config;
 }
 
+Config for_silhouettes(const PictureStats& stats, Config config) {
+  if (!stats.see_through || stats.thin()) config.loss.transmittance = 0;
+  return config;
+}
+
 Config for_thin(const PictureStats& stats, Config config) {
   if (!config.motion.presence || !stats.thin()) return config;
   SamplingConfig& sampling = config.sampling;

@@ -43,6 +43,10 @@ Config in_units_of(float brightness, Config config);
 /// hide, and to have holes, that other views show; silhouettes leave it less (docs/experiments/matter.md).
 Config for_places(const PictureStats& stats, Config config);
 
+/// Rays are asked to end on something or to pass where silhouettes say which. Opaque pictures do not: there
+/// the prior makes what hides something else thick, whatever it is. Rays through thin matter do neither.
+Config for_silhouettes(const PictureStats& stats, Config config);
+
 /// Of thin matter that comes and goes hardly any sample is worth nothing: skipped and left alone is a tenth
 /// of what solid bodies can do without. Its colours vary little.
 Config for_thin(const PictureStats& stats, Config config);

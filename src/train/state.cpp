@@ -126,6 +126,7 @@ RayLosses Trainer::State::ray_losses() const {
   losses.min_weight = c.sampling.min_weight;
   losses.visible_share = c.grid.seen_share;
   losses.faintest = kHalfLevel * setting.unit;
+  losses.transmittance = progress >= c.loss.transmittance_start ? c.loss.transmittance : 0;
   losses.motion.offset = float(c.loss.offset * ramp);
   losses.motion.offset_rigidity = c.loss.offset_rigidity;
   losses.motion.offset_softening = 1e-4f * home.march_step();

@@ -61,6 +61,7 @@ struct Scene {
       losses.motion = {
           .offset = 0.02f, .offset_rigidity = 0.3f, .offset_softening = 1e-3f, .divergence = 0.03f};
     losses.min_weight = 1e-3f;
+    losses.transmittance = 0.2f;
     losses.visible_share = 0.6f;
     losses.probe_seed = kDraw;
   }

@@ -71,6 +71,15 @@ TEST_SUITE("train/presence") {
     CHECK(for_thin(stats, c).sampling.occupancy_alpha == c.sampling.occupancy_alpha);
   }
 
+  TEST_CASE("rays are asked to end or to pass where silhouettes are known and matter is solid") {
+    const auto weight = [](const Dataset& data) {
+      return for_silhouettes(picture_stats(*data.find("train")), preset("fast")).loss.transmittance;
+    };
+    CHECK(weight(make_synth("ball", {.frames = 4, .size = 32})) > 0);
+    CHECK(weight(plume()) == 0);
+    CHECK(weight(make_synth("ball", {.frames = 4, .size = 32, .look = {.opaque = true}})) == 0);
+  }
+
   TEST_CASE("presence is left out where nothing is tried, and where a first point is pinned to zero") {
     Config c = preset("fast");
     c.effects.steps = 0;

@@ -105,9 +105,11 @@ struct LossConfig {
   float along = 0.01f;  ///< of that along the ray, where one shows something that moves
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
-  float offset = 0;     ///< lambda_off of Eq. 8
-  float offset_rigidity = 0.3f;  ///< lambda_r of Eq. 6
-  float divergence = 0;          ///< lambda_div of Eq. 8
+  float transmittance = 0;           ///< of T (1 - T) of a ray: it ends on something or passes
+  float transmittance_start = 0.3f;  ///< progress at which that begins
+  float offset = 0;                  ///< lambda_off of Eq. 8
+  float offset_rigidity = 0.3f;      ///< lambda_r of Eq. 6
+  float divergence = 0;              ///< lambda_div of Eq. 8
   DivergenceKind divergence_kind = DivergenceKind::analytic;
   bool ramp = false;  ///< multiply offset and divergence by 1/100 -> 1 over the run, as the released code
   float curve_length = 0;    ///< of the squared lengths between control points, in edges of the box

@@ -111,6 +111,11 @@ void visit_config(C& c, Visit&& visit) {
       "loss.along", c.loss.along,
       "squared displacement along the ray, in voxels, where a picture is known to show something that moves",
       0, inf);
+  visit("loss.transmittance", c.loss.transmittance,
+        "T (1 - T) of what a ray leaves of the light: it ends on something or passes; 0 of opaque pictures "
+        "and of thin matter",
+        0, inf);
+  visit("loss.transmittance_start", c.loss.transmittance_start, "progress at which that begins", 0, 1);
   visit("loss.offset", c.loss.offset, "offset loss (Eq. 6)", 0, inf);
   visit("loss.offset_rigidity", c.loss.offset_rigidity, "lambda_r inside the offset loss", 0, inf);
   visit("loss.divergence", c.loss.divergence, "divergence loss (Eq. 7)", 0, inf);

@@ -171,7 +171,7 @@ class RayEngine final : public Engine {
       w.squared_error += squared;
       w.samples += w.kernel.count;
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
-      backward(w.kernel, ray, result, field, d_rgb, losses.min_weight, w.records);
+      backward(w.kernel, ray, result, field, d_rgb, losses.min_weight, w.records, losses.transmittance);
       if constexpr (Jet)
         motion = motion_losses(w.kernel, field, frame, losses.motion, draw_probe(losses.probe_seed, i),
                                losses.min_weight, first, w.records);

@@ -24,6 +24,7 @@ Config ours() {
   c.radiance.sh_start = {0, .55f};
   c.motion.halve_start = {.3f};
   c.grid.empty_start = {.54f, .7f, .8f};
+  c.loss.transmittance = 0.03f;
   c.loss.curve_length = 0.075f;
   c.loss.curve_light = 1e-3f;
   c.loss.curve_presence = 1e-4f;
