@@ -13,6 +13,7 @@ struct RayLosses {
   float faintest = kHalfLevel;  ///< difference from the background that counts as matter: has_matter. In the
                                 ///< unit of brightness of the scene
   MotionLoss<float> motion;
+  float depth = 0;  ///< weight of depth_error; 0: no depth is asked for
   std::uint64_t probe_seed = 0;
 };
 

@@ -75,7 +75,8 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
       ranks(r),
       home(starting_volume(setting, time_map), std::move(backend)),
       sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
-      cameras(setting.config.cameras, home.read().cameras, setting.unit) {
+      cameras(setting.config.cameras, home.read().cameras, setting.unit),
+      depths(starting_depth_fits(train, setting.config.loss.depth)) {
   set_moving(moving_in(setting));
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
 }
@@ -109,9 +110,14 @@ void Trainer::State::refresh_occupancy() {
   splinevox::refresh_occupancy(setting, home.change(), window());
 }
 
+void Trainer::State::fit_depths() {
+  if (!depths.empty() && depth_fit_is_due(clock.step))
+    splinevox::fit_depths(setting, home.read(), window(), depths);
+}
+
 void Trainer::State::draw() {
   sampler.draw(clock.step, progress, home.march_step(), home.background(), home.surroundings(), batch,
-               home.cameras());
+               home.cameras(), depths);
   batch.grids.clear();
   for (const int f : batch.frames) batch.grids.push_back(home.occupancy().grid_of(f));
 }
@@ -129,6 +135,7 @@ RayLosses Trainer::State::ray_losses() const {
   losses.motion.offset_softening = 1e-4f * home.march_step();
   losses.motion.divergence = float(c.loss.divergence * ramp);
   losses.motion.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
+  losses.depth = c.loss.depth;
   losses.probe_seed = batch.draw;
   return losses;
 }
@@ -139,6 +146,7 @@ StepInput Trainer::State::step_input() {
   StepInput in{};
   in.rays = batch.rays;
   in.targets = batch.targets;
+  in.depths = batch.depths;
   in.tasks = batch.tasks;
   in.times = batch.times;
   in.occupancy = batch.grids;
@@ -190,6 +198,11 @@ void Trainer::State::archive(Archive& a) {
     if (setting.still.empty()) archive_masks(a, setting.train, moving);
   });
   a.section("cameras", [&] { cameras.archive(a, home.cameras()); });
+  if (const std::size_t frames = depths.size(); frames > 0)
+    a.section("depths", [&] {
+      a(depths);
+      check_fits(depths.size() == frames);
+    });
   if (!a.reading()) return;
   Volume& volume = home.change();
   check_fits(plan.fits(setting.config, volume.lattices));

@@ -10,6 +10,7 @@
 #include "train/home.hpp"
 #include "train/learn_background.hpp"
 #include "train/learn_cameras.hpp"
+#include "train/learn_depth.hpp"
 #include "train/learn_surroundings.hpp"
 #include "train/plan.hpp"
 #include "train/run_clock.hpp"
@@ -29,6 +30,7 @@ struct Trainer::State {
   BackgroundLearner background;  ///< of the volume's background, if that is learned
   SurroundingsLearner surroundings;
   CameraLearner cameras;  ///< of the volume's cameras
+  DepthFits depths;       ///< empty: no depth is asked for
   RunClock clock;
   double progress = 0;  ///< of the last refine
   Plan plan;
@@ -42,6 +44,8 @@ struct Trainer::State {
   /// Whether the occupancy is due for a refresh: twice as often while the window of time grows.
   bool occupancy_is_due() const;
   void refresh_occupancy();
+  /// Depth maps are fitted anew, if that is due.
+  void fit_depths();
   /// The rays of the next step.
   void draw();
   /// What it asks for. Good until the next draw.

@@ -106,6 +106,8 @@ struct LossConfig {
   float along = 0.01f;  ///< of that along the ray, where one shows something that moves
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
+  float depth = 0.1f;   ///< of the relative error of the distance of what a ray shows, where a depth map
+                        ///< tells it (math/depth_loss.hpp)
   float offset = 0;     ///< lambda_off of Eq. 8
   float offset_rigidity = 0.3f;  ///< lambda_r of Eq. 6
   float divergence = 0;          ///< lambda_div of Eq. 8
@@ -274,6 +276,8 @@ void visit_config(C& c, Visit&& visit) {
       "loss.along", c.loss.along,
       "squared displacement along the ray, in voxels, where a picture is known to show something that moves",
       0, inf);
+  visit("loss.depth", c.loss.depth,
+        "relative error of the distance of what a ray shows, where a depth map tells it", 0, inf);
   visit("loss.offset", c.loss.offset, "offset loss (Eq. 6)", 0, inf);
   visit("loss.offset_rigidity", c.loss.offset_rigidity, "lambda_r inside the offset loss", 0, inf);
   visit("loss.divergence", c.loss.divergence, "divergence loss (Eq. 7)", 0, inf);

@@ -29,6 +29,7 @@ inline constexpr LossTerm kLossTerms[] = {
     {"loss.tv_presence", &LossConfig::tv_presence, 2, 0, true, true},
     {"loss.still", &LossConfig::still, 2, 0, false, true},
     {"loss.along", &LossConfig::along, 2, 0, false, true},
+    {"loss.depth", &LossConfig::depth, 2, 0, false, true},
     {"loss.offset", &LossConfig::offset, 2, 0, false, true},
     {"loss.offset_rigidity", &LossConfig::offset_rigidity, 0, 0, false, true},
     {"loss.divergence", &LossConfig::divergence, 2, 0, false, true},
