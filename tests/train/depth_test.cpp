@@ -7,6 +7,7 @@
 #include "backend/step.hpp"
 #include "math/camera.hpp"
 #include "math/robust_line.hpp"
+#include "render/field_view.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/render/render_image.hpp"
@@ -108,11 +109,8 @@ TEST_SUITE("train/depth") {
     const Dataset data = film(DepthKind::relative);
     Trainer whole(config, *data.find("train"), data.time_map);
     std::vector<char> at_60;
-    while (!whole.done()) {
-      whole.step();
-      if (const StepReport last = whole.done() ? StepReport{} : whole.step(); last.step == 60)
-        at_60 = whole.save();  // maps were fitted before step 51
-    }
+    while (!whole.done())
+      if (whole.step().step == 60) at_60 = whole.save();  // maps were fitted before step 51
     REQUIRE_FALSE(at_60.empty());
     Trainer resumed(config, *data.find("train"), data.time_map);
     resumed.restore(at_60);
