@@ -72,8 +72,8 @@ DepthFits starting_depth_fits(const Split& train, float weight) {
 
 bool depth_fit_is_due(std::int64_t step) {
   std::int64_t due = kFirstFit;
-  while (due < step) due *= 2;
-  return step == due;
+  while (2 * due <= step) due *= 2;
+  return step == due || 2 * step == 3 * due;
 }
 
 void fit_depths(const Setting& setting, const Volume& volume, const TimeWindow& window, DepthFits& fits) {

@@ -27,8 +27,8 @@ bool has_depth(const Split& train);
 void check_learns_depth(const StepBackend& steps, const Config& config, const Split& train);
 /// What is known before training: metric maps. Empty if no frame has depth, or the weight of its loss is 0.
 DepthFits starting_depth_fits(const Split& train, float weight);
-/// Whether a step is one of those before which maps are fitted: 50, 100, 200 and so on. The scene changes
-/// ever more slowly.
+/// Whether a step is one of those before which maps are fitted: 50, 75, 100, 150, 200, 300 and so on. The
+/// scene changes ever more slowly.
 bool depth_fit_is_due(std::int64_t step);
 /// Fits the maps that are not metric to what the model shows in their pictures, as it is. The same bits for
 /// any number of threads. Maps whose numbers do not follow what is shown get unknown.

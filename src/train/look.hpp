@@ -30,7 +30,7 @@ class Look {
                           : still_.forward(through_, field_, frame_, kStop))
         .rgb;
   }
-  /// Mean distance from its origin at which the last ray met matter, scene units, and its alpha.
+  /// Distance from its origin at which the last ray had met half of its matter, scene units, and its alpha.
   std::pair<double, float> distance(const Ray& ray) const {
     return field_.moving ? distance_of(moving_, ray) : distance_of(still_, ray);
   }
@@ -65,13 +65,14 @@ class Look {
  private:
   template <class Kernel>
   std::pair<double, float> distance_of(const Kernel& kernel, const Ray& ray) const {
-    double sum = 0, weights = 0;
-    for (int i = 0; i < kernel.count; ++i) {
-      sum += double(kernel.weight[i]) * double(kernel.distance[i]);
-      weights += double(kernel.weight[i]);
-    }
+    float all = 0, met = 0;
+    for (int i = 0; i < kernel.count; ++i) all += kernel.weight[i];
+    int i = 0;
+    while (i + 1 < kernel.count && met + kernel.weight[i] < 0.5f * all) met += kernel.weight[i++];
+    if (kernel.count == 0) return {0, 0};
+    const float within = kernel.weight[i] > 0 ? (0.5f * all - met) / kernel.weight[i] : 0.5f;
     const double start = dot(cast<double>(through_.origin) - ray.origin, ray.direction);
-    return {start + double(field_.step) * sum / std::max(weights, 1e-9), float(weights)};
+    return {start + double(field_.step * (kernel.distance[i] + within - 0.5f)), all};
   }
   static constexpr float kLeastWeight = 0.02f, kStop = 1e-3f;
   const VoxelModel& model_;
