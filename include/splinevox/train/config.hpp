@@ -106,8 +106,7 @@ struct LossConfig {
   float along = 0.01f;  ///< of that along the ray, where one shows something that moves
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
-  float depth = 0.1f;   ///< of the relative error of the distance of what a ray shows, where a depth map
-                        ///< tells it (math/depth_loss.hpp)
+  float depth = 0.1f;   ///< of the relative error of a ray's distance, where a depth map tells it
   float offset = 0;     ///< lambda_off of Eq. 8
   float offset_rigidity = 0.3f;  ///< lambda_r of Eq. 6
   float divergence = 0;          ///< lambda_div of Eq. 8
@@ -127,9 +126,8 @@ struct SamplingConfig {
   float window_full = 0.3f;  ///< progress at which the window has grown to all frames
   int rays = 4096;           ///< rays of the first step over all of them, in patches of 2 x 2 pixels
   float growth = 3;          ///< rays of the last step over those of the first, linear in between
-  float carve =
-      0.15f;  ///< share of the rays that look from cameras of neighbouring times past the silhouette
-  int carve_frames = 4;  ///< how many frames earlier or later such a camera may be
+  float carve = 0.15f;       ///< share of the rays that look past silhouettes of neighbouring times
+  int carve_frames = 4;      ///< how many frames earlier or later such a camera may be
   float carve_speed =
       3;  ///< the fastest that things are taken to move, picture widths per unit of model time
   float changing = 0.3f;     ///< share of the rays, where cameras that stand still see something change
@@ -276,8 +274,7 @@ void visit_config(C& c, Visit&& visit) {
       "loss.along", c.loss.along,
       "squared displacement along the ray, in voxels, where a picture is known to show something that moves",
       0, inf);
-  visit("loss.depth", c.loss.depth,
-        "relative error of the distance of what a ray shows, where a depth map tells it", 0, inf);
+  visit("loss.depth", c.loss.depth, "relative error of a ray's distance, where a depth map tells it", 0, inf);
   visit("loss.offset", c.loss.offset, "offset loss (Eq. 6)", 0, inf);
   visit("loss.offset_rigidity", c.loss.offset_rigidity, "lambda_r inside the offset loss", 0, inf);
   visit("loss.divergence", c.loss.divergence, "divergence loss (Eq. 7)", 0, inf);
@@ -326,8 +323,7 @@ void visit_config(C& c, Visit&& visit) {
         1000);
   visit("cameras.most_offset", c.cameras.most_offset,
         "largest offset of a camera's clock, intervals between its pictures", 0, 100);
-  visit("cameras.clock_rate", c.cameras.clock_rate, "step of a clock, intervals between a camera's pictures",
-        0, 1);
+  visit("cameras.clock_rate", c.cameras.clock_rate, "step of a clock, intervals between its pictures", 0, 1);
   visit("effects.steps", c.effects.steps, "steps of each trial fit, 0 = none is tried", 0, 1e6);
   visit("effects.min_gain", c.effects.min_gain, "dB on held-out pictures that an effect must gain", 0, 100);
   visit("effects.level", c.effects.level, "chance of a wrong switch-on, over all comparisons", 1e-6, 0.4);
