@@ -298,11 +298,10 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   std::optional<DepthPlan> depth;
   if (options.depth && raw[0].name == "train") {
     depth = plan_depth(folder, raw[0], options.rules, plans[0].sizes, options.downscale);
-    constexpr std::size_t kLooks = 32;  // of maps that nobody keeps
-    const bool keeps = options.pixels && options.keep;
-    std::vector<DepthMap> maps = read_depths(*depth, keeps ? depth->files.size() : kLooks);
+    constexpr std::size_t kLooks = 32;  // where nobody asks for pixels
+    std::vector<DepthMap> maps = read_depths(*depth, options.pixels ? depth->files.size() : kLooks);
     dataset.depth = note_depth(*depth, maps, dataset.notes);
-    for (std::size_t i = 0; keeps && i < maps.size(); ++i)
+    for (std::size_t i = 0; options.pixels && i < maps.size(); ++i)
       dataset.splits[0].frames[i].depth = std::move(maps[i]);
   }
   if (!options.pixels || options.room) {
