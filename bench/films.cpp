@@ -4,11 +4,13 @@
 //
 //   bench_films [--seeds 2] [--steps 400] [--size 96] [--frames 60] [--preset fast] [--only NAME]
 //               [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0] [--masks] [--told]
+//               [--depth metric|relative|inverse]
 //
 // One JSON line per film: PSNR off and on the camera's way, of still pixels off it, how much of the still
 // surface that the film shows is displaced, and how far tracked points of moving surface end from the truth.
 // Then one line of means. With --masks a film is only looked at: what share of the pixels that show something
 // moving is found (found), and what share of those found do (right). With --told true masks say what moves.
+// With --depth every training picture has a depth map of that kind.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -17,6 +19,7 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -278,8 +281,13 @@ int main(int argc, char** argv) {
   app.add_option("--set", options.sets, "of the configuration");
   app.add_option("--threads", threads, "0: every core");
   bool masks = false, told = false;
+  std::optional<DepthKind> depth;
   app.add_flag("--masks", masks, "only look at what moves, train nothing");
   app.add_flag("--told", told, "true masks say what moves");
+  app.add_option("--depth", depth, "training pictures have depth maps of this kind")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, DepthKind>{{"metric", DepthKind::metric},
+                                                                           {"relative", DepthKind::relative},
+                                                                           {"inverse", DepthKind::inverse}}));
   CLI11_PARSE(app, argc, argv);
   try {
     if (threads == 0) threads = thread_count();
@@ -290,6 +298,7 @@ int main(int argc, char** argv) {
       if (film.name.find(only) == std::string::npos) continue;
       film.options.frames = frames;
       film.options.size = size;
+      film.options.depth = depth;
       for (int seed = 1; seed <= seeds; ++seed) {
         film.options.seed = std::uint64_t(seed);
         options.seed = film.options.seed;

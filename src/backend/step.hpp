@@ -11,6 +11,7 @@
 #include "field/lattice/row_mask.hpp"
 #include "math/adam.hpp"
 #include "math/curve_prior.hpp"
+#include "math/depth_loss.hpp"
 #include "render/active_rows.hpp"
 #include "render/occupancy.hpp"
 #include "render/ray_losses.hpp"
@@ -62,10 +63,11 @@ struct RayTask {
 struct StepInput {
   std::span<const RayInput<float>> rays;  ///< grouped by slot, equally many each
   std::span<const Vec3> targets;
-  std::span<const RayTask> tasks;  ///< a fixed cut of the rays
-  std::span<const double> times;   ///< of the slots, model time in [0, 1]
-  std::span<const int> occupancy;  ///< of the slots: which of StepModel::occupancy
-  const Background* background;    ///< behind the rays
+  std::span<const DepthTarget<float>> depths;  ///< [rays] how far away what they show is; empty: unknown
+  std::span<const RayTask> tasks;              ///< a fixed cut of the rays
+  std::span<const double> times;               ///< of the slots, model time in [0, 1]
+  std::span<const int> occupancy;              ///< of the slots: which of StepModel::occupancy
+  const Background* background;                ///< behind the rays
   std::span<Vec3> behind;  ///< [rays] gets the gradient of the colour behind each, 0 of other ranks' rays;
                            ///< empty: not wanted
   RayLosses losses;
@@ -82,7 +84,7 @@ using BackgroundGradient = std::array<Vec3d, kMaxShCount>;
 
 /// What a step gave, summed over the rays of all ranks.
 struct StepSums {
-  double squared_error = 0, motion_loss = 0;
+  double squared_error = 0, motion_loss = 0, depth_loss = 0;
   std::int64_t samples = 0;         ///< in stored bricks
   bool usable = true;               ///< every loss and gradient is; if not, no parameter was changed
   std::int64_t bad_rows = 0;        ///< rows whose gradient is not usable
@@ -110,6 +112,8 @@ class StepBackend {
   virtual void download() = 0;
   /// One step; waits at its end.
   virtual StepSums run(const StepInput& input) = 0;
+  /// Whether steps take StepInput::depths.
+  virtual bool learns_depth() const { return false; }
   /// Rays of the last batch that this rank computed and that were not usable, in order.
   virtual std::vector<int> bad_rays() = 0;
 };

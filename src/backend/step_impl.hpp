@@ -89,6 +89,9 @@ class Steps final : public StepBackend {
   }
 
   StepSums run(const StepInput& in) override {
+    if (!in.depths.empty())
+      fail({"loss.depth", "depth is not learned on a device", "--device cpu, or --set loss.depth=0",
+            "rays with depth", ""});
     const int slots = int(in.times.size());
     share_.take(in, ranks_);
     prepare(in, slots);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include "cli/command.hpp"
@@ -83,6 +84,13 @@ Action synth_command(CLI::App& verb) {
   verb.add_flag("--masks", rig.masks, "a mask of every picture, white where the subject is (mask_path)");
   verb.add_flag("--movers", rig.movers, "with --masks: they are white where something moves at some time")
       ->needs("--masks");
+  verb.add_option(
+          "--depth", o->synth.depth,
+          "a depth map of every training picture (depth_file_path): metric is the true depth; relative and "
+          "inverse are that, or one over it, but for a scale and a shift drawn for every picture")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, DepthKind>{
+          {"metric", DepthKind::metric}, {"relative", DepthKind::relative}, {"inverse", DepthKind::inverse}}))
+      ->type_name("{metric,relative,inverse}");
   verb.add_flag("--quiet", o->quiet, "say nothing but errors");
   add_threads(verb, o->threads);
   return [o] {

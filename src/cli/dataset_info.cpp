@@ -86,7 +86,7 @@ std::string text_of(const Json& corner) {
 }  // namespace
 
 Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixels) {
-  const Dataset data = load_dataset(path, {.rules = rules, .pixels = pixels, .keep = false});
+  const Dataset data = load_dataset(path, {.rules = rules, .pixels = pixels, .depth = true, .keep = false});
   Json splits = Json::array();
   for (const Split& s : data.splits) {
     std::set<double> times;
@@ -114,6 +114,10 @@ Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixel
                   {"example", data.masks->example},
                   {"looked_at", data.masks->looked_at},
                   {"white", data.masks->white}};
+  if (data.depth)
+    j["depth"] = {{"kind", data.depth->kind},           {"pictures", data.depth->pictures},
+                  {"frames", data.depth->frames},       {"example", data.depth->example},
+                  {"looked_at", data.depth->looked_at}, {"known", data.depth->known}};
   if (pixels) j["fingerprint"] = fmt::format("{:016x}", data.fingerprint);
   if (data.box)
     j["box"] = {{data.box->lo.x, data.box->lo.y, data.box->lo.z},
@@ -162,6 +166,13 @@ void print_dataset(const Json& j) {
         j["masks"]["looked_at"].get<int>() > 0
             ? fmt::format("; white on average {:.1f}%", 100 * j["masks"]["white"].get<double>())
             : "");
+  if (j.contains("depth"))
+    fmt::print("  depth  of {} of {} training pictures, {}{}\n", j["depth"]["pictures"].get<int>(),
+               j["depth"]["frames"].get<int>(),
+               j["depth"]["kind"] == "none" ? "not used" : j["depth"]["kind"].get<std::string>(),
+               j["depth"]["looked_at"].get<int>() > 0
+                   ? fmt::format("; known in {:.1f}% of the pixels", 100 * j["depth"]["known"].get<double>())
+                   : "");
   if (j.contains("box"))
     fmt::print("  box    {} to {}{}\n", text_of(j["box"][0]), text_of(j["box"][1]),
                alpha ? ", not used: silhouettes say more" : "");

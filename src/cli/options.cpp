@@ -85,6 +85,12 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
       ->type_name("{srgb,linear}");
   verb.add_option("--layer", rules.layer, "layer of OpenEXR pictures, where several hold colours")
       ->type_name("NAME");
+  verb.add_option(
+          "--depth", rules.depth,
+          "what depth maps (depth_file_path) say: metric (depth in scene units), relative (but for a scale "
+          "and a shift of each picture), inverse (one over depth, but for such), or none (not used); not "
+          "given: metric where depth_unit_scale_factor gives a unit, else relative")
+      ->type_name("{metric,relative,inverse,none}");
   add_masks(verb, rules.masks);
 }
 

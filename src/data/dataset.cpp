@@ -13,6 +13,7 @@
 #include "data/mask_notes.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/decode.hpp"
+#include "data/pictures/depth_read.hpp"
 #include "data/pictures/picture_cache.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
@@ -88,6 +89,14 @@ void note_pictures(const Split& split, const std::vector<PictureFacts>& facts, b
                   printable(split.frames[std::size_t(found - facts.begin())].name));
 }
 
+/// Nothing of a frame without depth, which has the hash it always had.
+void add_depth(const DepthMap& depth, Fingerprint& hash) {
+  if (depth.empty()) return;
+  hash.add(std::uint64_t(depth.kind()));
+  hash.add(std::uint64_t(depth.width()));
+  for (int i = 0; i < depth.width() * depth.height(); ++i) hash.add(double(depth.value(std::size_t(i))));
+}
+
 /// Over the numbers as written and the pixels as kept, so that it does not depend on this machine's rounding.
 std::uint64_t fingerprint_of(const RawSplit& raw, const Split& split,
                              const std::vector<PictureFacts>& facts) {
@@ -114,6 +123,7 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const Split& split,
     const CoarseMask& moving = split.frames[i].moving;
     if (!moving.empty()) hash.add(std::uint64_t(moving.factor));
     moving.squares.each_word([&](std::uint64_t word) { hash.add(word); });
+    add_depth(split.frames[i].depth, hash);
   }
   return hash.value();
 }
@@ -139,10 +149,10 @@ std::vector<PictureFacts> fill_pictures(Split& split, const PicturePlan& plan, b
 
 std::string gigabytes(double bytes) { return fmt::format("{:.{}f} GB", bytes / 1e9, bytes < 1e9 ? 2 : 1); }
 
-/// Whether the pictures must live in a file. Throws Error (input) if not even those that are decoded at once
-/// fit into memory.
-bool outgrow(const std::vector<PicturePlan>& plans, const Dataset& dataset, const LoadOptions& options,
-             std::vector<std::string>& notes) {
+/// Whether the pictures must live in a file. `depths`: bytes of depth maps. Throws Error (input) if not even
+/// those that are decoded at once fit into memory.
+bool outgrow(const std::vector<PicturePlan>& plans, double depths, const Dataset& dataset,
+             const LoadOptions& options, std::vector<std::string>& notes) {
   PictureMemory all;
   double bits = 0;  // of masks, in memory always
   for (const PicturePlan& plan : plans) {
@@ -151,7 +161,7 @@ bool outgrow(const std::vector<PicturePlan>& plans, const Dataset& dataset, cons
     all.passing = std::max(all.passing, one.passing);
     if (plan.masks.use.what == MaskUse::What::ignore) bits += one.pixels;
   }
-  const double room = (options.room ? options.room(dataset) : usable_memory()) - bits / 8;
+  const double room = (options.room ? options.room(dataset) : usable_memory()) - bits / 8 - depths;
   const bool outgrown = options.keep && all.kept > room;
   if (all.passing > room)
     fail({plans[0].where[0], "the pictures that are decoded at once do not fit into memory",
@@ -285,6 +295,15 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   }
   note_sizes(plans, raw, dataset.notes);
   dataset.masks = note_masks(open, plans, dataset.notes);
+  std::optional<DepthPlan> depth;
+  if (options.depth && raw[0].name == "train") {
+    depth = plan_depth(folder, raw[0], options.rules, plans[0].sizes, options.downscale);
+    constexpr std::size_t kLooks = 32;  // where nobody asks for pixels
+    std::vector<DepthMap> maps = read_depths(*depth, options.pixels ? depth->files.size() : kLooks);
+    dataset.depth = note_depth(*depth, maps, dataset.notes);
+    for (std::size_t i = 0; options.pixels && i < maps.size(); ++i)
+      dataset.splits[0].frames[i].depth = std::move(maps[i]);
+  }
   if (!options.pixels || options.room) {
     const bool may = plans[0].alpha || open.mask_use.what == MaskUse::What::subject;
     try {
@@ -294,7 +313,7 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
     }
   }
   if (!options.pixels) return dataset;
-  const bool outgrown = outgrow(plans, dataset, options, dataset.notes);
+  const bool outgrown = outgrow(plans, depth ? memory_for(*depth) : 0, dataset, options, dataset.notes);
   dataset.has_alpha = false;  // what all pictures say follows
   const std::string cache = outgrown ? cache_folder(options.cache) : "";
   for (std::size_t s = 0; s < raw.size(); ++s) {

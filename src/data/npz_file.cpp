@@ -115,4 +115,18 @@ std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, cons
   return out;
 }
 
+NpyArray read_npz_array(const std::filesystem::path& path, const std::string& where,
+                        const std::string& name) {
+  const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestNpz);
+  const std::vector<Entry> entries = read_directory(bytes, where);
+  std::string all;
+  for (const Entry& e : entries) {
+    if (entries.size() == 1 || e.name == name + ".npy")
+      return parse_npy(unpack(bytes, e, where), where, true);
+    all += (all.empty() ? "" : ", ") + printable(e.name.substr(0, e.name.rfind(".npy")));
+  }
+  fail({where, "it is not clear which array is meant", "one array, or one named '" + name + "'",
+        all.empty() ? "none" : all, ""});
+}
+
 }  // namespace splinevox::data

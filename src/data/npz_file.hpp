@@ -17,4 +17,7 @@ namespace splinevox::data {
 std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, const std::string& where,
                                          const std::vector<std::string>& names);
 
+/// The array of that name, or the only one there is. Throws as read_npz, but numbers need not be finite.
+NpyArray read_npz_array(const std::filesystem::path& path, const std::string& where, const std::string& name);
+
 }  // namespace splinevox::data

@@ -80,4 +80,19 @@ SPLINEVOX_INLINE T composite_share(const Emission<T>& e, T w, const Vec3T<T>& d_
   return w * (e.light * e.view) * dot(e.base, d_rgb);
 }
 
+/// One more channel that is composited beside the colour, such as a distance: the same sweep with a value x
+/// in place of a colour.
+/// @{
+/// What a sample adds to S: w x G. @param d_value  d loss / d sum of w x, G
+template <class T>
+SPLINEVOX_INLINE T channel_share(T w, T x, T d_value) {
+  return w * x * d_value;
+}
+/// What it adds to d loss / d sigma of composite_vjp, whose `behind` holds the shares of all channels.
+template <class T>
+SPLINEVOX_INLINE T channel_vjp(T next, T step, T x, T d_value) {
+  return step * next * x * d_value;
+}
+/// @}
+
 }  // namespace splinevox

@@ -18,23 +18,33 @@ namespace splinevox {
 /// it back. 0 keeps every sample.
 ///
 /// @param prior  weight of transmittance_prior
-template <class Real, int Sh, bool Moving, bool Jet>
+/// @tparam Deep        whether the loss asks for the distance too. @param d_distance  its derivative by
+/// expected_distance
+template <bool Deep = false, class Real, int Sh, bool Moving, bool Jet>
 void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>& input,
               const RayResult<Real>& result, const FieldView<Real>& field, const Vec3T<Real>& d_rgb,
-              Real min_weight, RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out, Real prior = 0) {
+              Real min_weight, RayRecords<Real, RayKernel<Real, Sh>::kWidth, Jet>& out, Real prior = 0,
+              [[maybe_unused]] Real d_distance = 0) {
   using K = RayKernel<Real, Sh, Real, Moving>;
   using Eight = typename K::Eight;
   using Vec = Vec3T<Real>;
   Real behind = composite_end(result.transmittance, input.background, d_rgb, prior);
+  if constexpr (Deep)
+    behind += channel_share(result.transmittance, Real(input.count) * field.step, d_distance);
   for (int i = ray.count - 1; i >= 0; --i) {
     const auto& s = ray.samples[i];
     const Emission<Real> emission = ray.emission(i);
     const Real w = ray.weight[i];
     const Real behind_this = behind;
     behind += composite_share(emission, w, d_rgb);
+    if constexpr (Deep) behind += channel_share(w, ray.distance[i] * field.step, d_distance);
     if (w < min_weight) continue;
-    const EmissionAdjoint<Real> d = emission_vjp(
-        emission, composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind_this, d_rgb));
+    EmissionAdjoint<Real> given =
+        composite_vjp(emission, w, ray.transmittance_next[i], field.step, behind_this, d_rgb);
+    if constexpr (Deep)
+      given.density +=
+          channel_vjp(ray.transmittance_next[i], field.step, ray.distance[i] * field.step, d_distance);
+    const EmissionAdjoint<Real> d = emission_vjp(emission, given);
 
     auto& record = out.radiance.emplace_back();
     record.cell = s.radiance_cell;
@@ -71,6 +81,16 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
           for (Real& v : row) v = 0;
     }
   }
+}
+
+/// How far from its sample 0 a ray ends on the mean, scene units: a distance is composited like a colour, and
+/// what goes through the box ends behind it.
+template <class Real, int Sh, bool Moving>
+Real expected_distance(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>& input,
+                       const RayResult<Real>& result, Real step) {
+  Real sum = result.transmittance * Real(input.count);
+  for (int i = 0; i < ray.count; ++i) sum += ray.weight[i] * ray.distance[i];
+  return step * sum;
 }
 
 /// Adds the gradients of the offset and divergence losses to the motion records that `backward` wrote for

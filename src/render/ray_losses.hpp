@@ -14,6 +14,7 @@ struct RayLosses {
                                 ///< unit of brightness of the scene
   float transmittance = 0;      ///< weight of transmittance_prior
   MotionLoss<float> motion;
+  float depth = 0;  ///< weight of depth_error; 0: no depth is asked for
   std::uint64_t probe_seed = 0;
 };
 

@@ -18,6 +18,7 @@
 #include "run/train_session.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/train/prepare.hpp"
+#include "train/learn_depth.hpp"
 
 namespace fs = std::filesystem;
 
@@ -49,6 +50,7 @@ DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
   if (rules.masks.empty()) rules.masks = record.rules.masks;
   if (rules.transfer.empty()) rules.transfer = record.rules.transfer;
   if (rules.layer.empty()) rules.layer = record.rules.layer;
+  if (rules.depth.empty()) rules.depth = record.rules.depth;
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
     rules.times = fs::absolute(rules.times).lexically_normal().string();
   return rules;
@@ -154,6 +156,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   load.splits = {"train"};
   load.if_there = {"val"};
   load.rules = rules_of(o, record);
+  load.depth = config.loss.depth > 0;
   load.cache = o.cache;
   const double bound = memory_bound(o.memory);
   MemoryNeeds needs;
@@ -162,6 +165,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     return room_for_pictures(bound, needs, config);
   };
   Dataset data = load_dataset(o.dataset, load);
+  check_learns_depth(*steps, config, *data.find("train"));
   if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
   if (finished) {
     progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));

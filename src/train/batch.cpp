@@ -222,7 +222,7 @@ std::span<const int> BatchSampler::window(double progress) const {
 
 void BatchSampler::draw(std::int64_t index, double progress, float step, const Background& background,
                         const Surroundings& around, Batch& out, const CameraFits& cameras,
-                        const ErrorMap* errors) const {
+                        const DepthFits& depths, const ErrorMap* errors) const {
   const std::span<const int> window = this->window(progress);
   const std::vector<std::size_t>& starts = moments(cameras);
   const auto moment_at = [&](std::ptrdiff_t rank) {
@@ -252,6 +252,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   out.lines.resize(around.any() ? out.rays.size() : 0);
   out.shown.resize(cameras.cameras.empty() ? 0 : out.rays.size());
   out.patches.resize(out.rays.size() / 4);
+  out.depths.resize(depths.empty() ? 0 : out.rays.size());
   out.tasks.clear();
   const int per_frame = patches * 4;
   const bool random = config_.background != BackgroundKind::fixed && !background.learned(),
@@ -289,8 +290,12 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         out.rays[r].weight = weights[p];
         // What carves looks at another moment than its picture shows.
-        if (!changing_.empty() && changing_[drawn[p].frame].known() &&
-            cameras.time_of(frame) == out.times[f]) {
+        const bool now = cameras.time_of(frame) == out.times[f];
+        if (!out.depths.empty())
+          out.depths[r] =
+              now ? depth_target(frame, x, y, ray, depths[std::size_t(drawn[p].frame)], out.rays[r], step)
+                  : DepthTarget<float>{};
+        if (!changing_.empty() && changing_[drawn[p].frame].known() && now) {
           const bool moves = changing_[drawn[p].frame].near(x, y);
           out.rays[r].rest = {in_voxels * (moves ? along_ : rest_), moves};
         }

@@ -12,6 +12,7 @@
 #include "splinevox/train/config.hpp"
 #include "train/changing_blocks.hpp"
 #include "train/error_map.hpp"
+#include "train/learn_depth.hpp"
 #include "train/silhouette_blocks.hpp"
 
 namespace splinevox {
@@ -28,13 +29,14 @@ struct Batch {
   std::vector<double> times;          ///< of the slots, model time in [0, 1]
   std::vector<RayInput<float>> rays;  ///< grouped by slot, equally many each
   std::vector<Ray> lines;             ///< the same before they were clipped, if there are surroundings
-  std::vector<Vec3> targets;     ///< [rays] neutral, composited over the ray's background; some are bounds
-                                 ///< (math/photometric.hpp)
-  std::vector<CameraRay> shown;  ///< [rays]; empty where nothing is learned of cameras
-  std::vector<Patch> patches;    ///< of four rays each; frame -1: at another moment than its picture shows
-  std::vector<RayTask> tasks;    ///< fixed cut of the rays into pieces of work, none across slots
-  std::vector<int> grids;        ///< of the slots: which of Occupancy::grids
-  std::uint64_t draw = 0;        ///< seed of the step's other draws
+  std::vector<Vec3> targets;  ///< [rays] neutral, composited over the ray's background; some are bounds
+                              ///< (math/photometric.hpp)
+  std::vector<DepthTarget<float>> depths;  ///< [rays]; empty where no depth is asked for
+  std::vector<CameraRay> shown;            ///< [rays]; empty where nothing is learned of cameras
+  std::vector<Patch> patches;  ///< of four rays each; frame -1: at another moment than its picture
+  std::vector<RayTask> tasks;  ///< fixed cut of the rays into pieces of work, none across slots
+  std::vector<int> grids;      ///< of the slots: which of Occupancy::grids
+  std::uint64_t draw = 0;      ///< seed of the step's other draws
 
   int slot_of(int ray) const { return int(std::size_t(ray) / (rays.size() / frames.size())); }
 };
@@ -78,11 +80,11 @@ class BatchSampler {
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
   /// they are random. @param around  before it
-  /// @param cameras  what is known of them by now. @param errors  of the pictures; null: patches are drawn
-  /// evenly
+  /// @param cameras  what is known of them by now. @param depths  the same of depth maps; empty: no depth is
+  /// asked for. @param errors  of the pictures; null: patches are drawn evenly
   void draw(std::int64_t index, double progress, float step, const Background& background,
             const Surroundings& around, Batch& out, const CameraFits& cameras = {},
-            const ErrorMap* errors = nullptr) const;
+            const DepthFits& depths = {}, const ErrorMap* errors = nullptr) const;
   /// The frames that may be drawn, in order of time.
   std::span<const int> window(double progress) const;
   /// Whether that is all of them.

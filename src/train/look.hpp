@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <utility>
+
 #include "field/lattice/slice.hpp"
 #include "render/field_view.hpp"
 #include "render/occupancy.hpp"
@@ -26,6 +29,10 @@ class Look {
     return (field_.moving ? moving_.forward(through_, field_, frame_, kStop)
                           : still_.forward(through_, field_, frame_, kStop))
         .rgb;
+  }
+  /// Distance from its origin at which the last ray had met half of its matter, scene units, and its alpha.
+  std::pair<double, float> distance(const Ray& ray) const {
+    return field_.moving ? distance_of(moving_, ray) : distance_of(still_, ray);
   }
   /// Calls visit(position, weight, i) for the samples i of the last ray that count in its pixel. @pre
   /// something changes over time in the model
@@ -56,6 +63,17 @@ class Look {
   }
 
  private:
+  template <class Kernel>
+  std::pair<double, float> distance_of(const Kernel& kernel, const Ray& ray) const {
+    float all = 0, met = 0;
+    for (int i = 0; i < kernel.count; ++i) all += kernel.weight[i];
+    int i = 0;
+    while (i + 1 < kernel.count && met + kernel.weight[i] < 0.5f * all) met += kernel.weight[i++];
+    if (kernel.count == 0) return {0, 0};
+    const float within = kernel.weight[i] > 0 ? (0.5f * all - met) / kernel.weight[i] : 0.5f;
+    const double start = dot(cast<double>(through_.origin) - ray.origin, ray.direction);
+    return {start + double(field_.step * (kernel.distance[i] + within - 0.5f)), all};
+  }
   static constexpr float kLeastWeight = 0.02f, kStop = 1e-3f;
   const VoxelModel& model_;
   MotionSlice slice_;

@@ -76,7 +76,8 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
       home(starting_volume(setting, time_map), std::move(backend)),
       sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
       cameras(setting.config.cameras, home.read().cameras, setting.unit),
-      errors(config.sampling.hard_share > 0 ? ErrorMap(train) : ErrorMap()) {
+      errors(config.sampling.hard_share > 0 ? ErrorMap(train) : ErrorMap()),
+      depths(starting_depth_fits(train, setting.config.loss.depth)) {
   set_moving(moving_in(setting));
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
 }
@@ -110,10 +111,15 @@ void Trainer::State::refresh_occupancy() {
   splinevox::refresh_occupancy(setting, home.change(), window());
 }
 
+void Trainer::State::fit_depths() {
+  if (!depths.empty() && depth_fit_is_due(clock.step))
+    splinevox::fit_depths(setting, home.read(), window(), depths);
+}
+
 void Trainer::State::draw() {
   const bool by_error = !errors.empty() && progress >= setting.config.sampling.hard_start;
   sampler.draw(clock.step, progress, home.march_step(), home.background(), home.surroundings(), batch,
-               home.cameras(), by_error ? &errors : nullptr);
+               home.cameras(), depths, by_error ? &errors : nullptr);
   batch.grids.clear();
   for (const int f : batch.frames) batch.grids.push_back(home.occupancy().grid_of(f));
 }
@@ -132,6 +138,7 @@ RayLosses Trainer::State::ray_losses() const {
   losses.motion.offset_softening = 1e-4f * home.march_step();
   losses.motion.divergence = float(c.loss.divergence * ramp);
   losses.motion.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
+  losses.depth = c.loss.depth;
   losses.probe_seed = batch.draw;
   return losses;
 }
@@ -142,6 +149,7 @@ StepInput Trainer::State::step_input() {
   StepInput in{};
   in.rays = batch.rays;
   in.targets = batch.targets;
+  in.depths = batch.depths;
   in.tasks = batch.tasks;
   in.times = batch.times;
   in.occupancy = batch.grids;
@@ -199,6 +207,11 @@ void Trainer::State::archive(Archive& a) {
       const std::size_t tiles = errors.tiles();
       errors.archive(a);
       check_fits(errors.tiles() == tiles);
+    });
+  if (const std::size_t frames = depths.size(); frames > 0)
+    a.section("depths", [&] {
+      a(depths);
+      check_fits(depths.size() == frames);
     });
   if (!a.reading()) return;
   Volume& volume = home.change();

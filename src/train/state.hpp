@@ -10,6 +10,7 @@
 #include "train/home.hpp"
 #include "train/learn_background.hpp"
 #include "train/learn_cameras.hpp"
+#include "train/learn_depth.hpp"
 #include "train/learn_surroundings.hpp"
 #include "train/plan.hpp"
 #include "train/run_clock.hpp"
@@ -30,6 +31,7 @@ struct Trainer::State {
   SurroundingsLearner surroundings;
   CameraLearner cameras;  ///< of the volume's cameras
   ErrorMap errors;        ///< of the training pictures; empty: rays are drawn evenly
+  DepthFits depths;       ///< empty: no depth is asked for
   RunClock clock;
   double progress = 0;  ///< of the last refine
   Plan plan;
@@ -43,6 +45,8 @@ struct Trainer::State {
   /// Whether the occupancy is due for a refresh: twice as often while the window of time grows.
   bool occupancy_is_due() const;
   void refresh_occupancy();
+  /// Depth maps are fitted anew, if that is due.
+  void fit_depths();
   /// The rays of the next step.
   void draw();
   /// What it asks for. Good until the next draw.

@@ -14,6 +14,7 @@ namespace splinevox {
 Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_map, double seconds_used,
                  Ranks* ranks, std::unique_ptr<StepBackend> backend) {
   validate(config);
+  check_learns_depth(*backend, config, train);
   Stopwatch watch;
   state_ = std::make_unique<State>(config, train, time_map, ranks, std::move(backend));
   state_->refine(0);
@@ -51,6 +52,7 @@ StepReport Trainer::one_step() {
   report.stage_changed = s.refine(s.clock.position(run));
   lap(&PhaseSeconds::refine);
   if (!report.stage_changed && s.occupancy_is_due()) s.refresh_occupancy();
+  s.fit_depths();
   lap(&PhaseSeconds::occupancy);
 
   s.draw();
@@ -72,7 +74,7 @@ StepReport Trainer::one_step() {
   lap(&PhaseSeconds::update);
 
   report.progress = s.clock.used(run);
-  report.loss = (sums.squared_error + sums.motion_loss) / double(report.rays);
+  report.loss = (sums.squared_error + sums.motion_loss + sums.depth_loss) / double(report.rays);
   report.psnr = -10 * std::log10(std::max(1e-10, sums.squared_error / (3.0 * double(report.rays))));
   return report;
 }

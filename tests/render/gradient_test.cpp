@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <random>
 #include <vector>
 
 #include "math/activation.hpp"
@@ -16,68 +15,14 @@
 #include "render/backward.hpp"
 #include "render/scatter.hpp"
 #include "support/dual.hpp"
+#include "tiny_scene.hpp"
 
 using namespace splinevox;
 using test::Duals;
+using test::kStep;
+using test::TinyScene;
 
 namespace {
-
-constexpr double kSpacing = 0.25, kStep = 0.11;
-
-/// A scene small enough to differentiate with respect to every number: lattices of a few bricks with a hole,
-/// random values, a handful of rays.
-template <int Sh>
-struct TinyScene {
-  static constexpr int kWidth = RayKernel<double, Sh>::kWidth;
-  TopologyPtr radiance, motion;
-  std::vector<double> rows, slice, behind;  ///< behind: colours behind the rays, [rays * 3]
-  FieldView<double> field;
-  FrameView<double> frame;
-  std::vector<RayInput<double>> rays;
-  std::vector<Vec3d> targets, probes;
-  Rest<double> rest;  ///< of every ray
-
-  explicit TinyScene(unsigned seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<double> uniform(-1, 1);
-    const Lattice fine{{-1, -1, -1}, float(kSpacing), {12, 9, 9}},
-        coarse{{-1, -1, -1}, float(2 * kSpacing), {9, 5, 5}};
-    radiance = make_topology(fine, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}});  // others are absent
-    motion = make_dense_topology(coarse);
-    rows.resize(radiance->rows() * kWidth);
-    slice.resize(motion->rows() * kSliceWidth);
-    // Numbers that float holds too, so that both precisions differentiate the same scene.
-    for (double& v : rows) v = float(1.5 * uniform(random));
-    for (double& v : slice) v = float(0.3 * uniform(random));
-    for (int i = 0; i < kBrickRows; ++i)
-      for (int c = 0; c < kWidth; ++c) rows[i * kWidth + c] = c == 0 ? -10 : 0;
-    for (int i = 0; i < kBrickRows * kSliceWidth; ++i) slice[i] = 0;
-    field.radiance = BrickView<double>(*radiance);
-    field.radiance_rows = rows.data();
-    field.motion = BrickView<double>(*motion);
-    field.moving = field.rigidity = true;
-    field.rigidity_offset = 0.4;
-    field.density_scale = 3;
-    field.density_shift = -0.5;
-    field.step = kStep;
-    frame.slice = slice.data();
-    for (int i = 0; i < 6; ++i) {
-      RayInput<double> ray;
-      ray.origin = {-1 + 0.05 * uniform(random), 0.4 * uniform(random), 0.4 * uniform(random)};
-      ray.direction = normalize(Vec3d{1, 0.4 * uniform(random), 0.4 * uniform(random)});
-      ray.count = 16 + i;
-      ray.background = {0.3, 0.6, 0.9};
-      rays.push_back(ray);
-      targets.push_back({0.5 + 0.5 * uniform(random), 0.5, 0.2});
-      if (i == 5) {
-        rays.back().background.x = 3;
-        targets.back().x = targets.back().z = -1;  // 1 or more
-      }                                            // clipped: brighter in red, darker in blue
-      for (int c = 0; c < 3; ++c) behind.push_back(rays.back().background[c]);
-      probes.push_back({1, i % 2 ? -1.0 : 1.0, 1});
-    }
-  }
-};
 
 /// Eight corner rows around x by plain arithmetic, row 0 where a brick is absent.
 struct Corners {
@@ -117,7 +62,7 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
   };
   for (std::size_t ray = 0; ray < scene.rays.size(); ++ray) {
     const RayInput<double>& in = scene.rays[ray];
-    T transmittance(1);
+    T transmittance(1), distance(0);
     Vec3T<T> color{T(0), T(0), T(0)};
     for (int i = 0; i < in.count; ++i) {
       const Vec3d at = in.origin + (i * kStep) * in.direction;
@@ -178,6 +123,7 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       const T depth = T(3) * softplus(raw[0] + presence - T(0.5)).value * T(kStep);
       const T weight = transmittance * one_minus_exp_neg(depth);
       for (int c = 0; c < 3; ++c) color[c] += weight * factor * sigmoid(raw[1 + c]).value;
+      distance += weight * T(i * kStep);
       transmittance *= exp_(-depth);
       if (loss.offset > 0 || loss.divergence > 0 || scene.rest.weight > 0) {
         if (record) fixed_weights.push_back(value_of(weight));
@@ -197,6 +143,12 @@ T reference_loss(const TinyScene<Sh>& scene, const std::vector<T>& rows, const s
       }
       if (value_of(transmittance) < stop) break;
     }
+    total += transmittance_prior(transmittance, T(scene.prior)).value;
+    const DepthTarget<double>& known = scene.depths[ray];
+    if (scene.depth_weight > 0 && known.scale > 0)
+      total += T(scene.depth_weight) * depth_error(distance + transmittance * T(in.count * kStep),
+                                                   DepthTarget<T>{T(known.distance), T(known.scale)})
+                                           .value;
     for (int c = 0; c < 3; ++c) {
       const T e = color[c] + transmittance * behind[3 * ray + c] - T(std::abs(scene.targets[ray][c]));
       const bool clipped = scene.targets[ray][c] < 0 && value_of(e) > 0;
@@ -241,10 +193,19 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
     ray.rest = {Real(scene.rest.weight), scene.rest.along};
     const auto result = kernel.forward(ray, field, frame, Real(stop));
     const Vec3T<Real> error = photometric_error(result.rgb, cast<Real>(scene.targets[i]));
-    value += dot(error, error);
+    value += dot(error, error) + transmittance_prior(result.transmittance, Real(scene.prior)).value;
     const std::size_t first = records.motion.size();
     for (int c = 0; c < 3; ++c) d_behind.push_back(Real(2) * result.transmittance * error[c]);
-    backward(kernel, ray, result, field, Real(2) * error, Real(0), records);
+    if (scene.depth_weight > 0 && scene.depths[i].scale > 0) {
+      const auto off =
+          depth_error(expected_distance(kernel, ray, result, field.step),
+                      DepthTarget<Real>{Real(scene.depths[i].distance), Real(scene.depths[i].scale)});
+      value += scene.depth_weight * double(off.value);
+      backward<true>(kernel, ray, result, field, Real(2) * error, Real(0), records, Real(scene.prior),
+                     Real(scene.depth_weight) * off.slope);
+    } else {
+      backward(kernel, ray, result, field, Real(2) * error, Real(0), records, Real(scene.prior));
+    }
     for (int k = 0; k < kernel.count; ++k) {
       const Vec3T<Real> displacement = displacement_of(kernel.samples[k].warp.motion, kernel.r[k]);
       const Real along = dot(displacement, ray.direction);
@@ -288,9 +249,11 @@ struct Figures {
 /// is measured against that millionth.
 template <int Sh>
 void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures,
-                     const Rest<double>& rest = {}) {
+                     const Rest<double>& rest = {}, double depth = 0) {
   TinyScene<Sh> scene(seed);
   scene.rest = rest;
+  scene.depth_weight = depth;
+  scene.prior = depth / 100;
   std::vector<double> d_rows, d_slice, d_behind, weights;
   std::vector<float> f_rows, f_slice, f_behind;
   double value, f_value;
@@ -333,18 +296,18 @@ void check_gradients(unsigned seed, const MotionLoss<double>& loss, double stop,
 
 /// The same with harmonics of another order for every seed.
 void check_any_order(unsigned seed, const MotionLoss<double>& loss, double stop, Figures& figures,
-                     const Rest<double>& rest = {}) {
+                     const Rest<double>& rest = {}, double depth = 0) {
   switch (seed % 5) {
     case 0:
-      return check_gradients<-1>(seed, loss, stop, figures, rest);
+      return check_gradients<-1>(seed, loss, stop, figures, rest, depth);
     case 1:
-      return check_gradients<0>(seed, loss, stop, figures, rest);
+      return check_gradients<0>(seed, loss, stop, figures, rest, depth);
     case 2:
-      return check_gradients<1>(seed, loss, stop, figures, rest);
+      return check_gradients<1>(seed, loss, stop, figures, rest, depth);
     case 3:
-      return check_gradients<2>(seed, loss, stop, figures, rest);
+      return check_gradients<2>(seed, loss, stop, figures, rest, depth);
     default:
-      return check_gradients<3>(seed, loss, stop, figures, rest);
+      return check_gradients<3>(seed, loss, stop, figures, rest, depth);
   }
 }
 
@@ -383,6 +346,14 @@ TEST_SUITE("render/gradient") {
     for (unsigned seed = 1; seed <= 20; ++seed)
       check_any_order(seed, {}, seed % 2 ? 0.2 : 0, along, {0.5, true});
     report("rest along the ray, 20 scenes", along);
+  }
+
+  TEST_CASE(
+      "the error of an expected distance and the prior on transmittance have the gradients of their values") {
+    Figures figures;
+    for (unsigned seed = 1; seed <= 20; ++seed)
+      check_any_order(seed, {}, seed % 2 ? 0.2 : 0, figures, {}, 40);
+    report("depth and transmittance, 20 scenes", figures);
   }
 
   TEST_CASE("offset and divergence losses have the gradients of their values") {

@@ -81,5 +81,9 @@ inline Duals expm1(const Duals& x) { return Duals::chain(std::expm1(x.a), std::e
 inline Duals log(const Duals& x) { return Duals::chain(std::log(x.a), 1 / x.a, x); }
 inline Duals log1p(const Duals& x) { return Duals::chain(std::log1p(x.a), 1 / (1 + x.a), x); }
 inline Duals pow(const Duals& x, const Duals& y) { return exp(y * log(x)); }
+inline Duals sqrt(const Duals& x) {
+  const double root = std::sqrt(x.a);
+  return Duals::chain(root, 0.5 / root, x);
+}
 
 }  // namespace splinevox::test

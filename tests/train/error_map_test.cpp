@@ -122,7 +122,7 @@ TEST_CASE("patches go where errors are, and weights undo it as far as is asked")
   for (const float undo : {0.0f, 0.5f, 1.0f}) {
     SamplingConfig as = config;
     as.hard_undo = undo;
-    BatchSampler(train, bounds.box, as, 9).draw(0, 1, 0.02f, {}, {}, hard, {}, &map);
+    BatchSampler(train, bounds.box, as, 9).draw(0, 1, 0.02f, {}, {}, hard, {}, {}, &map);
     shares.push_back(share(hard));
   }
   CHECK(shares[0] > share(even) + 0.08);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "splinevox/core/camera.hpp"
+#include "splinevox/core/depth_map.hpp"
 #include "splinevox/core/image.hpp"
 #include "splinevox/core/pixel_mask.hpp"
 #include "splinevox/core/vec3.hpp"
@@ -25,6 +26,7 @@ struct Frame {
   PixelMask ignored = {};  ///< pixels that say nothing: not drawn, not scored, no evidence; never all of them
   CoarseMask moving = {};  ///< what shows something that moves, where that is known; else no size
   PixelMask inside = {};   ///< the white of a mask that is used for nothing else, if LoadOptions::inside
+  DepthMap depth = {};     ///< how far away its pixels are, where that is known and LoadOptions::depth
 };
 
 /// Masks that lie beside the pictures of the splits that were read.
@@ -35,6 +37,16 @@ struct DatasetMasks {
   std::string example;       ///< path of the first, in the data set
   std::size_t looked_at = 0;
   double white = 0;  ///< mean share of white in those that were looked at, 0 to 1
+};
+
+/// Depth maps that the data names for pictures of the splits that were read.
+struct DatasetDepth {
+  std::string kind;          ///< "metric", "relative" or "inverse"; "none": they are not used
+  std::size_t pictures = 0;  ///< that have one
+  std::size_t frames = 0;    ///< of all splits
+  std::string example;       ///< path of the first, as the data has it
+  std::size_t looked_at = 0;
+  double known = 0;  ///< mean share of the pixels of those looked at whose depth is known, 0 to 1
 };
 
 /// A real camera that took two frames or more.
@@ -68,6 +80,7 @@ struct Dataset {
   std::vector<RigCamera> cameras = {};  ///< empty: every frame may be of another one
 
   std::optional<DatasetMasks> masks = {};  ///< absent: no picture has one
+  std::optional<DatasetDepth> depth = {};  ///< absent: no picture has any, or nobody asked for it
 
   /// Colour of the plain ground that prepare (train/prepare.hpp) cut out of the train split's opaque
   /// pictures: their pixels of it have alpha 0.
@@ -101,6 +114,9 @@ struct DatasetRules {
   /// = light in OpenEXR and in other floats, else as a screen shows them.
   std::string transfer = {};
   std::string layer = {};  ///< of OpenEXR pictures; empty: the one that holds colours
+  /// What depth maps (depth_file_path) say: the name of a DepthKind. "none": they are not read. Empty:
+  /// metric where the data says their unit (depth_unit_scale_factor), else relative.
+  std::string depth = {};
 };
 
 struct LoadOptions {
@@ -111,6 +127,7 @@ struct LoadOptions {
   DatasetRules rules = {};
   bool pixels = true;   ///< false: pictures are measured by their headers, not decoded; frames have none
   bool inside = false;  ///< masks that the rules do not speak of become Frame::inside
+  bool depth = false;   ///< depth maps are read, as Frame::depth; without pixels only some are looked at
   bool keep = true;     ///< false: pictures are decoded and looked at, and frames have none
   /// Bytes of memory that pictures may take. Asked once everything but them is known; more of them than that
   /// live in a file (docs/data.md). Empty: what the process may have.

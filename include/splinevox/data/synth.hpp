@@ -48,8 +48,11 @@ struct SynthOptions {
                      ///< so often between time 0 and 1, as in a video, -100..100
   bool film = false;  ///< with orbit: val pictures lie on the camera's way, between training pictures; test
                       ///< pictures are from half the way further, a little higher, at training times
-  double shake = 0;   ///< with film: the camera is held by hand. Each axis of its position wanders by this
-                      ///< share of its distance, its direction by so many radians about each axis; 0..0.2
+  /// Training pictures have depth of this kind, exact but for s and b, which are drawn for each of them; 0
+  /// where nothing solid is hit. A scene of gas has none.
+  std::optional<DepthKind> depth{};
+  double shake = 0;  ///< with film: the camera is held by hand. Each axis of its position wanders by this
+                     ///< share of its distance, its direction by so many radians about each axis; 0..0.2
   SynthLook look{};
   SynthRig rig{};  ///< frames are then its moments; excludes orbit
 };
@@ -160,6 +163,9 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options = {},
 /// Frames of a rig have `camera_id` and, with masks, `mask_path` (masks/SPLIT/NAME.png). Beside them is
 /// truth.json: each camera's gains and time offset, in time and in intervals, the interval and the box of all
 /// there is.
+///
+/// Depth is in depth/train/NAME.exr, channel Z (depth_file_path); depth_unit_scale_factor is 1 where it is
+/// metric.
 ///
 /// Throws Error: Fault::input for the scene's name or an option out of range, Fault::output for anything that
 /// cannot be written. The transforms files are written last.

@@ -105,6 +105,7 @@ struct LossConfig {
   float along = 0.01f;  ///< of that along the ray, where one shows something that moves
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
+  float depth = 0.1f;   ///< of the relative error of a ray's distance, where a depth map tells it
   float transmittance = 0;           ///< of T (1 - T) of a ray: it ends on something or passes
   float transmittance_start = 0.3f;  ///< progress at which that begins
   float offset = 0;                  ///< lambda_off of Eq. 8
@@ -126,9 +127,8 @@ struct SamplingConfig {
   float window_full = 0.3f;  ///< progress at which the window has grown to all frames
   int rays = 4096;           ///< rays of the first step over all of them, in patches of 2 x 2 pixels
   float growth = 3;          ///< rays of the last step over those of the first, linear in between
-  float carve =
-      0.15f;  ///< share of the rays that look from cameras of neighbouring times past the silhouette
-  int carve_frames = 4;  ///< how many frames earlier or later such a camera may be
+  float carve = 0.15f;       ///< share of the rays that look past silhouettes of neighbouring times
+  int carve_frames = 4;      ///< how many frames earlier or later such a camera may be
   float carve_speed =
       3;  ///< the fastest that things are taken to move, picture widths per unit of model time
   float changing = 0.3f;     ///< share of the rays, where cameras that stand still see something change

@@ -27,7 +27,7 @@ class RayEngine final : public Engine {
   struct Worker {
     Kernel kernel;
     RayRecords<float, kWidth, Jet> records;
-    double squared_error, motion_loss;
+    double squared_error, motion_loss, depth_loss;
     std::int64_t samples;
     /// Where a ray's records end, and what it lost.
     struct Ray {
@@ -83,6 +83,7 @@ class RayEngine final : public Engine {
     for (const Worker& w : workers_) {
       result.squared_error += w.squared_error;
       result.motion_loss += w.motion_loss;
+      result.depth_loss += w.depth_loss;
       result.samples += w.samples;
     }
     watch.lap();
@@ -93,7 +94,8 @@ class RayEngine final : public Engine {
       radiance_scatter_.fill(t, field.radiance);
       if constexpr (Moving) motion_scatter_.fill(t, field.motion);
     });
-    usable_ = std::isfinite(result.squared_error) && std::isfinite(result.motion_loss);
+    usable_ = std::isfinite(result.squared_error) && std::isfinite(result.motion_loss) &&
+              std::isfinite(result.depth_loss);
     parallel_for(radiance.topology->brick_count() + 1, [&](int b) {
       if (radiance_scatter_.empty(b)) return;
       radiance_scatter_.reduce(b, d_radiance.values.row(std::size_t(b) * kBrickRows), d_radiance.touched[b]);
@@ -151,7 +153,7 @@ class RayEngine final : public Engine {
     const RayLosses& losses = in.losses;
     const std::span<RowMask> visible = model.radiance.visible;
     w.records.clear();
-    w.squared_error = w.motion_loss = 0;
+    w.squared_error = w.motion_loss = w.depth_loss = 0;
     w.samples = 0;
     w.rays.clear();
     w.first = task.first;
@@ -167,16 +169,25 @@ class RayEngine final : public Engine {
       const Vec3 d_rgb = 2.0f * (ray.weight * error);
       if (!out.behind.empty()) out.behind[i] = result.transmittance * d_rgb;
       if (!out.errors.empty()) out.errors[i] = error;
-      double motion = 0;
+      double motion = 0, depth = 0;
       w.squared_error += squared;
       w.samples += w.kernel.count;
       [[maybe_unused]] const std::size_t first = w.records.motion.size();
-      backward(w.kernel, ray, result, field, d_rgb, losses.min_weight, w.records, losses.transmittance);
+      if (in.depths.empty() || in.depths[i].scale == 0) {
+        backward(w.kernel, ray, result, field, d_rgb, losses.min_weight, w.records, losses.transmittance);
+      } else {
+        const Activated<float> off =
+            depth_error(expected_distance(w.kernel, ray, result, field.step), in.depths[i]);
+        depth = losses.depth * off.value;
+        w.depth_loss += depth;
+        backward<true>(w.kernel, ray, result, field, d_rgb, losses.min_weight, w.records,
+                       losses.transmittance, losses.depth * off.slope);
+      }
       if constexpr (Jet)
         motion = motion_losses(w.kernel, field, frame, losses.motion, draw_probe(losses.probe_seed, i),
                                losses.min_weight, first, w.records);
       w.motion_loss += motion;
-      w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion});
+      w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion + depth});
     }
   }
 

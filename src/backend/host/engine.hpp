@@ -14,6 +14,7 @@ namespace splinevox {
 struct PassResult {
   double squared_error = 0;  ///< summed over rays and colour channels
   double motion_loss = 0;    ///< offset and divergence losses, summed
+  double depth_loss = 0;     ///< of the rays whose depth is known, summed
   std::int64_t samples = 0;  ///< in stored bricks, forward and backward
   bool usable = true;        ///< losses are finite and every gradient is usable
   double slice_seconds = 0, scatter_seconds = 0;
@@ -27,8 +28,8 @@ struct PassOutput {
 };
 
 /// Forward and backward over one batch: slices, rays, scatter. Gradients are of the sum over rays of the
-/// squared colour error plus the motion losses. Keeps its buffers between steps. The same bits for any number
-/// of threads.
+/// squared colour error plus the losses of motion and depth. Keeps its buffers between steps. The same bits
+/// for any number of threads.
 class Engine {
  public:
   virtual ~Engine() = default;

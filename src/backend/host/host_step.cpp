@@ -67,6 +67,7 @@ StepSums HostStep::run(const StepInput& in) {
 
   out.squared_error = pass.squared_error;
   out.motion_loss = pass.motion_loss;
+  out.depth_loss = pass.depth_loss;
   out.samples = pass.samples;
   // What the losses of Eq. 9 add is no larger than their weights, so only very large ones need another look.
   out.usable = pass.usable && !(model_.may_spoil && unusable_rows() > 0);

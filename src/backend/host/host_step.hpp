@@ -20,6 +20,7 @@ class HostStep final : public StepBackend {
   void upload(const StepModel& model) override;
   void download() override {}
   StepSums run(const StepInput& in) override;
+  bool learns_depth() const override { return true; }
   std::vector<int> bad_rays() override { return engine_->bad_rays(); }
 
  private:

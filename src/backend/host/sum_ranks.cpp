@@ -12,13 +12,15 @@ namespace splinevox {
 static_assert(sizeof(RowMask) == kBrick * sizeof(std::uint64_t), "masks are sent as they lie in memory");
 
 PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
-  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), mine.usable ? 0.0 : 1.0};
+  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), mine.usable ? 0.0 : 1.0,
+                      mine.depth_loss};
   sum_over_ranks(ranks, std::span<double>(numbers));
   PassResult sum = mine;
   sum.squared_error = numbers[0];
   sum.motion_loss = numbers[1];
   sum.samples = std::int64_t(numbers[2]);
   sum.usable = numbers[3] == 0;
+  sum.depth_loss = numbers[4];
   return sum;
 }
 

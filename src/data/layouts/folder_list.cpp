@@ -140,6 +140,16 @@ std::vector<std::string> without_masks(const std::vector<std::string>& names) {
   return rest;
 }
 
+std::optional<fs::path> file_within(const fs::path& root, const std::string& path) {
+  if (path.find('\0') != std::string::npos) return {};
+  std::error_code error;
+  const fs::path file = fs::weakly_canonical(root / path, error);
+  if (error || !fs::is_regular_file(file, error)) return {};
+  const fs::path relative = file.lexically_relative(root);
+  if (relative.empty() || *relative.begin() == "..") return {};
+  return file;
+}
+
 std::string list_of(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 6;
   std::string text;

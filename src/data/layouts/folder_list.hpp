@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -54,6 +55,10 @@ class MaskedNames {
 bool all_named_masks(const std::vector<std::string>& names);
 /// The names without those that are masks.
 std::vector<std::string> without_masks(const std::vector<std::string>& names);
+
+/// The regular file of that path in a folder, links resolved; none if there is none, or it lies elsewhere.
+/// @param root  the folder in canonical form
+std::optional<std::filesystem::path> file_within(const std::filesystem::path& root, const std::string& path);
 
 /// Names for a message: the first few in quotes, and how many there are.
 std::string list_of(const std::vector<std::string>& names);

@@ -98,17 +98,6 @@ std::vector<std::string> best_of(const std::vector<Candidate>& candidates, const
   return best;
 }
 
-/// A file in the data set's folder, links resolved.
-std::optional<fs::path> file_within(const fs::path& root, const std::string& path) {
-  if (path.find('\0') != std::string::npos) return {};
-  std::error_code error;
-  const fs::path file = fs::weakly_canonical(root / path, error);
-  if (error || !fs::is_regular_file(file, error)) return {};
-  const fs::path relative = file.lexically_relative(root);
-  if (relative.empty() || *relative.begin() == "..") return {};
-  return file;
-}
-
 }  // namespace
 
 bool MaskUse::keeps_black(const fs::path& mask) const {

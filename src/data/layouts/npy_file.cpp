@@ -77,7 +77,7 @@ constexpr NumberKind kNumberKinds[] = {{"'<f8'", 8, read_as<double>},
 
 }  // namespace
 
-NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where) {
+NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where, bool any) {
   if (bytes.size() < 12 || std::memcmp(bytes.data(), "\x93NUMPY", 6) != 0)
     fail({where, "this is no .npy file", "a table that numpy.save wrote",
           std::to_string(bytes.size()) + " bytes that begin otherwise", ""});
@@ -112,7 +112,7 @@ NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where
   out.values.resize(std::size_t(count));
   for (std::size_t i = 0; i < out.values.size(); ++i) {
     out.values[i] = kind->read(bytes.data() + start + kind->size * i);
-    if (!std::isfinite(out.values[i]))
+    if (!any && !std::isfinite(out.values[i]))
       fail({where, "a number is not finite", "finite numbers",
             number(out.values[i]) + " in row " +
                 std::to_string(out.shape.empty() ? 0 : i * out.shape[0] / out.values.size()),

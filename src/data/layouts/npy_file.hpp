@@ -17,8 +17,8 @@ struct NpyArray {
 
 /// The bytes of a .npy file of little-endian floats (16, 32 or 64 bits) or signed integers (32 or 64) in C
 /// order, at most 8 axes. Throws Error (Fault::input) for anything else, for a file that is shorter or longer
-/// than its header says, and for a number that is not finite.
-NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where);
+/// than its header says, and for a number that is not finite, unless `any` will do.
+NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where, bool any = false);
 
 /// A table of numbers as numpy.save writes it.
 struct NpyTable {

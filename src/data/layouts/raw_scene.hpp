@@ -31,9 +31,11 @@ struct RawFrame {
   std::filesystem::path found =
       {};                 ///< the file that file_path names, links resolved, once it was looked for
   std::string mask = {};  ///< its mask's path as the data names it, or as find_masks found it
-  std::filesystem::path mask_file = {};  ///< the file of that, links resolved; empty: there is none
-  std::string camera = {};               ///< the name of the camera that took it, where the data names one
-  int camera_id = -1;                    ///< which of Dataset::cameras, by settle_cameras
+  std::filesystem::path mask_file = {};   ///< the file of that, links resolved; empty: there is none
+  std::string depth = {};                 ///< its depth map's path as the data names it; empty: none
+  std::optional<double> depth_unit = {};  ///< scene units of one of its numbers, where the data says that
+  std::string camera = {};                ///< the name of the camera that took it, where the data names one
+  int camera_id = -1;                     ///< which of Dataset::cameras, by settle_cameras
 };
 
 /// Sets a frame's matrix and pose. A matrix that is no camera becomes the frame's fault.

@@ -143,6 +143,15 @@ bool inside(const std::filesystem::path& root, const std::filesystem::path& path
   return !relative.empty() && *relative.begin() != ".." && relative != ".";
 }
 
+/// Scene units of one of the numbers in depth maps, where the file says that.
+std::optional<double> read_depth_unit(const json& file, const std::string& where) {
+  const auto unit = number_field(file, "depth_unit_scale_factor", where);
+  if (unit && !(*unit > 0 && *unit < 1e12))
+    fail({where, "'depth_unit_scale_factor' is out of range", "a number above 0: scene units of one number",
+          number(*unit), ""});
+  return unit;
+}
+
 }  // namespace
 
 std::string transforms_name(const std::string& split) { return "transforms_" + split + ".json"; }
@@ -156,6 +165,7 @@ RawSplit read_frames(const json& file, const std::string& where) {
   unread.look_at(file);
   for (const json& frame : frames) unread.look_at(frame);
   const Lens shared = read_lens(file, split.file);
+  const std::optional<double> depth_unit = read_depth_unit(file, split.file);
   std::vector<std::array<double, 16>> matrices;
   for (const json& frame : frames) {
     const std::string at = split.where(split.frames.size());
@@ -166,6 +176,10 @@ RawSplit read_frames(const json& file, const std::string& where) {
     raw.lens = merge(shared, read_lens(frame, at));
     if (const auto mask = frame.find("mask_path"); mask != frame.end() && mask->is_string())
       raw.mask = mask->get<std::string>();
+    if (const auto depth = frame.find("depth_file_path"); depth != frame.end() && depth->is_string()) {
+      raw.depth = depth->get<std::string>();
+      raw.depth_unit = depth_unit;
+    }
     if (const auto id = frame.find("camera_id"); id != frame.end() && (id->is_string() || id->is_number()))
       raw.camera = id->is_string() ? id->get<std::string>() : id->dump();
     const std::string meant = unread.meant_for({"fl_x", "camera_angle_x", "K"});

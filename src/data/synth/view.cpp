@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/parallel.hpp"
+#include "core/rng.hpp"
 #include "data/synth/gas.hpp"
 #include "math/camera.hpp"
 
@@ -157,6 +158,22 @@ Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const V
       }
       for (int c = 0; exposed && c < 3; ++c) rgba[c] = in_bytes(std::min(1.0, gain[c] * rgba[c]));
     }
+  });
+  return out;
+}
+
+Image draw_depth(const SynthMoment& moment, const Camera& camera, DepthKind kind, std::uint64_t draw) {
+  constexpr double kNear = 0.5, kFar = 2;  // of the scale, and a shift of at most half a unit
+  const Rng rng(draw, 0);
+  const double scale = kind == DepthKind::metric ? 1 : kNear + (kFar - kNear) * rng.uniform(0),
+               shift = kind == DepthKind::metric ? 0 : rng.uniform(1) - 0.5;
+  Image out(camera.width, camera.height, 1);
+  parallel_for(camera.height, [&](int y) {
+    for (int x = 0; x < camera.width; ++x)
+      if (const auto hit = moment.trace(camera_ray(camera, x + 0.5, y + 0.5))) {
+        const double depth = project(camera, hit->position).depth;
+        *out.pixel(x, y) = float(((kind == DepthKind::inverse ? 1 / depth : depth) - shift) / scale);
+      }
   });
   return out;
 }

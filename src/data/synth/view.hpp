@@ -46,6 +46,10 @@ SynthMask moving_mask(const SynthScene& scene);
 Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const Vec3d& gain,
            const SynthMask& mask);
 
+/// Depth along the viewing axis by one ray through each pixel's centre, 0 where nothing solid is hit: the
+/// numbers of a depth map of that kind. @param draw  of the picture's scale and shift
+Image draw_depth(const SynthMoment& moment, const Camera& camera, DepthKind kind, std::uint64_t draw);
+
 /// The layers of a truth file: one ray through each pixel's centre.
 std::vector<ExrLayer> draw_truth(const SynthMoment& moment, const Camera& camera);
 

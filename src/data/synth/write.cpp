@@ -9,6 +9,7 @@
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
 #include "core/parallel.hpp"
+#include "core/rng.hpp"
 #include "data/fingerprint.hpp"
 #include "data/synth/view.hpp"
 #include "splinevox/core/error.hpp"
@@ -57,7 +58,23 @@ data::Drawn picture_of(const SynthScene& world, const SynthShot& shot, const Syn
                     options.rig.movers ? data::moving_mask(world) : data::subject_mask(moment));
 }
 
-nlohmann::ordered_json frame_json(const SynthShot& shot, bool masks) {
+/// What training pictures say of depth, if that is asked for.
+bool has_depth(const SynthShot& shot, const SynthOptions& options) {
+  return options.depth && shot.split == "train";
+}
+
+Image depth_of(const SynthScene& world, const SynthShot& shot, std::size_t number,
+               const SynthOptions& options) {
+  return data::draw_depth(world.at(shot.time + shot.late), shot.camera, *options.depth,
+                          hash64(options.seed ^ hash64(number)));
+}
+
+void check_depth(const SynthScene& world, const SynthOptions& options) {
+  if (options.depth && world.at(0).bodies() == 0)
+    fail({"--depth", "this scene is gas alone, which has no depth", "a scene with something solid", "", ""});
+}
+
+nlohmann::ordered_json frame_json(const SynthShot& shot, const SynthOptions& options) {
   const Camera& c = shot.camera;
   nlohmann::ordered_json matrix = nlohmann::ordered_json::array();
   for (int row = 0; row < 3; ++row)
@@ -66,7 +83,8 @@ nlohmann::ordered_json frame_json(const SynthShot& shot, bool masks) {
   nlohmann::ordered_json frame{
       {"file_path", "./" + shot.split + "/" + shot.name}, {"time", shot.time}, {"transform_matrix", matrix}};
   if (shot.camera_id >= 0) frame["camera_id"] = data::synth_camera_name(shot.camera_id);
-  if (masks) frame["mask_path"] = "masks/" + shot.split + "/" + shot.name + ".png";
+  if (options.rig.masks) frame["mask_path"] = "masks/" + shot.split + "/" + shot.name + ".png";
+  if (has_depth(shot, options)) frame["depth_file_path"] = "depth/" + shot.split + "/" + shot.name + ".exr";
   return frame;
 }
 
@@ -74,8 +92,10 @@ void write_transforms(const fs::path& folder, const std::string& split, const st
                       const SynthOptions& options) {
   nlohmann::ordered_json frames = nlohmann::ordered_json::array();
   for (const SynthShot& shot : shots)
-    if (shot.split == split) frames.push_back(frame_json(shot, options.rig.masks));
-  const nlohmann::ordered_json file{{"camera_angle_x", data::camera_angle(options.look)}, {"frames", frames}};
+    if (shot.split == split) frames.push_back(frame_json(shot, options));
+  nlohmann::ordered_json file{{"camera_angle_x", data::camera_angle(options.look)}};
+  if (options.depth == DepthKind::metric) file["depth_unit_scale_factor"] = 1.0;
+  file["frames"] = frames;
   const std::string text = dump_json(file, 1) + "\n";
   write_file((folder / ("transforms_" + split + ".json")).string(), {text});
 }
@@ -132,9 +152,15 @@ std::uint64_t fingerprint_of(const std::string& scene, const Split& train) {
 Dataset make_synth(const std::string& scene, const SynthOptions& options, const SynthProgress& progress) {
   const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
+  check_depth(world, options);
   std::vector<Picture> images(shots.size());
-  for_each_shot(shots.size(), progress,
-                [&](std::size_t i) { images[i] = image16(picture_of(world, shots[i], options).picture); });
+  std::vector<DepthMap> depths(shots.size());
+  for_each_shot(shots.size(), progress, [&](std::size_t i) {
+    images[i] = image16(picture_of(world, shots[i], options).picture);
+    if (!has_depth(shots[i], options)) return;
+    const Image depth = depth_of(world, shots[i], i, options);
+    depths[i] = {depth.width, depth.height, depth.data, *options.depth};
+  });
   Dataset dataset;
   dataset.path = "synth:" + scene;
   for (std::size_t i = 0; i < shots.size(); ++i) {
@@ -142,6 +168,7 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options, const 
       dataset.splits.push_back({shots[i].split, {}});
     dataset.splits.back().frames.push_back(
         {shots[i].name, shots[i].camera, shots[i].time, std::move(images[i]), shots[i].camera_id});
+    dataset.splits.back().frames.back().depth = std::move(depths[i]);
   }
   dataset.cameras = rig_of(shots);
   dataset.has_alpha = !options.look.opaque && !options.look.room;
@@ -153,10 +180,12 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
                  const SynthProgress& progress) {
   const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
+  check_depth(world, options);
   const fs::path root(folder);
   const bool solid = world.at(0).bodies() > 0;  // gas has no surface
   for (const char* name : {"train", "val", "test"}) make_folder(root / name);
   if (solid) make_folder(root / "truth");
+  if (options.depth) make_folder(root / "depth" / "train");
   if (options.rig.masks)
     for (const char* name : {"train", "val", "test"}) make_folder(root / "masks" / name);
   for_each_shot(shots.size(), progress, [&](std::size_t i) {
@@ -165,6 +194,9 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
     const std::string name = shot.name + ".png";
     write_png((root / shot.split / name).string(), drawn.picture);
     if (options.rig.masks) write_png((root / "masks" / shot.split / name).string(), drawn.mask);
+    if (has_depth(shot, options))
+      write_exr((root / "depth" / shot.split / (shot.name + ".exr")).string(),
+                {{"", depth_of(world, shot, i, options), {"Z"}}});
     if (solid && shot.split == "test")
       write_exr((root / "truth" / (shot.name + "_0000.exr")).string(),
                 data::draw_truth(world.at(shot.time), shot.camera));

@@ -103,6 +103,7 @@ Config published() {
   c.optimiser.shrink = 0;
   c.loss.tv_final = 1;
   c.loss.tv_places = 0;
+  c.loss.depth = 0;
   c.radiance.opaque_alpha = 0;
   c.sampling.growth = 1;
   c.sampling.carve = 0;

@@ -28,6 +28,7 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
     out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,
                      area_downscale(f.image, factor), f.camera_id};
     out.frames[i].ignored = area_downscale(f.ignored, factor);
+    out.frames[i].depth = f.depth;
   });
   const std::vector<Frame> all = std::exchange(out.frames, {});
   std::vector<int> left;
