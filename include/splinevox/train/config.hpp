@@ -106,7 +106,7 @@ struct LossConfig {
   float along = 0.01f;  ///< of that along the ray, where one shows something that moves
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
-  float depth = 0.1f;   ///< of the relative error of a ray's distance, where a depth map tells it
+  float depth = 1;      ///< of the relative error of a ray's distance, where a depth map tells it
   float offset = 0;     ///< lambda_off of Eq. 8
   float offset_rigidity = 0.3f;  ///< lambda_r of Eq. 6
   float divergence = 0;          ///< lambda_div of Eq. 8
