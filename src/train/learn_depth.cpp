@@ -70,6 +70,14 @@ DepthFits starting_depth_fits(const Split& train, float weight) {
   return out;
 }
 
+float depth_weight(const Split& train, float weight) {
+  constexpr float kFitted = 0.1f;
+  const bool fitted = std::any_of(train.frames.begin(), train.frames.end(), [](const Frame& f) {
+    return !f.depth.empty() && f.depth.kind() != DepthKind::metric;
+  });
+  return fitted ? kFitted * weight : weight;
+}
+
 bool depth_fit_is_due(std::int64_t step) {
   std::int64_t due = kFirstFit;
   while (2 * due <= step) due *= 2;

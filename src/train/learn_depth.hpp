@@ -27,6 +27,9 @@ bool has_depth(const Split& train);
 void check_learns_depth(const StepBackend& steps, const Config& config, const Split& train);
 /// What is known before training: metric maps. Empty if no frame has depth, or the weight of its loss is 0.
 DepthFits starting_depth_fits(const Split& train, float weight);
+/// The weight of the loss: of metric maps as it is, of others a tenth. Their fits err by some percent, and
+/// what they are fitted to follows (docs/experiments/effects.md).
+float depth_weight(const Split& train, float weight);
 /// Whether a step is one of those before which maps are fitted: 50, 75, 100, 150, 200, 300 and so on. The
 /// scene changes ever more slowly.
 bool depth_fit_is_due(std::int64_t step);

@@ -138,7 +138,7 @@ RayLosses Trainer::State::ray_losses() const {
   losses.motion.offset_softening = 1e-4f * home.march_step();
   losses.motion.divergence = float(c.loss.divergence * ramp);
   losses.motion.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
-  losses.depth = c.loss.depth;
+  losses.depth = depth_weight(setting.train, c.loss.depth);
   losses.probe_seed = batch.draw;
   return losses;
 }

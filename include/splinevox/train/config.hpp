@@ -105,7 +105,7 @@ struct LossConfig {
   float along = 0.01f;  ///< of that along the ray, where one shows something that moves
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
-  float depth = 0.1f;   ///< of the relative error of a ray's distance, where a depth map tells it
+  float depth = 1;      ///< of the relative error of a ray's distance, where a depth map tells it
   float transmittance = 0;           ///< of T (1 - T) of a ray: it ends on something or passes
   float transmittance_start = 0.3f;  ///< progress at which that begins
   float offset = 0;                  ///< lambda_off of Eq. 8
