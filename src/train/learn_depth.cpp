@@ -97,8 +97,8 @@ void fit_depths(const Setting& setting, const Volume& volume, const TimeWindow& 
                            o.grids()[std::size_t(o.grid_of(int(f)))]);
     });
     const std::optional<Line> line = robust_line(pairs.map, pairs.shown, kDepthWidth);
-    fits[f].known = line && line->slope > 0;
-    if (fits[f].known) fits[f].line = *line;
+    fits[f].known = line.has_value();
+    if (line) fits[f].line = *line;
   });
 }
 
