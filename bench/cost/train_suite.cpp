@@ -45,9 +45,14 @@ std::vector<Setting> settings(bool micro) {
   out.push_back({"step of the march", "a quarter voxel", 2, {"sampling.step=0.25"}});
   out.push_back({"steps", "double", 1, {}, 2});
   out.push_back({"step of the march", "1.5 voxels", -1, {"sampling.step=1.5"}});
-  out.push_back({"radiance cells", "64", -2, {"grid.radiance=40,64", "grid.radiance_start=0,.25"}});
-  out.push_back({"radiance cells", "96", -1, {"grid.radiance=40,64,96", "grid.radiance_start=0,.08,.25"}});
-  out.push_back({"radiance cells", "192", 1, {"grid.radiance=40,64,96,192"}});
+  out.push_back({"radiance cells", "64", -4, {"grid.radiance=40,64", "grid.radiance_start=0,.25"}});
+  out.push_back({"radiance cells", "96", -3, {"grid.radiance=40,64,96", "grid.radiance_start=0,.12,.25"}});
+  out.push_back(
+      {"radiance cells", "144", -2, {"grid.radiance=40,64,96,144", "grid.radiance_start=0,.12,.25,.4"}});
+  out.push_back({"radiance cells",
+                 "192",
+                 -1,
+                 {"grid.radiance=40,64,96,144,192", "grid.radiance_start=0,.12,.25,.4,.6"}});
   out.push_back({"motion cells", "8", -2, {"grid.motion=4,8", "grid.motion_start=0,.08"}});
   out.push_back({"motion cells", "16", -1, {"grid.motion=4,8,16", "grid.motion_start=0,.08,.25"}});
   out.push_back({"motion cells", "64", 1, {"grid.motion=4,8,16,32,64", "grid.motion_start=0,.08,.25,.5,.7"}});

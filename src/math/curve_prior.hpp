@@ -33,16 +33,14 @@ struct StaticPrior {
   constexpr bool any() const { return weight > 0; }
 };
 
-/// weight * sum_k |p_{k+1} - p_k|^2; adds its gradient.
+/// weight * |p_k - p_{k-1}|^2 for the steps k in [first, last); adds its gradient.
 ///
 /// @tparam Lanes  3: of a place, 1: of the raw light
-/// @param row     the lanes of point k at row[stride * k]
-/// @param pinned  the curve starts at a point pinned to zero before the first stored one
-template <class T, int Lanes = 3>
-SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_points, bool pinned, T weight,
-                                       T* gradient) {
+/// @param row  the lanes of point k at row[stride * k]; before point 0 comes one that is pinned to zero
+template <class T, int Lanes>
+SPLINEVOX_HD inline T step_lengths_vjp(const T* row, int stride, int first, int last, T weight, T* gradient) {
   T value = 0;
-  for (int k = pinned ? 0 : 1; k < stored_points; ++k)
+  for (int k = first; k < last; ++k)
     for (int a = 0; a < Lanes; ++a) {
       const T step = row[stride * k + a] - (k == 0 ? T(0) : row[stride * (k - 1) + a]);
       const T d = T(2) * weight * step;
@@ -51,6 +49,39 @@ SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_poin
       if (k > 0) gradient[stride * (k - 1) + a] -= d;
     }
   return value;
+}
+
+/// weight * |p_a - 2 p_b + p_c|^2 of a place; adds its gradient.
+template <class T>
+SPLINEVOX_HD inline T bend_vjp(const T* row, int stride, int a, int b, int c, T weight, T* gradient) {
+  T value = 0;
+  for (int i = 0; i < 3; ++i) {
+    const T bend = row[stride * a + i] - T(2) * row[stride * b + i] + row[stride * c + i];
+    const T d = T(2) * weight * bend;
+    value += weight * bend * bend;
+    gradient[stride * a + i] += d;
+    gradient[stride * b + i] -= T(2) * d;
+    gradient[stride * c + i] += d;
+  }
+  return value;
+}
+
+/// weight * sum_k |p_{k+1} - p_k|^2 of a place, with |p_0 - 2 p_1 + p_2|^2 for the step at an end that is
+/// free; adds its gradient.
+///
+/// The squared length draws an inner point to the middle of its neighbours. The last point has one neighbour,
+/// and would be drawn back to where the curve came from. So an end is asked to go on as the curve did.
+///
+/// @param row     x, y, z of point k at row[stride * k]
+/// @param pinned  the curve starts at a point pinned to zero before the first stored one
+template <class T>
+SPLINEVOX_HD inline T curve_length_vjp(const T* row, int stride, int stored_points, bool pinned, T weight,
+                                       T* gradient) {
+  const int n = stored_points;
+  if (n < 4) return step_lengths_vjp<T, 3>(row, stride, pinned ? 0 : 1, n, weight, gradient);
+  T value = step_lengths_vjp<T, 3>(row, stride, pinned ? 0 : 2, n - 1, weight, gradient);
+  if (!pinned) value += bend_vjp(row, stride, 0, 1, 2, weight, gradient);
+  return value + bend_vjp(row, stride, n - 1, n - 2, n - 3, weight, gradient);
 }
 
 /// weight * (sqrt(S + s^2) - s), S = sum_k |p_{k+1} - p_k|^2 and s the softening; adds its gradient, at most
@@ -69,7 +100,7 @@ SPLINEVOX_HD inline T static_curve_vjp(const T* row, int stride, int stored_poin
       squares += step * step;
     }
   const T length = sqrt(squares + softening * softening);
-  curve_length_vjp(row, stride, stored_points, pinned, weight / (T(2) * length), gradient);
+  step_lengths_vjp<T, 3>(row, stride, pinned ? 0 : 1, stored_points, weight / (T(2) * length), gradient);
   return weight * squares / (length + softening);  // sqrt - s as printed cancels
 }
 
@@ -118,8 +149,8 @@ SPLINEVOX_HD inline void curve_prior_vjp(const CurvePrior& prior, const float* r
   if (prior.length > 0) curve_length_vjp(row, stride, stored_points, pinned, prior.length / share, gradient);
   SPLINEVOX_UNROLL for (int i = 0; i < CurvePrior::kScalars; ++i) {
     if (prior.scalar[i] > 0)
-      curve_length_vjp<float, 1>(row + prior.lane[i], stride, stored_points, pinned, prior.scalar[i] / share,
-                                 gradient + prior.lane[i]);
+      step_lengths_vjp<float, 1>(row + prior.lane[i], stride, pinned ? 0 : 1, stored_points,
+                                 prior.scalar[i] / share, gradient + prior.lane[i]);
   }
   if (prior.knots > 0)
     knot_jumps_vjp(row, stride, stored_points, prior.spacing, prior.knots / share, prior.softening, gradient);

@@ -123,7 +123,14 @@ Config in_units_of(float brightness, Config config) {
 
 Config for_places(const PictureStats& stats, Config config) {
   constexpr float kMost = 16;
-  if (!stats.rig() || stats.see_through) return config;
+  if (!stats.rig()) return config;
+  GridConfig& grid = config.grid;
+  if (grid.few_cells > 0 && stats.places < config.loss.tv_places)
+    while (grid.radiance.size() > 1 && grid.radiance.back() > grid.few_cells) {
+      grid.radiance.pop_back();
+      grid.radiance_start.pop_back();
+    }
+  if (stats.see_through) return config;
   const float factor = std::clamp(float(config.loss.tv_places) / float(stats.places), 1.0f, kMost);
   config.loss.tv_density *= factor;
   config.loss.tv_share = std::min(1.0f, config.loss.tv_share * std::sqrt(factor));

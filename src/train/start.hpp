@@ -38,9 +38,12 @@ float brightness(const Config& config, const PictureStats& stats);
 /// gradients are.
 Config in_units_of(float brightness, Config config);
 
-/// With the weight of density's total variation, and the share of bricks that it visits, as few places ask
-/// for: in proportion to loss.tv_places / places, and to its root. Matter that few cameras see has room to
-/// hide, and to have holes, that other views show; silhouettes leave it less (docs/experiments/matter.md).
+/// With no finer radiance lattice than grid.few_cells where cameras stand still at fewer places than
+/// loss.tv_places: what few cameras see is fitted worse by finer cells (docs/experiments.md). And behind
+/// opaque pictures with the weight of density's total variation, and the share of bricks that it visits, as
+/// few places ask for: in proportion to loss.tv_places / places, and to its root. Matter that few cameras see
+/// has room to hide, and to have holes, that other views show; silhouettes leave it less
+/// (docs/experiments/matter.md).
 Config for_places(const PictureStats& stats, Config config);
 
 /// Rays are asked to end on something or to pass where silhouettes say which. Opaque pictures do not: there

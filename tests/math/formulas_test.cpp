@@ -175,7 +175,7 @@ TEST_SUITE("math/losses") {
       });
     for (const bool pinned : {false, true})
       slopes_agree([&]<class T>(const T* row, T* gradient) {
-        return curve_length_vjp<T, 1>(row + 3, kStride, kPoints, pinned, T(0.3), gradient + 3);
+        return step_lengths_vjp<T, 1>(row + 3, kStride, pinned ? 0 : 1, kPoints, T(0.3), gradient + 3);
       });
     for (const bool pinned : {false, true})
       slopes_agree([&]<class T>(const T* row, T* gradient) {
@@ -198,6 +198,19 @@ TEST_SUITE("math/losses") {
     CHECK(knot_jumps_vjp<double>(still.data(), kStride, kPoints, 2, 1.0, 1e-5, gradient.data()) <= 1e-20);
     CHECK(static_curve_vjp<double>(still.data(), kStride, kPoints, false, 1.0, 1e-5, gradient.data()) == 0);
     for (const double g : gradient) CHECK(std::abs(g) <= 1e-9);
+
+    // A curve that goes on as it went is not drawn back at its ends.
+    std::vector<double> even(kSize, 0.0);
+    for (int k = 0; k < kPoints; ++k) even[kStride * k] = 0.1 * (k + 1);
+    for (const bool pinned : {false, true}) {
+      std::fill(gradient.begin(), gradient.end(), 0.0);
+      curve_length_vjp<double>(even.data(), kStride, kPoints, pinned, 1.0, gradient.data());
+      CHECK(std::abs(gradient[kStride * (kPoints - 1)]) <= 1e-12);
+      CHECK(std::abs(gradient[0]) <= 1e-12);
+    }
+    std::fill(gradient.begin(), gradient.end(), 0.0);
+    curve_length_vjp<double>(even.data(), kStride, 3, false, 1.0, gradient.data());
+    CHECK(gradient[kStride * 2] == doctest::Approx(0.2));  // three points have no inner step
   }
   TEST_CASE("a colour beyond what a picture can show is no error, one below it is") {
     const float bound = at_least(1.0f);

@@ -128,7 +128,7 @@ TEST_SUITE("train/optimiser") {
     CHECK_FALSE(gradient.touched[1].any());
     CHECK(gradient.values.row(row)[0] == 0);
   }
-  TEST_CASE("curve length has the gradient of a sum of squares") {
+  TEST_CASE("curve length has the gradient of a sum of squares, and of the bend at the end") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 7)), 16, 6);
     Gradient gradient(values);
     MotionField motion;  // a Bezier curve of 5 points, the first pinned
@@ -139,7 +139,7 @@ TEST_SUITE("train/optimiser") {
     const float *p = values.row(row), *g = gradient.values.row(row);
     for (int a = 0; a < 3; ++a) {
       CHECK(g[a] == doctest::Approx(p[a] - (p[3 + a] - p[a])).epsilon(1e-5));
-      CHECK(g[9 + a] == doctest::Approx(p[9 + a] - p[6 + a]).epsilon(1e-5));
+      CHECK(g[9 + a] == doctest::Approx(p[9 + a] - 2 * p[6 + a] + p[3 + a]).epsilon(1e-5));
     }
     CHECK(g[12] == 0);
   }

@@ -235,6 +235,27 @@ TEST_SUITE("train/places") {
     CHECK(for_places(stats, config).loss.tv_share == config.loss.tv_share);
   }
 
+  TEST_CASE("what few places show gets no finer cells than few_cells, other scenes all stages") {
+    Config config;
+    config.grid.few_cells = 96;
+    PictureStats stats;
+    stats.places = 8;
+    stats.pictures = 192;
+    for (const bool see_through : {false, true}) {
+      stats.see_through = see_through;
+      const GridConfig few = for_places(stats, config).grid;
+      CHECK(few.radiance == std::vector<int>{40, 64, 96});
+      CHECK(few.radiance_start.size() == 3);
+    }
+    stats.places = 150;
+    CHECK(for_places(stats, config).grid.radiance == config.grid.radiance);
+    stats.places = 8;
+    config.grid.few_cells = 0;
+    CHECK(for_places(stats, config).grid.radiance == config.grid.radiance);
+    config.grid.few_cells = 8;
+    CHECK(for_places(stats, config).grid.radiance == std::vector<int>{40});  // one stage is always left
+  }
+
   TEST_CASE("places are counted by pose") {
     Dataset data = make_synth("ball", {.frames = 12, .size = 16});
     Split train = *data.find("train");

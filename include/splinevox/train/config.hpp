@@ -36,6 +36,8 @@ struct RunConfig {
 struct GridConfig {
   std::vector<int> radiance{40, 64, 96, 144};              ///< cells along the box's longest edge, per stage
   std::vector<float> radiance_start{0, .15f, .35f, .55f};  ///< progress in [0, 1) at which each stage begins
+  int few_cells = 0;  ///< the most of those where cameras stand still at fewer places than loss.tv_places
+                      ///< (for_places in train/start.hpp); 0: as everywhere
   std::vector<int> motion{4, 8, 16, 32};  ///< the same per level of motion, each twice the one before
   std::vector<float> motion_start{0, .08f, .25f, .5f};  ///< progress at which each level is switched on
   std::vector<int> surroundings{48, 96};  ///< cells along an edge of contracted space (math/contract.hpp),

@@ -31,6 +31,10 @@ void visit_config(C& c, Visit&& visit) {
         "whether a plain ground behind opaque pictures is looked for and cut out", 0, 1);
   visit("grid.radiance", c.grid.radiance, "cells along the longest edge, per stage", 8, 1024);
   visit("grid.radiance_start", c.grid.radiance_start, "progress at which each stage begins", 0, 1);
+  visit("grid.few_cells", c.grid.few_cells,
+        "the most of these cells where cameras stand still at fewer places than loss.tv_places, 0 = as "
+        "everywhere",
+        0, 1024);
   visit("grid.motion", c.grid.motion, "cells along the longest edge, per motion level", 1, 512);
   visit("grid.motion_start", c.grid.motion_start, "progress at which each motion level is switched on", 0, 1);
   visit("grid.surroundings", c.grid.surroundings,

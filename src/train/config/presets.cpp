@@ -43,15 +43,22 @@ Config draft() {
   return c;
 }
 
-Config fast() { return ours(); }
+Config fast() {
+  Config c = ours();
+  c.grid.radiance = {40, 64, 96, 144, 192, 256};
+  c.grid.radiance_start = {0, .12f, .25f, .4f, .6f, .8f};
+  c.grid.few_cells = 144;
+  return c;
+}
 
 Config standard() {
   Config c = ours();
   c.preset = "standard";
   c.run.max_time = 295;  // and 5 minutes with saving
   c.run.late_cost = 3.6;
-  c.grid.radiance = {40, 64, 96, 128, 192};
-  c.grid.radiance_start = {0, .1f, .2f, .35f, .55f};
+  c.grid.radiance = {40, 64, 96, 128, 192, 256};
+  c.grid.radiance_start = {0, .1f, .2f, .3f, .4f, .65f};
+  c.grid.few_cells = 192;
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .04f, .12f, .25f, .6f};
   c.grid.surroundings = {48, 96, 160};
@@ -65,8 +72,9 @@ Config high() {
   c.preset = "high";
   c.run.max_time = 1785;  // and 30 minutes with saving
   c.run.late_cost = 3.6;
-  c.grid.radiance = {40, 64, 96, 144, 192, 256};
-  c.grid.radiance_start = {0, .05f, .1f, .2f, .35f, .6f};
+  c.grid.radiance = {40, 64, 96, 144, 192, 256, 384};
+  c.grid.radiance_start = {0, .05f, .1f, .2f, .3f, .45f, .75f};
+  c.grid.few_cells = 256;
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .015f, .05f, .12f, .4f};
   c.grid.surroundings = {48, 96, 160, 224};
@@ -178,9 +186,9 @@ Config nerf_atlas() {
 const std::vector<Preset>& presets() {
   static const std::vector<Preset> list = {
       {"draft", "a first look: 15 seconds, up to 96 cells", draft(), 1500},
-      {"fast", "the default: 60 seconds, up to 144 cells", fast(), 6400},
-      {"standard", "better for longer: 5 minutes, up to 192 cells", standard(), 20000},
-      {"high", "the best we know: 30 minutes, up to 256 cells", high(), 44000},
+      {"fast", "the default: 60 seconds, up to 256 cells", fast(), 6400},
+      {"standard", "better for longer: 5 minutes, up to 256 cells", standard(), 20000},
+      {"high", "the best we know: 30 minutes, up to 384 cells", high(), 44000},
       {"paper", "the paper's method to the letter: Bezier of 5 points, its losses and weights; 10 minutes",
        paper()},
       {"nerf_atlas",
