@@ -65,6 +65,20 @@ SceneBounds bounds_of(const Config& config, const Split& train, const PictureSta
   return find_bounds(train, stats.see_through, config.sampling.occupancy_cells, config.grid.box_margin);
 }
 
+/// Leaves out the stages of more than few_cells. What is left begins later in proportion, so that the last of
+/// them has no more of the run than it needs.
+void leave_out_finer(GridConfig& grid) {
+  constexpr float kLastStart = 0.55f;
+  const std::size_t stages = grid.radiance.size();
+  while (grid.radiance.size() > 1 && grid.radiance.back() > grid.few_cells) {
+    grid.radiance.pop_back();
+    grid.radiance_start.pop_back();
+  }
+  if (grid.radiance.size() == stages || grid.radiance_start.back() <= 0) return;
+  const float later = std::max(1.0f, kLastStart / grid.radiance_start.back());
+  for (float& start : grid.radiance_start) start *= later;
+}
+
 }  // namespace
 
 PictureStats picture_stats(const Split& train) {
@@ -124,12 +138,7 @@ Config in_units_of(float brightness, Config config) {
 Config for_places(const PictureStats& stats, Config config) {
   constexpr float kMost = 16;
   if (!stats.rig()) return config;
-  GridConfig& grid = config.grid;
-  if (grid.few_cells > 0 && stats.places < config.loss.tv_places)
-    while (grid.radiance.size() > 1 && grid.radiance.back() > grid.few_cells) {
-      grid.radiance.pop_back();
-      grid.radiance_start.pop_back();
-    }
+  if (config.grid.few_cells > 0 && stats.places < config.loss.tv_places) leave_out_finer(config.grid);
   if (stats.see_through) return config;
   const float factor = std::clamp(float(config.loss.tv_places) / float(stats.places), 1.0f, kMost);
   config.loss.tv_density *= factor;

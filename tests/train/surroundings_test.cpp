@@ -245,7 +245,10 @@ TEST_SUITE("train/places") {
       stats.see_through = see_through;
       const GridConfig few = for_places(stats, config).grid;
       CHECK(few.radiance == std::vector<int>{40, 64, 96});
-      CHECK(few.radiance_start.size() == 3);
+      REQUIRE(few.radiance_start.size() == 3);
+      CHECK(few.radiance_start[0] == 0);
+      CHECK(few.radiance_start[2] == doctest::Approx(0.55));  // the last one does not begin at 35% already
+      CHECK(few.radiance_start[1] == doctest::Approx(0.15 * 0.55 / 0.35));
     }
     stats.places = 150;
     CHECK(for_places(stats, config).grid.radiance == config.grid.radiance);
