@@ -153,9 +153,9 @@ void add_train_options(CLI::App& verb, TrainVerb& o) {
           "--live",
           [&o](const std::vector<std::string>& words) { o.live = words.empty() ? "" : words.front(); },
           "a page on this machine that shows the model while it is trained, with buttons to pause, stop and "
-          "give more time; its address is printed, also with --quiet; PORT: not given, a free one")
+          "give more time; its address is printed, also with --quiet; without PORT a free one is taken")
       ->expected(0, 1)
-      ->type_name("[PORT]");
+      ->type_name("PORT");
   verb.add_flag("--quiet", o.quiet, "say nothing but errors");
   verb.add_flag("--json", o.json, "progress as JSON lines on stdout");
   verb.add_flag("--list-settings", o.list_settings, "print every setting of the preset as TOML and stop");

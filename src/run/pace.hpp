@@ -15,7 +15,7 @@ namespace splinevox::run {
 /// and by what is still to come: steps get dearer with their rays, which grow evenly over the run, and with
 /// each finer radiance lattice. The cost of a step is taken as rays times (cells along an edge + 40). Over
 /// 107 runs the median of the forecast is 0.97 to 1.4 of what the rest took, from a tenth of the run on; at
-/// an even pace it is 0.3 at first, and 0.5 after three fifths (docs/experiments.md, "The time left").
+/// an even pace it is 0.3 at first, and 0.5 after three fifths (docs/experiments/speed.md).
 class Pace {
  public:
   Pace() = default;  ///< of a run whose steps cost alike

@@ -32,7 +32,7 @@ class Between {
   /// Opens the page and waits for the script. @param more  words for the browser, as what it is to write
   void open(const TempFolder& temp, const std::string& window, const std::vector<std::string>& more) {
     std::vector<std::string> words = {"timeout",
-                                      "180",
+                                      "420",
                                       browser(),
                                       "--headless=new",
                                       "--no-sandbox",
@@ -41,7 +41,7 @@ class Between {
                                       "--enable-unsafe-swiftshader",
                                       "--enable-logging=stderr",
                                       "--hide-scrollbars",
-                                      "--timeout=170000",
+                                      "--timeout=410000",
                                       "--window-size=" + window,
                                       "--user-data-dir=" + temp.str() + "/profile"};
     words.insert(words.end(), more.begin(), more.end());
@@ -60,7 +60,7 @@ class Between {
  private:
   void pass(const httplib::Request& ask, httplib::Response& answer) {
     if (ask.path == run_.root + "hold") {
-      comes([&] { return done_.load(); });
+      comes([&] { return done_.load(); }, 400);
       return;
     }
     httplib::Client c = run_.client();
@@ -144,7 +144,8 @@ TEST_SUITE("app/live in a browser") {
   await until(() => $("now").complete && $("true").complete);
   result.pictures = [$("now").naturalWidth, $("true").naturalWidth];
   result.drawn = [...document.querySelectorAll("#live canvas")].map(c =>
-    c.getContext("2d").getImageData(0, 0, c.width, c.height).data.reduce((n, v, i) => n + (i % 4 === 3 && v > 0), 0));
+    c.getContext("2d").getImageData(0, 0, c.width, c.height).data
+      .reduce((n, v, i) => n + (i % 4 === 3 && v > 0), 0));
   result.chips = [...document.querySelectorAll("#chips li")].map(c => c.className + ":" + c.textContent);
   result.log = text("log");
   result.wide = [document.documentElement.scrollWidth, innerWidth];

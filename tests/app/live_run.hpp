@@ -14,9 +14,9 @@
 
 namespace splinevox::test {
 
-/// Waits for something that another process does. False: it has not come for two minutes.
-inline bool comes(const std::function<bool()>& about) {
-  for (int tries = 0; tries < 2400; ++tries) {
+/// Waits for something that another process does. False: it has not come for so long.
+inline bool comes(const std::function<bool()>& about, int seconds = 120) {
+  for (int tries = 0; tries < 20 * seconds; ++tries) {
     if (about()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }

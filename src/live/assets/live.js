@@ -143,7 +143,8 @@ class Live {
     this.showPreview();
   }
   showPreview() {
-    const view = this.views[Number($("past").value)], src = `preview/step_${String(view.step).padStart(6, "0")}.png`;
+    const view = this.views[Number($("past").value)];
+    const src = `preview/step_${String(view.step).padStart(6, "0")}.png`;
     if ($("now").getAttribute("src") !== src) $("now").src = src;
     $("now-text").textContent = `step ${view.step}: ${view.psnr.toFixed(1)} dB`;
   }
