@@ -1,18 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
+#include <charconv>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
+#include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "cli/command.hpp"
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
+#include "live/live_page.hpp"
 #include "run/memory_needs.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "run/train.hpp"
 #include "splinevox/core/error.hpp"
+
+namespace fs = std::filesystem;
 
 namespace splinevox::cli {
 namespace {
@@ -35,11 +43,69 @@ void summarise(const Json& j, const std::string& run) {
   fmt::print("model: {}/model.vdb\n", run);
 }
 
+/// A folder for a run that nobody named: runs/NAME-DATE, of the data set and of now. Not there yet.
+std::string free_run_folder(const std::string& dataset) {
+  fs::path folder = fs::absolute(dataset).lexically_normal();
+  if (folder.filename().empty()) folder = folder.parent_path();
+  const std::time_t now = std::time(nullptr);
+  const std::string name =
+      fmt::format("runs/{}-{:%Y%m%d-%H%M%S}", folder.filename().string(), fmt::localtime(now));
+  std::string out = name;
+  for (int i = 2; fs::exists(fs::symlink_status(out)); ++i) out = fmt::format("{}-{}", name, i);
+  return out;
+}
+
+/// What train cannot do without: the data set, and the run to go on with, or a place for a new one.
+void complete(TrainVerb& o) {
+  const bool word = o.live && o.live->find_first_not_of("0123456789") != std::string::npos;
+  if (word && o.dataset.empty() && fs::exists(*o.live)) o.dataset = std::exchange(*o.live, "");
+  const auto missing = [](const char* name, const char* hint) {
+    fail({"train", fmt::format("{} is missing", name), "splinevox train DATASET --out RUN", "", hint});
+  };
+  if (o.dataset.empty()) missing("DATASET", "splinevox train --help");
+  if (!o.out.empty()) return;
+  if (o.resume) missing("--out", "the folder of the run to go on with");
+  o.out = free_run_folder(o.dataset);
+  o.named = false;
+}
+
+/// A word behind --live as a port; 0: a free one.
+int port_of(const std::string& word) {
+  int port = 0;
+  const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), port);
+  const bool whole = code == std::errc() && end == word.data() + word.size() && port > 0 && port < 65536;
+  if (!word.empty() && !whole)
+    fail({"--live", "this is no port", "a number from 1 to 65535, or nothing: then a free one is taken", word,
+          "splinevox train DATASET --out RUN --live"});
+  return port;
+}
+
+/// The page of --live. Its address is what one asked for, so it is said however quiet the rest is.
+std::unique_ptr<LivePage> open_page(const TrainVerb& o, const Ranks* ranks) {
+  if (!o.live) return nullptr;
+  if (ranks) fail({"--live", "the page is for a training in one process", "", "several under mpirun", ""});
+  auto page =
+      std::make_unique<LivePage>(port_of(*o.live), fs::path(o.out).lexically_normal().filename().string());
+  if (o.json)
+    fmt::print("{}\n", json_text({{"live", page->address()}}));
+  else
+    fmt::print(stderr, "live page: {}\n", page->address());
+  std::fflush(nullptr);
+  return page;
+}
+
 int train(const TrainVerb& o, std::chrono::steady_clock::time_point start) {
   const std::unique_ptr<Ranks> ranks = join_ranks("train");
-  Progress progress(!ranks || ranks->first() ? choose_talk(o.quiet, o.json) : Talk::quiet);
+  const std::unique_ptr<LivePage> page = open_page(o, ranks.get());
+  TrainEvents events;
+  if (page) events.note = [&](const std::string& text) { page->note(text); };
+  Progress progress(!ranks || ranks->first() ? choose_talk(o.quiet, o.json) : Talk::quiet, events);
+  if (!o.named) {
+    if (ranks) fail({"train", "--out is missing", "one folder for all processes", "", "--out RUN"});
+    progress.announce("run: " + o.out);
+  }
   const bool json = progress.talk() == Talk::json, quiet = progress.talk() == Talk::quiet;
-  const TrainedRun run = run::train(o, ranks.get(), progress, start);
+  const TrainedRun run = run::train(o, ranks.get(), progress, start, page.get());
   const bool interrupted = run.end == TrainedRun::End::interrupted;
   if (run.writes && interrupted) {
     const std::int64_t step = run.figures["steps"];
@@ -65,10 +131,7 @@ Action train_command(CLI::App& verb) {
       fmt::print("{}", write_config(effective_config(*options, nullptr)));
       return 0;
     }
-    for (const auto& [value, name] : {std::pair{options->dataset, "DATASET"}, {options->out, "--out"}})
-      if (value.empty())
-        fail({"train", fmt::format("{} is missing", name), "splinevox train DATASET --out RUN", "",
-              "splinevox train --help"});
+    complete(*options);
     if (!options->resume)
       effective_config(*options, nullptr);  // wrong settings are found before anything is touched
     memory_bound(options->memory);

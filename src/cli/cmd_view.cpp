@@ -11,12 +11,11 @@
 #include "core/atomic_file.hpp"
 #include "run/own_json.hpp"
 #include "run/training_cameras.hpp"
+#include "run/true_shots.hpp"
 #include "splinevox/core/error.hpp"
-#include "splinevox/data/image_io.hpp"
 #include "splinevox/run/cameras.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"
-#include "train/by_time.hpp"
 #include "view/page.hpp"
 
 namespace fs = std::filesystem;
@@ -29,23 +28,6 @@ struct ViewVerb {
   int views = 6, view_size = 400, threads = 0;
   double max_mb = 20;
 };
-
-/// Frames of a split evenly spaced in time, no wider or higher than asked.
-std::vector<ViewShot> shots_of(const Run& run, const ViewVerb& o) {
-  const Dataset data = open_split(run, o.data, o.split);
-  const Split& split = *data.find(o.split);
-  const std::vector<int> order = frames_by_time(split);
-  const std::size_t n = order.size(), count = std::min(n, std::size_t(o.views));
-  std::vector<ViewShot> shots;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Frame& f = split.frames[order[count > 1 ? k * (n - 1) / (count - 1) : n / 2]];
-    const int longest = std::max(f.image.width, f.image.height),
-              factor = (longest + o.view_size - 1) / o.view_size;
-    shots.push_back({f.name, area_downscale(f.camera, factor), std::clamp(f.time, 0.0, 1.0),
-                     encode_png(composite(area_downscale(f.image, factor), run.background()))});
-  }
-  return shots;
-}
 
 std::string about(const Run& run) {
   std::string text = fs::path(run.record.dataset).filename().string() + ", preset " + run.config.preset;
@@ -74,7 +56,8 @@ int view(const ViewVerb& o) {
   page.about = about(run);
   page.full_flow = kFullFlow * run.model.box.longest_edge();
   if (o.views > 0) try {
-      page.shots = shots_of(run, o);
+      page.shots =
+          true_shots(*open_split(run, o.data, o.split).find(o.split), run.background(), o.views, o.view_size);
     } catch (const Error& e) {
       fmt::print(stderr, "the page is without true pictures: {}\n", e.what());
     }

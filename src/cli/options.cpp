@@ -121,7 +121,10 @@ void add_train_options(CLI::App& verb, TrainVerb& o) {
   verb.add_option("DATASET", o.dataset,
                   "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
   add_rules(verb, o.rules);
-  verb.add_option("--out", o.out, "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview)");
+  verb.add_option(
+      "--out", o.out,
+      "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview); not given: a new one, "
+      "runs/NAME-DATE, which is said");
   verb.add_option("--preset", o.preset, preset_help())->type_name(preset_names());
   verb.add_option("--config", o.config_file, "TOML file over the preset");
   verb.add_option("--set", o.sets, "one number over both, group.key=value; may be repeated")
@@ -146,6 +149,13 @@ void add_train_options(CLI::App& verb, TrainVerb& o) {
                               kMaxShOrder, fmt::join(effect_names(), ",")))
       ->capture_default_str();
   verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
+  verb.add_option_function<std::vector<std::string>>(
+          "--live",
+          [&o](const std::vector<std::string>& words) { o.live = words.empty() ? "" : words.front(); },
+          "a page on this machine that shows the model while it is trained, with buttons to pause, stop and "
+          "give more time; its address is printed, also with --quiet; without PORT a free one is taken")
+      ->expected(0, 1)
+      ->type_name("PORT");
   verb.add_flag("--quiet", o.quiet, "say nothing but errors");
   verb.add_flag("--json", o.json, "progress as JSON lines on stdout");
   verb.add_flag("--list-settings", o.list_settings, "print every setting of the preset as TOML and stop");

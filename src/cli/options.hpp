@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 
 #include "cli/command.hpp"
@@ -29,6 +30,8 @@ void add_picture_room(CLI::App& verb, std::string& memory, std::string& cache);
 struct TrainVerb : TrainOptions {
   int threads = 0;
   bool quiet = false, json = false, list_settings = false;
+  std::optional<std::string> live;  ///< port of the page; "": a free one
+  bool named = true;                ///< `out` was given, not found
 };
 void add_train_options(CLI::App& verb, TrainVerb& options);
 

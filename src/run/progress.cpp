@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 #include <stdio_ext.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -16,7 +18,6 @@ namespace {
 
 constexpr double kReportEvery = 0.5;  // seconds of training between two lines of metrics.jsonl
 constexpr double kLineEvery = 5;      // between two plain lines
-constexpr double kTold = 2;           // of training, from which the rest can be told
 
 std::string bar(double share, int width) {
   static const char* const eighths[] = {"", "▏", "▎", "▍", "▌", "▋", "▊", "▉"};
@@ -26,6 +27,13 @@ std::string bar(double share, int width) {
   text += eighths[filled % 8];
   for (int i = (filled + 7) / 8; i < width; ++i) text += " ";
   return text;
+}
+
+/// Of the terminal, as wide as it is now.
+int columns() {
+  constexpr int kUsual = 80;
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
 }
 
 /// Prints, or not: a terminal that is gone, a reader that went away or a full log disk is no reason to stop
@@ -43,10 +51,25 @@ Talk choose_talk(bool quiet, bool json) {
   return json ? Talk::json : quiet ? Talk::quiet : ::isatty(STDERR_FILENO) ? Talk::bar : Talk::lines;
 }
 
-std::string time_left(const StepReport& first, const StepReport& last) {
-  const double took = last.seconds - first.seconds, share = last.progress - first.progress;
-  if (took < kTold || share <= 0) return {};
-  return duration(took * (1 - last.progress) / share) + " left";
+std::string bar_line(const LineParts& parts, int width) {
+  constexpr int kLongest = 24, kShortest = 5, kPercent = 5;  // of the bar; "100% "
+  std::string text;
+  for (int left_out = 0; left_out <= 4; ++left_out) {
+    text = parts.step;
+    const auto add = [&](const std::string& part, bool shown) {
+      if (shown && !part.empty()) text += "  " + part;
+    };
+    add(parts.loss, left_out < 1);
+    add(parts.held_out + (left_out < 3 ? ", " + parts.rays : ""), left_out < 4);
+    add(parts.rate, left_out < 2);
+    add(parts.left, true);
+    const int room = width - 1 - kPercent - int(text.size()) - 1;
+    if (room >= kShortest)
+      return fmt::format("{:3.0f}% {} {}", 100 * parts.progress,
+                         bar(parts.progress, std::min(room, kLongest)), text);
+  }
+  return fmt::format("{:3.0f}% {}", 100 * parts.progress, text)
+      .substr(0, std::size_t(std::max(width - 1, 4)));
 }
 
 void Progress::note(const std::string& text) {
@@ -68,7 +91,7 @@ void Progress::tell(const StepReport& report) {
 Json Progress::step(const StepReport& r, double held_out_psnr) {
   if (since_ < 0) {  // the time before the first step is not its own
     since_ = r.seconds;
-    first_ = r;
+    pace_.add(r);
   }
   last_ = r;
   ++steps_;
@@ -92,6 +115,7 @@ Json Progress::report(double held_out_psnr) {
   steps_ = rays_ = samples_ = 0;
   loss_ = squared_error_ = 0;
   since_ = last_.seconds;
+  pace_.add(last_);
   draw(j);
   return j;
 }
@@ -104,16 +128,22 @@ void Progress::draw(const Json& j) {
   spoken_ = last_.seconds;
   const std::string held_out =
       j.contains("held_psnr") ? fmt::format("{:.1f}", j["held_psnr"].get<double>()) : "-";
-  const std::string left = time_left(first_, last_);
-  const std::string text =
-      fmt::format("step {:>6}  loss {:.2e}  PSNR {} held-out, {:.1f} rays  {:.0f} krays/s{}{}", last_.step,
-                  j["loss"].get<double>(), held_out, j["psnr"].get<double>(),
-                  j["rays_per_second"].get<double>() / 1e3, left.empty() ? "" : "  ", left);
+  const std::optional<double> rest = left();
+  const std::string left = rest ? duration(*rest) + " left" : "";
+  const LineParts parts{progress,
+                        fmt::format("step {:>6}", last_.step),
+                        fmt::format("loss {:.2e}", j["loss"].get<double>()),
+                        fmt::format("PSNR {} held-out", held_out),
+                        fmt::format("{:.1f} rays", j["psnr"].get<double>()),
+                        fmt::format("{:.0f} krays/s", j["rays_per_second"].get<double>() / 1e3),
+                        left};
   if (talk_ == Talk::bar) {
-    try_print(stderr, fmt::format("\r\033[K{:3.0f}% {} {}", 100 * progress, bar(progress, 24), text));
+    try_print(stderr, "\r\033[K" + bar_line(parts, columns()));
     drawn_ = true;
   } else {
-    try_print(stderr, fmt::format("{:3.0f}%  {}\n", 100 * progress, text));
+    try_print(stderr,
+              fmt::format("{:3.0f}%  {}  {}  {}, {}  {}{}{}\n", 100 * progress, parts.step, parts.loss,
+                          parts.held_out, parts.rays, parts.rate, left.empty() ? "" : "  ", left));
   }
 }
 

@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 
+#include "run/pace.hpp"
 #include "run/support.hpp"
 #include "splinevox/run/train.hpp"
 
@@ -19,9 +21,14 @@ enum class Talk {
 };
 Talk choose_talk(bool quiet, bool json);
 
-/// How long the rest of a run takes, as "3 min left"; empty: too little of it is done to tell. Steps alone
-/// count: what came before the first one takes no part. @param first  and @param last  step of this call
-std::string time_left(const StepReport& first, const StepReport& last);
+/// The parts of the line that is drawn over itself.
+struct LineParts {
+  double progress = 0;  ///< 0..1
+  std::string step, loss, held_out, rays, rate, left;
+};
+/// That line, of at most `width` columns: the bar is as long as there is room for, and where there is none
+/// for all parts, loss, rate and the rays' PSNR are left out, in this order.
+std::string bar_line(const LineParts& parts, int width);
 
 /// What training says while it runs. Averages the steps between two lines.
 class Progress {
@@ -42,6 +49,10 @@ class Progress {
   /// Ends the line that the bar is drawn on.
   void finish();
   Talk talk() const { return talk_; }
+  /// How the rest of the run is to be foretold; not called: its steps cost alike.
+  void expect(Pace pace) { pace_ = std::move(pace); }
+  /// Seconds that the rest of the run takes; none: too little of it is done to tell.
+  std::optional<double> left() const { return pace_.left(); }
   /// Tells those who hear of a step, discarded or not.
   void tell(const StepReport& report);
   /// Whether one of them asked to stop.
@@ -54,7 +65,8 @@ class Progress {
   Talk talk_;
   TrainEvents events_;
   bool drawn_ = false, stop_ = false;
-  StepReport first_, last_;  ///< of this call: what came before the first step is not the steps' time
+  Pace pace_;
+  StepReport last_;
   std::int64_t steps_ = 0, rays_ = 0, samples_ = 0;  ///< since the last report
   double loss_ = 0, squared_error_ = 0;              ///< likewise; the latter per channel, of all rays
   double since_ = -1, spoken_ = -1e9;

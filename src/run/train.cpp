@@ -122,7 +122,7 @@ bool has_ended(const RunFolder& folder) {
 }  // namespace
 
 TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
-                 std::chrono::steady_clock::time_point start) {
+                 std::chrono::steady_clock::time_point start, Watcher* watcher) {
   const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
   std::unique_ptr<StepBackend> steps =
       make_step(device, o.deterministic, ranks);  // so that a lacking device fails first
@@ -142,7 +142,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   if (known) read_run_config(folder.path(), saved, record);
   Config before = saved;  // as it was asked for
   if (known && folder.has(kAskedConfig)) read_config(before, folder.file(kAskedConfig));
-  const Config asked = effective_config(o, known ? &before : nullptr);
+  Config asked = effective_config(o, known ? &before : nullptr);
   const bool longer = known && is_longer(before.run, asked.run);
   if (longer) before.run.max_time = saved.run.max_time = asked.run.max_time;
   Config config = checkpoint ? saved : asked;
@@ -184,14 +184,24 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
               ready.parallax};
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  TrainSession session({config, data, folder, used, checkpoint, ranks, device, std::move(steps)}, progress);
+  const auto write_settings = [&] {
+    if (!config_difference(asked, config).empty())
+      write_file(folder.file(kAskedConfig), {write_config(asked)});
+    write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
+  };
+  const auto lengthen = [&](double seconds) {
+    config.run.max_time += seconds;
+    asked.run.max_time += seconds;
+    write_settings();
+    return config.run.max_time;
+  };
+  TrainSession session(
+      {config, data, folder, used, checkpoint, ranks, device, std::move(steps), watcher, lengthen}, progress);
   if (writes && (!checkpoint || longer)) {  // whoever cannot begin leaves nothing behind
     std::error_code ignored;
     for (const char* name : {"metrics.json", kManifestName, kAskedConfig})
       fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone, or that had ended
-    if (!config_difference(asked, config).empty())
-      write_file(folder.file(kAskedConfig), {write_config(asked)});
-    write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
+    write_settings();
     if (!checkpoint) write_file(folder.file("metrics.jsonl"), {std::string()});
   }
   Json figures = session.run();

@@ -6,6 +6,7 @@
 
 #include "core/ranks.hpp"
 #include "run/progress.hpp"
+#include "run/watcher.hpp"
 #include "splinevox/run/train.hpp"
 
 namespace splinevox::run {
@@ -19,8 +20,9 @@ struct TrainedRun {
   bool writes = true;  ///< false: another rank writes, and has the figures
 };
 
-/// Trains into a run folder. @param ranks  who trains with us; null: nobody. @param start  of the budget
+/// Trains into a run folder. @param ranks  who trains with us; null: nobody. @param start  of the budget.
+/// @param watcher  who looks at it; null: nobody. Not with ranks
 TrainedRun train(const TrainOptions& options, Ranks* ranks, Progress& progress,
-                 std::chrono::steady_clock::time_point start);
+                 std::chrono::steady_clock::time_point start, Watcher* watcher = nullptr);
 
 }  // namespace splinevox::run

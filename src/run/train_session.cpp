@@ -96,6 +96,7 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
       trainer_(setup_.config, *setup_.data.find("train"), setup_.data.time_map, setup_.seconds_used,
                setup_.ranks, std::move(setup_.steps)) {
   if (setup_.resume) resume();
+  progress_.expect(Pace(setup_.config));
   const Split* split = setup_.data.find("val");
   no_held_out_ = !split || split->frames.empty();
   if (no_held_out_) split = setup_.data.find("train");
@@ -106,7 +107,8 @@ double TrainSession::clock() const { return running_seconds(); }
 
 /// Ranks hear signals at different steps, and must stop at the same one.
 bool TrainSession::go_on() {
-  interrupted_ = stop_asked() || progress_.stop_asked();
+  if (setup_.watcher) obey();
+  interrupted_ = stop_asked() || progress_.stop_asked() || stopped_by_watcher_;
   if (setup_.ranks) {
     const double mine = interrupted_;
     for (const double theirs : setup_.ranks->gather({&mine, 1})) interrupted_ |= theirs != 0;
@@ -116,13 +118,12 @@ bool TrainSession::go_on() {
 
 Json TrainSession::run() {
   checkpoint_at_ = stepped_at_ = clock();
+  if (setup_.watcher)
+    setup_.watcher->begin({setup_.config, setup_.data, *held_out_, no_held_out_, setup_.folder.path()});
   while (go_on()) {
     step();
     if (!writes()) continue;
-    if (held_out_view_due(last_.seconds)) {
-      const double start = clock();
-      render_held_out_view(trainer_.model(), start);
-    }
+    look(held_out_view_due(last_.seconds));
     if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
       finish_checkpoint();
     const bool due = clock() - checkpoint_at_ >
@@ -147,7 +148,18 @@ Json TrainSession::run() {
     hold_camera(model);
   }
   save_manifest(digest);
+  if (setup_.watcher) setup_.watcher->end(model, last_.step, !interrupted_);
   return figures();
+}
+
+/// A picture of the held-out view, and the model for who watches: one copy of it serves both.
+void TrainSession::look(bool held_out_view_due) {
+  const bool watched = setup_.watcher && setup_.watcher->wants_model(last_.step);
+  if (!held_out_view_due && !watched) return;
+  const double start = clock(), started = thread_seconds();
+  VoxelModel model = trainer_.model();
+  if (held_out_view_due) render_held_out_view(model, start);
+  if (watched) hand_over(std::move(model), held_out_view_due ? 0 : started);
 }
 
 void TrainSession::step() {
@@ -198,7 +210,9 @@ void TrainSession::save_replay() {
 /// A line that the disk does not take is counted and lost: the checkpoint at the end is what must not be.
 void TrainSession::report(const Json& line) {
   if (line.is_null() || !writes()) return;
-  if (!append_to_file(setup_.folder.file("metrics.jsonl"), json_text(line) + "\n")) ++lines_lost_;
+  const std::string text = json_text(line);
+  if (!append_to_file(setup_.folder.file("metrics.jsonl"), text + "\n")) ++lines_lost_;
+  if (setup_.watcher) setup_.watcher->line(text, progress_.left());
 }
 
 /// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
@@ -325,7 +339,10 @@ Json TrainSession::figures() const {
   const double in_ray_loop = p.rays, all = std::max(stepping_, 1e-9);
   Json j{{"steps", last_.step}, {"train_seconds", last_.seconds}, {"finished", !interrupted_}};
   const int most = setup_.config.run.max_steps;
-  j["ended"] = interrupted_ ? "signal" : most > 0 && last_.step >= most ? "steps" : "time";
+  j["ended"] = stopped_by_watcher_              ? "page"
+               : interrupted_                   ? "signal"
+               : most > 0 && last_.step >= most ? "steps"
+                                                : "time";
   j["preset"] = setup_.config.preset;
   if (const int usual = usual_steps(setup_.config)) {
     j["preset_steps"] = usual;

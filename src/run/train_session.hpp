@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <future>
 #include <limits>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "run/held_camera.hpp"
 #include "run/progress.hpp"
 #include "run/run_folder.hpp"
+#include "run/watcher.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/train/trainer.hpp"
@@ -32,6 +34,9 @@ class TrainSession {
     Ranks* ranks;                        ///< who trains with us, if any; only the first of them writes
     Device device;                       ///< makes pictures
     std::unique_ptr<StepBackend> steps;  ///< makes steps, there and with those ranks
+    Watcher* watcher = nullptr;          ///< who looks at it, if anybody; not with ranks
+    /// Adds seconds to the budget that the run's files and `config` have; the new one. Only with a watcher.
+    std::function<double(double)> longer = {};
   };
   TrainSession(Setup setup, Progress& progress);
 
@@ -45,6 +50,11 @@ class TrainSession {
   double clock() const;
   bool writes() const { return !setup_.ranks || setup_.ranks->first(); }
   bool go_on();
+  void look(bool held_out_view_due);
+  void obey();
+  void log_wish(const char* what, const Json& more, const std::string& text);
+  void add_time(double seconds);
+  void hand_over(VoxelModel model, double started);
   void step();
   void report(const Json& line);
   void save_replay();
@@ -76,7 +86,7 @@ class TrainSession {
   StepReport last_;
   std::int64_t discarded_ = 0,
                lines_lost_ = 0;  ///< steps that were not finite; lines that metrics.jsonl did not take
-  bool interrupted_ = false;
+  bool interrupted_ = false, stopped_by_watcher_ = false;
   std::int64_t steps_ = 0, samples_ = 0, rays_ = 0;  ///< of this session
   double stepping_ = 0;                              ///< seconds of this session in Trainer::step
 };

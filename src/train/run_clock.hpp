@@ -15,16 +15,17 @@ struct RunClock {
   std::int64_t step = 0;        ///< steps made, those discarded included
   double seconds = 0;           ///< of the budget: loading and earlier sessions included
   double seconds_at_start = 0;  ///< of those, used before the first step
+  double added = 0;             ///< seconds by which the budget has grown while the run went on
   PhaseSeconds phases;
 
   /// Share of the budget used: of the time, the steps, or whichever of the two is further.
   double used(const RunConfig& run) const {
-    return further(run.max_time > 0 ? seconds / run.max_time : 0, run);
+    return further(run.max_time > 0 ? seconds / budget(run) : 0, run);
   }
   /// Where the schedules stand, 0..1: by the clock, by the steps, or by whichever of the two is further.
   double position(const RunConfig& run) const {
     const bool timed = run.max_time > 0;
-    return further(timed ? clock_progress(seconds, seconds_at_start, run.max_time, run.late_cost) : 0, run);
+    return further(timed ? clock_progress(seconds, seconds_at_start, budget(run), run.late_cost) : 0, run);
   }
   void spend(double PhaseSeconds::*phase, double time) {
     phases.*phase += time;
@@ -42,6 +43,7 @@ struct RunClock {
   }
 
  private:
+  double budget(const RunConfig& run) const { return run.max_time + added; }
   double further(double by_time, const RunConfig& run) const {
     const double by_steps = run.max_steps > 0 ? double(step) / run.max_steps : 0;
     return std::min(std::max(by_time, by_steps), 1.0);

@@ -79,6 +79,8 @@ StepReport Trainer::one_step() {
   return report;
 }
 
+void Trainer::add_time(double seconds) { state_->clock.added += seconds; }
+
 const std::vector<StepReport>& Trainer::discarded() const { return state_->discarded; }
 
 VoxelModel Trainer::model() const {

@@ -76,33 +76,45 @@ std::string filled(std::string_view page, const std::vector<Mark>& marks) {
 
 }  // namespace
 
-std::string view_page(const ViewPage& page, const PackedScene& scene) {
+Json view_header(const ViewPage& page, const PackedScene& scene) {
   Json header = scene.header;
   header["name"] = page.name;
   header["note"] = page.note;
   header["full_flow"] = page.full_flow;
   header["views"] = Json::array();
-  for (const ViewShot& s : page.shots)
+  for (const TrueShot& s : page.shots)
     header["views"].push_back({{"name", s.name},
                                {"time", s.time},
                                {"camera", camera_json(s.camera)},
                                {"picture", "data:image/png;base64," + base64(s.png)}});
   if (page.taken) header["taken"] = taken_json(*page.taken);
+  return header;
+}
+
+std::string viewer_page(const ViewerParts& parts) {
   std::string shaders, scripts;
   for (const char* name : kShaders)
     shaders += fmt::format("<script type=\"x-shader\" id=\"{}\">{}</script>\n", name, view_asset(name));
   for (const char* name : kScripts) scripts += view_asset(name);
-  return filled(
-      view_asset("page.html"),
-      {{"<!--title-->", escape(page.name)},
-       {"<!--heading-->", escape(page.name)},
-       {"<!--about-->", escape(page.about)},
-       {"/*style*/", std::string(view_asset("style.css"))},
-       {"<!--shaders-->", shaders},
-       {"<!--header-->", "<script type=\"application/json\" id=\"header\">" + embedded(header) + "</script>"},
-       {"<!--data-->",
-        "<script type=\"text/plain\" id=\"data\">" + base64(deflated(scene.bytes)) + "</script>"},
-       {"/*scripts*/", scripts}});
+  return filled(view_asset("page.html"), {{"<!--title-->", escape(parts.title)},
+                                          {"<!--heading-->", escape(parts.title)},
+                                          {"<!--about-->", escape(parts.about)},
+                                          {"/*style*/", std::string(view_asset("style.css")) + parts.style},
+                                          {"/*class*/", parts.body_class},
+                                          {"<!--beside-->", parts.beside},
+                                          {"<!--shaders-->", shaders},
+                                          {"<!--data-->", parts.data},
+                                          {"/*scripts*/", scripts + parts.scripts}});
+}
+
+std::string view_page(const ViewPage& page, const PackedScene& scene) {
+  return viewer_page({.title = page.name,
+                      .about = page.about,
+                      .data = "<script type=\"application/json\" id=\"header\">" +
+                              embedded(view_header(page, scene)) +
+                              "</script>\n<script type=\"text/plain\" id=\"data\">" +
+                              base64(deflated(scene.bytes)) + "</script>",
+                      .scripts = std::string(view_asset("start.js"))});
 }
 
 }  // namespace splinevox::run

@@ -6,31 +6,38 @@
 #include <string_view>
 #include <vector>
 
-#include "splinevox/core/camera.hpp"
+#include "run/true_shots.hpp"
 #include "view/pack.hpp"
 #include "view/taken_from.hpp"
 
 namespace splinevox::run {
-
-/// A true picture and where it was taken from.
-struct ViewShot {
-  std::string name;
-  Camera camera;          ///< of the picture as it is in the page
-  double time = 0;        ///< the model's, in [0, 1]
-  std::vector<char> png;  ///< the truth over the run's background
-};
 
 struct ViewPage {
   std::string name;                     ///< of the run
   std::string about;                    ///< a line beside it: data set, quality
   std::string note;                     ///< what the page says about its contents
   double full_flow = 0.1;               ///< displacement of full colour, scene units
-  std::vector<ViewShot> shots;          ///< in the order of time
+  std::vector<TrueShot> shots;          ///< over the run's background, in the order of time
   std::optional<TakenFrom> taken = {};  ///< absent: one may go anywhere
 };
 
 /// The whole page: no network, opens from disk.
 std::string view_page(const ViewPage& page, const PackedScene& scene);
+
+/// What the viewer is told of a model: all but its bytes (docs/formats.md, "The page of view").
+Json view_header(const ViewPage& page, const PackedScene& scene);
+
+/// The viewer in a page, and what else is on it. HTML but for the names.
+struct ViewerParts {
+  std::string title;            ///< text; the heading too
+  std::string about;            ///< text
+  std::string style = {};       ///< behind the viewer's own
+  std::string beside = {};      ///< elements behind the panel
+  std::string data = {};        ///< elements behind the shaders
+  std::string scripts = {};     ///< behind the viewer's own: what makes its App
+  std::string body_class = {};  ///< of the body, besides its own
+};
+std::string viewer_page(const ViewerParts& parts);
 
 /// A file of src/view/assets, as it was when the program was built. @pre it is there.
 std::string_view view_asset(std::string_view name);

@@ -47,6 +47,8 @@ class Started {
     posix_spawn_file_actions_destroy(&actions);
   }
   pid_t process() const { return process_; }
+  /// What it has said on stderr so far.
+  std::string err() const { return slurp(folder_.path() / "err"); }
   Ended wait() {
     Ended e;
     int status = 0;

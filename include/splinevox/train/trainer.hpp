@@ -73,6 +73,9 @@ class Trainer {
   /// good step and Error (Fault::numeric) is thrown. `seconds_outside`: of the budget, that went by between
   /// the last step and this one (pictures to look at, copies of the state).
   StepReport step(double seconds_outside = 0);
+  /// Adds seconds to the budget of a run that goes by the clock. Schedules are laid out anew over it, as
+  /// where such a run is resumed with more time. @pre RunConfig::max_time > 0
+  void add_time(double seconds);
   /// Reports of the last steps, as far as they were discarded in a row.
   const std::vector<StepReport>& discarded() const;
 

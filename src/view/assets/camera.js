@@ -19,10 +19,7 @@ const kNearer = 0.8, kSoftRatio = 1.6;  // the same for distances
 class OrbitCamera {
   constructor(header) {
     this.taken = header.taken;
-    this.box = header.box;
-    this.centre = add(header.box.lo, header.box.hi).map(v => v / 2);
-    const across = add(header.box.hi, header.box.lo, -1);
-    this.diagonal = Math.sqrt(dot(across, across));
+    this.fit(header);
     // Most scenes have z upwards; the true cameras, which are held upright, know better.
     const upright = header.views.map(v => v.camera.axes[1]);
     if (this.taken) upright.push(this.taken.start.camera.axes[1]);
@@ -34,6 +31,14 @@ class OrbitCamera {
         this.up = [0, 1, 2].map(i => (i === a ? Math.sign(sum[a]) : 0));
     }
     this.home();
+  }
+
+  /// Takes the box of a model.
+  fit({box}) {
+    this.box = box;
+    this.centre = add(box.lo, box.hi).map(v => v / 2);
+    const across = add(box.hi, box.lo, -1);
+    this.diagonal = Math.sqrt(dot(across, across));
   }
 
   /// A training camera, or as `splinevox render --camera orbit` begins: all of the box is seen.

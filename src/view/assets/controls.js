@@ -37,18 +37,23 @@ function bindPointers(element, camera, moved) {
   element.addEventListener("contextmenu", e => e.preventDefault());
 }
 
-/// The panel and the keys. @param app  main.js
-function bindPanel(app) {
-  const {state, header} = app;
-  const layers = $("layers");
-  for (const layer of state.layers) {
+/// A button for each layer that the model has.
+function showLayers(app) {
+  const {layers} = app.state;
+  $("layers").replaceChildren(...layers.map(layer => {
     const button = document.createElement("button");
     button.textContent = layer, button.dataset.layer = layer;
     button.setAttribute("role", "radio");
     button.addEventListener("click", () => app.set({layer}));
-    layers.append(button);
-  }
-  layers.hidden = state.layers.length < 2;
+    return button;
+  }));
+  $("layers").hidden = layers.length < 2;
+}
+
+/// The panel and the keys. @param app  main.js
+function bindPanel(app) {
+  const {state, header} = app;
+  showLayers(app);
   header.views.forEach((view, i) => {
     const button = document.createElement("button"), picture = new Image();
     picture.src = view.picture, picture.alt = "";

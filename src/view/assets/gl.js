@@ -108,6 +108,14 @@ class Program {
   draw() { this.gl.drawArrays(this.gl.TRIANGLES, 0, 3); }
 }
 
+/// The program of these texts: models that follow one another on a page mostly have the same.
+function programOf(gl, source, defines = "") {
+  gl.programs ??= new Map();
+  const text = defines + source;
+  if (!gl.programs.has(text)) gl.programs.set(text, new Program(gl, source, defines));
+  return gl.programs.get(text);
+}
+
 /// An empty 3D texture, clamped at its edges.
 function texture3d(gl, format, size, filter) {
   const texture = gl.createTexture();
@@ -162,6 +170,7 @@ class Target {
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.texture, 0);
   }
+  free() { this.gl.deleteTexture(this.texture), this.gl.deleteFramebuffer(this.framebuffer); }
   /// What is drawn from here on goes into it.
   begin() {
     this.gl.bindFramebuffer(this.gl.FRAMEBUFFER, this.framebuffer);

@@ -1,4 +1,4 @@
-// Begins, and runs the loop. window.splinevox is what tests and other pages may use.
+// The viewer as a whole: makes it, and runs the loop.
 
 class App {
   constructor(header, bytes) {
@@ -22,6 +22,20 @@ class App {
     this.readAddress();
     this.last = performance.now();
     requestAnimationFrame(now => this.tick(now));
+  }
+
+  /// Another model of the same scene. Camera, time and layer stay.
+  replace(header, bytes) {
+    const old = this.scene;
+    this.scene = new Scene(this.gl, header, bytes);
+    old.free();
+    this.header = header;
+    this.camera.fit(header);
+    this.painter.show(this.scene);
+    this.state.show(header);
+    showLayers(this);
+    $("note").textContent = header.note;
+    this.set({});
   }
 
   readAddress() {
@@ -116,18 +130,3 @@ function complain(text) {
   $("problem").hidden = false;
   document.body.classList.remove("loading");
 }
-
-/// Resolves to the App, or to null where the page said why it cannot show anything.
-window.splinevox = (async () => {
-  try {
-    const header = JSON.parse($("header").textContent);
-    const bytes = await inflated($("data").textContent);
-    $("data").remove();
-    const app = new App(header, bytes);
-    document.body.classList.remove("loading");
-    return app;
-  } catch (e) {
-    complain(e.message);
-    return null;
-  }
-})();

@@ -9,9 +9,8 @@ const kRest = 150;          // milliseconds without a change before the full pic
 
 class Painter {
   constructor(gl, scene, camera) {
-    this.gl = gl, this.scene = scene, this.camera = camera;
-    this.march = new Program(gl, document.getElementById("march.frag").textContent, scene.defines);
-    this.show = new Program(gl, document.getElementById("present.frag").textContent);
+    this.gl = gl, this.camera = camera;
+    this.copy = programOf(gl, document.getElementById("present.frag").textContent);
     this.quick = new Target(gl, gl.RGBA8, gl.LINEAR), this.full = new Target(gl, gl.RGBA8, gl.LINEAR);
     this.share = 0.5;         // of the canvas' pixels an edge that a quick picture has
     this.rowsPerSecond = 400; // of the full picture
@@ -19,6 +18,14 @@ class Painter {
     this.pending = null;      // what the graphics card is busy with
     this.finished = [];       // when the last quick pictures were done, milliseconds
     this.quality = "auto";
+    this.show(scene);
+  }
+
+  /// Another model, or the first.
+  show(scene) {
+    this.scene = scene;
+    this.march = programOf(this.gl, document.getElementById("march.frag").textContent, scene.defines);
+    this.invalidate();
   }
 
   /// Something is to be seen that was not yet.
@@ -49,7 +56,7 @@ class Painter {
     const gl = this.gl, canvas = gl.canvas;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, canvas.width, canvas.height);
-    const pass = this.show.use();
+    const pass = this.copy.use();
     pass.texture("picture", target.texture, gl.TEXTURE_2D);
     pass.vec2("canvasSize", [canvas.width, canvas.height]);
     pass.draw();
@@ -122,7 +129,7 @@ class Painter {
       const row = height - 1 - y;
       flipped.data.set(pixels.subarray(4 * width * row, 4 * width * (row + 1)), 4 * width * y);
     }
-    gl.deleteTexture(target.texture), gl.deleteFramebuffer(target.framebuffer);
+    target.free();
     const canvas = document.createElement("canvas");
     canvas.width = width, canvas.height = height;
     canvas.getContext("2d").putImageData(flipped, 0, 0);

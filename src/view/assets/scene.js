@@ -32,6 +32,15 @@ class Scene {
     this.time = NaN;
   }
 
+  /// Gives back what it holds of the graphics card.
+  free() {
+    const {gl} = this;
+    for (const texture of [this.bricks, this.atlas, ...this.harmonics, this.canonical, this.parts,
+      this.motionTable, this.points, this.slice, this.sliceScalars]) gl.deleteTexture(texture ?? null);
+    this.cells.free(), this.blocks.free();
+    gl.deleteFramebuffer(this.sliceBuffer);
+  }
+
   uploadRadiance(field, bytes) {
     const gl = this.gl, places = readPlaces(bytes, field), table = brickTable(field, places);
     const layout = atlasLayout(field.bricks, this.largest), n = layout.size[0];
@@ -81,8 +90,8 @@ class Scene {
     this.cells = new Target(gl, gl.R8, gl.NEAREST), this.blocks = new Target(gl, gl.R8, gl.NEAREST);
     this.cells.resize(...tiledShape(grid.size)), this.blocks.resize(...tiledShape(this.blockSize));
     const shader = name => document.getElementById(name).textContent;
-    this.occupancyPass = new Program(gl, this.defines + shader("occupancy.frag"));
-    this.blocksPass = new Program(gl, kTilesSource + shader("blocks.frag"));
+    this.occupancyPass = programOf(gl, this.defines + shader("occupancy.frag"));
+    this.blocksPass = programOf(gl, kTilesSource + shader("blocks.frag"));
   }
 
   /// The colour of the part that each canonical cell belongs to; transparent where it belongs to none.
@@ -125,7 +134,7 @@ class Scene {
     this.rows = rows;
     this.slice = texture3d(gl, gl.RGBA16F, motion.size, gl.LINEAR);
     this.sliceScalars = this.scalars.length ? texture3d(gl, gl.RGBA16F, motion.size, gl.LINEAR) : null;
-    this.contractPass = new Program(gl, document.getElementById("contract.frag").textContent);
+    this.contractPass = programOf(gl, document.getElementById("contract.frag").textContent);
   }
 
   setTime(t) {

@@ -10,15 +10,9 @@ const colourOf = hex => [0, 2, 4].map(i => parseInt(hex.slice(i, i + 2), 16) / 2
 
 class State {
   constructor(header) {
-    this.header = header;
-    const motion = header.motion;
-    const has = {
-      rgb: true, depth: true, flow: motion && motion.displaces, rigidity: motion && motion.rigidity,
-      cluster: header.clusters
-    };
-    this.layers = kLayers.filter(l => has[l]);
-    this.time = 0;
     this.layer = "rgb";
+    this.show(header);
+    this.time = 0;
     this.view = this.first;
     this.compare = false;
     this.playing = false;
@@ -27,6 +21,18 @@ class State {
     this.ui = true;
     if (this.view === 0) this.time = header.views[0].time;
     if (header.taken) this.time = header.taken.start.time;
+  }
+
+  /// Takes a model, the first or another one.
+  show(header) {
+    this.header = header;
+    const motion = header.motion;
+    const has = {
+      rgb: true, depth: true, flow: motion && motion.displaces, rigidity: motion && motion.rigidity,
+      cluster: header.clusters
+    };
+    this.layers = kLayers.filter(l => has[l]);
+    if (!this.layers.includes(this.layer)) this.layer = "rgb";
   }
 
   /// The view that a page begins with: where pictures are on one side, the free camera, at a training camera.

@@ -1,0 +1,21 @@
+# splinevox_httplib: cpp-httplib, for the page of `train --live` and its tests. Not there: the program builds,
+# and refuses --live.
+find_package(PkgConfig QUIET)
+if(PkgConfig_FOUND)
+  pkg_check_modules(HTTPLIB QUIET IMPORTED_TARGET cpp-httplib)
+endif()
+if(HTTPLIB_FOUND)
+  set(httplib PkgConfig::HTTPLIB)
+else()
+  find_package(httplib CONFIG QUIET)
+  if(httplib_FOUND)
+    set(httplib httplib::httplib)
+  endif()
+endif()
+if(httplib)
+  add_library(splinevox_httplib INTERFACE)
+  target_link_libraries(splinevox_httplib INTERFACE ${httplib})
+else()
+  message(WARNING "cpp-httplib is missing, so `train --live` will be refused "
+                  "(apt-get install libcpp-httplib-dev)")
+endif()

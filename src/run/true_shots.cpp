@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "run/true_shots.hpp"
+
+#include <algorithm>
+
+#include "splinevox/data/image_io.hpp"
+#include "train/by_time.hpp"
+
+namespace splinevox::run {
+
+TrueShot true_shot(const Frame& f, const Vec3& background, int size) {
+  const int longest = std::max(f.image.width, f.image.height), factor = (longest + size - 1) / size;
+  return {f.name, area_downscale(f.camera, factor), std::clamp(f.time, 0.0, 1.0),
+          encode_png(composite(area_downscale(f.image, factor), background))};
+}
+
+std::vector<TrueShot> true_shots(const Split& split, const Vec3& background, int count, int size) {
+  const std::vector<int> order = frames_by_time(split);
+  const std::size_t n = order.size(), taken = std::min(n, std::size_t(count));
+  std::vector<TrueShot> shots;
+  for (std::size_t k = 0; k < taken; ++k) {
+    const int at = order[taken > 1 ? k * (n - 1) / (taken - 1) : n / 2];
+    shots.push_back(true_shot(split.frames[std::size_t(at)], background, size));
+  }
+  return shots;
+}
+
+}  // namespace splinevox::run
