@@ -46,7 +46,9 @@ TEST_SUITE("io/export_run") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
     CHECK(export_vdb(model, scratch.folder(), options_for(3)).others.empty());
-    CHECK(export_vdb(model, scratch.folder(), options_for(1)).others ==
+    ExportOptions shorter = options_for(1);
+    shorter.resume = false;
+    CHECK(export_vdb(model, scratch.folder(), shorter).others ==
           std::vector<std::string>{"frame_0002.vdb", "frame_0003.vdb"});
   }
 
@@ -194,6 +196,7 @@ TEST_SUITE("io/export_run") {
     for (const ExportedFrame& frame : again.frames) CHECK(frame.kept);
     ExportOptions other = options;
     other.min_alpha = 0.01;
+    other.resume = false;
     for (const ExportedFrame& frame : export_vdb(model, folder, other).frames) CHECK_FALSE(frame.kept);
     VoxelModel changed = model;
     changed.radiance.raw.values.back() += 1;

@@ -195,6 +195,18 @@ float density_of(double alpha, const Lattice& lattice) {
   return float(optical_depth(alpha) / lattice.spacing);
 }
 
+/// Where the voxels are, as figures min_x to max_z in scene units; none where there are none.
+void add_box(std::map<std::string, double>& figures, const LeafSet& set, const Lattice& lattice) {
+  Int3 lo, hi;
+  set.bounds(lo, hi);
+  if (lo.x > hi.x) return;
+  const Vec3 min = lattice.position(lo), max = lattice.position(hi);
+  for (int a = 0; a < 3; ++a) {
+    figures[std::string("min_") + "xyz"[a]] = double(min[a]);
+    figures[std::string("max_") + "xyz"[a]] = double(max[a]);
+  }
+}
+
 /// Whether 16-bit floats hold every value of a grid: in small units densities are large.
 bool fits_half(const VdbGrid& grid) {
   return std::all_of(grid.values.begin(), grid.values.end(),
@@ -244,6 +256,7 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
   BakedPart out;
   out.figures["density_voxels"] = double(dense.count());
   out.figures["color_voxels"] = double(baked.color.set().count());
+  add_box(out.figures, dense, lattice_);
   std::optional<LeafValues> flame;
   if (options_.flame) flame = bake_flame(density, baked.color);
   auto& grids = out.file.grids;

@@ -19,24 +19,24 @@ std::string numbered(const char* stem, int frame, const std::string& suffix) {
   return stem + digits + suffix;
 }
 
-std::string script(const VoxelModel& model, const ExportOptions& o, int clusters) {
-  return blender_script({.first = o.first,
-                         .last = o.last,
+std::string script(const VoxelModel& model, const ExportOptions& o, const SequenceFiles& files) {
+  return blender_script({.first = files.frames.front(),
+                         .last = files.frames.back(),
                          .fps = o.fps,
                          .linear = o.colorspace == "linear",
                          .velocity = model.motion.moves(),
                          .background = model.background.color,
-                         .prefixes = part_prefixes(clusters),
+                         .prefixes = part_prefixes(files.clusters),
                          .sh_order = o.sh ? model.radiance.sh_order : -1});
 }
 
-std::string stage(const VoxelModel& model, const ExportOptions& o, const Lattice& lattice, int clusters,
-                  int padding) {
+std::string stage(const VoxelModel& model, const ExportOptions& o, const SequenceFiles& files,
+                  const Lattice& lattice, int padding) {
   const ExportProfile& profile = find_profile(o.profile);
-  UsdSequence sequence{.first = o.first, .fps = o.fps, .volumes = {}, .fields = {}, .lo = {}, .hi = {}};
-  for (const std::string& prefix : part_prefixes(clusters)) {
+  UsdSequence sequence{.frames = files.frames, .fps = o.fps, .volumes = {}, .fields = {}, .lo = {}, .hi = {}};
+  for (const std::string& prefix : part_prefixes(files.clusters)) {
     UsdVolume volume{prefix.substr(0, prefix.size() - (prefix.empty() ? 0 : 1)), {}};
-    for (int f = o.first; f <= o.last; ++f) volume.files.push_back(prefix + frame_name(f, profile));
+    for (const int f : files.frames) volume.files.push_back(prefix + frame_name(f, profile));
     sequence.volumes.push_back(std::move(volume));
   }
   sequence.fields = {{profile.density, "float", "None"}, {profile.color, "float3", "Color"}};
@@ -68,14 +68,14 @@ std::string frame_name(int frame, const ExportProfile& profile) {
 std::string mesh_name(int frame, const std::string& format) { return numbered("mesh_", frame, "." + format); }
 
 std::vector<ManifestFile> write_sidecar(const std::string& folder, const VoxelModel& model,
-                                        const ExportOptions& options, const Lattice& lattice, int clusters,
-                                        int padding) {
+                                        const ExportOptions& options, const SequenceFiles& files,
+                                        const Lattice& lattice, int padding) {
   const ExportSidecar kind = find_profile(options.profile).sidecar;
   if (kind == ExportSidecar::none) return {};
   const bool blender = kind == ExportSidecar::blender_script;
   const std::string name = blender ? kScriptName : kStageName;
   const std::string text =
-      blender ? script(model, options, clusters) : stage(model, options, lattice, clusters, padding);
+      blender ? script(model, options, files) : stage(model, options, files, lattice, padding);
   return {{name, write_file((std::filesystem::path(folder) / name).string(), {text}), {}}};
 }
 

@@ -17,10 +17,16 @@ std::vector<std::string> part_prefixes(int clusters);
 std::string frame_name(int frame, const ExportProfile& profile);
 std::string mesh_name(int frame, const std::string& format);
 
+/// The files of a sequence.
+struct SequenceFiles {
+  std::vector<int> frames;  ///< their numbers, in order, at least one
+  int clusters = 0;         ///< parts, 0: the whole
+};
+
 /// Writes what the profile wants beside the frames. @return an entry for it, or none.
 /// @param padding  voxels beyond the lattice that some frame reaches
 std::vector<ManifestFile> write_sidecar(const std::string& folder, const VoxelModel& model,
-                                        const ExportOptions& options, const Lattice& lattice, int clusters,
-                                        int padding);
+                                        const ExportOptions& options, const SequenceFiles& files,
+                                        const Lattice& lattice, int padding);
 
 }  // namespace splinevox
