@@ -12,7 +12,7 @@ namespace splinevox {
 
 void validate(const ExportOptions& o) {
   validate(static_cast<const FrameRange&>(o));
-  if (find_profile(o.profile).nanovdb && !has_nanovdb())
+  if (find_profile(o.profile).format == FrameFormat::nvdb && !has_nanovdb())
     fail({.where = "--profile",
           .what = "nanovdb is not in this build",
           .expected = "a build made where NanoVDB's headers are",
@@ -44,10 +44,12 @@ void validate(const ExportOptions& o) {
           .hint = "leave --sh away"});
   if (o.flame && !find_profile(o.profile).flame)
     fail({.where = "--flame",
-          .what = "a Sparse Volume Texture of density and colour has no room for it",
+          .what = "frames of this profile have no room for it",
           .expected = "another profile",
           .got = o.profile,
           .hint = "leave --flame away"});
+  check_option(o.colorspace == "display" || !holds_splats(find_profile(o.profile).format), "--colorspace",
+               "display: renderers of splats take display values", "'" + o.colorspace + "'");
   const int clusters = o.clusters.value_or(0);
   check_option(clusters == 0 || (clusters >= 2 && clusters <= 16), "--clusters",
                "auto or a number from 2 to 16", std::to_string(clusters));

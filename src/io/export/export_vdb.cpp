@@ -18,8 +18,8 @@
 #include "io/export/export_frame.hpp"
 #include "io/export/export_mesh.hpp"
 #include "io/export/export_sidecar.hpp"
+#include "io/export/frame_file.hpp"
 #include "io/model/exact_text.hpp"
-#include "io/vdb/nvdb_write.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -71,7 +71,7 @@ ExportInfo describe(const VoxelModel& model, const ExportOptions& o, double spac
                   {"fps", text(o.fps)},
                   {"seconds", text(o.length())},
                   {"voxel_size", text(spacing)},
-                  {"precision", o.half && !find_profile(o.profile).nanovdb ? "half" : "float"},
+                  {"precision", o.half && find_profile(o.profile).stores_half() ? "half" : "float"},
                   {"bake_view", o.bake_view},
                   {"colorspace", o.colorspace},
                   {"shutter", text(o.shutter)},
@@ -103,6 +103,7 @@ class Sequence {
         lattice_(export_lattice(model, options.voxel_size)),
         parts_(options.clusters ? std::optional(find_clusters(model, *options.clusters)) : std::nullopt),
         baker_(model, options, parts_ ? &*parts_ : nullptr),
+        sh_order_(options.sh ? model.radiance.sh_order : -1),
         info_(describe(model, options, lattice_.spacing, clusters())),
         before_(listed_before(folder, info_, !options.resume)) {}
 
@@ -148,8 +149,9 @@ class Sequence {
       part.figures["frame"] = out.frame;
       part.figures["time"] = out.time;
       const std::string name = prefixes[c] + frame_name(out.frame, profile_);
-      files.push_back({name, (profile_.nanovdb ? write_nvdb : write_vdb)(path(name), std::move(part.file)),
-                       std::move(part.figures)});
+      const FileDigest digest =
+          write_frame(profile_, path(name), std::move(part.file), sh_order_, part.figures);
+      files.push_back({name, digest, std::move(part.figures)});
       if (!options_.mesh) continue;
       const std::string mesh = prefixes[c] + mesh_name(out.frame, options_.mesh_format);
       files.push_back({mesh,
@@ -199,11 +201,32 @@ class Sequence {
   Lattice lattice_;
   std::optional<MotionClusters> parts_;
   FrameBaker baker_;
+  int sh_order_;  ///< of the harmonics that frames hold; -1: none
   ExportInfo info_;
   std::vector<ManifestFile> before_;  ///< what earlier exports of these settings listed
   std::once_flag changed_;
   std::atomic<double> frame_bytes_ = 0;
 };
+
+/// @param padding  voxels beyond the lattice that some frame reaches
+SequenceFacts facts_of(const VoxelModel& model, const ExportOptions& options, std::vector<int> frames,
+                       const Sequence& sequence, int padding) {
+  SequenceFacts facts{.frames = std::move(frames),
+                      .clusters = sequence.clusters(),
+                      .fps = options.fps,
+                      .linear = options.colorspace == "linear",
+                      .velocity = model.motion.moves(),
+                      .flame = options.flame,
+                      .sh_order = options.sh ? model.radiance.sh_order : -1,
+                      .background = model.background.color};
+  const Lattice& lattice = sequence.lattice();
+  const float beyond = lattice.spacing * float(padding);
+  for (int a = 0; a < 3; ++a) {
+    facts.lo[a] = lattice.origin[a] - beyond;
+    facts.hi[a] = lattice.origin[a] + lattice.spacing * float(lattice.size[a] - 1) + beyond;
+  }
+  return facts;
+}
 
 }  // namespace
 
@@ -266,8 +289,8 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   for (const ManifestFile& file : manifest.files)
     if (const auto reach = file.figures.find("velocity_padding"); reach != file.figures.end())
       padding = std::max(padding, int(reach->second));
-  for (ManifestFile& file : write_sidecar(folder, model, options, {frames_in(manifest), sequence.clusters()},
-                                          sequence.lattice(), padding))
+  const SequenceFacts facts = facts_of(model, options, frames_in(manifest), sequence, padding);
+  for (ManifestFile& file : write_sidecar(folder, find_profile(options.profile), facts))
     manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);
   result.in_folder = frames_in(manifest);
