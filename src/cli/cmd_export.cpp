@@ -24,23 +24,12 @@ namespace splinevox::cli {
 namespace {
 
 struct ExportVerb {
-  std::string run, out, frames = "1-120", device = "auto", clusters, share;
+  std::string run, out, device = "auto", clusters, share;
+  FrameWords frames;
   ExportOptions options;
   bool full = false, afresh = false, quiet = false, json = false;
   int threads = 0;
 };
-
-/// "1-120" or "7".
-void parse_frames(const std::string& text, ExportOptions& options) {
-  const char* expected = "FIRST-LAST or one number, whole and not negative";
-  const std::vector<double> v = numbers(text, '-', "--frames", expected);
-  const bool whole =
-      std::all_of(v.begin(), v.end(), [](double n) { return n == std::floor(n) && n >= 0 && n < 1e7; });
-  if (v.empty() || v.size() > 2 || !whole || v.front() > v.back() || text[0] == '-')
-    fail({"--frames", "this is not a range of frames", expected, text, "--frames 1-120"});
-  options.first = int(v.front());
-  options.last = int(v.back());
-}
 
 /// "auto" or how many.
 std::optional<int> parse_clusters(const std::string& text) {
@@ -87,7 +76,7 @@ int export_together(ExportVerb& o, const Run& run, ExportReport::Talk talk, Rank
 int export_run(ExportVerb& o) {
   if (o.device == "cuda") fail({"--device", "frames are baked on the CPU only", "auto or cpu", o.device, ""});
   choose_device(o.device);
-  parse_frames(o.frames, o.options);
+  static_cast<FrameRange&>(o.options) = frame_range(o.frames);
   o.options.clusters = parse_clusters(o.clusters);
   o.options.half = !o.full;
   o.options.resume = !o.afresh;
@@ -99,6 +88,7 @@ int export_run(ExportVerb& o) {
   if (std::filesystem::exists(o.out + "/config.toml", ignored))
     fail({o.out, "this is the folder of a run, and an export would replace the list of its files",
           "a folder of its own", "", "--out " + o.out + "/vdb"});
+  o.options.run = std::filesystem::absolute(o.run, ignored).lexically_normal().string();
   probe_output_folder(o.out);
   catch_stop_signals();
   using Talk = ExportReport::Talk;
@@ -120,10 +110,7 @@ Action export_command(CLI::App& verb) {
   verb.add_option("--profile", e.profile, "whose conventions")
       ->type_name(fmt::format("{{{}}}", fmt::join(export_profiles(), ",")))
       ->capture_default_str();
-  verb.add_option("--frames", o->frames, "FIRST-LAST")->capture_default_str();
-  verb.add_option("--fps", e.fps, "frames a second")->capture_default_str();
-  verb.add_option("--seconds", e.seconds, "how long the whole motion lasts, 0 = exactly the frames")
-      ->capture_default_str();
+  add_frames(verb, o->frames);
   verb.add_option("--voxel-size", e.voxel_size, "scene units, 0 = the model's own")->capture_default_str();
   verb.add_option("--bake-view", e.bake_view,
                   "colour of a voxel: mean (over all directions), none or dir=x,y,z")
@@ -151,7 +138,9 @@ Action export_command(CLI::App& verb) {
   verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")
       ->capture_default_str();
   verb.add_flag("--full", o->full, "32-bit floats instead of 16");
-  verb.add_flag("--afresh", o->afresh, "write frames again that an earlier export finished");
+  verb.add_flag(
+      "--afresh", o->afresh,
+      "write frames again that an earlier export finished, and in place of one with other settings");
   verb.add_option("--frames-at-once", e.frames_at_once,
                   "frames in the making at a time, 0 = what threads and free memory allow")
       ->capture_default_str();

@@ -20,6 +20,7 @@ Action render_command(CLI::App& verb);
 Action export_command(CLI::App& verb);
 Action capture_command(CLI::App& verb);
 Action convert_command(CLI::App& verb);
+Action import_command(CLI::App& verb);
 Action info_command(CLI::App& verb);
 Action verify_command(CLI::App& verb);
 Action synth_command(CLI::App& verb);

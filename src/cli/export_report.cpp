@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cli/export_info.hpp"
+#include "cli/options.hpp"
 #include "core/printable.hpp"
 #include "core/process.hpp"
 #include "io/export/export_profiles.hpp"
@@ -75,11 +77,14 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
   else if (kept_ > 0)
     fmt::print(", {} of them were there already", kept_);
   if (speed_ > 0) fmt::print(", fastest {:.3g} scene units a second", speed_);
-  fmt::print("\n");
+  fmt::print("\n{}\n", moments_text(options_));
   if (!options_.share.whole()) {
     fmt::print("when every share is there, the same command without --share finishes the sequence\n");
     return;
   }
+  if (result.in_folder.size() > result.frames.size())
+    fmt::print("the folder holds {} frames of this shot now: {}\n", result.in_folder.size(),
+               frames_text(result.in_folder));
   for (std::size_t c = 0; c < result.clusters.size(); ++c)
     fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share,
                c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));

@@ -3,9 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "math/sh.hpp"
+#include "run/support.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/train/effects.hpp"
 
 namespace splinevox::cli {
@@ -37,6 +41,17 @@ std::string preset_names() {
   return fmt::format("{{{}}}", fmt::join(names, ","));
 }
 
+/// "1-120" or "7".
+std::vector<int> frame_numbers(const char* option, const std::string& text, const char* hint) {
+  const char* expected = "FIRST-LAST or one number, whole and not negative";
+  const std::vector<double> v = numbers(text, '-', option, expected);
+  const bool whole =
+      std::all_of(v.begin(), v.end(), [](double n) { return n == std::floor(n) && n >= 0 && n < 1e7; });
+  if (v.empty() || v.size() > 2 || !whole || v.front() > v.back() || text[0] == '-')
+    fail({option, "this is not a range of frames", expected, text, hint});
+  return {v.begin(), v.end()};
+}
+
 }  // namespace
 
 void add_threads(CLI::App& verb, int& threads) {
@@ -56,6 +71,51 @@ void add_share(CLI::App& verb, std::string& share) {
   verb.add_option("--share", share,
                   "K/N: only every N-th, from the K-th on, for N processes side by side; under mpirun each "
                   "takes its own");
+}
+
+void add_frames(CLI::App& verb, FrameWords& words) {
+  verb.add_option("--frames", words.frames, "FIRST-LAST, the frames to write")->capture_default_str();
+  verb.add_option("--at", words.at,
+                  "the frame at which the motion begins, or FIRST-LAST, over which all of it runs: --frames "
+                  "is then a part of that shot [the first of --frames]");
+  verb.add_option("--fps", words.fps, "frames a second")->capture_default_str();
+  verb.add_option("--seconds", words.seconds,
+                  "how long the whole motion lasts from --at on, 0 = to the last frame")
+      ->capture_default_str();
+}
+
+FrameRange frame_range(const FrameWords& words) {
+  FrameRange range;
+  range.fps = words.fps;
+  range.seconds = words.seconds;
+  const std::vector<int> frames = frame_numbers("--frames", words.frames, "--frames 1-120");
+  range.first = frames.front();
+  range.last = frames.back();
+  validate(range);
+  if (words.at.empty()) return range;
+  const std::vector<int> motion = frame_numbers("--at", words.at, "--at 1, or --at 1-120");
+  range.at = motion.front();
+  if (motion.size() == 2) {
+    if (words.seconds > 0)
+      fail({"--at", "the length of the motion is given twice", "FIRST-LAST, or FIRST and --seconds", words.at,
+            fmt::format("--at {}", motion.front())});
+    if (motion.front() == motion.back())
+      fail({"--at", "a motion takes more than one frame", "FIRST-LAST, FIRST < LAST", words.at, ""});
+    range.seconds = (motion.back() - motion.front()) / words.fps;
+  }
+  validate(range);
+  return range;
+}
+
+std::string moments_text(const FrameRange& r) {
+  const double first = r.time_at(r.first), last = r.time_at(r.last);
+  std::string text = fmt::format("frame {} shows time {:.4g}", r.first, first);
+  if (r.count() > 1) text += fmt::format(", frame {} time {:.4g}", r.last, last);
+  text += fmt::format("; the whole motion, time 0 to 1, takes {:.4g} s, frames {} to {:.7g}", r.length(),
+                      r.start(), r.start() + r.length() * r.fps);
+  if (r.rate_at(r.first) == 0 && r.rate_at(r.last) == 0 && (first == last))
+    text += ": these lie outside and stand still";
+  return text;
 }
 
 void add_otherwise(CLI::App& verb, Otherwise& o) {

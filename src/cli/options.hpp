@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cli/command.hpp"
+#include "splinevox/io/frame_range.hpp"
 #include "splinevox/run/run.hpp"
 #include "splinevox/run/train.hpp"
 
@@ -18,6 +19,16 @@ void add_threads(CLI::App& verb, int& threads);
 void add_device(CLI::App& verb, std::string& device);
 /// --share K/N: of the frames or pictures only every N-th, from the K-th on.
 void add_share(CLI::App& verb, std::string& share);
+/// --frames, --at, --seconds and --fps of verbs that write the frames of a shot.
+struct FrameWords {
+  std::string frames = "1-120", at;
+  double fps = 24, seconds = 0;
+};
+void add_frames(CLI::App& verb, FrameWords& words);
+/// What they say. Throws Error (input).
+FrameRange frame_range(const FrameWords& words);
+/// Which moments the first and the last frame show, and where the whole motion would be: a line for the user.
+std::string moments_text(const FrameRange& range);
 /// --downscale and --background of verbs that read a run.
 void add_otherwise(CLI::App& verb, Otherwise& otherwise);
 /// --times, --missing and --masks of verbs that read a data set.

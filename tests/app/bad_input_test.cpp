@@ -65,7 +65,7 @@ TEST_SUITE("app/bad input") {
         {{"render", run, "--out", run, "--format", "mp4", "--share", "1/2"},
          "a film is written by one process",
          "png or exr"},
-        {{"info", run}, "there is nothing of that name", "a run, a .vdb file or a data set"},
+        {{"info", run}, "there is nothing of that name", "a run, an export, a .vdb file or a data set"},
         {{"report", run, "--out", temp.str() + "/page.html"}, "there is no such run", ""},
     };
     for (const Row& row : rows) {

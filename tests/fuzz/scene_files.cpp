@@ -5,6 +5,8 @@
 #include "data/pictures/exr.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
+#include "io/splat/splat_file.hpp"
+#include "io/splat/voxel_splats.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 #include "support/tiny_dataset.hpp"
@@ -100,6 +102,34 @@ std::vector<std::string> exr_seeds() {
                           {"rest", noise(9, 9, 3, 3), {}},
                           {"depth", noise(9, 9, 1, 4), {}}});
           })};
+}
+
+int splat_ply(const std::uint8_t* data, std::size_t size) {
+  const std::string path = put("splats.ply", data, size);
+  return verdict([&] {
+    const SplatFile file(path);
+    Splat splat;
+    for (std::size_t i = 0; i < file.size(); ++i) file.read(i, splat);
+  });
+}
+
+std::vector<std::string> splat_seeds() {
+  std::vector<std::string> seeds;
+  for (const int degree : {0, 1}) {
+    VoxelSplats splats;
+    splats.size = 0.1;
+    splats.degree = degree;
+    splats.places = {{0, 1, 2}, {3, 4, 5}};
+    splats.opacities = {0.25f, 0.75f};
+    splats.harmonics.resize(std::size_t(2 * 3 * splats.count()), 0.5f);
+    seeds.push_back(splat_ply(splats));
+  }
+  std::string text = "ply\nformat ascii 1.0\nelement vertex 1\n";
+  for (const char* name : {"x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "opacity", "scale_0", "scale_1",
+                           "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"})
+    text += std::string("property float ") + name + "\n";
+  seeds.push_back(text + "end_header\n0 0 0 1 1 1 0.5 -2 -2 -2 1 0 0 0\n");
+  return seeds;
 }
 
 }  // namespace splinevox::fuzz

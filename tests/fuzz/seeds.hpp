@@ -17,5 +17,6 @@ std::vector<std::string> manifest_seeds();
 std::vector<std::string> config_seeds();
 std::vector<std::string> camera_seeds();
 std::vector<std::string> points_seeds();
+std::vector<std::string> splat_seeds();
 
 }  // namespace splinevox::fuzz

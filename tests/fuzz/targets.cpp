@@ -89,6 +89,7 @@ const std::vector<Target>& targets() {
         {"config_toml", config_toml, config_seeds},
         {"camera_path", camera_path, camera_seeds},
         {"points_csv", points_csv, points_seeds},
+        {"splat_ply", splat_ply, splat_seeds},
     };
     for (const Target& layout : layout_targets()) list.push_back(layout);
     return list;

@@ -52,6 +52,7 @@ int manifest(const std::uint8_t*, std::size_t);
 int config_toml(const std::uint8_t*, std::size_t);
 int camera_path(const std::uint8_t*, std::size_t);
 int points_csv(const std::uint8_t*, std::size_t);
+int splat_ply(const std::uint8_t*, std::size_t);
 /// A target for each file that poses are read from in the layouts of other programs.
 std::vector<Target> layout_targets();
 

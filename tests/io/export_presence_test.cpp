@@ -151,6 +151,7 @@ TEST_SUITE("io/export_presence") {
         const VdbFile without = read_vdb(scratch.path("frame_0001.vdb"));
         CHECK(std::ranges::count(names(without), "flame") == 0);
         options.flame = true;
+        options.resume = false;
         CHECK_FALSE(export_vdb(model, scratch.folder(), options).frames[0].kept);
         const VdbFile file = read_vdb(scratch.path("frame_0001.vdb"));
         REQUIRE(file.grids.size() == 4);

@@ -10,6 +10,7 @@
 
 #include "splinevox/core/file_digest.hpp"
 #include "splinevox/field/edit.hpp"
+#include "splinevox/io/frame_range.hpp"
 
 namespace splinevox {
 
@@ -22,11 +23,8 @@ struct Share {
 };
 
 /// Settings of an animated VDB sequence.
-struct ExportOptions {
+struct ExportOptions : FrameRange {
   std::string profile = "blender";  ///< see export_profiles()
-  int first = 1, last = 120;        ///< frame numbers, inclusive; 0 <= first <= last
-  double fps = 24;                  ///< frames per second, > 0
-  double seconds = 0;               ///< how long model time 0..1 lasts; 0: frame `last` is model time 1
   double voxel_size = 0;            ///< scene units; 0: the radiance lattice's own
   bool half = true;                 ///< 16-bit floats
   std::string bake_view =
@@ -47,7 +45,9 @@ struct ExportOptions {
       0;        ///< frames in the making at a time; 0: as many as there are threads and memory is free
   Share share;  ///< of the frames; a share ends without a manifest, and an export of the whole takes its
                 ///< frames over
-  bool resume = true;  ///< keep frames that an earlier export with the same model and settings finished
+  bool resume = true;  ///< keep frames that an earlier export with the same model and settings finished;
+                       ///< false: write them again, in place of those of an export with other settings, too
+  std::string run;     ///< where the model came from, for the manifest; empty: not said
 };
 
 /// One file that a manifest vouches for.
@@ -75,6 +75,7 @@ using ExportProgress = std::function<bool(const ExportedFrame& frame, int done, 
 struct ExportResult {
   std::vector<ExportedFrame> frames;
   std::vector<MotionClusters::Cluster> clusters;  ///< if the options ask for them
+  std::vector<int> in_folder;  ///< numbers of all frames of the sequence, those of earlier exports included
   std::vector<std::string>
       others;  ///< names of frames in the folder that an earlier export left and this sequence does not have
   bool finished = false;  ///< all frames of the share are written, and of the whole the manifest
@@ -101,7 +102,9 @@ void validate(const ExportOptions& options);
 /// with background 0, under the profile's names; with `mesh`, beside it mesh_0001.ply and so on: the surface
 /// where density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour
 /// there.
-///  Frame f shows model time (f - first) / (fps * seconds), at most 1.
+///  Frame f shows model time (f - at) / (fps * seconds), in [0, 1]; see FrameRange.
+///  A folder holds one sequence: frames of the same settings (FrameRange's first and last are none) are added
+///  to those that are there, and an export with others is refused unless `resume` is off.
 /// With `flame`, a float grid flame on the density's voxels: the luminance of the colour beside it (0.2126 r
 /// + 0.7152 g + 0.0722 b, of display values unless told otherwise) times density, per scene unit. With `sh`,
 /// color is the positional colour and sh0, sh1, ... hold three coefficients each of q = sum_j sh_j Y_j(d)

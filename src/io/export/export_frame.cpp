@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "io/export/leaf_grid.hpp"
 #include "math/activation.hpp"
 #include "math/srgb.hpp"
 #include "math/velocity.hpp"
@@ -14,18 +15,6 @@ namespace {
 
 constexpr int kMaxPadding =
     64;  ///< voxels; a velocity that asks for more is an outlier, and memory has an end
-
-VdbGrid to_grid(LeafValues& values, int width, const std::string& name) {
-  VdbGrid grid;
-  grid.name = name;
-  grid.width = width;
-  grid.grid_class = VdbClass::fog_volume;
-  for (const Int3& leaf : values.set().leaves()) grid.leaves.push_back(kBrick * leaf);
-  for (const LeafMask& mask : values.set().masks())
-    grid.active.insert(grid.active.end(), mask.begin(), mask.end());
-  grid.values = std::move(values.values());
-  return grid;
-}
 
 /// Density on the voxels of at least min_density, found among the candidate leaves.
 LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice,
@@ -195,12 +184,6 @@ float density_of(double alpha, const Lattice& lattice) {
   return float(optical_depth(alpha) / lattice.spacing);
 }
 
-/// Whether 16-bit floats hold every value of a grid: in small units densities are large.
-bool fits_half(const VdbGrid& grid) {
-  return std::all_of(grid.values.begin(), grid.values.end(),
-                     [](float v) { return std::abs(v) <= kLargestHalf; });
-}
-
 }  // namespace
 
 Lattice export_lattice(const VoxelModel& model, double voxel_size) {
@@ -244,6 +227,7 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
   BakedPart out;
   out.figures["density_voxels"] = double(dense.count());
   out.figures["color_voxels"] = double(baked.color.set().count());
+  add_box(out.figures, dense, cast<double>(lattice_.origin), double(lattice_.spacing));
   std::optional<LeafValues> flame;
   if (options_.flame) flame = bake_flame(density, baked.color);
   auto& grids = out.file.grids;
@@ -267,17 +251,12 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
     grids.push_back(to_grid(velocity.values, 3, profile_.velocity));
     grids.back().vector = VdbVector::contravariant_relative;
   }
-  for (VdbGrid& grid : grids) {
-    grid.spacing = lattice_.spacing;
-    grid.origin = cast<double>(lattice_.origin);
-    grid.half = options_.half && !profile_.nanovdb && fits_half(grid);
-    if (options_.half && !profile_.nanovdb && !grid.half) out.figures["wider_than_half"] += 1;
-  }
+  place_grids(grids, cast<double>(lattice_.origin), double(lattice_.spacing), options_.half, profile_,
+              out.figures);
   if (options_.mesh)
     out.mesh = make_mesh(grids[0], grids[1], density_of(options_.mesh_alpha, lattice_),
                          options_.colorspace == "linear");
-  for (VdbGrid& grid : grids)
-    for (int a = 0; a < 3; ++a) grid.origin[a] += profile_.shift * double(lattice_.spacing);
+  shift_grids(grids, profile_);
   return out;
 }
 

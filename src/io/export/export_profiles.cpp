@@ -14,7 +14,10 @@ constexpr ExportProfile kProfiles[] = {
     // one RGBA.
     {"unreal", "density", "Cd", nullptr, nullptr, 0.0, ExportSidecar::none},
     {"usd", "density", "color", "velocity", "flame", 0.0, ExportSidecar::usd_stage},
-    {"nanovdb", "density", "color", "velocity", "flame", 0.0, ExportSidecar::none, true},
+    {"nanovdb", "density", "color", "velocity", "flame", 0.0, ExportSidecar::none, FrameFormat::nvdb},
+    // Renderers of splats know neither velocity nor grids.
+    {"splats", "density", "color", nullptr, nullptr, 0.0, ExportSidecar::none, FrameFormat::splat_ply},
+    {"spz", "density", "color", nullptr, nullptr, 0.0, ExportSidecar::none, FrameFormat::splat_spz},
 };
 
 }  // namespace

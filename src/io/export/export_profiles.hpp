@@ -9,6 +9,12 @@ namespace splinevox {
 /// What is written beside the frames of a sequence.
 enum class ExportSidecar { none, blender_script, usd_stage };
 
+/// What a frame is: the grids of a VDB in one of two files, or Gaussians in one of two.
+enum class FrameFormat { vdb, nvdb, splat_ply, splat_spz };
+inline bool holds_splats(FrameFormat format) {
+  return format == FrameFormat::splat_ply || format == FrameFormat::splat_spz;
+}
+
 /// What a host program expects of a sequence. Content is the same everywhere; names and placement differ.
 struct ExportProfile {
   const char *name, *density, *color;
@@ -18,7 +24,9 @@ struct ExportProfile {
   /// half a voxel further on every axis, so its files are shifted back (tests/io/blender_accept.cpp).
   double shift;
   ExportSidecar sidecar;
-  bool nanovdb = false;  ///< .nvdb files instead of .vdb
+  FrameFormat format = FrameFormat::vdb;
+
+  bool stores_half() const { return format == FrameFormat::vdb; }
 };
 
 /// The one list of profiles: a new one is a line here.

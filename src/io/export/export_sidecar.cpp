@@ -19,37 +19,30 @@ std::string numbered(const char* stem, int frame, const std::string& suffix) {
   return stem + digits + suffix;
 }
 
-std::string script(const VoxelModel& model, const ExportOptions& o, int clusters) {
-  return blender_script({.first = o.first,
-                         .last = o.last,
-                         .fps = o.fps,
-                         .linear = o.colorspace == "linear",
-                         .velocity = model.motion.moves(),
-                         .background = model.background.color,
-                         .prefixes = part_prefixes(clusters),
-                         .sh_order = o.sh ? model.radiance.sh_order : -1});
+std::string script(const SequenceFacts& facts) {
+  return blender_script({.first = facts.frames.front(),
+                         .last = facts.frames.back(),
+                         .fps = facts.fps,
+                         .linear = facts.linear,
+                         .velocity = facts.velocity,
+                         .background = facts.background,
+                         .prefixes = part_prefixes(facts.clusters),
+                         .sh_order = facts.sh_order});
 }
 
-std::string stage(const VoxelModel& model, const ExportOptions& o, const Lattice& lattice, int clusters,
-                  int padding) {
-  const ExportProfile& profile = find_profile(o.profile);
-  UsdSequence sequence{.first = o.first, .fps = o.fps, .volumes = {}, .fields = {}, .lo = {}, .hi = {}};
-  for (const std::string& prefix : part_prefixes(clusters)) {
+std::string stage(const ExportProfile& profile, const SequenceFacts& facts) {
+  UsdSequence sequence{
+      .frames = facts.frames, .fps = facts.fps, .volumes = {}, .fields = {}, .lo = facts.lo, .hi = facts.hi};
+  for (const std::string& prefix : part_prefixes(facts.clusters)) {
     UsdVolume volume{prefix.substr(0, prefix.size() - (prefix.empty() ? 0 : 1)), {}};
-    for (int f = o.first; f <= o.last; ++f) volume.files.push_back(prefix + frame_name(f, profile));
+    for (const int f : facts.frames) volume.files.push_back(prefix + frame_name(f, profile));
     sequence.volumes.push_back(std::move(volume));
   }
   sequence.fields = {{profile.density, "float", "None"}, {profile.color, "float3", "Color"}};
-  if (o.sh)
-    for (int k = 0; 3 * k < model.radiance.sh_count(); ++k)
-      sequence.fields.push_back({"sh" + std::to_string(k), "float3", "None"});
-  if (o.flame) sequence.fields.push_back({profile.flame, "float", "None"});
-  if (model.motion.moves()) sequence.fields.push_back({profile.velocity, "float3", "Vector"});
-  const float beyond = lattice.spacing * float(padding);
-  for (int a = 0; a < 3; ++a) {
-    sequence.lo[a] = lattice.origin[a] - beyond;
-    sequence.hi[a] = lattice.origin[a] + lattice.spacing * float(lattice.size[a] - 1) + beyond;
-  }
+  for (int k = 0; 3 * k < (facts.sh_order + 1) * (facts.sh_order + 1); ++k)
+    sequence.fields.push_back({"sh" + std::to_string(k), "float3", "None"});
+  if (facts.flame) sequence.fields.push_back({profile.flame, "float", "None"});
+  if (facts.velocity) sequence.fields.push_back({profile.velocity, "float3", "Vector"});
   return usd_stage(sequence);
 }
 
@@ -63,19 +56,26 @@ std::vector<std::string> part_prefixes(int clusters) {
 }
 
 std::string frame_name(int frame, const ExportProfile& profile) {
-  return numbered("frame_", frame, profile.nanovdb ? ".nvdb" : ".vdb");
+  switch (profile.format) {
+    case FrameFormat::vdb:
+      return numbered("frame_", frame, ".vdb");
+    case FrameFormat::nvdb:
+      return numbered("frame_", frame, ".nvdb");
+    case FrameFormat::splat_ply:
+      return numbered("frame_", frame, ".ply");
+    case FrameFormat::splat_spz:
+      return numbered("frame_", frame, ".spz");
+  }
+  return "";
 }
 std::string mesh_name(int frame, const std::string& format) { return numbered("mesh_", frame, "." + format); }
 
-std::vector<ManifestFile> write_sidecar(const std::string& folder, const VoxelModel& model,
-                                        const ExportOptions& options, const Lattice& lattice, int clusters,
-                                        int padding) {
-  const ExportSidecar kind = find_profile(options.profile).sidecar;
-  if (kind == ExportSidecar::none) return {};
-  const bool blender = kind == ExportSidecar::blender_script;
+std::vector<ManifestFile> write_sidecar(const std::string& folder, const ExportProfile& profile,
+                                        const SequenceFacts& facts) {
+  if (profile.sidecar == ExportSidecar::none) return {};
+  const bool blender = profile.sidecar == ExportSidecar::blender_script;
   const std::string name = blender ? kScriptName : kStageName;
-  const std::string text =
-      blender ? script(model, options, clusters) : stage(model, options, lattice, clusters, padding);
+  const std::string text = blender ? script(facts) : stage(profile, facts);
   return {{name, write_file((std::filesystem::path(folder) / name).string(), {text}), {}}};
 }
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "io/export/export_profiles.hpp"
-#include "splinevox/field/model.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox {
@@ -17,10 +16,21 @@ std::vector<std::string> part_prefixes(int clusters);
 std::string frame_name(int frame, const ExportProfile& profile);
 std::string mesh_name(int frame, const std::string& format);
 
+/// What has to be known of a sequence beside its files.
+struct SequenceFacts {
+  std::vector<int> frames;  ///< their numbers, in order, at least one
+  int clusters = 0;         ///< parts, 0: the whole
+  double fps = 24;
+  bool linear = false;       ///< colours are scene-linear
+  bool velocity = false;     ///< frames hold one
+  bool flame = false;        ///< frames hold one
+  int sh_order = -1;         ///< of the harmonics that frames hold; -1: none
+  Vec3 background{1, 1, 1};  ///< display values
+  Vec3 lo{}, hi{};           ///< a box around everything that is shown, scene units
+};
+
 /// Writes what the profile wants beside the frames. @return an entry for it, or none.
-/// @param padding  voxels beyond the lattice that some frame reaches
-std::vector<ManifestFile> write_sidecar(const std::string& folder, const VoxelModel& model,
-                                        const ExportOptions& options, const Lattice& lattice, int clusters,
-                                        int padding);
+std::vector<ManifestFile> write_sidecar(const std::string& folder, const ExportProfile& profile,
+                                        const SequenceFacts& facts);
 
 }  // namespace splinevox

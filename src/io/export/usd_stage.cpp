@@ -34,7 +34,7 @@ std::string field_prim(const UsdSequence& s, const UsdVolume& volume, const UsdF
   text += "        token vectorDataRoleHint = \"" + field.role + "\"\n";
   text += "        asset filePath.timeSamples = {\n";
   for (std::size_t i = 0; i < volume.files.size(); ++i)
-    text += "            " + std::to_string(s.first + int(i)) + ": @./" + volume.files[i] + "@,\n";
+    text += "            " + std::to_string(s.frames[i]) + ": @./" + volume.files[i] + "@,\n";
   return text + "        }\n    }\n";
 }
 
@@ -52,15 +52,15 @@ std::string volume_prim(const UsdSequence& s, const UsdVolume& volume, const std
 }  // namespace
 
 std::string usd_stage(const UsdSequence& s) {
-  const std::string fps = exact_text<double>({s.fps}),
-                    last = std::to_string(s.first + int(s.volumes[0].files.size()) - 1);
+  const std::string fps = exact_text<double>({s.fps}), last = std::to_string(s.frames.back());
   std::string text = "#usda 1.0\n(\n    defaultPrim = \"" + std::string(kRoot) + "\"\n";
   text +=
       "    doc = \"Density is extinction per scene unit, colour is emitted per density, velocity is in scene "
       "units ";
   text += "per second.\"\n";
   text += "    endTimeCode = " + last + "\n    framesPerSecond = " + fps + "\n    metersPerUnit = 1\n";
-  text += "    startTimeCode = " + std::to_string(s.first) + "\n    timeCodesPerSecond = " + fps + "\n";
+  text +=
+      "    startTimeCode = " + std::to_string(s.frames.front()) + "\n    timeCodesPerSecond = " + fps + "\n";
   text += "    upAxis = \"Z\"\n)\n\n";
   if (s.volumes.size() == 1) return text + volume_prim(s, s.volumes[0], kRoot, "");
   text += "def Xform \"" + std::string(kRoot) + "\"\n{\n";

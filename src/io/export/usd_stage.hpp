@@ -23,7 +23,7 @@ struct UsdVolume {
 
 /// What a stage has to know about the sequence beside it.
 struct UsdSequence {
-  int first = 1;                   ///< time code of the first file; the others follow one by one
+  std::vector<int> frames;         ///< time code of each file, in order
   double fps = 24;                 ///< time codes per second
   std::vector<UsdVolume> volumes;  ///< at least one
   std::vector<UsdField> fields;

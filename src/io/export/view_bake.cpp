@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "math/sh.hpp"
+#include "math/sphere_rule.hpp"
 #include "math/view_factor.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -35,14 +36,9 @@ ViewBake::ViewBake(const std::string& spec, int sh_order) : count_((sh_order + 1
   if (spec == "none") return;
   std::vector<Vec3d> directions;
   if (spec == "mean") {
-    // Lebedev: 6 faces, 12 edges and 8 corners of a cube with these weights.
-    constexpr double kWeight[4] = {0, 1.0 / 21, 4.0 / 105, 9.0 / 280};
-    for (int i = 0; i < 27; ++i) {
-      const Vec3d d{double(i / 9 - 1), double(i / 3 % 3 - 1), double(i % 3 - 1)};
-      const int kind = int(dot(d, d));
-      if (kind == 0) continue;
-      directions.push_back(normalize(d));
-      weights_.push_back(float(kWeight[kind]));
+    for (const SpherePoint& point : sphere_rule()) {
+      directions.push_back(point.direction);
+      weights_.push_back(float(point.weight));
     }
   } else {
     directions.push_back(parse_direction(spec));

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/vdb/leaf_set.hpp"
 
+#include <algorithm>
 #include <bit>
+#include <climits>
 
 namespace splinevox {
 namespace {
@@ -25,6 +27,21 @@ std::uint64_t LeafSet::count() const {
   for (const LeafMask& mask : masks_)
     for (const std::uint64_t w : mask) n += std::uint64_t(std::popcount(w));
   return n;
+}
+
+void LeafSet::bounds(Int3& lo, Int3& hi) const {
+  lo = {INT_MAX, INT_MAX, INT_MAX};
+  hi = {INT_MIN, INT_MIN, INT_MIN};
+  for (std::size_t l = 0; l < size(); ++l)
+    for (int x = 0; x < kBrick; ++x)
+      for (std::uint64_t w = masks_[l][std::size_t(x)]; w != 0; w &= w - 1) {
+        const int bit = std::countr_zero(w);
+        const Int3 v = kBrick * leaves_[l] + Int3{x, bit >> 3, bit & 7};
+        for (int a = 0; a < 3; ++a) {
+          lo[a] = std::min(lo[a], v[a]);
+          hi[a] = std::max(hi[a], v[a]);
+        }
+      }
 }
 
 LeafMask LeafSet::grown_mask(Int3 leaf) const {

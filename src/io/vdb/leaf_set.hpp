@@ -38,6 +38,8 @@ class LeafSet {
   const std::vector<Int3>& leaves() const { return leaves_; }
   const std::vector<LeafMask>& masks() const { return masks_; }
   std::uint64_t count() const;
+  /// The smallest and the largest index of its voxels per axis; lo > hi where it has none.
+  void bounds(Int3& lo, Int3& hi) const;
 
   /// The mask of `leaf` after every voxel has grown by one to all sides, edges and corners included.
   LeafMask grown_mask(Int3 leaf) const;

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/export_info.hpp"
+#include "cli/options.hpp"
+#include "core/printable.hpp"
+#include "run/folder_lock.hpp"
+#include "run/signals.hpp"
+#include "run/support.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/io/import_splats.hpp"
+
+namespace splinevox::cli {
+namespace {
+
+struct ImportVerb {
+  std::string splats, out, box;
+  ImportOptions options;
+  bool full = false, quiet = false, json = false;
+  int threads = 0;
+};
+
+/// "x,y,z,X,Y,Z".
+std::optional<ImportOptions::Box> parse_box(const std::string& text) {
+  if (text.empty()) return {};
+  const char* expected = "six numbers, the smaller corner first: x,y,z,X,Y,Z";
+  const std::vector<double> v = numbers(text, ',', "--box", expected);
+  if (v.size() != 6) fail({"--box", "this is not a box", expected, text, "--box -1,-1,-1,1,1,1"});
+  return ImportOptions::Box{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+}
+
+void print_line(const ExportedFrame& frame) {
+  Json line{{"frame", frame.frame},
+            {"file", frame.file.name},
+            {"bytes", frame.file.digest.size},
+            {"seconds", frame.seconds}};
+  for (const auto& [key, value] : frame.file.figures) line[key] = value;
+  fmt::print("{}\n", json_text(line));
+  std::fflush(stdout);
+}
+
+int import_sequence(ImportVerb& o) {
+  o.options.box = parse_box(o.box);
+  o.options.half = !o.full;
+  validate(o.options);
+  const std::vector<SplatFrame> frames = splat_frames(o.splats);
+  std::error_code ignored;
+  if (std::filesystem::exists(o.out + "/config.toml", ignored))
+    fail({o.out, "this is the folder of a run, and an import would replace the list of its files",
+          "a folder of its own", "", "--out " + o.out + "/vdb"});
+  if (std::filesystem::equivalent(o.out, o.splats, ignored))
+    fail({o.out, "the splats are in this folder", "a folder of its own", "", "--out " + o.out + "/vdb"});
+  o.options.source = std::filesystem::absolute(o.splats, ignored).lexically_normal().string();
+  probe_output_folder(o.out);
+  const FolderLock lock(o.out, "importing into");
+  catch_stop_signals();
+  double bytes = 0, splats = 0, skipped = 0, voxels = 0;
+  const bool bar = !o.quiet && !o.json && ::isatty(STDERR_FILENO);
+  const ImportResult result =
+      import_splats(frames, o.out, o.options, [&](const ExportedFrame& frame, int done, int total) {
+        const auto figure = [&](const char* name) {
+          const auto found = frame.file.figures.find(name);
+          return found == frame.file.figures.end() ? 0 : found->second;
+        };
+        bytes += double(frame.file.digest.size);
+        splats += figure("splats");
+        skipped += figure("splats_skipped");
+        voxels += figure("density_voxels");
+        if (o.json) print_line(frame);
+        if (bar) fmt::print(stderr, "\r{} of {} frames{}", done, total, done == total ? "\n" : "");
+        return !stop_asked();
+      });
+  if (!result.finished) {
+    fmt::print(stderr, "interrupted after {} frames; the same command begins anew\n", result.frames.size());
+    return kInterrupted;
+  }
+  if (o.quiet || o.json) return 0;
+  const auto count = double(result.frames.size());
+  fmt::print("{}: {} frames, {:.1f} MB, profile {}, voxels of {:.4g}\n", o.out, result.frames.size(),
+             bytes / 1e6, o.options.profile, result.voxel_size);
+  fmt::print("{:.0f} splats a frame became {:.0f} voxels\n", splats / count, voxels / count);
+  if (skipped > 0) fmt::print("{:.0f} splats have numbers that are none and were left out\n", skipped);
+  if (!result.others.empty())
+    fmt::print(
+        "not of this sequence: {} files, {} and so on; delete what a program would load with the folder\n",
+        result.others.size(), printable(result.others.front()));
+  if (o.options.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", o.out);
+  return 0;
+}
+
+}  // namespace
+
+Action import_command(CLI::App& verb) {
+  auto o = std::make_shared<ImportVerb>();
+  ImportOptions& i = o->options;
+  verb.add_option("SPLATS", o->splats, "a .ply of Gaussian splats, or a folder of them, one a frame")
+      ->required();
+  verb.add_option("--out", o->out, "folder of the sequence")->required();
+  verb.add_option("--profile", i.profile, "whose conventions: blender, houdini, unreal, usd or nanovdb")
+      ->capture_default_str();
+  verb.add_option("--fps", i.fps, "frames a second")->capture_default_str();
+  verb.add_option("--voxel-size", i.voxel_size,
+                  "scene units, 0 = the median size of the first frame's splats")
+      ->capture_default_str();
+  verb.add_option("--box", o->box, "x,y,z,X,Y,Z: what is outside is left out");
+  verb.add_option("--min-alpha", i.min_alpha, "voxels less opaque than this are dropped")
+      ->capture_default_str();
+  verb.add_option("--colorspace", i.colorspace, "display (values as splats have them) or linear")
+      ->capture_default_str();
+  verb.add_flag("--full", o->full, "32-bit floats instead of 16");
+  verb.add_flag("--afresh", i.afresh, "in place of an export with other settings");
+  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
+  add_threads(verb, o->threads);
+  return [o] { return with_threads(o->threads, [&] { return import_sequence(*o); }); };
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/export/export_folder.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <optional>
+#include <set>
+
+#include "core/own_folder.hpp"
+#include "splinevox/core/error.hpp"
+
+namespace splinevox {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The settings alone.
+ExportInfo settings_of(ExportInfo info) {
+  info.erase(kExportRun);
+  return info;
+}
+
+std::string value_of(const ExportInfo& info, const std::string& key) {
+  const auto found = info.find(key);
+  return found == info.end() ? "none" : found->second;
+}
+
+/// Those of `info` that `other` does not have alike, as "fps 24, profile usd".
+std::string where_other(const ExportInfo& info, const ExportInfo& other) {
+  std::set<std::string> keys;
+  for (const auto& [key, value] : info) keys.insert(key);
+  for (const auto& [key, value] : other) keys.insert(key);
+  std::string text;
+  for (const std::string& key : keys)
+    if (value_of(info, key) != value_of(other, key))
+      text += (text.empty() ? "" : ", ") + key + " " + value_of(info, key);
+  return text;
+}
+
+/// Whether the two differ in nothing but the times of their frames.
+bool same_but_times(ExportInfo a, ExportInfo b) {
+  for (const char* key : {"at", "fps", "seconds"}) {
+    a.erase(key);
+    b.erase(key);
+  }
+  return a == b;
+}
+
+[[noreturn]] void refuse(const std::string& folder, const ExportInfo& there, const ExportInfo& asked) {
+  std::string hint = "another --out, or --afresh to replace what is there";
+  if (same_but_times(there, asked))
+    hint = "--at " + value_of(there, "at") + " --seconds " + value_of(there, "seconds") + " --fps " +
+           value_of(there, "fps") + " for more frames of the shot that is there; " + hint;
+  if (value_of(there, "model") != value_of(asked, "model"))
+    hint += "; its model is not the run's present one";
+  fail({.where = folder,
+        .what = "holds an export with other settings, which this one would overwrite",
+        .expected = where_other(there, asked),
+        .got = where_other(asked, there),
+        .hint = hint});
+}
+
+std::optional<Manifest> export_list(const std::string& folder, const std::string& name) {
+  try {
+    Manifest manifest = read_manifest(folder, name);
+    if (manifest.kind == "export") return manifest;
+  } catch (const Error&) {  // none, or not one of ours: nothing is kept
+  }
+  return {};
+}
+
+}  // namespace
+
+void make_export_folder(const std::string& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error || !fs::is_directory(folder))
+    fail_output({.where = folder,
+                 .what = "is not a folder and cannot be made one",
+                 .expected = "a folder to write to",
+                 .got = error ? error.message() : "a file",
+                 .hint = "choose another --out"});
+  check_own_folder(folder, Depth::entries);
+}
+
+std::vector<ManifestFile> listed_before(const std::string& folder, const ExportInfo& info, bool replace) {
+  const ExportInfo asked = settings_of(info);
+  std::vector<std::string> names = partial_manifests(folder);
+  names.push_back(kManifestName);
+  std::vector<ManifestFile> files;
+  std::set<std::string> known;
+  for (const std::string& name : names) {
+    const std::optional<Manifest> list = export_list(folder, name);
+    if (!list) continue;
+    const ExportInfo there = settings_of(list->info);
+    if (there != asked && !replace) refuse(folder, there, asked);
+    if (there != asked && name != kManifestName) remove_quietly(folder, name);
+    if (there != asked) continue;
+    for (const ManifestFile& file : list->files)
+      if (known.insert(file.name).second) files.push_back(file);
+  }
+  return files;
+}
+
+std::string partial_name(const Share& share) {
+  if (share.whole()) return kPartialManifestName;
+  return "manifest.partial." + std::to_string(share.index + 1) + "of" + std::to_string(share.count) + ".json";
+}
+
+bool intact(const std::string& folder, const ManifestFile& file, bool by_size) {
+  std::error_code none;
+  if (by_size) return fs::file_size(fs::path(folder) / file.name, none) == file.digest.size && !none;
+  try {
+    return manifest_entry(folder, file.name).digest == file.digest;
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+int frame_of(const ManifestFile& file) {
+  const auto frame = file.figures.find("frame");
+  return frame == file.figures.end() ? -1 : int(frame->second);
+}
+
+std::vector<int> frames_in(const Manifest& manifest) {
+  std::set<int> frames;
+  for (const ManifestFile& file : manifest.files)
+    if (frame_of(file) >= 0) frames.insert(frame_of(file));
+  return {frames.begin(), frames.end()};
+}
+
+void sort_by_frame(std::vector<ManifestFile>& files) {
+  const auto place = [](const ManifestFile& file) { return unsigned(frame_of(file)); };  // -1 is the last
+  std::stable_sort(files.begin(), files.end(),
+                   [&](const ManifestFile& a, const ManifestFile& b) { return place(a) < place(b); });
+}
+
+std::vector<std::string> other_frames(const std::string& folder, const Manifest& manifest) {
+  std::set<std::string> listed;
+  for (const ManifestFile& file : manifest.files) listed.insert(file.name);
+  std::vector<std::string> others;
+  for (const std::string& name : names_in_folder(folder)) {
+    const bool frame =
+        name.starts_with("frame_") || name.starts_with("mesh_") || name.starts_with("cluster_");
+    if (frame && listed.count(name) == 0) others.push_back(name);
+  }
+  std::sort(others.begin(), others.end());
+  return others;
+}
+
+void remove_quietly(const std::string& folder, const std::string& name) {
+  std::error_code ignored;
+  fs::remove(fs::path(folder) / name, ignored);
+}
+
+}  // namespace splinevox

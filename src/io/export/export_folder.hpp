@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "io/manifest.hpp"
+#include "splinevox/io/export_vdb.hpp"
+
+namespace splinevox {
+
+using ExportInfo = std::map<std::string, std::string>;  ///< Manifest::info of an export
+
+/// Keys of ExportInfo that say where an export came from and decide no byte of it.
+inline constexpr const char* kExportRun = "run";
+
+/// Makes the folder of a sequence. Throws Error (Fault::output).
+void make_export_folder(const std::string& folder);
+
+/// What earlier exports of the same settings listed in a folder, whether they ended or were interrupted, of
+/// the whole or of shares; a name once.
+///
+/// A folder holds one sequence. Where a list is of other settings, throws Error (Fault::input) that says
+/// which differ; with `replace` such lists of exports that have not ended are removed instead, and what they
+/// list is left alone.
+std::vector<ManifestFile> listed_before(const std::string& folder, const ExportInfo& info, bool replace);
+
+/// The list that an export of a share, or one that has not ended, keeps.
+std::string partial_name(const Share& share);
+
+/// A listed file is there and has its checksum. @param by_size  only its size is asked
+bool intact(const std::string& folder, const ManifestFile& file, bool by_size = false);
+
+/// The frame that a listed file belongs to, or -1: it is of the sequence.
+int frame_of(const ManifestFile& file);
+
+/// Numbers of the frames in a list, each once, in order.
+std::vector<int> frames_in(const Manifest& manifest);
+
+/// In the order of their frames; what is of no frame comes last.
+void sort_by_frame(std::vector<ManifestFile>& files);
+
+/// Names in the folder that are frames' by their beginning and not in the list: who loads the folder as a
+/// sequence would load them too.
+std::vector<std::string> other_frames(const std::string& folder, const Manifest& manifest);
+
+void remove_quietly(const std::string& folder, const std::string& name);
+
+}  // namespace splinevox

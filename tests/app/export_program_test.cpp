@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "ball_scene.hpp"
+
+using namespace splinevox::test;
+using Json = nlohmann::json;
+
+TEST_SUITE("app/export_program") {
+  TEST_CASE("a part of a shot says its times; info says what the folder holds and from which run") {
+    const SmallRun small;
+    const std::string out = small.path("vdb");
+    const auto exported = [&](const std::string& frames, const std::vector<std::string>& more) {
+      std::vector<std::string> words{"export", small.run, "--out", out, "--frames", frames};
+      words.insert(words.end(), more.begin(), more.end());
+      return program(words);
+    };
+    const Ended part = exported("1050-1051", {"--at", "1001", "--seconds", "4"});
+    CAPTURE(part.err);
+    REQUIRE(part.code == 0);
+    CHECK(contains(part.out,
+                   "frame 1050 shows time 0.5104, frame 1051 time 0.5208; the whole motion, time 0 to 1, "
+                   "takes 4 s, frames 1001 to 1097"));
+    const Ended same = exported("1053", {"--at", "1001-1097"});
+    CHECK(contains(same.out, "the folder holds 3 frames of this shot now: 1050-1051, 1053"));
+
+    const Ended text = program({"info", out});
+    REQUIRE(text.code == 0);
+    CHECK(contains(text.out, "3 frames (1050-1051, 1053)"));
+    CHECK(contains(text.out, "profile blender"));
+    CHECK(contains(text.out, "not there: 1052"));
+    CHECK(contains(text.out, "of the run " + small.run));
+    const Json j = Json::parse(program({"info", out, "--json"}).out);
+    CHECK(j["frames"] == Json({1050, 1051, 1053}));
+    CHECK(j["at"] == 1001);
+    CHECK(j["fps"] == 24);
+    CHECK(j["seconds"] == 4);
+    CHECK(j["times"][0].get<double>() == doctest::Approx(49 / 96.0));
+    CHECK(j["box"][0][0].get<double>() < j["box"][1][0].get<double>());
+    CHECK(j["grids"][0]["name"] == "density");
+    CHECK(j["bytes"].get<double>() > j["bytes_a_frame"].get<double>());
+    CHECK(j["finished"] == true);
+
+    const Ended other = exported("1050-1051", {"--at", "1001", "--seconds", "4", "--profile", "usd"});
+    CHECK(other.code == 2);
+    CHECK(contains(other.err, "profile blender"));
+    CHECK(exported("1050-1051", {"--at", "1001", "--seconds", "4", "--profile", "usd", "--afresh"}).code ==
+          0);
+    CHECK(Json::parse(program({"info", out, "--json"}).out)["profile"] == "usd");
+  }
+
+  TEST_CASE("a length that is given twice, and a motion that begins behind the frames, are refused by name") {
+    const SmallRun small;
+    const auto refusal = [&](const std::vector<std::string>& more) {
+      std::vector<std::string> words{"export", small.run, "--out", small.path("vdb"), "--frames", "3-4"};
+      words.insert(words.end(), more.begin(), more.end());
+      const Ended e = program(words);
+      CHECK(e.code == 2);
+      return e.err;
+    };
+    CHECK(contains(refusal({"--at", "1-9", "--seconds", "2"}),
+                   "--at: the length of the motion is given twice"));
+    CHECK(contains(refusal({"--at", "4"}), "--at: is out of range"));
+    CHECK(contains(refusal({"--at", "2-2"}), "--at: a motion takes more than one frame"));
+    CHECK(contains(refusal({"--at", "two"}), "--at"));
+  }
+}

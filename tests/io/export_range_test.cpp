@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <doctest/doctest.h>
+
+#include <string>
+#include <vector>
+
+#include "io/manifest.hpp"
+#include "io/scratch.hpp"
+#include "io/vdb/vdb_file.hpp"
+#include "splinevox/core/error.hpp"
+#include "splinevox/io/export_vdb.hpp"
+#include "splinevox/io/inspect.hpp"
+#include "support/blob_model.hpp"
+
+using namespace splinevox;
+using namespace splinevox::test;
+
+namespace {
+
+ExportOptions part_of_shot(int first, int last, double seconds = 4) {
+  ExportOptions o;
+  o.profile = "houdini";
+  o.first = first;
+  o.last = last;
+  o.at = 1001;
+  o.seconds = seconds;
+  return o;
+}
+
+std::string refusal(const VoxelModel& model, const std::string& folder, const ExportOptions& options) {
+  try {
+    export_vdb(model, folder, options);
+  } catch (const Error& e) {
+    CHECK(e.fault == Fault::input);
+    return e.what();
+  }
+  return "";
+}
+
+bool contains(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
+
+}  // namespace
+
+TEST_SUITE("io/export_range") {
+  TEST_CASE("any part of a shot has the times of the whole; outside of the motion all stands still") {
+    FrameRange whole{.first = 1001, .last = 1097, .seconds = 4, .at = 1001};
+    FrameRange part{.first = 1050, .last = 1051, .seconds = 4, .at = 1001};
+    for (const int frame : {1050, 1051}) {
+      CHECK(part.time_at(frame) == whole.time_at(frame));
+      CHECK(part.time_at(frame) == doctest::Approx((frame - 1001) / 96.0));
+      CHECK(part.rate_at(frame) == 0.25);
+    }
+    CHECK(whole.time_at(990) == 0);
+    CHECK(whole.rate_at(990) == 0);
+    CHECK(whole.time_at(1097) == 1);
+    CHECK(whole.rate_at(1097) == 0.25);
+    CHECK(whole.time_at(1098) == 1);
+    CHECK(whole.rate_at(1098) == 0);
+  }
+
+  TEST_CASE("without more words the frames show the whole motion, and one frame its first moment") {
+    const FrameRange all{.first = 9, .last = 11};
+    CHECK(all.time_at(9) == 0);
+    CHECK(all.time_at(10) == 0.5);
+    CHECK(all.time_at(11) == 1);
+    const FrameRange one{.first = 9, .last = 9};
+    CHECK(one.time_at(9) == 0);
+    CHECK(one.length() == 1);
+    const FrameRange from{.first = 9, .last = 11, .at = 7};
+    CHECK(from.time_at(9) == 0.5);
+    FrameRange bad{.first = 9, .last = 11, .at = 11};
+    CHECK_THROWS_WITH_AS(validate(bad), doctest::Contains("--at: is out of range"), Error);
+    bad.seconds = 2;
+    CHECK_NOTHROW(validate(bad));
+  }
+
+  TEST_CASE("frames of one shot join those that are there, and parts have the bytes of the whole") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    export_vdb(model, scratch.path("whole"), part_of_shot(1050, 1053));
+    const std::string folder = scratch.path("parts");
+    export_vdb(model, folder, part_of_shot(1052, 1053));
+    const ExportResult result = export_vdb(model, folder, part_of_shot(1050, 1051));
+    CHECK(result.in_folder == std::vector<int>{1050, 1051, 1052, 1053});
+    CHECK(result.others.empty());
+    CHECK(slurp(folder + "/manifest.json") == slurp(scratch.path("whole/manifest.json")));
+    for (const FileCheck& check : verify(folder)) CHECK(check.ok);
+    const ExportResult longer = export_vdb(model, folder, part_of_shot(1051, 1054));
+    CHECK(longer.frames[0].kept);
+    CHECK_FALSE(longer.frames[3].kept);
+    CHECK(longer.in_folder == std::vector<int>{1050, 1051, 1052, 1053, 1054});
+  }
+
+  TEST_CASE("stopped in the middle, an export of more frames forgets none of those before") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    export_vdb(model, scratch.folder(), part_of_shot(1050, 1051));
+    ExportOptions more = part_of_shot(1060, 1063);
+    more.frames_at_once = 1;
+    CHECK_FALSE(export_vdb(model, scratch.folder(), more, [](const ExportedFrame&, int done, int) {
+                  return done < 2;
+                }).finished);
+    const ExportResult rest = export_vdb(model, scratch.folder(), more);
+    CHECK(rest.frames[1].kept);
+    CHECK(rest.in_folder == std::vector<int>{1050, 1051, 1060, 1061, 1062, 1063});
+  }
+
+  TEST_CASE("the stage of a sequence with a gap names the frames that are there") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    ExportOptions options = part_of_shot(1050, 1050);
+    options.profile = "usd";
+    export_vdb(model, scratch.folder(), options);
+    options.first = options.last = 1053;
+    export_vdb(model, scratch.folder(), options);
+    const std::string stage = slurp(scratch.path("sequence.usda"));
+    CHECK(contains(stage, "startTimeCode = 1050"));
+    CHECK(contains(stage, "endTimeCode = 1053"));
+    CHECK(contains(stage, "1053: @./frame_1053.vdb@"));
+    CHECK_FALSE(contains(stage, "1051:"));
+  }
+
+  TEST_CASE("an export with other settings is refused by name and leaves what is there as it was") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    export_vdb(model, scratch.folder(), part_of_shot(1050, 1051));
+    const std::string before = slurp(scratch.path("manifest.json"));
+
+    ExportOptions other = part_of_shot(1050, 1051);
+    other.profile = "usd";
+    const std::string profile = refusal(model, scratch.folder(), other);
+    CHECK(contains(profile, "holds an export with other settings"));
+    CHECK(contains(profile, "expected: profile houdini\n  got:      profile usd"));
+    CHECK(contains(profile, "--afresh"));
+
+    ExportOptions squeezed = part_of_shot(1050, 1051);
+    squeezed.at.reset();
+    squeezed.seconds = 0;
+    const std::string range = refusal(model, scratch.folder(), squeezed);
+    CHECK(contains(range, "expected: at 1001, seconds 4\n  got:      at 1050, seconds 0.041"));
+    CHECK(contains(range, "try:      --at 1001 --seconds 4 --fps 24 for more frames of the shot"));
+
+    VoxelModel changed = model;
+    changed.radiance.raw.values.back() += 1;
+    CHECK(contains(refusal(changed, scratch.folder(), part_of_shot(1050, 1051)),
+                   "its model is not the run's present one"));
+    CHECK(slurp(scratch.path("manifest.json")) == before);
+    for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);
+  }
+
+  TEST_CASE("asked to, it replaces what is there, and goes on with itself after a stop") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    export_vdb(model, scratch.folder(), part_of_shot(1050, 1052));
+    ExportOptions other = part_of_shot(1050, 1051);
+    other.profile = "usd";
+    other.resume = false;
+    other.frames_at_once = 1;
+    export_vdb(model, scratch.folder(), other, [](const ExportedFrame&, int, int) { return false; });
+    other.resume = true;
+    const ExportResult result = export_vdb(model, scratch.folder(), other);
+    CHECK(result.frames[0].kept);
+    CHECK(result.in_folder == std::vector<int>{1050, 1051});
+    CHECK(result.others == std::vector<std::string>{"frame_1052.vdb"});
+  }
+
+  TEST_CASE("where the model came from is noted and is no setting") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    ExportOptions options = part_of_shot(1050, 1050);
+    options.run = "/runs/a";
+    export_vdb(model, scratch.folder(), options);
+    CHECK(read_manifest(scratch.folder()).info.at("run") == "/runs/a");
+    options.run = "/runs/moved";
+    CHECK(export_vdb(model, scratch.folder(), options).frames[0].kept);
+    const ManifestFile frame = read_manifest(scratch.folder()).files[0];
+    const VdbGrid density = read_vdb(scratch.path(frame.name)).grids[0];
+    CHECK(frame.figures.at("min_x") > density.origin.x);
+    CHECK(frame.figures.at("max_x") > frame.figures.at("min_x"));
+  }
+}
