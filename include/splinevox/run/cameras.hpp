@@ -32,13 +32,13 @@ std::vector<std::string> camera_ways();
 struct CameraRequest {
   /// One of camera_ways(), "dataset:SPLIT", "dataset:SPLIT:INDEX" or the path of a transforms file.
   std::string camera = "auto";
-  std::string times;                 ///< "", "T" or "A:B:N"
-  std::vector<double> moments = {};  ///< in place of `times`: the model times themselves, in [0, 1]
-  std::string data;                  ///< the data set, empty = the run's own
-  int size = 0;  ///< width of pictures: of an orbit, 0 = 400; of another way, 0 = that of the training
-                 ///< pictures; of a camera of a file that does not say, 0 = 400
+  std::string times;  ///< "", "T" or "A:B:N"
+  std::string data;   ///< the data set, empty = the run's own
+  int size = 0;       ///< width of pictures: of an orbit, 0 = 400; of another way, 0 = that of the training
+                      ///< pictures; of a camera of a file that does not say, 0 = 400
   double elevation = 20;  ///< of the orbit, degrees
   double window = 0.2;    ///< of stabilised: the share of the film that a camera is fitted to, in (0, 1]
+  std::vector<double> moments = {};  ///< in place of `times`: the model times themselves, in [0, 1]
 };
 
 /// What to render. N times and C cameras give N shots that go through the cameras in order (one camera stands
