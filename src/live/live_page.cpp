@@ -19,8 +19,8 @@
 namespace splinevox::run {
 namespace {
 
-constexpr double kModelShare = 0.015;       // of the processor time of a training, for models on the page
-constexpr double kModelCredit = 0.3;        // seconds of it that the first models may take before that
+constexpr double kModelShare = 0.006;       // of the processor time of a training, for models on the page
+constexpr double kModelCredit = 0.15;       // seconds of it that the first models may take before that
 constexpr double kModelEvery = 2;           // seconds between two of them at least
 constexpr double kOpen = 8;                 // seconds after which a page that has not asked is not there
 constexpr double kFarewell = 5;             // seconds that an open page has to fetch the last model

@@ -14,7 +14,9 @@ namespace {
 
 std::string packed(const VoxelModel& model, ViewPage page, std::int64_t step) {
   page.full_flow = kFullFlow * model.box.longest_edge();
-  const PackedScene scene = pack_scene(model, view_qualities().front());
+  ViewQuality quality = view_qualities().front();
+  quality.everywhere = true;
+  const PackedScene scene = pack_scene(model, quality);
   Json about = view_header(page, scene);
   about["step_of_training"] = step;
   const std::string header = json_text(about);

@@ -166,6 +166,11 @@ BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
   return dilate(ever);
 }
 
+BitGrid every_cell(BitGrid grid) {
+  for (std::size_t i = 0; i < grid.cells(); ++i) grid.set(i);
+  return grid;
+}
+
 /// The same motion with the mean of presence taken out of its points, whose places have weights that sum to
 /// 1: a page contracts all curves alike.
 MotionField centred(MotionField motion) {
@@ -308,7 +313,7 @@ PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, cons
                                {"canonical", bits_of(w, canonical)}};
   if (clusters) w.out.header["clusters"] = pack_clusters(w, model, *clusters);
   if (motion.levels.empty()) return std::move(w.out);
-  const BitGrid ever = ever_occupied(model, motion);
+  const BitGrid ever = quality.everywhere ? every_cell(canonical) : ever_occupied(model, motion);
   w.out.header["occupancy"]["ever"] = bits_of(w, ever);
   w.out.header["motion"] = pack_motion(w, motion, ever, quality.motion_bits);
   return std::move(w.out);

@@ -11,11 +11,13 @@ namespace splinevox::run {
 
 /// How much of a model a page keeps.
 struct ViewQuality {
-  int density_bits = 12;  ///< per raw density
-  int colour_bits = 10;   ///< per raw colour component
-  int sh_bits = 8;        ///< per coefficient of the view rescale, at most 8; 0: there is none in the page
-  int motion_bits = 16;   ///< per component of a control point, light and rigidity; 9..16
-  int halvings = 0;       ///< how often the radiance lattice is made coarser by two
+  int density_bits = 12;    ///< per raw density
+  int colour_bits = 10;     ///< per raw colour component
+  int sh_bits = 8;          ///< per coefficient of the view rescale, at most 8; 0: there is none in the page
+  int motion_bits = 16;     ///< per component of a control point, light and rigidity; 9..16
+  int halvings = 0;         ///< how often the radiance lattice is made coarser by two
+  bool everywhere = false;  ///< matter may be anywhere at some time: packed in half the time, larger when
+                            ///< compressed, and drawn a little slower
 };
 /// From the best to the smallest; a page takes the first that fits.
 const std::vector<ViewQuality>& view_qualities();

@@ -54,7 +54,7 @@ TEST_SUITE("app/bad input") {
         {{"train", "data", "--out", run, "--config", "nowhere.toml"},
          "no such configuration file",
          "a TOML file"},
-        {{"train", "data"}, "--out is missing", "splinevox train DATASET --out RUN"},
+        {{"train", "data", "--resume"}, "--out is missing", "splinevox train DATASET --out RUN"},
         {{"train", "data", "--out", run, "--threads", "-1"}, "--threads", ""},
         {{"synth", "dancre", "--out", run}, "dancre", "dancer"},
         {{"eval", run}, "there is no such run", "splinevox train --out"},
