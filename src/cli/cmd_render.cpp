@@ -10,8 +10,8 @@
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
+#include "cli/render_layers.hpp"
 #include "core/nearest.hpp"
-#include "data/pictures/exr.hpp"
 #include "run/edit_session.hpp"
 #include "run/film_write.hpp"
 #include "run/shares.hpp"
@@ -25,56 +25,27 @@
 namespace splinevox::cli {
 namespace {
 
-const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigidity", "cluster"};
-
 struct RenderVerb {
   std::string run, out, layers = "rgb", format = "png", device = "auto", share;
   CameraRequest cameras;
   Otherwise otherwise;
-  double fps = 24;
+  FrameWords frames{.frames = "", .at = "", .fps = 24, .seconds = 0};
   int threads = 0;
   bool quiet = false;
 };
 
-std::vector<std::string> chosen_layers(const std::string& text) {
-  const std::vector<std::string> names = text == "all" ? kLayers : split_list(text);
-  for (const std::string& n : names)
-    if (std::find(kLayers.begin(), kLayers.end(), n) == kLayers.end())
-      fail({"--layers", fmt::format("there is no layer '{}'", n),
-            fmt::format("a list of {}", fmt::join(kLayers, ",")), text, nearest(n, kLayers)});
-  if (names.empty())
-    fail({"--layers", "there is nothing to render", fmt::format("a list of {}", fmt::join(kLayers, ",")),
-          text, ""});
-  return names;
-}
-
-/// All layers of one picture in one file, as linear numbers: nothing is coloured.
-void write_layers(const std::string& path, Rendered& r, const Image& parts,
-                  const std::vector<std::string>& names) {
-  std::vector<ExrLayer> layers;
-  for (const std::string& n : names) {
-    if (n == "rgb") layers.push_back({"", r.rgb, {}});
-    if (n == "alpha") layers.push_back({"alpha", r.alpha, {}});
-    if (n == "depth") layers.push_back({"depth", r.depth, {}});
-    if (n == "flow") layers.push_back({"flow", r.flow, {"X", "Y", "Z"}});
-    if (n == "rigidity") layers.push_back({"rigidity", r.rigidity, {}});
-    if (n == "cluster") layers.push_back({"cluster", parts, {}});
-  }
-  write_exr(path, layers);
-}
-
 int render(const RenderVerb& o) {
   const Device device = choose_device(o.device);
-  const std::vector<std::string> layers = chosen_layers(o.layers);
   if (o.format != "png" && o.format != "exr" && o.format != "mp4")
     fail({"--format", "there is no such format", "png, exr or mp4", o.format,
           nearest(o.format, {"png", "exr", "mp4"})});
+  const std::vector<std::string> layers = chosen_layers(o.layers, o.format);
   const Share share = chosen_share(o.share);
   if (o.format == "mp4" && !share.whole())
     fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out",
           o.format, "ffmpeg makes a film of pictures, too"});
   const Run run = open_run(o.run, o.otherwise);
-  const std::vector<Shot> shots = plan_shots(run, o.cameras, [&](const std::string& line) {
+  const RenderFrames frames = plan_frames(run, o.cameras, o.frames, [&](const std::string& line) {
     if (!o.quiet) fmt::print("{}\n", line);
   });
   probe_output_folder(o.out);
@@ -84,25 +55,27 @@ int render(const RenderVerb& o) {
   std::optional<Renderer> part_renderer;
   if (parts) part_renderer = make_renderer(colours, device);
   std::map<std::string, Film> films;
-  const std::int64_t own = (std::int64_t(shots.size()) + share.count - 1 - share.index) / share.count;
+  const std::int64_t own = (std::int64_t(frames.shown.size()) + share.count - 1 - share.index) / share.count;
   std::int64_t done = 0;
-  for (std::size_t i = std::size_t(share.index); i < shots.size(); i += std::size_t(share.count)) {
-    Rendered r = renderer.render(shots[i].camera, shots[i].time);
-    const Image part_picture =
-        parts ? clamped(part_renderer->render(shots[i].camera, shots[i].time).rgb) : Image();
+  for (std::size_t i = std::size_t(share.index); i < frames.shown.size(); i += std::size_t(share.count)) {
+    const Shot& shot = frames.shots[frames.shown[i]];
+    const int number = frames.numbers[i];
+    Rendered r = renderer.render(shot.camera, shot.time);
+    const Image part_picture = parts ? clamped(part_renderer->render(shot.camera, shot.time).rgb) : Image();
     if (o.format == "exr")
-      write_layers(fmt::format("{}/frame_{:04}.exr", o.out, i + 1), r, part_picture, layers);
+      write_layers(fmt::format("{}/frame_{:04}.exr", o.out, number), run.model, r, part_picture, layers,
+                   frames, i, o.frames.fps);
     for (const std::string& layer : layers) {
       if (o.format == "exr") continue;
       const Image picture =
-          layer == "cluster" ? part_picture : layer_picture(run.model, r, layer, shots[i].camera);
+          layer == "cluster" ? part_picture : layer_picture(run.model, r, layer, shot.camera);
       if (o.format == "png") {
-        write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, i + 1), picture);
+        write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, number), picture);
         continue;
       }
       const auto film = films
                             .try_emplace(layer, fmt::format("{}/{}.mp4", o.out, layer), picture.width,
-                                         picture.height, o.fps)
+                                         picture.height, o.frames.fps)
                             .first;
       film->second.add(picture);
     }
@@ -112,8 +85,8 @@ int render(const RenderVerb& o) {
   }
   for (auto& [layer, film] : films) film.finish();
   if (!o.quiet)
-    fmt::print("{}: {} pictures of {}x{}, {} as {}, on {}\n", o.out, done, shots[0].camera.width,
-               shots[0].camera.height, fmt::join(layers, ", "), o.format, describe(device));
+    fmt::print("{}: {} pictures of {}x{}, {} as {}, on {}\n", o.out, done, frames.shots[0].camera.width,
+               frames.shots[0].camera.height, fmt::join(layers, ", "), o.format, describe(device));
   return 0;
 }
 
@@ -131,8 +104,11 @@ Action render_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--times", o->cameras.times,
                   "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
-  verb.add_option("--layers", o->layers,
-                  "list of rgb,alpha,depth,flow,rigidity,cluster (parts by how they move), or all")
+  verb.add_option(
+          "--layers", o->layers,
+          "list of rgb,alpha,depth,flow,rigidity,cluster (parts by how they move), or all of these; with "
+          "--format exr also RGBA (light times alpha, no background), Z, forward, backward (pixels to the "
+          "next and the last frame)")
       ->capture_default_str();
   verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
       ->type_name("{png,exr,mp4}")
@@ -149,7 +125,16 @@ Action render_command(CLI::App& verb) {
                   "of stabilised: share of the film that each camera is fitted to")
       ->check(CLI::Range(0.001, 1.0))
       ->capture_default_str();
-  verb.add_option("--fps", o->fps, "pictures a second of a film")
+  verb.add_option(
+      "--frames", o->frames.frames,
+      "FIRST-LAST: pictures of these frames of a shot, numbered so, with the times of `export --frames`");
+  verb.add_option(
+      "--at", o->frames.at,
+      "of --frames: the frame at which the motion begins, or FIRST-LAST, over which all of it runs");
+  verb.add_option("--seconds", o->frames.seconds,
+                  "of --frames: how long the whole motion lasts, 0 = to the last")
+      ->capture_default_str();
+  verb.add_option("--fps", o->frames.fps, "pictures a second of a film or a shot")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
   add_otherwise(verb, o->otherwise);

@@ -247,8 +247,7 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
     if (on_note) on_note(line);
   };
   const std::string& c = request.camera;
-  const std::vector<double> times =
-      request.times.empty() ? std::vector<double>{} : parse_times(request.times);
+  const std::vector<double> times = request.times.empty() ? request.moments : parse_times(request.times);
   const int count = int(times.size());
   std::error_code ignored;
   std::vector<Shot> shots;

@@ -12,7 +12,7 @@ TEST_SUITE("app/bad input") {
     const Ended help = program({"--help"});
     CHECK(help.code == 0);
     for (const char* verb :
-         {"train", "eval", "render", "track", "export", "info", "verify", "synth", "report"}) {
+         {"train", "eval", "render", "track", "export", "import", "info", "verify", "synth", "report"}) {
       CHECK(contains(help.out, verb));
       CHECK(program({verb, "--help"}).code == 0);
     }

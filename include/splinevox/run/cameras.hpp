@@ -38,6 +38,7 @@ struct CameraRequest {
                       ///< pictures; of a camera of a file that does not say, 0 = 400
   double elevation = 20;  ///< of the orbit, degrees
   double window = 0.2;    ///< of stabilised: the share of the film that a camera is fitted to, in (0, 1]
+  std::vector<double> moments = {};  ///< in place of `times`: the model times themselves, in [0, 1]
 };
 
 /// What to render. N times and C cameras give N shots that go through the cameras in order (one camera stands

@@ -10,6 +10,7 @@ namespace splinevox {
 
 /// The bytes of a PNG or OpenEXR file. `where` is what an error about the picture itself names.
 std::vector<char> encode_png_for(const std::string& where, const Image& image);
-std::vector<char> encode_exr_for(const std::string& where, const std::vector<ExrLayer>& layers);
+std::vector<char> encode_exr_for(const std::string& where, const std::vector<ExrLayer>& layers,
+                                 const ExrNotes& notes = {});
 
 }  // namespace splinevox

@@ -1,15 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfFramesPerSecond.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfRational.h>
+#include <OpenEXR/ImfStandardAttributes.h>
+#include <OpenEXR/ImfStringAttribute.h>
 
 #include <algorithm>
 #include <cstring>
 #include <set>
 #include <string>
 
+#include "core/half.hpp"
 #include "data/pictures/encode.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -77,22 +84,76 @@ void require_layers(const std::string& where, const std::vector<ExrLayer>& layer
   }
 }
 
+std::vector<half> as_half(const Image& image) {
+  std::vector<half> out;
+  out.reserve(image.data.size());
+  for (const float v : image.data) out.emplace_back(std::clamp(v, -kLargestHalf, kLargestHalf));
+  return out;
+}
+
+/// From the world to x right, y up, z into the picture, of row vectors.
+Imath::M44f world_to_camera(const Camera& camera) {
+  const Vec3d axes[3] = {camera.axes[0], camera.axes[1], -1.0 * camera.axes[2]};
+  Imath::M44f m;
+  for (int k = 0; k < 3; ++k) {
+    for (int a = 0; a < 3; ++a) m[a][k] = float(axes[k][a]);
+    m[3][k] = float(-dot(camera.position, axes[k]));
+  }
+  return m;
+}
+
+/// From there to the picture, 0 to 1 from its upper left; z from 0 to 1 between planes that are near and far.
+Imath::M44f camera_to_picture(const Camera& camera) {
+  constexpr double kNear = 0.01, kFar = 10000;
+  Imath::M44f m(0.0f);
+  m[0][0] = float(camera.fx / camera.width);
+  m[1][1] = float(-camera.fy / camera.height);
+  m[2][0] = float(camera.cx / camera.width);
+  m[2][1] = float(camera.cy / camera.height);
+  m[2][2] = float(kFar / (kFar - kNear));
+  m[2][3] = 1;
+  m[3][2] = float(-kFar * kNear / (kFar - kNear));
+  return m;
+}
+
+void add_notes(Imf::Header& header, const ExrNotes& notes) {
+  if (notes.camera) {
+    const Imath::M44f to_camera = world_to_camera(*notes.camera);
+    Imf::addWorldToCamera(header, to_camera);
+    Imf::addWorldToNDC(header, to_camera * camera_to_picture(*notes.camera));
+  }
+  if (notes.fps > 0) Imf::addFramesPerSecond(header, Imf::guessExactFps(notes.fps));
+  if (notes.frame) header.insert("imageCounter", Imf::IntAttribute(*notes.frame));
+  if (notes.time) header.insert("modelTime", Imf::FloatAttribute(float(*notes.time)));
+  if (notes.color_space.empty()) return;
+  header.insert("colorInteropID", Imf::StringAttribute(notes.color_space));
+  Imf::addChromaticities(header, Imf::Chromaticities());
+}
+
 }  // namespace
 
-std::vector<char> encode_exr_for(const std::string& where, const std::vector<ExrLayer>& layers) {
+std::vector<char> encode_exr_for(const std::string& where, const std::vector<ExrLayer>& layers,
+                                 const ExrNotes& notes) {
   require_layers(where, layers);
   const int width = layers.front().image.width, height = layers.front().image.height;
   try {
     Imf::Header header(width, height);
     header.compression() = Imf::ZIP_COMPRESSION;
+    add_notes(header, notes);
     Imf::FrameBuffer frame;
+    std::vector<std::vector<half>> halves;
     for (const ExrLayer& layer : layers) {
       const std::vector<std::string> names = channel_names(layer);
-      const std::size_t step = std::size_t(layer.image.channels) * sizeof(float);
+      halves.push_back(layer.half ? as_half(layer.image) : std::vector<half>());
+      const Imf::PixelType type = layer.half ? Imf::HALF : Imf::FLOAT;
+      const std::size_t bytes = layer.half ? sizeof(half) : sizeof(float);
+      const char* first = layer.half ? reinterpret_cast<const char*>(halves.back().data())
+                                     : reinterpret_cast<const char*>(layer.image.data.data());
+      const std::size_t step = std::size_t(layer.image.channels) * bytes;
       for (std::size_t c = 0; c < names.size(); ++c) {
-        header.channels().insert(names[c], Imf::Channel(Imf::FLOAT));
-        char* base = const_cast<char*>(reinterpret_cast<const char*>(layer.image.data.data() + c));
-        frame.insert(names[c], Imf::Slice(Imf::FLOAT, base, step, step * std::size_t(width)));
+        header.channels().insert(names[c], Imf::Channel(type));
+        frame.insert(names[c],
+                     Imf::Slice(type, const_cast<char*>(first + c * bytes), step, step * std::size_t(width)));
       }
     }
     MemoryOut memory;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
 
 namespace splinevox {
@@ -15,6 +17,20 @@ struct ExrLayer {
   std::string name;
   Image image;                        ///< any values, as 32-bit floats
   std::vector<std::string> channels;  ///< one per channel of `image`; empty = none for 1, else R, G, B, A
+  bool half = false;                  ///< written as 16-bit floats, clamped to their largest
+};
+
+/// What an OpenEXR header says of a rendered picture, in OpenEXR's standard attributes. Its matrices are of
+/// row vectors: worldToCamera to x right, y up, z into the picture; worldToNDC to (0, 0) at the upper left
+/// and (1, 1) at the lower right corner, of a lens without distortion.
+struct ExrNotes {
+  std::optional<Camera> camera;  ///< worldToCamera, worldToNDC
+  double fps = 0;                ///< framesPerSecond; 0: not said
+  std::optional<int> frame;      ///< imageCounter
+  std::optional<double> time;    ///< modelTime, a float
+  /// colorInteropID, the name of the colour space (ASWF Color Interop Forum), with chromaticities of Rec.
+  /// 709; empty: not said.
+  std::string color_space;
 };
 
 /// Largest picture read_exr_layers accepts, checked before anything is allocated for it.
@@ -40,9 +56,9 @@ struct ExrHeader {
 /// Reads it without the pixels. Throws as read_exr_layers.
 ExrHeader read_exr_header(const std::string& path);
 
-/// Layers of one size as a single-part OpenEXR file of 32-bit floats, ZIP compressed: lossless. All or
+/// Layers of one size as a single-part OpenEXR file, ZIP compressed: lossless. All or
 /// nothing (core/atomic_file.hpp); throws Error (Fault::output) naming the path.
-void write_exr(const std::string& path, const std::vector<ExrLayer>& layers);
+void write_exr(const std::string& path, const std::vector<ExrLayer>& layers, const ExrNotes& notes = {});
 
 /// The layer of that name, or Error (Fault::input) listing those that `path` holds.
 const ExrLayer& find_exr_layer(const std::vector<ExrLayer>& layers, const std::string& name,

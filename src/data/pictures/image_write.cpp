@@ -18,8 +18,8 @@ std::vector<char> encode_png(const Image& image) { return encode_png_for("PNG pi
 
 void write_png(const std::string& path, const Image& image) { write(path, encode_png_for(path, image)); }
 
-void write_exr(const std::string& path, const std::vector<ExrLayer>& layers) {
-  write(path, encode_exr_for(path, layers));
+void write_exr(const std::string& path, const std::vector<ExrLayer>& layers, const ExrNotes& notes) {
+  write(path, encode_exr_for(path, layers, notes));
 }
 
 }  // namespace splinevox

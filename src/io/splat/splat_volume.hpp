@@ -32,8 +32,8 @@ struct SplatVolume {
 SplatVolume splat_volume(const SplatFile& file, double spacing, double min_alpha,
                          const std::optional<SplatBox>& box);
 
-/// What suits the splats of a file where nothing is asked for: the median of their middle sizes, but at most 512
-/// voxels over the middle 98% of their places.
+/// What suits the splats of a file where nothing is asked for: the median of their middle sizes, but at most
+/// 512 voxels over the middle 98% of their places.
 double splat_spacing(const SplatFile& file);
 
 }  // namespace splinevox

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/render_frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "splinevox/core/error.hpp"
+
+namespace splinevox::cli {
+
+RenderFrames plan_frames(const Run& run, CameraRequest cameras, const FrameWords& words,
+                         const std::function<void(const std::string&)>& on_note) {
+  RenderFrames out;
+  if (words.frames.empty()) {
+    if (!words.at.empty() || words.seconds > 0)
+      fail({words.at.empty() ? "--seconds" : "--at",
+            "says where frames are in a shot, and none are asked for", "--frames beside it", "",
+            "--frames 1-120"});
+    out.shots = plan_shots(run, cameras, on_note);
+    for (std::size_t i = 0; i < out.shots.size(); ++i) {
+      out.shown.push_back(i);
+      out.numbers.push_back(int(i) + 1);
+    }
+    return out;
+  }
+  if (!cameras.times.empty())
+    fail({"--times", "the times are given twice", "--frames or --times", cameras.times, ""});
+  const FrameRange range = frame_range(words);
+  const int last = std::max(range.start(), int(std::lround(range.start() + range.length() * range.fps)));
+  if (last - range.start() > 1'000'000)
+    fail({"--seconds", "the whole motion has too many frames", "at most 1000000",
+          std::to_string(last - range.start()), ""});
+  const int end = range.at || range.seconds > 0 ? last : range.last;
+  for (int f = range.start(); f <= end; ++f) cameras.moments.push_back(range.time_at(f));
+  out.shots = plan_shots(run, cameras, on_note);
+  if (on_note) on_note(moments_text(range));
+  for (int f = range.first; f <= range.last; ++f) {
+    out.shown.push_back(std::size_t(std::clamp(f - range.start(), 0, int(out.shots.size()) - 1)));
+    out.numbers.push_back(f);
+  }
+  return out;
+}
+
+}  // namespace splinevox::cli

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "splinevox/core/image.hpp"
+#include "splinevox/field/model.hpp"
+#include "splinevox/render/render_image.hpp"
+#include "splinevox/run/cameras.hpp"
+
+/// Renders as compositing programs take them.
+namespace splinevox::run {
+
+/// Depth of what is empty.
+inline constexpr float kEmptyDepth = 1e10f;
+
+/// What is seen without what is behind it: scene-linear light times alpha, and alpha. 4 channels. The model
+/// adds up display values; so they are divided by alpha, decoded by sRGB's curve and multiplied again.
+Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& camera);
+
+/// Distance along the viewing axis, scene units; kEmptyDepth where nothing is seen. 1 channel.
+Image depth_layer(const Rendered& r);
+
+/// Where what a pixel sees is on the picture of another shot, less where it is now: pixels to the right and
+/// upwards. The matter at the pixel's depth is carried to the other time (track), and both cameras count. 0
+/// where less than a twentieth is seen, or where the way of the matter is not known. 2 channels.
+Image motion_vectors(const VoxelModel& model, const Rendered& r, const Shot& shot, const Shot& other);
+
+}  // namespace splinevox::run
