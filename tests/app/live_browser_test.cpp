@@ -191,7 +191,8 @@ TEST_SUITE("app/live in a browser") {
     }
     CHECK(r["sure"] == "Press again to stop");
     CHECK(r["still"] == "Training");
-    CHECK(r["last"][0].get<double>() >= r["last"][1].get<double>());
+    // The last model, where the browser is fast enough: a run waits some seconds for a page, and then ends.
+    CHECK(r["last"][0].get<double>() >= r["models"][1].get<double>());
     CHECK(r["disabled"] == true);
     CHECK(contains(r["where"], "in " + scene.path("run")));
     CHECK(r["answer"] == "");
