@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "cli/command.hpp"
+#include "cli/export_info.hpp"
 #include "cli/export_report.hpp"
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
@@ -84,10 +85,8 @@ int export_run(ExportVerb& o) {
   validate(o.options);
   const std::unique_ptr<Ranks> ranks = o.share.empty() ? join_ranks("export") : nullptr;
   const Run run = open_run(o.run);
+  refuse_run_folder(o.out, "an export");
   std::error_code ignored;
-  if (std::filesystem::exists(o.out + "/config.toml", ignored))
-    fail({o.out, "this is the folder of a run, and an export would replace the list of its files",
-          "a folder of its own", "", "--out " + o.out + "/vdb"});
   o.options.run = std::filesystem::absolute(o.run, ignored).lexically_normal().string();
   probe_output_folder(o.out);
   catch_stop_signals();

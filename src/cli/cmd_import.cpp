@@ -49,10 +49,8 @@ int import_sequence(ImportVerb& o) {
   o.options.half = !o.full;
   validate(o.options);
   const std::vector<SplatFrame> frames = splat_frames(o.splats);
+  refuse_run_folder(o.out, "an import");
   std::error_code ignored;
-  if (std::filesystem::exists(o.out + "/config.toml", ignored))
-    fail({o.out, "this is the folder of a run, and an import would replace the list of its files",
-          "a folder of its own", "", "--out " + o.out + "/vdb"});
   if (std::filesystem::equivalent(o.out, o.splats, ignored))
     fail({o.out, "the splats are in this folder", "a folder of its own", "", "--out " + o.out + "/vdb"});
   o.options.source = std::filesystem::absolute(o.splats, ignored).lexically_normal().string();

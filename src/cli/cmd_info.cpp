@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <utility>
 
 #include "cli/command.hpp"
 #include "cli/dataset_info.hpp"
@@ -101,8 +103,8 @@ int info(const std::string& path, const DatasetRules& rules, bool pixels, bool j
     check_run(path);
     j = run_json(path);
     print = print_run;
-  } else if (is_export(path)) {
-    j = export_json(path);
+  } else if (std::optional<Json> exported = export_json(path)) {
+    j = std::move(*exported);
     print = print_export;
   } else
     j = dataset_json(path, rules, pixels);

@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
 
@@ -16,24 +17,17 @@ namespace splinevox::cli {
 namespace {
 
 /// The list of a finished export, or those of one that has not ended as one. None: this is no export.
-std::optional<Manifest> export_list(const std::string& folder, bool& finished) {
-  std::optional<Manifest> all;
-  const auto add = [&](const std::string& name) {
-    Manifest list;
-    try {
-      list = read_manifest(folder, name);
-    } catch (const Error&) {  // none, or not one of ours
-      return;
-    }
-    if (list.kind != "export" || (all && all->info != list.info)) return;
-    if (!all) all = Manifest{list.kind, list.info, {}};
-    for (ManifestFile& file : list.files)
-      if (!all->find(file.name)) all->files.push_back(std::move(file));
-  };
-  add(kManifestName);
+std::optional<Manifest> whole_list(const std::string& folder, bool& finished) {
+  std::optional<Manifest> all = export_list(folder, kManifestName);
   finished = all.has_value();
   if (finished) return all;
-  for (const std::string& name : partial_manifests(folder)) add(name);
+  for (const std::string& name : partial_manifests(folder)) {
+    std::optional<Manifest> list = export_list(folder, name);
+    if (!list || (all && all->info != list->info)) continue;
+    if (!all) all = Manifest{list->kind, list->info, {}};
+    for (ManifestFile& file : list->files)
+      if (!all->find(file.name)) all->files.push_back(std::move(file));
+  }
   if (all) sort_by_frame(all->files);
   return all;
 }
@@ -73,6 +67,13 @@ std::string text_of(const Json& j, const char* key) { return j.value(key, std::s
 
 }  // namespace
 
+void refuse_run_folder(const std::string& out, const std::string& what) {
+  std::error_code ignored;
+  if (std::filesystem::exists(out + "/config.toml", ignored))
+    fail({out, fmt::format("this is the folder of a run, and {} would replace the list of its files", what),
+          "a folder of its own", "", "--out " + out + "/vdb"});
+}
+
 std::string frames_text(const std::vector<int>& frames) {
   std::string text;
   for (std::size_t i = 0; i < frames.size();) {
@@ -85,14 +86,11 @@ std::string frames_text(const std::vector<int>& frames) {
   return text;
 }
 
-bool is_export(const std::string& folder) {
+std::optional<Json> export_json(const std::string& folder) {
   bool finished = false;
-  return export_list(folder, finished).has_value();
-}
-
-Json export_json(const std::string& folder) {
-  bool finished = false;
-  const Manifest list = *export_list(folder, finished);
+  const std::optional<Manifest> found_list = whole_list(folder, finished);
+  if (!found_list) return {};
+  const Manifest& list = *found_list;
   Json j{{"export", folder}, {"finished", finished}};
   for (const char* key : {"profile", kExportRun, "model"})
     if (const auto found = list.info.find(key); found != list.info.end()) j[key] = found->second;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,11 +11,12 @@
 /// What `info` says of the folder of an export.
 namespace splinevox::cli {
 
-/// Whether a folder has the list of an export, finished or not.
-bool is_export(const std::string& folder);
-/// @pre is_export. Throws Error (input).
-Json export_json(const std::string& folder);
+/// None: the folder has no list of an export, finished or not. Throws Error (input).
+std::optional<Json> export_json(const std::string& folder);
 void print_export(const Json& exported);
+
+/// Throws Error (input) where a sequence would be written into the folder of a run. @param what  "an export"
+void refuse_run_folder(const std::string& out, const std::string& what);
 
 /// Numbers of frames in words: "1-24, 48". @param frames  in order
 std::string frames_text(const std::vector<int>& frames);

@@ -67,12 +67,8 @@ void LivePage::note(const std::string& what) {
 void LivePage::begin(const Watched& training) {
   const Config& config = training.config;
   const Json effects = read_effects_if_there(training.folder + "/" + kEffects);
-  const TrueShot truth =
-      true_shot(training.held_out,
-                config.run.background.empty()
-                    ? Vec3{1, 1, 1}
-                    : Vec3{config.run.background[0], config.run.background[1], config.run.background[2]},
-                2 * kShotSize);
+  const std::vector<float>& c = config.run.background;
+  const TrueShot truth = true_shot(training.held_out, {c[0], c[1], c[2]}, 2 * kShotSize);
   std::vector<std::string> lines;
   for (const MetricsLine& line : read_metrics_lines(training.folder + "/metrics.jsonl"))
     lines.push_back(json_text(line.json));

@@ -22,16 +22,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool there(const std::string& name) {
-  const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
-  for (std::size_t at = 0; at < path.size();) {
-    const std::size_t end = std::min(path.find(':', at), path.size());
-    if (fs::exists(path.substr(at, end - at) + "/" + name)) return true;
-    at = end + 1;
-  }
-  return false;
-}
-
 Camera camera_at(double angle) {
   return looking_at({3 * std::cos(angle), 3 * std::sin(angle), 0.7}, {0.1, -0.05, 0}, 64, 1.6);
 }
@@ -139,7 +129,7 @@ TEST_SUITE("app/compositing") {
     const std::vector<ExrLayer> layers = read_exr_layers(path);
     CHECK(find_exr_layer(layers, "", path).channels == std::vector<std::string>{"R", "G", "B", "A", "Z"});
     CHECK(find_exr_layer(layers, "forward", path).image.channels == 2);
-    if (!there("oiiotool")) {
+    if (found_in_path("oiiotool").empty()) {
       MESSAGE("skipped: no oiiotool, which would read the header as another program");
       return;
     }

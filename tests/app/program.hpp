@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -63,6 +64,14 @@ class Started {
   TempFolder folder_;
   pid_t process_ = -1;
 };
+
+/// Where a program is that PATH leads to; empty: nowhere.
+inline std::string found_in_path(const std::string& name) {
+  std::stringstream path(std::getenv("PATH") ? std::getenv("PATH") : "");
+  for (std::string folder; std::getline(path, folder, ':');)
+    if (::access((folder + "/" + name).c_str(), X_OK) == 0) return folder + "/" + name;
+  return "";
+}
 
 /// Runs `splinevox WORDS...` to its end.
 inline Ended program(std::vector<std::string> words) {

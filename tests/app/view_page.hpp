@@ -3,7 +3,6 @@
 
 #include <doctest/doctest.h>
 
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -19,11 +18,8 @@ namespace splinevox::test {
 using Json = nlohmann::json;
 
 inline std::string browser() {
-  for (const char* name : {"chromium", "chromium-browser", "google-chrome"}) {
-    std::stringstream path(std::getenv("PATH") ? std::getenv("PATH") : "");
-    for (std::string folder; std::getline(path, folder, ':');)
-      if (::access((folder + "/" + name).c_str(), X_OK) == 0) return folder + "/" + name;
-  }
+  for (const char* name : {"chromium", "chromium-browser", "google-chrome"})
+    if (const std::string found = found_in_path(name); !found.empty()) return found;
   return "";
 }
 

@@ -60,6 +60,8 @@ bool same_but_times(ExportInfo a, ExportInfo b) {
         .hint = hint});
 }
 
+}  // namespace
+
 std::optional<Manifest> export_list(const std::string& folder, const std::string& name) {
   try {
     Manifest manifest = read_manifest(folder, name);
@@ -68,8 +70,6 @@ std::optional<Manifest> export_list(const std::string& folder, const std::string
   }
   return {};
 }
-
-}  // namespace
 
 void make_export_folder(const std::string& folder) {
   std::error_code error;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,9 @@ using ExportInfo = std::map<std::string, std::string>;  ///< Manifest::info of a
 
 /// Keys of ExportInfo that say where an export came from and decide no byte of it.
 inline constexpr const char* kExportRun = "run";
+
+/// A list of an export in a folder; none: there is no such list, or it is not one of ours.
+std::optional<Manifest> export_list(const std::string& folder, const std::string& name);
 
 /// Makes the folder of a sequence. Throws Error (Fault::output).
 void make_export_folder(const std::string& folder);

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <string_view>
 
+#include "math/activation.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -69,8 +70,6 @@ std::string shown(std::string_view text) {
         .got = got,
         .hint = hint});
 }
-
-double sigmoid_of(double v) { return v < 0 ? std::exp(v) / (1 + std::exp(v)) : 1 / (1 + std::exp(-v)); }
 
 }  // namespace
 
@@ -212,7 +211,7 @@ bool SplatFile::read(std::size_t i, Splat& out) const {
     out.place[a] = field(std::size_t(a));
     out.size[a] = std::exp(field(std::size_t(4 + a)));
   }
-  out.opacity = sigmoid_of(field(3));
+  out.opacity = sigmoid(field(3)).value;
   double norm = 0;
   for (std::size_t q = 0; q < 4; ++q) {
     out.rotation[q] = field(7 + q);

@@ -9,6 +9,7 @@
 #include "io/model/exact_text.hpp"
 #include "io/splat/splat_gaussian.hpp"
 #include "math/activation.hpp"
+#include "math/quantile.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -229,11 +230,6 @@ double splat_spacing(const SplatFile& file) {
     for (int a = 0; a < 3; ++a) places[a].push_back(splat.place[a]);
   }
   if (sizes.empty()) return 1;
-  const auto quantile = [](std::vector<double>& v, double share) {
-    const auto at = v.begin() + std::ptrdiff_t(share * double(v.size() - 1));
-    std::nth_element(v.begin(), at, v.end());
-    return *at;
-  };
   double across = 0;
   for (auto& v : places) across = std::max(across, quantile(v, 0.99) - quantile(v, 0.01));
   return std::max(quantile(sizes, 0.5), across / kMostAcross);
