@@ -49,6 +49,9 @@ Action synth_command(CLI::App& verb) {
           "which it turns")
       ->check(CLI::Range(0.0, 0.2))
       ->needs("--film");
+  verb.add_option("--drift", o->synth.drift,
+                  "exposures of training cameras drift, up to so much brighter; of a film or a rig")
+      ->check(CLI::Range(0.0, 0.5));
   verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")
       ->check(CLI::Range(0.0, 1.0));
   verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")

@@ -82,7 +82,10 @@ bool keep_previous(int folder, const std::string& name, const std::string& previ
   const std::string link = previous + ".tmp";
   ::unlinkat(folder, link.c_str(), 0);
   if (::linkat(folder, name.c_str(), folder, link.c_str(), 0) == 0) {
-    if (::renameat(folder, link.c_str(), folder, previous.c_str()) == 0) return true;
+    if (::renameat(folder, link.c_str(), folder, previous.c_str()) == 0) {
+      ::unlinkat(folder, link.c_str(), 0);  // still there where both were names of one file already
+      return true;
+    }
     const int reason = errno;
     ::unlinkat(folder, link.c_str(), 0);
     errno = reason;

@@ -96,7 +96,7 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
       trainer_(setup_.config, *setup_.data.find("train"), setup_.data.time_map, setup_.seconds_used,
                setup_.ranks, std::move(setup_.steps)) {
   if (setup_.resume) resume();
-  progress_.expect(Pace(setup_.config));
+  progress_.expect(Pace(trainer_.settings()));
   const Split* split = setup_.data.find("val");
   no_held_out_ = !split || split->frames.empty();
   if (no_held_out_) split = setup_.data.find("train");

@@ -306,7 +306,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
           const float display = std::min(most, alpha * (rgba[c] * (1 / 65535.0f)) + (1 - alpha) * behind[c]);
           out.targets[r][c] = neutral_target(display, shown[c], gain[c], clipped);
         }
-        if (!out.shown.empty()) out.shown[r] = {shown, frame.camera_id};
+        if (!out.shown.empty()) out.shown[r] = {shown, cameras.index_of(frame), frame.time};
       }
     for (Patch& p : drawn) {
       if (used[f].empty() || used[f].back() != p.frame) used[f].push_back(p.frame);

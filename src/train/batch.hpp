@@ -21,6 +21,7 @@ namespace splinevox {
 struct CameraRay {
   Vec3 colour;  ///< times alpha, in display values
   int camera;   ///< of CameraFits
+  double time;  ///< of its picture
 };
 
 /// Rays of a few frames and the colours they should have.

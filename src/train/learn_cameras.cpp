@@ -7,6 +7,7 @@
 
 #include "math/exposure.hpp"
 #include "math/median.hpp"
+#include "math/tridiagonal.hpp"
 
 namespace splinevox {
 namespace {
@@ -45,8 +46,50 @@ CameraFits rig_of(const Split& train) {
   return trained > 1 ? out : CameraFits{};
 }
 
+bool in_sequence(const Split& train) {
+  constexpr std::size_t kFewest = 12;
+  constexpr double kNear = 0.25;  // of the way between pictures at any times: D-NeRF's are at 1
+  std::vector<const Frame*> frames;
+  for (const Frame& f : train.frames) frames.push_back(&f);
+  if (frames.size() < kFewest) return false;
+  std::sort(frames.begin(), frames.end(), [](const Frame* a, const Frame* b) { return a->time < b->time; });
+  std::vector<double> next, any;
+  for (std::size_t i = 0, n = frames.size(); i + 1 < n; ++i) {
+    if (frames[i]->time == frames[i + 1]->time) return false;
+    next.push_back(length(frames[i + 1]->camera.position - frames[i]->camera.position));
+    any.push_back(length(frames[(i + n / 2) % n]->camera.position - frames[i]->camera.position));
+  }
+  const double way = median(any);
+  return way > 0 && median(next) < kNear * way;
+}
+
+TakenBy taken_by(const Split& train) {
+  if (!rig_of(train).cameras.empty()) return TakenBy::rig;
+  return in_sequence(train) ? TakenBy::film : TakenBy::any;
+}
+
+CameraFits cameras_to_learn(const CamerasConfig& config, const Split& train) {
+  constexpr std::size_t kEach = 6, kMost = 25;  // pictures a gain; gains
+  CameraFits out;
+  if (config.exposure || config.clock || config.drift) out = rig_of(train);
+  if (!config.drift) return out;
+  if (out.cameras.empty() && in_sequence(train)) {
+    out.film = true;
+    out.cameras.push_back({.trained = true});
+  }
+  std::size_t pictures = 0, trained = 0;
+  for (const Frame& f : train.frames) pictures += out.knows(out.index_of(f));
+  for (const CameraFit& c : out.cameras) trained += c.trained;
+  if (trained == 0) return out;
+  const std::size_t gains = std::clamp(1 + pictures / (trained * kEach), std::size_t(1), kMost);
+  for (CameraFit& c : out.cameras) c.gains.resize(gains, {1, 1, 1});
+  return out;
+}
+
 CameraLearner::CameraLearner(const CamerasConfig& config, const CameraFits& fits, float unit)
-    : config_(config), unit_(unit), learned_(fits.cameras.size()) {}
+    : config_(config), unit_(unit), learned_(fits.cameras.size()) {
+  for (std::size_t c = 0; c < learned_.size(); ++c) learned_[c].rows.resize(fits.cameras[c].gains.size());
+}
 
 void CameraLearner::update(CameraFits& fits, const Split& train, const Batch& batch, const StepSums& sums,
                            const MomentFactors& factors, double progress, double rate) {
@@ -54,45 +97,91 @@ void CameraLearner::update(CameraFits& fits, const Split& train, const Batch& ba
   if (clocks() && progress >= kClocksBegin) update_clocks(fits, train, batch, sums, factors, rate);
 }
 
-void CameraLearner::update_gains(CameraFits& fits, const Batch& batch, const StepSums& sums) {
-  std::vector<Vec3d> along(learned_.size()), square(learned_.size());
-  std::vector<double> rays(learned_.size());
+void CameraLearner::add_rays(const CameraFits& fits, const Batch& batch, const StepSums& sums) {
+  struct Met {
+    Row row;
+    double weight = 0, rays = 0;
+  };
+  std::vector<std::vector<Met>> met(learned_.size());
+  for (std::size_t c = 0; c < met.size(); ++c) met[c].resize(learned_[c].rows.size());
   for (std::size_t i = 0; i < batch.shown.size(); ++i) {
-    if (!fits.knows(batch.shown[i].camera)) continue;
-    const auto c = std::size_t(batch.shown[i].camera);
-    ++rays[c];
+    const CameraRay& shown = batch.shown[i];
+    if (!fits.knows(shown.camera)) continue;
+    const auto c = std::size_t(shown.camera);
+    const Vec3 gain = fits.cameras[c].gain_at(shown.time);
+    Vec3d along, square;
     for (int a = 0; a < 3; ++a) {
-      const GainTerm<double> term = gain_term(double(batch.shown[i].colour[a]), double(sums.errors[i][a]),
-                                              double(fits.cameras[c].gain[a]), is_bound(batch.targets[i][a]));
-      along[c][a] += term.along;
-      square[c][a] += term.square;
+      const GainTerm<double> term = gain_term(double(shown.colour[a]), double(sums.errors[i][a]),
+                                              double(gain[a]), is_bound(batch.targets[i][a]));
+      along[a] = term.along;
+      square[a] = term.square;
+    }
+    const auto [first, share] = fits.cameras[c].between(shown.time);
+    const double shares[] = {1 - double(share), double(share)};
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (shares[k] == 0) continue;
+      Met& m = met[c][first + k];
+      m.row.along += shares[k] * along;
+      m.row.square += shares[k] * shares[k] * square;
+      (k == 0 ? m.row.next : m.row.before) += shares[0] * shares[1] * square;
+      m.weight += shares[k];
+      ++m.rays;
     }
   }
-  const double fade = config_.exposure_rate, most = std::log(double(config_.most_gain)),
-               noise = kNoise * unit_ * kNoise * unit_;
-  std::vector<Vec3d> logs(learned_.size());
-  for (std::size_t c = 0; c < learned_.size(); ++c) {
-    Learned& l = learned_[c];
-    for (int a = 0; a < 3; ++a) {
-      if (rays[c] > 0) {
-        l.along[a] += fade * ((along[c][a] / rays[c] + noise) - l.along[a]);
-        l.square[a] += fade * ((square[c][a] / rays[c] + noise) - l.square[a]);
+  const double noise = kNoise * unit_ * kNoise * unit_;
+  for (std::size_t c = 0; c < met.size(); ++c)
+    for (std::size_t k = 0; k < met[c].size(); ++k) {
+      const Met& m = met[c][k];
+      if (m.rays == 0) continue;
+      Row& row = learned_[c].rows[k];
+      const double fade = config_.exposure_rate * (m.weight / m.rays);
+      for (int a = 0; a < 3; ++a) {
+        row.along[a] += fade * ((m.row.along[a] / m.weight + noise) - row.along[a]);
+        row.square[a] += fade * ((m.row.square[a] / m.weight + noise) - row.square[a]);
+        row.before[a] += fade * (m.row.before[a] / m.weight - row.before[a]);
+        row.next[a] += fade * (m.row.next[a] / m.weight - row.next[a]);
       }
-      logs[c][a] = l.along[a] > 0 ? std::log(l.along[a] / l.square[a]) : 0;
     }
+}
+
+/// The logarithms of the gains of a camera's channel, 0 where no ray was met.
+std::vector<double> CameraLearner::logs_of(const std::vector<Row>& rows, int channel, double most) {
+  std::vector<double> before, middle, after, right;
+  for (const Row& row : rows) {
+    const bool met = row.square[channel] > 0;
+    before.push_back(row.before[channel]);
+    middle.push_back(met ? row.square[channel] : 1);
+    after.push_back(row.next[channel]);
+    right.push_back(met ? row.along[channel] : 1);
   }
+  std::vector<double> out = solve_tridiagonal(before, middle, after, right);
+  for (double& x : out) x = x > 0 ? std::log(x) : -most;
+  return out;
+}
+
+void CameraLearner::update_gains(CameraFits& fits, const Batch& batch, const StepSums& sums) {
+  add_rays(fits, batch, sums);
+  const double most = std::log(double(config_.most_gain));
+  const std::size_t gains = learned_[0].rows.size();
   for (int a = 0; a < 3; ++a) {
-    double mean = 0;
-    int count = 0;
-    for (std::size_t c = 0; c < logs.size(); ++c)
-      if (fits.cameras[c].trained && std::abs(logs[c][a]) < most) {
-        mean += logs[c][a];
-        ++count;
+    std::vector<std::vector<double>> logs;
+    std::vector<double> sum(gains);
+    std::vector<int> count(gains);
+    for (std::size_t c = 0; c < learned_.size(); ++c) {
+      logs.push_back(logs_of(learned_[c].rows, a, most));
+      for (std::size_t k = 0; k < gains; ++k) {
+        if (!fits.cameras[c].trained || std::abs(logs[c][k]) >= most) continue;
+        const std::size_t of = fits.film ? 0 : k;
+        sum[of] += logs[c][k];
+        ++count[of];
       }
-    if (count > 0) mean /= count;
-    for (std::size_t c = 0; c < logs.size(); ++c)
-      if (fits.cameras[c].trained)
-        fits.cameras[c].gain[a] = float(std::exp(std::clamp(logs[c][a] - mean, -most, most)));
+    }
+    for (std::size_t c = 0; c < learned_.size(); ++c)
+      for (std::size_t k = 0; fits.cameras[c].trained && k < gains; ++k) {
+        const std::size_t of = fits.film ? 0 : k;
+        const double log = logs[c][k] - sum[of] / std::max(1, count[of]);
+        fits.cameras[c].gains[k][a] = float(std::exp(std::clamp(log, -most, most)));
+      }
   }
 }
 
@@ -149,10 +238,17 @@ void CameraLearner::look(const CameraFits& fits) {
 }
 
 void CameraLearner::archive(Archive& a, CameraFits& fits) {
-  const std::size_t count = learned_.size();
-  a(learned_, square_);
-  check_fits(learned_.size() == count);
-  for (CameraFit& camera : fits.cameras) a(camera.gain, camera.offset);
+  a(square_);
+  for (Learned& l : learned_) {
+    const std::size_t gains = l.rows.size();
+    a(l.rows, l.m, l.looked);
+    check_fits(l.rows.size() == gains);
+  }
+  for (CameraFit& camera : fits.cameras) {
+    const std::size_t gains = camera.gains.size();
+    a(camera.gains, camera.offset);
+    check_fits(camera.gains.size() == gains);
+  }
 }
 
 }  // namespace splinevox

@@ -14,11 +14,25 @@ namespace splinevox {
 /// else none. Of a frame of another camera nothing is learned.
 CameraFits rig_of(const Split& train);
 
-/// Learns the gain and the clock of every camera of a rig, beside the model and with its rays.
+/// Whether the pictures are of one camera on its way: each has its time and its place, and neighbours in time
+/// are near each other.
+bool in_sequence(const Split& train);
+
+enum class TakenBy { any, film, rig };  ///< cameras anywhere, one in_sequence, those of a rig_of
+TakenBy taken_by(const Split& train);
+
+/// The cameras that `config` wants to learn something of: those of a rig, or, if exposures drift, the one of
+/// a film. If they drift, with as many gains of each as there are pictures for, alike for all.
+CameraFits cameras_to_learn(const CamerasConfig& config, const Split& train);
+
+/// Learns the gain and the clock of every camera, beside the model and with its rays.
 ///
 /// Gains: least squares over the rays of some hundred steps (math/exposure.hpp), so that no rate has to suit
-/// every scene. Their geometric mean over the cameras is 1 in every channel: the model has the mean exposure.
-/// A gain that has come to the end of its range counts in no mean, or a covered lens would brighten all else.
+/// every scene. Where they drift, a ray has a share in the two gains that its time lies between, by how near
+/// it is to each. Their geometric mean over the cameras is 1 in every channel, at each of their times: the
+/// model has the mean exposure, and what all cameras see change is the scene's. That of a film is 1 over its
+/// times. A gain that has come to the end of its range counts in no mean, or a covered lens would brighten
+/// all else.
 ///
 /// Clocks: one number a camera, by d loss / d time of the slices that its frames read. Steps are Adam's but
 /// for the second moment, which is that of all cameras together: a camera that tells little of its time would
@@ -30,7 +44,7 @@ class CameraLearner {
   /// @param unit  of brightness
   CameraLearner(const CamerasConfig& config, const CameraFits& fits, float unit);
 
-  bool gains() const { return config_.exposure && !learned_.empty(); }
+  bool gains() const { return (config_.exposure || config_.drift) && !learned_.empty(); }
   bool clocks() const { return config_.clock && !learned_.empty(); }
 
   /// One step on what the configuration wants. @param rate  of the clocks, times their own
@@ -44,11 +58,19 @@ class CameraLearner {
   void archive(Archive& a, CameraFits& fits);
 
  private:
-  struct Learned {
-    Vec3d along{}, square{};  ///< of GainTerm, older steps fading
-    double m = 0;             ///< first moment of the clock's gradient, per interval
-    double looked = 0;        ///< offset at the last look
+  /// A row of the normal equations, for one gain: of GainTerm, each ray times its share in this gain, the
+  /// squares also times its share in the one before, this and the next. Older steps fade.
+  struct Row {
+    Vec3d along{}, before{}, square{}, next{};
   };
+  struct Learned {
+    std::vector<Row> rows;  ///< of each gain
+    double m = 0;           ///< first moment of the clock's gradient, per interval
+    double looked = 0;      ///< offset at the last look
+  };
+  /// Into the rows of the normal equations.
+  void add_rays(const CameraFits& fits, const Batch& batch, const StepSums& sums);
+  static std::vector<double> logs_of(const std::vector<Row>& rows, int channel, double most);
   void update_gains(CameraFits& fits, const Batch& batch, const StepSums& sums);
   void update_clocks(CameraFits& fits, const Split& train, const Batch& batch, const StepSums& sums,
                      const MomentFactors& factors, double rate);

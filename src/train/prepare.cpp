@@ -147,7 +147,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     out.config.motion.points = out.effects.points;
   }
   if (out.config.motion.enabled && freezes(out.config)) know_film(out, data, options);
-  out.used = learnable_in(effects_of(out.config), !data.has_alpha, !rig_of(train).cameras.empty());
+  out.used = learnable_in(effects_of(out.config), !data.has_alpha, taken_by(train));
   return out;
 }
 

@@ -55,7 +55,6 @@ void archive_masks(Archive& a, const Split& train, std::vector<CoarseMask>& mask
 
 Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
-  const CamerasConfig& cameras = setting.config.cameras;
   MovingPart moving;
   if (freezes(setting.config)) moving.cells = changing_cells(setting.still, setting.train, bounds.box);
   if (freezes(setting.config) && moving.cells.cells() == 0)
@@ -64,7 +63,7 @@ Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
   return {Lattices(setting, time_map, bounds.box),
           {bounds.hull, {}, {}},
           std::move(moving),
-          cameras.exposure || cameras.clock ? rig_of(setting.train) : CameraFits{}};
+          cameras_to_learn(setting.config.cameras, setting.train)};
 }
 
 }  // namespace

@@ -101,6 +101,7 @@ const CameraFits& Trainer::cameras() const { return state_->home.cameras(); }
 
 PhaseSeconds Trainer::phases() const { return state_->clock.phases; }
 
+const Config& Trainer::settings() const { return state_->setting.config; }
 double Trainer::moving_share() const { return state_->home.moving_share(); }
 
 double Trainer::seconds() const { return state_->clock.seconds; }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <random>
 #include <string_view>
 
@@ -55,6 +56,17 @@ TEST_SUITE("io/checkpoint") {
     }
     CHECK(read_checkpoint(path + ".prev").bytes == noise(1, 7));
     CHECK(scratch.count() == 2);  // no temporary file stays
+  }
+
+  TEST_CASE("after a kill that left one file under both names the next one leaves no temporary file") {
+    const Scratch scratch;
+    const std::string path = scratch.path("checkpoint.bin");
+    write_checkpoint(path, kHeader, noise(9, 1));
+    std::filesystem::create_hard_link(path, path + ".prev");
+    write_checkpoint(path, kHeader, noise(9, 2));
+    CHECK(read_checkpoint(path).bytes == noise(9, 2));
+    CHECK(read_checkpoint(path + ".prev").bytes == noise(9, 1));
+    CHECK(scratch.count() == 2);
   }
 
   TEST_CASE("in pieces it is the same file, and until it is committed the one before stays") {

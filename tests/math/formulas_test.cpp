@@ -16,6 +16,7 @@
 #include "math/offset.hpp"
 #include "math/photometric.hpp"
 #include "math/sh.hpp"
+#include "math/tridiagonal.hpp"
 #include "math/trilinear.hpp"
 #include "math/tv.hpp"
 #include "math/view_factor.hpp"
@@ -309,5 +310,19 @@ TEST_SUITE("math/aabb and adam") {
     CHECK(one.correction2 == doctest::Approx(1000));
     CHECK(many.correction1 == 1);
     CHECK(many.correction2 == 1);
+  }
+}
+
+TEST_SUITE("math/tridiagonal") {
+  TEST_CASE("a tridiagonal system is solved, of one row as of many") {
+    const std::vector<double> before{9, 1, 0.5, 2}, middle{4, 3, 2, 5}, after{1, 0.5, 1, 9}, x{1, -2, 3, 0.5};
+    std::vector<double> right;
+    for (std::size_t i = 0; i < 4; ++i)
+      right.push_back((i > 0 ? before[i] * x[i - 1] : 0) + middle[i] * x[i] +
+                      (i < 3 ? after[i] * x[i + 1] : 0));
+    const std::vector<double> got = solve_tridiagonal(before, middle, after, right);
+    for (std::size_t i = 0; i < 4; ++i) CHECK(got[i] == doctest::Approx(x[i]).epsilon(1e-12));
+    const double two = 2, six = 6;
+    CHECK(solve_tridiagonal({&two, 1}, {&two, 1}, {&two, 1}, {&six, 1}) == std::vector<double>{3});
   }
 }

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <functional>
 #include <random>
 
 #include "math/exposure.hpp"
@@ -28,31 +29,47 @@ Split frames_of(const std::vector<int>& moments) {
   return out;
 }
 
-/// What a learner makes of rays whose model is right in all but the gains.
-CameraFits learned_from(const std::vector<Vec3>& gains, int steps, const CamerasConfig& config = {}) {
-  const Split split = frames_of(std::vector<int>(gains.size(), 4));
-  CameraFits fits = rig_of(split);
+/// A split without pictures of one camera that goes its way.
+Split film_of(int pictures, double step = 0.1) {
+  Split out{"train", {}};
+  for (int i = 0; i < pictures; ++i) {
+    out.frames.push_back({.name = "f", .camera = {}, .time = i / (pictures - 1.0), .image = {}});
+    out.frames.back().camera.position = {step * i, 0, 0};
+  }
+  return out;
+}
+
+/// What a learner makes of a few rays of every frame whose model is right in all but the gains.
+CameraFits learned_from(const Split& split, const std::function<Vec3(const Frame&)>& gain, int steps,
+                        const CamerasConfig& config) {
+  CameraFits fits = cameras_to_learn(config, split);
   CameraLearner learner(config, fits, 1);
   std::mt19937 random(7);
   std::uniform_real_distribution<float> uniform(0, 1);
   for (int step = 0; step < steps; ++step) {
     Batch batch;
     StepSums sums;
-    for (int c = 0; c < int(gains.size()); ++c)
-      for (int i = 0; i < 50; ++i) {
+    for (const Frame& frame : split.frames)
+      for (int i = 0; i < 12; ++i) {
         const Vec3 scene{uniform(random), uniform(random), uniform(random)};
         Vec3 shown, target;
         for (int a = 0; a < 3; ++a) {
-          shown[a] = std::min(1.0f, gains[std::size_t(c)][a] * scene[a]);
-          target[a] = neutral_target(shown[a], shown[a], fits.cameras[std::size_t(c)].gain[a]);
+          shown[a] = std::min(1.0f, gain(frame)[a] * scene[a]);
+          target[a] = neutral_target(shown[a], shown[a], fits.gain_of(frame)[a]);
         }
-        batch.shown.push_back({shown, c});
+        batch.shown.push_back({shown, fits.index_of(frame), frame.time});
         batch.targets.push_back(target);
         sums.errors.push_back(photometric_error(scene, target));
       }
     learner.update(fits, split, batch, sums, {}, 1, 1);
   }
   return fits;
+}
+CameraFits learned_from(const std::vector<Vec3>& gains, int steps, CamerasConfig config = {}) {
+  config.drift = false;
+  return learned_from(
+      frames_of(std::vector<int>(gains.size(), 4)),
+      [&](const Frame& f) { return gains[std::size_t(f.camera_id)]; }, steps, config);
 }
 
 }  // namespace
@@ -85,7 +102,7 @@ TEST_SUITE("train/cameras") {
     fits.cameras[2].offset = 0.05;
     CHECK(fits.time_of(frame) == 1);  // curves end there
     frame.camera_id = 1;
-    fits.cameras[1].gain = {2, 2, 2};
+    fits.cameras[1].gains = {{2, 2, 2}};
     CHECK(fits.gain_of(frame) == Vec3{1, 1, 1});
   }
   TEST_CASE("gains are found but for a common factor, whatever is cut off, and their mean is 1") {
@@ -95,18 +112,68 @@ TEST_SUITE("train/cameras") {
       double mean = 0, got = 0;
       for (std::size_t c = 0; c < gains.size(); ++c) {
         mean += std::log(double(gains[c][a])) / double(gains.size());
-        got += std::log(double(fits.cameras[c].gain[a]));
+        got += std::log(double(fits.cameras[c].gains[0][a]));
       }
       CHECK(std::abs(got) < 1e-5);
       for (std::size_t c = 0; c < gains.size(); ++c)
-        CHECK(fits.cameras[c].gain[a] == doctest::Approx(gains[c][a] / std::exp(mean)).epsilon(0.005));
+        CHECK(fits.cameras[c].gains[0][a] == doctest::Approx(gains[c][a] / std::exp(mean)).epsilon(0.005));
     }
+  }
+  TEST_CASE("a film is one camera on its way, and no pictures from anywhere, nor a few") {
+    CHECK(in_sequence(film_of(20)));
+    CHECK_FALSE(in_sequence(film_of(8)));
+    CHECK_FALSE(in_sequence(film_of(20, 0)));  // it does not move
+    CHECK_FALSE(in_sequence(*make_synth("ball", {.frames = 30, .size = 8}).find("train")));
+    CHECK(in_sequence(*make_synth("ball", {.frames = 30, .size = 8, .orbit = 0.7}).find("train")));
+    CHECK(taken_by(film_of(20)) == TakenBy::film);
+    CHECK(taken_by(frames_of({4, 4})) == TakenBy::rig);
+    CHECK(taken_by(frames_of({4})) == TakenBy::any);
+    CHECK(cameras_to_learn({.drift = false}, film_of(20)).cameras.empty());
+    CHECK(cameras_to_learn({}, film_of(20)).cameras.size() == 1);
+  }
+  TEST_CASE("exposures that drift in a film are found but for a common factor, straight between times") {
+    const Split film = film_of(40);
+    const auto truth = [](const Frame& f) {
+      const double wave = 0.3 * std::sin(2 * M_PI * f.time);
+      return Vec3{float(std::exp(wave)), float(std::exp(0.5 * wave)), 1};
+    };
+    const CameraFits fits = learned_from(film, truth, 400, {});
+    REQUIRE(fits.cameras.size() == 1);
+    CHECK(fits.cameras[0].gains.size() == 7);
+    for (const Frame& f : film.frames)
+      for (int a = 0; a < 3; ++a) {
+        CAPTURE(f.time);
+        CHECK(fits.gain_of(f)[a] == doctest::Approx(truth(f)[a]).epsilon(0.06));
+      }
+    double sum = 0;
+    for (const Vec3& gain : fits.cameras[0].gains) sum += std::log(double(gain.x));
+    CHECK(std::abs(sum) < 1e-5);
+    Frame other = film.frames[0];
+    other.time = 1;
+    CHECK(fits.gain_of(other) == fits.cameras[0].gains.back());
+  }
+  TEST_CASE("what all cameras of a rig see get brighter is the scene's, and no drift") {
+    const Split rig = frames_of({11, 11, 11});
+    const CameraFits fits = learned_from(rig,
+                                         [](const Frame& f) {
+                                           const float scene = float(1 + 0.3 * f.time),
+                                                       own = f.camera_id == 1 ? float(1 + 0.4 * f.time) : 1;
+                                           return scene * own * Vec3{1, 1, 1};
+                                         },
+                                         400, {});
+    for (std::size_t k = 0; k < 2; ++k) {
+      double sum = 0;
+      for (const CameraFit& c : fits.cameras) sum += std::log(double(c.gains[k].x));
+      CHECK(std::abs(sum) < 1e-5);
+    }
+    CHECK(fits.cameras[0].gains[1].x == doctest::Approx(std::pow(1.4, -1 / 3.0)).epsilon(0.05));
+    CHECK(fits.cameras[1].gains[1].x == doctest::Approx(std::pow(1.4, 2 / 3.0)).epsilon(0.05));
   }
   TEST_CASE("a black camera keeps to its range and takes no other one with it") {
     const CameraFits fits = learned_from({{1.2f, 1, 1}, {0, 0, 0}, {1 / 1.2f, 1, 1}}, 600, {.most_gain = 3});
-    CHECK(fits.cameras[1].gain.x == doctest::Approx(1 / 3.0));
-    CHECK(fits.cameras[0].gain.x == doctest::Approx(1.2).epsilon(0.01));
-    CHECK(fits.cameras[2].gain.y == doctest::Approx(1).epsilon(0.01));
+    CHECK(fits.cameras[1].gains[0].x == doctest::Approx(1 / 3.0));
+    CHECK(fits.cameras[0].gains[0].x == doctest::Approx(1.2).epsilon(0.01));
+    CHECK(fits.cameras[2].gains[0].y == doctest::Approx(1).epsilon(0.01));
   }
   TEST_CASE("clocks keep their median at 0 and to their range; frames beyond the ends of time say nothing") {
     const Split split = frames_of({11, 11, 11});
@@ -151,7 +218,7 @@ TEST_SUITE("train/cameras") {
     for (std::size_t c = 0; c < kCameras.size(); ++c)
       for (int a = 0; a < 3; ++a) {
         CAPTURE(c);
-        CHECK(whole.cameras().cameras[c].gain[a] == doctest::Approx(kCameras[c].gain[a]).epsilon(0.03));
+        CHECK(whole.cameras().cameras[c].gains[0][a] == doctest::Approx(kCameras[c].gain[a]).epsilon(0.03));
       }
   }
   TEST_CASE("a run learns how late a camera is") {
@@ -174,6 +241,23 @@ TEST_SUITE("train/cameras") {
       CHECK(fits[c].interval == doctest::Approx(0.125));
       CHECK(std::abs((fits[c].offset - cameras[c].offset) / fits[c].interval) < (c == 2 ? 0.1 : 0.15));
     }
+  }
+  TEST_CASE("drift is tried out in a film: found where exposures drift, left out where they do not") {
+    Config config = preset("fast");
+    config.run.max_time = 0;
+    config.run.max_steps = 8000;
+    config.sampling.rays = 1024;
+    const auto choose = [&](double drift) {
+      const Dataset data =
+          make_synth("static", {.frames = 36, .size = 48, .orbit = 0.7, .film = true, .drift = drift});
+      return choose_effects(config, *data.find("train"), data.time_map);
+    };
+    const EffectChoice drifts = choose(0.3), steady = choose(0);
+    CHECK(drifts.chosen.has(Effect::drift));
+    CHECK_FALSE(steady.chosen.has(Effect::drift));
+    REQUIRE_FALSE(drifts.verdicts.empty());
+    CHECK(drifts.verdicts[0].effect == Effect::drift);
+    CHECK(*drifts.verdicts[0].spread > 2 * *steady.verdicts[0].spread);
   }
   TEST_CASE("exposures are tried out: found where cameras differ, left out where they agree") {
     Config config = preset("fast");

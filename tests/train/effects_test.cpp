@@ -148,13 +148,14 @@ TEST_SUITE("train/effects") {
     const Dataset few = make_synth("ball", {.frames = 6, .size = 24});
     const EffectChoice kept = choose(few);
     CHECK(kept.trials.empty());
-    CHECK(kept.chosen == learnable_in(effects_of(short_choice()), false, false).without(Effect::presence));
+    CHECK(kept.chosen ==
+          learnable_in(effects_of(short_choice()), false, TakenBy::any).without(Effect::presence));
 
     Config c = short_choice();
     c.run.max_steps = 300;
     const EffectChoice short_run = choose(data, c);
     CHECK(short_run.trials.empty());
-    CHECK(short_run.chosen == learnable_in(effects_of(c), false, false).without(Effect::presence));
+    CHECK(short_run.chosen == learnable_in(effects_of(c), false, TakenBy::any).without(Effect::presence));
     c = short_choice();
     c.effects.steps = 0;
     CHECK(choose(data, c).trials.empty());

@@ -97,7 +97,7 @@ TEST_SUITE("train/prepare") {
     CHECK(write_config(measured.config) == write_config(in_box));
     CHECK(measured.effects.trials.size() == same.trials.size());
     CHECK(measured.effects.chosen == chosen.effects.chosen);
-    CHECK(measured.used == learnable_in(effects_of(config), true, false));
+    CHECK(measured.used == learnable_in(effects_of(config), true, TakenBy::any));
 
     const Prepared untried = kept(config, data);
     CHECK(write_config(untried.config) == write_config(in_box));

@@ -202,20 +202,21 @@ TEST_SUITE("train/effect_table") {
   }
 
   TEST_CASE(
-      "a rig's exposures are tried first, then a background, motion, clocks, light and presence; what "
-      "changes "
-      "over time always counts") {
+      "exposures are tried first, then how they drift, a background, motion, clocks, light and presence; "
+      "what changes over time always counts") {
     const EffectSet all = effects_of(preset("fast"));
-    CHECK(in_turn(all) == std::vector<Effect>{Effect::exposure, Effect::background, Effect::surroundings,
-                                              Effect::motion, Effect::clock, Effect::light,
-                                              Effect::presence});
-    CHECK(most_comparisons(all) == 9);
-    CHECK(most_comparisons(learnable_in(all, true, false)) == 7);
-    CHECK(most_comparisons(all.without(Effect::motion)) == 8);
-    CHECK(most_comparisons(all.without(Effect::background)) == 7);
-    CHECK(learnable_in(all, true, true) == all);
-    CHECK(learnable_in(all, false, true) == all.without(Effect::background));
-    CHECK(learnable_in(all, true, false) == all.without(Effect::exposure).without(Effect::clock));
+    CHECK(in_turn(all) == std::vector<Effect>{Effect::exposure, Effect::drift, Effect::background,
+                                              Effect::surroundings, Effect::motion, Effect::clock,
+                                              Effect::light, Effect::presence});
+    CHECK(most_comparisons(all) == 10);
+    CHECK(most_comparisons(learnable_in(all, true, TakenBy::any)) == 7);
+    CHECK(most_comparisons(all.without(Effect::motion)) == 9);
+    CHECK(most_comparisons(all.without(Effect::background)) == 8);
+    CHECK(learnable_in(all, true, TakenBy::rig) == all);
+    CHECK(learnable_in(all, false, TakenBy::rig) == all.without(Effect::background));
+    const EffectSet film = all.without(Effect::exposure).without(Effect::clock);
+    CHECK(learnable_in(all, true, TakenBy::film) == film);
+    CHECK(learnable_in(all, true, TakenBy::any) == film.without(Effect::drift));
   }
 
   TEST_CASE("an effect stores its columns, and models change over time if any that does is on") {

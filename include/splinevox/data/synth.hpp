@@ -53,6 +53,8 @@ struct SynthOptions {
   std::optional<DepthKind> depth{};
   double shake = 0;  ///< with film: the camera is held by hand. Each axis of its position wanders by this
                      ///< share of its distance, its direction by so many radians about each axis; 0..0.2
+  double drift = 0;  ///< with film or a rig: exposures of training cameras drift; every channel is at most so
+                     ///< much brighter than the mean over time, and 1 over that darker; 0..0.5
   SynthLook look{};
   SynthRig rig{};  ///< frames are then its moments; excludes orbit
 };

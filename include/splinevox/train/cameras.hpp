@@ -1,31 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "splinevox/data/scene.hpp"
 
 namespace splinevox {
 
-/// What a run has learned of one camera of a rig.
+/// What a run has learned of one camera.
 struct CameraFit {
-  Vec3 gain{1, 1, 1};    ///< display values of its pictures over those of the model, per channel
+  /// Display values of its pictures over those of the model, per channel: one for all time, or at times that
+  /// divide [0, 1] evenly and straight in between.
+  std::vector<Vec3> gains{{1, 1, 1}};
   double offset = 0;     ///< model time that its pictures show later than their times say
   double interval = 0;   ///< model time between its pictures, the median
   bool trained = false;  ///< it took enough of the training pictures to learn from
+
+  /// Between two of the gains: the first of them, and how far the time is on its way to the next, 0..1.
+  struct Between {
+    std::size_t first = 0;
+    float share = 0;
+  };
+  Between between(double time) const {
+    if (gains.size() < 2) return {};
+    const double at = std::clamp(time, 0.0, 1.0) * double(gains.size() - 1);
+    const std::size_t first = std::min(std::size_t(at), gains.size() - 2);
+    return {first, float(at - double(first))};
+  }
+  Vec3 gain_at(double time) const {
+    const auto [first, share] = between(time);
+    if (share == 0) return gains[first];
+    return (1 - share) * gains[first] + share * gains[first + 1];
+  }
 };
 
 /// What a run has learned of all of them, by Frame::camera_id. Empty: nothing is.
 class CameraFits {
  public:
   std::vector<CameraFit> cameras;
+  bool film = false;  ///< there is one camera, and frames of no known camera are its
 
+  /// Which of `cameras` took a frame; -1: nobody knows.
+  int index_of(const Frame& frame) const { return film && frame.camera_id < 0 ? 0 : frame.camera_id; }
   bool knows(int camera) const {
     return camera >= 0 && camera < int(cameras.size()) && cameras[std::size_t(camera)].trained;
   }
   /// 1 where nothing is known of the camera.
   Vec3 gain_of(const Frame& frame) const {
-    return knows(frame.camera_id) ? cameras[std::size_t(frame.camera_id)].gain : Vec3{1, 1, 1};
+    const int camera = index_of(frame);
+    return knows(camera) ? cameras[std::size_t(camera)].gain_at(frame.time) : Vec3{1, 1, 1};
   }
   /// Model time that a frame shows. A camera's clock leads no further than to the ends of the curves.
   double time_of(const Frame& frame) const {

@@ -157,6 +157,7 @@ struct EffectsConfig {
 /// What is learned of the cameras of a rig (train/cameras.hpp).
 struct CamerasConfig {
   bool exposure = true;         ///< a gain per camera and channel: exposure and white balance
+  bool drift = true;            ///< gains that change over time, also of the one camera of a film
   bool clock = true;            ///< a time offset per camera; needs motion
   float exposure_rate = 0.03f;  ///< share of what is known of the gains that each step replaces
   float most_gain = 4;          ///< and least is one over it

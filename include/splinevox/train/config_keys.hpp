@@ -167,6 +167,8 @@ void visit_config(C& c, Visit&& visit) {
         "alpha per step below which a cell is skipped", 0, 1);
   visit("cameras.exposure", c.cameras.exposure,
         "whether each camera of a rig has an exposure and a white balance of its own", 0, 1);
+  visit("cameras.drift", c.cameras.drift,
+        "whether exposures change over time, of each camera of a rig and of the one of a film", 0, 1);
   visit("cameras.clock", c.cameras.clock, "whether each camera of a rig has a clock of its own", 0, 1);
   visit("cameras.exposure_rate", c.cameras.exposure_rate,
         "share of what is known of the gains that each step replaces", 1e-4, 1);

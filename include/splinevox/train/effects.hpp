@@ -26,11 +26,12 @@ enum class Effect {
   surroundings,  ///< static matter around the box of opaque pictures; needs a learned background
   exposure,      ///< a gain per camera of a rig and channel
   clock,         ///< a time offset per camera of a rig; needs motion
-  presence       ///< matter that comes and goes
+  presence,      ///< matter that comes and goes
+  drift          ///< gains of cameras that change over time, also of the one of a film
 };
-inline constexpr Effect kAllEffects[] = {Effect::motion,   Effect::rigidity,   Effect::view,
-                                         Effect::light,    Effect::background, Effect::surroundings,
-                                         Effect::exposure, Effect::clock,      Effect::presence};
+inline constexpr Effect kAllEffects[] = {
+    Effect::motion,       Effect::rigidity, Effect::view,  Effect::light,    Effect::background,
+    Effect::surroundings, Effect::exposure, Effect::clock, Effect::presence, Effect::drift};
 
 /// Some effects, and how far each goes. What is off has no lattice, no parameters and no line in the file.
 class EffectSet {
@@ -53,7 +54,8 @@ class EffectSet {
   std::array<int, std::size(kAllEffects)> order_ = none();
 };
 
-/// "motion", "rigidity", "view", "light", "background", "surroundings", "exposure", "clock", "presence".
+/// "motion", "rigidity", "view", "light", "background", "surroundings", "exposure", "clock", "presence",
+/// "drift".
 const char* to_string(Effect effect);
 std::vector<std::string> effect_names();
 /// None: there is no effect of that name.
@@ -125,8 +127,8 @@ struct EffectVerdict {
   PairedGain gain;   ///< dB per held-out picture
   double where = 1;  ///< share of the pictures that the gain is of. Motion that gains nothing on the whole is
                      ///< compared where only it explains the training pictures
-  std::optional<double> spread = {};    ///< of exposure: how far the gains of the cameras are apart, the
-                                        ///< standard deviation of their logarithms
+  std::optional<double> spread = {};  ///< of exposure: how far the gains of the cameras are apart; of drift:
+                                      ///< those of each camera. The standard deviation of their logarithms
   std::vector<ClockDoubt> clocks = {};  ///< of clock: of each camera
   std::optional<double> far = {};       ///< of motion in a film: share of the visible cells whose mean
                                         ///< displacement is large
@@ -191,7 +193,8 @@ struct EffectChoice {
 ///
 /// Of a rig of cameras exposures are tried before all else, because gains blur every other comparison. They
 /// stay if they are sure to gain and the gains differ by 3%: what a gain gives to other pictures of its own
-/// camera may be what the model lacks there. Clocks are tried after motion, by the colour errors along what
+/// camera may be what the model lacks there. So are gains that drift, next, also of the one camera of a film.
+/// They are used only if that was shown. Clocks are tried after motion, by the colour errors along what
 /// the model changes in time (ClockDoubt). A camera must be sure to be off by a fifth of its interval.
 ///
 /// View dependence, rigidity, and light beside motion pay late in training, so fits this short cannot judge
@@ -209,7 +212,8 @@ struct EffectChoice {
 /// A fit takes effects.steps, so the choice does not depend on the machine. There are two or three fits, and
 /// one more of opaque pictures: 2 to 3 seconds on two cores. A shorter run makes shorter fits, and those
 /// leave out only what surely gains nothing. Below 100 steps a fit (800 of the run, or 12.5 seconds) nothing
-/// is tried and every effect stays. The note says either.
+/// is tried and every effect stays but presence and drift, which can stand in for others. The note says
+/// either.
 ///
 /// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a static
 /// scene. So there a still world is fitted first, and the scene moves if there is something that it cannot

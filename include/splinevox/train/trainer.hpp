@@ -76,6 +76,9 @@ class Trainer {
   /// Adds seconds to the budget of a run that goes by the clock. Schedules are laid out anew over it, as
   /// where such a run is resumed with more time. @pre RunConfig::max_time > 0
   void add_time(double seconds);
+  /// The settings that steps are made with: those of the call, fitted to the pictures, their cameras and
+  /// their brightness.
+  const Config& settings() const;
   /// Reports of the last steps, as far as they were discarded in a row.
   const std::vector<StepReport>& discarded() const;
 

@@ -57,6 +57,9 @@ void check(const SynthOptions& options) {
   require(rig.exposures >= 0 && rig.exposures <= 0.5, "exposures", "0 to 0.5", rig.exposures);
   require(std::abs(rig.late) <= 2, "offsets", "-2 to 2 intervals", rig.late);
   require(options.shake >= 0 && options.shake <= 0.2, "shake", "0 to 0.2", options.shake);
+  require(options.drift >= 0 && options.drift <= 0.5, "drift", "0 to 0.5", options.drift);
+  require(options.film || rig.cameras > 0 || options.drift == 0, "drift", "0 but in a film or a rig",
+          options.drift);
   require(options.film || options.shake == 0, "shake", "0 but in a film", options.shake);
   require(options.orbit != 0 || !options.film, "orbit", "not 0, for a film", options.orbit);
   require(rig.cameras == 0 || options.orbit == 0, "orbit", "0 with a rig: its cameras stand still",
@@ -83,6 +86,14 @@ std::vector<Vec3d> draw_gains(const SynthRig& rig, std::mt19937_64& rng) {
   return gains;
 }
 
+/// What the automatic exposure and white balance of a camera make of a moment: each camera in its own way,
+/// the channels not quite alike.
+Vec3d drifting(const SynthOptions& options, int camera, double time) {
+  constexpr double kTurns = 1.5, kApart = 0.618;
+  const double wave = std::sin(2 * M_PI * (kTurns * time + kApart * camera)) * std::log1p(options.drift);
+  return {std::exp(wave), std::exp(0.9 * wave), std::exp(0.8 * wave)};
+}
+
 /// Cameras in a ring at two heights in turn, those of val and test between two of them.
 std::vector<SynthShot> plan_rig(const SynthOptions& options) {
   const SynthRig& rig = options.rig;
@@ -106,7 +117,8 @@ std::vector<SynthShot> plan_rig(const SynthOptions& options) {
     shot.name = fmt::format("{}_{:04d}", synth_camera_name(camera), moment);
     shot.camera_id = camera;
     if (camera < rig.cameras) {
-      shot.gain = gains[std::size_t(camera)];
+      const Vec3d now = drifting(options, camera, shot.time);
+      for (int c = 0; c < 3; ++c) shot.gain[c] = gains[std::size_t(camera)][c] * now[c];
       if (camera % kLateEvery == 1) shot.late = rig.late / (options.frames - 1);
     }
     shots.push_back(std::move(shot));
@@ -135,8 +147,10 @@ std::vector<SynthShot> plan_film(const SynthOptions& options, std::mt19937_64& r
   const Hand hand(options.shake, rng);
   const auto held = [&](double t) { return hand.hold(on_the_way(from, t, 0, options), distance, t); };
   const auto time_of = [&](double picture) { return picture / (options.frames - 1); };
-  for (int i = 0; i < options.frames; ++i)
+  for (int i = 0; i < options.frames; ++i) {
     shots.push_back({"train", numbered(i), time_of(i), held(time_of(i))});
+    shots.back().gain = drifting(options, 0, time_of(i));
+  }
   const int val = std::max(2, options.frames / 10), test = std::max(2, options.frames / 5);
   for (int i = 0; i < val; ++i) {
     const double t = time_of(std::floor((i + 0.5) / val * (options.frames - 1)) + 0.5);

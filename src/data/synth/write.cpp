@@ -100,6 +100,18 @@ void write_transforms(const fs::path& folder, const std::string& split, const st
   write_file((folder / ("transforms_" + split + ".json")).string(), {text});
 }
 
+/// The gains of every training picture, where they drift.
+void write_gains(const fs::path& folder, const std::vector<SynthShot>& shots) {
+  nlohmann::ordered_json gains;
+  for (const SynthShot& shot : shots)
+    if (shot.split == "train") gains[shot.name] = {shot.gain.x, shot.gain.y, shot.gain.z};
+  const nlohmann::ordered_json file{
+      {"what",
+       "picture = plain picture (8-bit display values) * gain per channel, rounded and clipped at 255"},
+      {"gains_of_pictures", gains}};
+  write_file((folder / "truth_gains.json").string(), {dump_json(file, 1) + "\n"});
+}
+
 /// What a rig's pictures hide: gains, clocks and the box.
 void write_truth(const fs::path& folder, const SynthOptions& options, const SynthScene& world,
                  const std::vector<SynthShot>& shots) {
@@ -112,7 +124,7 @@ void write_truth(const fs::path& folder, const SynthOptions& options, const Synt
     intervals[name] = shot.late / interval;
   }
   const Box box = world.box();
-  const nlohmann::ordered_json file{
+  nlohmann::ordered_json file{
       {"what",
        "picture = plain picture (8-bit display values) * gain per channel, rounded and clipped at 255; a "
        "camera "
@@ -122,6 +134,7 @@ void write_truth(const fs::path& folder, const SynthOptions& options, const Synt
       {"time_offset", offsets},
       {"time_offset_intervals", intervals},
       {"scene_box", {{box.lo.x, box.lo.y, box.lo.z}, {box.hi.x, box.hi.y, box.hi.z}}}};
+  if (options.drift > 0) file.erase("gains");  // truth_gains.json has them
   write_file((folder / "truth.json").string(), {dump_json(file, 1) + "\n"});
 }
 
@@ -202,6 +215,7 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
                 data::draw_truth(world.at(shot.time), shot.camera));
   });
   if (options.rig.cameras > 0) write_truth(root, options, world, shots);
+  if (options.drift > 0) write_gains(root, shots);
   for (const char* split : {"train", "val", "test"}) write_transforms(root, split, shots, options);
 }
 

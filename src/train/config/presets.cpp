@@ -105,6 +105,7 @@ Config published() {
   c.motion.light = false;
   c.motion.presence = false;
   c.cameras.exposure = false;
+  c.cameras.drift = false;
   c.cameras.clock = false;
   c.motion.rest = 0;
   c.optimiser.beta2 = 0.999f;

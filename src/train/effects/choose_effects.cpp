@@ -29,6 +29,8 @@ constexpr double kShortestTime = 25;   // seconds of training, for the same reas
 constexpr int kShortestFit = 100;      // steps of a fit: fewer were never tried (docs/experiments/effects.md)
 constexpr float kPresenceGain = 1.5f;  // dB of solid matter: what moves fast gains up to 1.25 by a presence
                                        // that stands in for it (docs/experiments/effects.md)
+/// Of effects that nobody tried out: what can stand in for others is not taken on trust.
+constexpr const char* kTrusted = "every effect of the preset but presence and drift stays";
 constexpr double kPresenceChance = 0.1;  // of a gain that is none
 
 /// Times that the pieces of a run's curves are halved.
@@ -68,11 +70,12 @@ class Trials {
  public:
   /// @param brief  the fits are shorter than effects.steps of the run
   /// @param thin  matter is (PictureStats)
-  Trials(const Config& config, bool brief, bool thin, const Split& train, const TimeMap& time_map,
+  Trials(const Config& config, bool brief, bool thin, TakenBy by, const Split& train, const TimeMap& time_map,
          const StillProof& proof, EffectChoice& out, const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
         brief_(brief),
         thin_(thin),
+        by_(by),
         train_(train),
         time_map_(time_map),
         out_(out),
@@ -97,6 +100,10 @@ class Trials {
         return gains(elsewhere().judge(effect, beside()));
       case Trial::exposure:
         return sure(whole_.judge_exposure(beside()));
+      case Trial::drift:
+        drift_ = true;
+        return whole_.judge_drift(by_ == TakenBy::film ? unchanging(beside()) : beside()).decision ==
+               EffectDecision::on;
       case Trial::clock:
         clocks_ = true;
         return !out_.chosen.has(Effect::motion) || sure(whole_.judge_clock(out_.chosen, train_));
@@ -112,10 +119,12 @@ class Trials {
   }
 
  private:
-  /// What the other effects are judged beside. Clocks, which are told by what moves, come after motion, and
-  /// presence, which can stand in for anything, comes last.
+  /// What the other effects are judged beside. Gains that drift come after those that do not, and of a film,
+  /// where light could stand in for them, beside a still world. Clocks, which are told by what moves, come
+  /// after motion, and presence, which can stand in for anything, last.
   EffectSet beside() const {
     EffectSet all = out_.chosen;
+    if (!drift_) all = all.without(Effect::drift);
     if (!clocks_) all = all.without(Effect::clock);
     return presence_ ? all : all.without(Effect::presence);
   }
@@ -213,6 +222,7 @@ class Trials {
 
   const Config& config_;
   const bool brief_, thin_;
+  const TakenBy by_;
   const Split& train_;
   const TimeMap& time_map_;
   EffectChoice& out_;
@@ -223,7 +233,7 @@ class Trials {
   Ladder whole_;
   std::optional<Halves> places_;  ///< whole cameras are held out
   std::optional<Ladder> by_place_;
-  bool clocks_ = false, presence_ = false;  ///< their turn has come
+  bool drift_ = false, clocks_ = false, presence_ = false;  ///< their turn has come
 };
 
 /// Steps of a fit: effects.steps, or its share of a run that is short for them.
@@ -236,13 +246,17 @@ int fit_steps(const Config& config) {
 /// Why nothing can be tried out in this configuration; empty: it can.
 std::string untried(const Config& config) {
   if (config.effects.steps == 0)
-    return "effects.steps is 0: nothing was tried, and every effect of the preset but presence stays";
+    return fmt::format("effects.steps is 0: nothing was tried, and {}", kTrusted);
   if (fit_steps(config) < std::min(kShortestFit, config.effects.steps))
-    return fmt::format(
-        "too short a run to try effects out ({} steps for a fit, {} at least): every effect of the "
-        "preset but presence stays",
-        fit_steps(config), kShortestFit);
+    return fmt::format("too short a run to try effects out ({} steps for a fit, {} at least): {}",
+                       fit_steps(config), kShortestFit, kTrusted);
   return {};
+}
+
+/// What kTrusted says.
+EffectChoice on_trust(EffectChoice out) {
+  out.chosen = out.chosen.without(Effect::presence).without(Effect::drift);
+  return out;
 }
 
 bool one_moment(const Split& train) {
@@ -260,13 +274,11 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   const auto start = std::chrono::steady_clock::now();
   EffectChoice out;
   const PictureStats stats = picture_stats(train);
-  out.chosen = learnable_in(effects_of(config), !stats.see_through, !rig_of(train).cameras.empty());
+  const TakenBy by = taken_by(train);
+  out.chosen = learnable_in(effects_of(config), !stats.see_through, by);
   out.points = config.motion.points;
   out.note = untried(config);
-  if (!out.note.empty()) {
-    out.chosen = out.chosen.without(Effect::presence);
-    return out;
-  }
+  if (!out.note.empty()) return on_trust(std::move(out));
   if (one_moment(train)) {
     out.chosen = unchanging(out.chosen);
     out.note = "every view is of one time: nothing can be seen to change";
@@ -278,10 +290,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     if (out.note.empty()) out.note = "every camera stands still, and nothing changes before any";
   }
   if (int(train.frames.size()) < kFewestViews) {
-    if (out.note.empty())
-      out.note = "too few views to hold some out: every effect of the preset but presence stays";
-    out.chosen = out.chosen.without(Effect::presence);
-    return out;
+    if (out.note.empty()) out.note = fmt::format("too few views to hold some out: {}", kTrusted);
+    return on_trust(std::move(out));
   }
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
@@ -289,8 +299,6 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.middle = starting_middle(config, train);
     out.view_told_by_time = view_told_by_time(config, train, *out.middle);
   }
-  if (out.chosen.has(Effect::motion))
-    out.film = motion_told(config, train, time_map, out.view_told_by_time, out.moving, on_film);
   Config fitted = config;
   fitted.effects.steps = fit_steps(config);
   const bool brief = fitted.effects.steps < config.effects.steps;
@@ -298,14 +306,19 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.note =
         fmt::format("a short run: fits have {} steps, not {}, and leave out only what surely gains nothing",
                     fitted.effects.steps, config.effects.steps);
-  Trials trials(fitted, brief, stats.thin(), train, time_map, proof, out, on_trial);
+  Trials trials(fitted, brief, stats.thin(), by, train, time_map, proof, out, on_trial);
   if (!trials.possible()) {
-    out.note = "masks leave too little of small pictures: every effect of the preset but presence stays";
-    out.chosen = out.chosen.without(Effect::presence);
-    return out;
+    out.note = fmt::format("masks leave too little of small pictures: {}", kTrusted);
+    return on_trust(std::move(out));
   }
-  for (const Effect e : tried)
+  for (const Effect e : tried) {
+    if (e == Effect::motion) {
+      Config still = config;
+      still.cameras.drift = out.chosen.has(Effect::drift);
+      out.film = motion_told(still, train, time_map, out.view_told_by_time, out.moving, on_film);
+    }
     if (!trials.stays(e)) out.chosen = out.chosen.without(e);
+  }
   // Of a long sequence the whole and a stretch may differ: what either finds is used.
   for (EffectVerdict& v : out.verdicts)
     if (v.decision == EffectDecision::confounded && out.chosen.has(v.effect))

@@ -6,6 +6,7 @@
 
 #include "field/columns.hpp"
 #include "splinevox/train/effects.hpp"
+#include "train/learn_cameras.hpp"
 
 /// The effects, each in one place: configuration, command line, trials, files and reports loop over this
 /// table.
@@ -20,9 +21,13 @@ enum class Trial {
              ///< sequence; in a video it needs more
   alone,     ///< only where nothing moves; it stays if it is sure to gain, and never in a video
   exposure,  ///< it stays if it is sure to gain and its gains differ
+  drift,     ///< the same, of the gains of one camera
   clock,     ///< beside motion: it stays if a camera's pictures are sure to show another moment
   presence   ///< last, beside all that stays: only if it is sure to gain, and never in a film
 };
+
+/// Pictures of which an effect can be learned; elsewhere nothing is said of it.
+enum class Of { any, rig, rig_or_film };
 
 struct EffectFacts {
   Effect effect;
@@ -33,7 +38,7 @@ struct EffectFacts {
   bool ordered = false;      ///< it has harmonics, and files tell their order; of another, whether it is on
   int least = 0, full = 0;   ///< order at least where it is asked for, and where every effect is in full
   bool opaque_only = false;  ///< only behind opaque pictures; elsewhere nothing is said of it
-  bool rig_only = false;     ///< only of a rig of cameras; elsewhere nothing is said of it
+  Of of = Of::any;
   int (*order_in)(const Config&);   ///< EffectSet::order of a configuration
   void (*set)(Config&, int order);  ///< the inverse
   Trial trial = Trial::none;
@@ -53,9 +58,8 @@ std::vector<Effect> in_turn(const EffectSet& effects);
 /// that leaving it out makes no other effect easier to find.
 int most_comparisons(const EffectSet& effects);
 
-/// Those of a set that can be learned from the pictures. @param opaque  no pixel is transparent. @param rig
-/// two cameras or more took several pictures each (rig_of)
-EffectSet learnable_in(const EffectSet& effects, bool opaque, bool rig);
+/// Those of a set that can be learned from the pictures. @param opaque  no pixel is transparent
+EffectSet learnable_in(const EffectSet& effects, bool opaque, TakenBy by);
 
 /// Those of a set that say nothing about time.
 EffectSet unchanging(const EffectSet& effects);

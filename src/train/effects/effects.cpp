@@ -18,7 +18,7 @@ constexpr EffectFacts kTable[] = {
      .order_in = [](const Config& c) { return switched(c.motion.enabled); },
      .set = [](Config& c, int order) { c.motion.enabled = order >= 0; },
      .trial = Trial::motion,
-     .turn = 4,
+     .turn = 5,
      .comparisons = 2},
     {.effect = Effect::rigidity,
      .name = "rigidity",
@@ -41,7 +41,7 @@ constexpr EffectFacts kTable[] = {
      .order_in = [](const Config& c) { return switched(c.motion.light); },
      .set = [](Config& c, int order) { c.motion.light = order >= 0; },
      .trial = Trial::alone,
-     .turn = 6,
+     .turn = 7,
      .comparisons = 1},
     {.effect = Effect::background,
      .name = "background",
@@ -50,7 +50,7 @@ constexpr EffectFacts kTable[] = {
      .order_in = [](const Config& c) { return c.run.background_order; },
      .set = [](Config& c, int order) { c.run.background_order = order; },
      .trial = Trial::by_mean,
-     .turn = 2,
+     .turn = 3,
      .comparisons = 1},
     {.effect = Effect::surroundings,
      .name = "surroundings",
@@ -60,11 +60,11 @@ constexpr EffectFacts kTable[] = {
      .order_in = [](const Config& c) { return switched(c.run.surroundings && c.run.background_order >= 0); },
      .set = [](Config& c, int order) { c.run.surroundings = order >= 0; },
      .trial = Trial::by_place,
-     .turn = 3,
+     .turn = 4,
      .comparisons = 1},
     {.effect = Effect::exposure,
      .name = "exposure",
-     .rig_only = true,
+     .of = Of::rig,
      .order_in = [](const Config& c) { return switched(c.cameras.exposure); },
      .set = [](Config& c, int order) { c.cameras.exposure = order >= 0; },
      .trial = Trial::exposure,
@@ -74,11 +74,11 @@ constexpr EffectFacts kTable[] = {
      .name = "clock",
      .needs = Effect::motion,
      .why_needs = "a camera's clock is told by what moves, so it needs motion",
-     .rig_only = true,
+     .of = Of::rig,
      .order_in = [](const Config& c) { return switched(c.motion.enabled && c.cameras.clock); },
      .set = [](Config& c, int order) { c.cameras.clock = order >= 0; },
      .trial = Trial::clock,
-     .turn = 5,
+     .turn = 6,
      .comparisons = 1},
     {.effect = Effect::presence,
      .name = "presence",
@@ -90,8 +90,16 @@ constexpr EffectFacts kTable[] = {
          },
      .set = [](Config& c, int order) { c.motion.presence = order >= 0; },
      .trial = Trial::presence,
-     .turn = 7,
+     .turn = 8,
      .comparisons = 2},
+    {.effect = Effect::drift,
+     .name = "drift",
+     .of = Of::rig_or_film,
+     .order_in = [](const Config& c) { return switched(c.cameras.drift); },
+     .set = [](Config& c, int order) { c.cameras.drift = order >= 0; },
+     .trial = Trial::drift,
+     .turn = 2,
+     .comparisons = 1},
 };
 
 constexpr bool in_order() {
@@ -119,10 +127,12 @@ int most_comparisons(const EffectSet& effects) {
   return count;
 }
 
-EffectSet learnable_in(const EffectSet& effects, bool opaque, bool rig) {
+EffectSet learnable_in(const EffectSet& effects, bool opaque, TakenBy by) {
   EffectSet out = effects;
   for (const EffectFacts& f : kTable)
-    if ((f.opaque_only && !opaque) || (f.rig_only && !rig)) out = out.without(f.effect);
+    if ((f.opaque_only && !opaque) || (f.of == Of::rig && by != TakenBy::rig) ||
+        (f.of == Of::rig_or_film && by == TakenBy::any))
+      out = out.without(f.effect);
   return out;
 }
 

@@ -11,7 +11,6 @@
 #include "train/effects/film.hpp"
 #include "train/effects/fit_config.hpp"
 #include "train/effects/moving_cells.hpp"
-#include "train/effects/rig.hpp"
 
 namespace splinevox {
 namespace {
@@ -112,10 +111,10 @@ bool Ladder::judge_film(const EffectSet& all, bool proved) {
   return moves;
 }
 
-EffectVerdict Ladder::judge_exposure(const EffectSet& all) {
-  judge(Effect::exposure, all);
+EffectVerdict Ladder::judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&)) {
+  judge(effect, all);
   EffectVerdict& v = out_.verdicts.back();
-  v.spread = spread_of(fit(all, config_.motion.points).cameras);
+  v.spread = spread(fit(all, config_.motion.points).cameras);
   if (v.decision == EffectDecision::on && *v.spread < kLeastSpread) v.decision = EffectDecision::off;
   return v;
 }

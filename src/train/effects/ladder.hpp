@@ -8,6 +8,7 @@
 #include "splinevox/train/effects.hpp"
 #include "train/effects/gains_where.hpp"
 #include "train/effects/halves.hpp"
+#include "train/effects/rig.hpp"
 
 namespace splinevox {
 
@@ -41,7 +42,9 @@ class Ladder {
   bool judge_film(const EffectSet& all, bool proved);
   /// Judges whether cameras have gains of their own. What a gain gives to held-out pictures of its own camera
   /// may be what the model lacks there, so gains must differ as well.
-  EffectVerdict judge_exposure(const EffectSet& all);
+  EffectVerdict judge_exposure(const EffectSet& all) { return judge_gains(Effect::exposure, all, spread_of); }
+  /// The same of gains that change over time.
+  EffectVerdict judge_drift(const EffectSet& all) { return judge_gains(Effect::drift, all, drift_of); }
   /// Judges whether cameras have clocks of their own, by the fit without them. @param train  the whole split
   EffectVerdict judge_clock(const EffectSet& all, const Split& train);
   /// Compares two numbers of control points.
@@ -55,6 +58,7 @@ class Ladder {
     std::size_t trial;            ///< which of out_'s it is
   };
   void decide(EffectVerdict& v) const;
+  EffectVerdict judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&));
   /// Index among its own fits, -1: not made yet.
   int find(const EffectSet& effects, int points) const;
   PairedGain gain(const EffectTrial& more, const EffectTrial& less) const;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "math/median.hpp"
@@ -65,19 +66,32 @@ PairedGain offset_of(const std::vector<Evidence>& pictures, double level) {
   return paired_gain(values, level);
 }
 
+double mean_log(const CameraFit& camera, int channel) {
+  double sum = 0;
+  for (const Vec3& gain : camera.gains) sum += std::log(double(gain[channel]));
+  return sum / double(camera.gains.size());
+}
+
 }  // namespace
 
 double spread_of(const CameraFits& fits) {
   double squares = 0;
   int count = 0;
   for (const CameraFit& c : fits.cameras)
-    for (int a = 0; c.trained && a < 3; ++a, ++count) squares += std::pow(std::log(double(c.gain[a])), 2);
+    for (int a = 0; c.trained && a < 3; ++a, ++count) squares += std::pow(mean_log(c, a), 2);
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
-Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer) {
-  Rendered picture = renderer.render(frame.camera, fits.time_of(frame));
-  const Vec3 gain = fits.gain_of(frame);
+double drift_of(const CameraFits& fits) {
+  double squares = 0;
+  std::size_t count = 0;
+  for (const CameraFit& c : fits.cameras)
+    for (int a = 0; c.trained && a < 3; ++a, count += c.gains.size())
+      for (const Vec3& gain : c.gains) squares += std::pow(std::log(double(gain[a])) - mean_log(c, a), 2);
+  return count > 0 ? std::sqrt(squares / double(count)) : 0;
+}
+
+Image exposed(Rendered picture, const Vec3& gain, const VoxelModel& model) {
   for (std::size_t i = 0; i < picture.rgb.data.size(); ++i) {
     const int c = int(i % 3);
     // What pictures with alpha are composited over is no camera's to show.
@@ -85,7 +99,11 @@ Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& mod
         model.background.learned() ? 0 : (1 - picture.alpha.data[i / 3]) * model.background.color[c];
     picture.rgb.data[i] = gain[c] * (picture.rgb.data[i] - behind) + behind;
   }
-  return clamped(picture.rgb);
+  return std::move(picture.rgb);
+}
+
+Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer) {
+  return clamped(exposed(renderer.render(frame.camera, fits.time_of(frame)), fits.gain_of(frame), model));
 }
 
 std::vector<ClockDoubt> doubt_clocks(const VoxelModel& model, const Split& views, const CameraFits& cameras,
@@ -124,7 +142,7 @@ EffectVerdict judge_clock(const EffectSet& all, const VoxelModel& first, const C
   CameraFits rig = rig_of(train);  // with the intervals of the whole split
   const auto take_gains = [&](const CameraFits& from) {
     for (std::size_t c = 0; c < std::min(rig.cameras.size(), from.cameras.size()); ++c)
-      rig.cameras[c].gain = from.cameras[c].gain;
+      rig.cameras[c].gains = from.cameras[c].gains;
   };
   take_gains(known);
   const Split views = some_of_each(train, int(rig.cameras.size()), kPictures);

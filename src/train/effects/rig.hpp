@@ -14,6 +14,12 @@ namespace splinevox {
 /// How far the gains of cameras are apart: the standard deviation of their logarithms, whose mean is 0.
 double spread_of(const CameraFits& fits);
 
+/// How far the gains of one camera are apart at different times: the standard deviation of their logarithms
+/// from the mean of each camera, over all cameras.
+double drift_of(const CameraFits& fits);
+
+/// What a camera of that gain shows of a picture of the model; not clamped.
+Image exposed(Rendered picture, const Vec3& gain, const VoxelModel& model);
 /// What a frame's camera shows of a model: its picture, as it is clamped.
 Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer);
 

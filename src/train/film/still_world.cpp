@@ -13,6 +13,7 @@
 #include "splinevox/train/trainer.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
+#include "train/effects/rig.hpp"
 #include "train/film/unexplained.hpp"
 #include "train/start.hpp"
 
@@ -127,6 +128,7 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
                           std::vector<CoarseMask>& moving) {
   Trainer trainer(still_config(config), train, time_map);
   while (!trainer.done()) trainer.step();
+  const CameraFits cameras = trainer.cameras();
   const VoxelModel still = trainer.finish();
   const float unit = brightness(config, picture_stats(train));
   const std::size_t n = train.frames.size();
@@ -139,18 +141,19 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
     const Camera camera = area_downscale(frame.camera, factor);
     const Image picture = composite(area_downscale(frame.image, factor), still.background.color);
     const Rendered shown = render_image(still, camera, frame.time);
+    const Image expected = exposed(shown, cameras.gain_of(frame), still);
     const PixelMask ignored = area_downscale(frame.ignored, factor);
     std::vector<char> known = known_pixels(still, shown, camera, train);
     leave_out(ignored, known);
     moving[std::size_t(i)] = {
-        clear_errors(unexplained(picture, shown.rgb), known, camera.width, camera.height, unit), factor};
+        clear_errors(unexplained(picture, expected), known, camera.width, camera.height, unit), factor};
     const PixelMask& squares = moving[std::size_t(i)].squares;
     coloured[std::size_t(i)] =
-        double(clear_errors(unexplained_hue(picture, shown.rgb), known, camera.width, camera.height, unit)
+        double(clear_errors(unexplained_hue(picture, expected), known, camera.width, camera.height, unit)
                    .count()) /
         double(squares.pixels());
     shares[std::size_t(i)] = double(squares.count()) / double(squares.pixels());
-    psnrs[std::size_t(i)] = capped_psnr(psnr(shown.rgb, picture, ignored));
+    psnrs[std::size_t(i)] = capped_psnr(psnr(expected, picture, ignored));
   });
   FilmEvidence out;
   for (std::size_t i = 0; i < n; ++i) {
