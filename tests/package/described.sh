@@ -21,7 +21,7 @@ if command -v man >/dev/null; then
 else
   absent+=(man-db)
 fi
-for verb in $("$program" --help | sed -n '/^Subcommands/,$p' | awk 'NR > 1 && NF {print $1}'); do
+for verb in $("$program" --help | sed -n 's/^  \([a-z]*\)  .*/\1/p'); do
   grep -q "^.SS ${verb}$" "$folder/splinevox.1" || { echo "the manual lacks the verb $verb"; exit 1; }
 done
 
