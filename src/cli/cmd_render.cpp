@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "cli/camera_files.hpp"
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "cli/render_layers.hpp"
@@ -33,11 +34,25 @@ struct RenderVerb {
   TalkWords talk;
 };
 
+/// Where the pictures would be taken from, and no pictures.
+int write_cameras_only(const RenderVerb& o, const Run& run, const RenderFrames& frames,
+                       const Teller& teller) {
+  write_cameras(o.out, frames, o.frames.fps, run.model.time_map);
+  const bool bent = std::any_of(frames.shots.begin(), frames.shots.end(),
+                                [](const Shot& s) { return s.camera.lens.kind != Distortion::Kind::none; });
+  if (bent) teller.note("these lenses bend the picture; the files have pinhole cameras, without that");
+  teller.result(
+      {{"out", o.out}, {"cameras", frames.shown.size()}, {"files", {kCamerasJson, kCamerasUsd}}},
+      fmt::format("{}: {} cameras, {} and {}", o.out, frames.shown.size(), kCamerasJson, kCamerasUsd));
+  return 0;
+}
+
 int render(const RenderVerb& o) {
   const Device device = choose_device(o.device);
-  if (o.format != "png" && o.format != "exr" && o.format != "mp4")
-    fail({"--format", "there is no such format", "png, exr or mp4", o.format,
-          nearest(o.format, {"png", "exr", "mp4"})});
+  static const std::vector<std::string> formats = {"png", "exr", "mp4", "cameras"};
+  if (std::find(formats.begin(), formats.end(), o.format) == formats.end())
+    fail({"--format", "there is no such format", "png, exr, mp4 or cameras", o.format,
+          nearest(o.format, formats)});
   const std::vector<std::string> layers = chosen_layers(o.layers, o.format);
   const Share share = chosen_share(o.share);
   if (o.format == "mp4" && !share.whole())
@@ -48,6 +63,7 @@ int render(const RenderVerb& o) {
   const RenderFrames frames =
       plan_frames(run, o.cameras, o.frames, [&](const std::string& line) { teller.note(line); });
   probe_output_folder(o.out);
+  if (o.format == "cameras") return write_cameras_only(o, run, frames, teller);
   Renderer renderer = make_renderer(run.model, device);
   const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
   const VoxelModel colours = parts ? painted(run.model, find_clusters(run.model, 0)) : VoxelModel();
@@ -104,12 +120,16 @@ Action render_command(CLI::App& verb) {
   verb.add_option("--out", o->out, "folder for the pictures")->required();
   verb.add_option(
           "--layers", o->layers,
-          "list of rgb, alpha, depth, flow, rigidity, cluster (parts by how they move), or all of these; with "
+          "list of rgb, alpha, depth, flow, rigidity, cluster (parts by how they move), or all of these; "
+          "with "
           "--format exr also RGBA (light times alpha, no background), Z, forward, backward (pixels to the "
           "next and the last frame)")
       ->capture_default_str();
-  verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
-      ->type_name("{png,exr,mp4}")
+  verb.add_option(
+          "--format", o->format,
+          "png, exr (numbers, all layers in one file), mp4 (needs ffmpeg), or cameras: no pictures but "
+          "where they would be taken from, cameras.json for Blender and cameras.usda")
+      ->type_name("{png,exr,mp4,cameras}")
       ->capture_default_str();
   heading(verb, "Cameras");
   verb.add_option("--camera,--path", o->cameras.camera,

@@ -42,9 +42,9 @@ int sweep(const SweepVerb& o) {
     write_file(o.out + "/array.sh", {slurm_script(o.description, o.out, tasks.size(), threads)});
   }
   if (o.list) {
-    teller.result({{"out", o.out}, {"tasks", tasks.size()}, {"list", o.out + "/tasks.txt"}},
-                  fmt::format("{} tasks: {}/tasks.txt, for Slurm: sbatch {}/array.sh", tasks.size(), o.out,
-                              o.out));
+    teller.result(
+        {{"out", o.out}, {"tasks", tasks.size()}, {"list", o.out + "/tasks.txt"}},
+        fmt::format("{} tasks: {}/tasks.txt, for Slurm: sbatch {}/array.sh", tasks.size(), o.out, o.out));
     return 0;
   }
   std::vector<std::string> failed;

@@ -78,12 +78,10 @@ int view(const ViewVerb& o) {
     smallest = html.size();
     if (double(smallest) > o.max_mb * 1e6) continue;
     write_file(o.out, {html}, Named::by_user);
-    teller.result({{"out", o.out},
-                   {"bytes", smallest},
-                   {"quality", page.note},
-                   {"true_pictures", page.shots.size()}},
-                  fmt::format("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}", double(smallest) * 1e-6,
-                              o.max_mb, page.note, page.shots.size(), o.out));
+    teller.result(
+        {{"out", o.out}, {"bytes", smallest}, {"quality", page.note}, {"true_pictures", page.shots.size()}},
+        fmt::format("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}", double(smallest) * 1e-6, o.max_mb,
+                    page.note, page.shots.size(), o.out));
     return 0;
   }
   fail({"--max-mb", "the page does not fit even with coarse voxels",

@@ -26,7 +26,10 @@ Json file_json(const ManifestFile& file) {
 }  // namespace
 
 ExportReport::ExportReport(Talk talk, const ExportOptions& options)
-    : teller_(talk, "frames"), options_(options), start_(std::chrono::steady_clock::now()), cpu_(processor_seconds()) {}
+    : teller_(talk, "frames"),
+      options_(options),
+      start_(std::chrono::steady_clock::now()),
+      cpu_(processor_seconds()) {}
 
 void ExportReport::add(const ExportedFrame& f, int done, int total) {
   const auto count = [&](const ManifestFile& file) {
@@ -100,9 +103,9 @@ void ExportReport::explain(const ExportResult& result, const std::string& folder
     teller_.note(fmt::format("the folder holds {} frames of this shot now: {}", result.in_folder.size(),
                              frames_text(result.in_folder)));
   for (std::size_t c = 0; c < result.clusters.size(); ++c)
-    teller_.note(
-        fmt::format("cluster_{}_*: {:.1f}% of the matter, {}", c, 100 * result.clusters[c].share,
-                    c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion)));
+    teller_.note(fmt::format(
+        "cluster_{}_*: {:.1f}% of the matter, {}", c, 100 * result.clusters[c].share,
+        c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion)));
   if (!result.others.empty())
     teller_.note(fmt::format(
         "left by an earlier export and not of this sequence: {}{}; delete what a program would load with the "
@@ -114,8 +117,9 @@ void ExportReport::explain(const ExportResult& result, const std::string& folder
   if (const auto fresh = double(result.frames.size()) - kept_; fresh > 0) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
                  used = processor_seconds() - cpu_;
-    teller_.note(fmt::format("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing",
-                             fresh / seconds, used / fresh, 100 * writing_ / used));
+    teller_.note(
+        fmt::format("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing",
+                    fresh / seconds, used / fresh, 100 * writing_ / used));
   }
   if (wide_)
     teller_.note(

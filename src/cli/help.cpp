@@ -42,10 +42,10 @@ std::string entry(const std::string& name, const std::string& text, std::size_t 
 }
 
 std::string option(const OptionEntry& o, std::size_t width) {
-  const std::string name = o.positional()    ? o.value
-                           : o.value.empty() ? fmt::format("{}", fmt::join(o.names, ", "))
-                                             : fmt::format("{} {}{}", fmt::join(o.names, ", "), o.value,
-                                                           o.repeats ? " ..." : "");
+  const std::string name =
+      o.positional()    ? o.value
+      : o.value.empty() ? fmt::format("{}", fmt::join(o.names, ", "))
+                        : fmt::format("{} {}{}", fmt::join(o.names, ", "), o.value, o.repeats ? " ..." : "");
   const std::string facts = o.facts();
   const bool list = o.text.find('\n') != o.text.npos;  // its last line is an item, not the end of a sentence
   return entry(name, facts.empty() ? o.text : fmt::format("{}{}({})", o.text, list ? "\n" : " ", facts),
@@ -57,7 +57,8 @@ template <class Entry, class Print>
 std::string grouped(const std::vector<Entry>& entries, const Print& print) {
   std::vector<std::pair<std::string, std::string>> groups;
   for (const Entry& e : entries) {
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == e.group; });
+    auto group =
+        std::find_if(groups.begin(), groups.end(), [&](const auto& g) { return g.first == e.group; });
     if (group == groups.end()) group = groups.insert(group, {e.group, ""});
     group->second += print(e);
   }

@@ -100,8 +100,7 @@ std::vector<VerbEntry> describe(const CLI::App& app) {
   std::vector<VerbEntry> verbs;
   for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
     const std::string name = verb->get_name();
-    VerbEntry v{
-        name, verb->get_description(), verb->get_footer(), verb->get_group(), {}, examples_of(name)};
+    VerbEntry v{name, verb->get_description(), verb->get_footer(), verb->get_group(), {}, examples_of(name)};
     for (const CLI::Option* option : verb->get_options())
       if (option != verb->get_help_ptr()) v.options.push_back(describe_option(*option));
     v.options.push_back(describe_option(*verb->get_help_ptr()));

@@ -22,7 +22,8 @@ class Teller {
   void note(const std::string& line) const;
   /// A line on standard error, however quiet the rest is: something asked for is not there.
   void warn(const std::string& line) const;
-  /// So many of `total` are done: a count that is drawn over itself on a terminal; an event every few seconds.
+  /// So many of `total` are done: a count that is drawn over itself on a terminal; an event every few
+  /// seconds.
   void progress(std::int64_t done, std::int64_t total);
   /// A signal stopped it. @param line  what is there, and how to go on; on standard error
   void interrupted(const std::string& line, const Json& figures) const;

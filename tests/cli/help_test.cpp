@@ -87,7 +87,8 @@ TEST_SUITE("cli/help") {
 
   TEST_CASE("a word that is no option does not parse, so the check of examples can fail") {
     Declared declared;
-    CHECK_THROWS_AS(declared.app.parse(std::vector<std::string>{"--no-such", "run", "eval"}), CLI::ParseError);
+    CHECK_THROWS_AS(declared.app.parse(std::vector<std::string>{"--no-such", "run", "eval"}),
+                    CLI::ParseError);
   }
 
   TEST_CASE("every option stands below a heading of its own verb, and the manual has all examples") {
@@ -97,7 +98,8 @@ TEST_SUITE("cli/help") {
       CAPTURE(v.name);
       CHECK_FALSE(v.group.empty());
       for (const OptionEntry& o : v.options) {
-        if (!o.positional() && o.names.back() != "--help") CHECK_MESSAGE(o.group != "Options", o.names.back());
+        if (!o.positional() && o.names.back() != "--help")
+          CHECK_MESSAGE(o.group != "Options", o.names.back());
       }
       for (const Example& e : v.examples) CHECK(manual.find(e.purpose.substr(0, 12)) != std::string::npos);
     }

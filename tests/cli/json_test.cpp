@@ -60,7 +60,8 @@ TEST_SUITE("cli/json") {
       done.insert(words.front());
       return events_of(words);
     };
-    CHECK(events({"synth", "dancer", "--out", scene, "--frames", "6", "--size", "16"}).back()["out"] == scene);
+    CHECK(events({"synth", "dancer", "--out", scene, "--frames", "6", "--size", "16"}).back()["out"] ==
+          scene);
     CHECK(events({"convert", scene, "--out", path("copy")}).back()["pictures"] > 6);
     CHECK(events({"info", scene}).back().contains("splits"));
     const std::vector<Json> trained = events(
@@ -91,10 +92,11 @@ TEST_SUITE("cli/json") {
     write_text(path("points.csv"), "x,y,z\n0,0,0\n");
     CHECK(events({"track", run, "--points", path("points.csv"), "--to", "1", "--out", path("to.csv")})
               .back()["points"] == 1);
-    write_text(path("sweep.toml"), "datasets = [\"" + scene +
-                                       "\"]\npresets = [\"draft\"]\nseeds = [1]\ntrain = [\"--max-steps\", \"4\", "
-                                       "\"--effects\", \"all\", \"--set\", \"sampling.rays=128\", \"--set\", "
-                                       "\"grid.radiance=8,12,16\"]\n");
+    write_text(path("sweep.toml"),
+               "datasets = [\"" + scene +
+                   "\"]\npresets = [\"draft\"]\nseeds = [1]\ntrain = [\"--max-steps\", \"4\", "
+                   "\"--effects\", \"all\", \"--set\", \"sampling.rays=128\", \"--set\", "
+                   "\"grid.radiance=8,12,16\"]\n");
     const std::vector<Json> swept = events({"sweep", path("sweep.toml"), "--out", path("sweep")});
     REQUIRE(first(swept, "task"));
     CHECK(first(swept, "task")->at("ended") == 1);
