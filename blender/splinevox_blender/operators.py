@@ -45,7 +45,7 @@ def show(context, folder):
     settings = context.scene.splinevox
     sequence = read_sequence(folder)
     args = argparse.Namespace(material=settings.material, strength=settings.strength,
-                              albedo="color" if settings.albedo_of_color else settings.albedo)
+                              albedo="color" if settings.albedo_of_color else round(settings.albedo, 6))
     volumes = loader.show(sequence, args, fresh=False)
     collection = bpy.data.collections.new("splinevox " + os.path.basename(folder))
     context.scene.collection.children.link(collection)
@@ -76,8 +76,8 @@ class SPLINEVOX_OT_import(Calls, bpy.types.Operator):
         words = ["export", run, "--out", self.out, "--profile", settings.profile, *shot(context)]
         words += ["--clusters", "auto"] if settings.parts else []
         words += ["--sh"] if settings.view else []
-        words += ["--voxel-size", repr(settings.voxel_size)] if settings.voxel_size > 0 else []
-        words += ["--shutter", repr(settings.shutter)] if settings.motion_blur else []
+        words += ["--voxel-size", "%.6g" % settings.voxel_size] if settings.voxel_size > 0 else []
+        words += ["--shutter", "%.6g" % settings.shutter]
         return words + (["--afresh"] if settings.replace else [])
 
     def end(self, context, result):

@@ -93,7 +93,7 @@ int import_sequence(ImportVerb& o) {
     teller.note(fmt::format("in Blender: blender -P {}/load_in_blender.py", o.out));
   teller.result({{"out", o.out},
                  {"frames", result.frames.size()},
-                 {"bytes", bytes},
+                 {"bytes", std::int64_t(bytes)},
                  {"profile", o.options.profile},
                  {"voxel_size", result.voxel_size}},
                 "");

@@ -90,7 +90,7 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
   teller_.result({{"out", folder},
                   {"frames", result.frames.size()},
                   {"kept", kept_},
-                  {"bytes", bytes_},
+                  {"bytes", std::int64_t(bytes_)},
                   {"profile", options_.profile},
                   {"share", {options_.share.index + 1, options_.share.count}},
                   {"others", result.others}},

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "cli/options.hpp"
 #include "cli/tree.hpp"
 #include "run/support.hpp"
 
@@ -91,6 +92,7 @@ std::string help_page(const VerbEntry& v, int columns) {
   std::vector<OptionEntry> named;
   for (const OptionEntry& o : v.options)
     if (!o.positional()) named.push_back(o);
+  std::stable_partition(named.begin(), named.end(), [](const OptionEntry& o) { return o.group != kTalk; });
   if (named.size() < v.options.size()) text += "\nArguments\n";
   for (const OptionEntry& o : v.options)
     if (o.positional()) text += option(o, width);

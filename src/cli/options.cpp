@@ -27,7 +27,7 @@ constexpr Measured kMeasured[] = {
 std::string preset_help() {
   std::string text = "where the numbers start from:";
   for (const Preset& p : presets()) {
-    text += fmt::format("\n  {:<11} {}", p.name, p.summary);
+    text += fmt::format("\n  {}: {}", p.name, p.summary);
     for (const Measured& m : kMeasured)
       if (m.preset == std::string(p.name))
         text += fmt::format("; measured {:.2f} dB, {:.2f} GB", m.psnr, m.memory);

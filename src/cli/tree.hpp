@@ -49,8 +49,8 @@ const std::vector<Example>& order_of_use();
 /// At least two for every verb. Empty: there is no such verb.
 std::vector<Example> examples_of(const std::string& verb);
 
-/// What `splinevox --help` and, for a verb, `splinevox VERB --help` print. Words are not split.
-/// @param width  most columns of a line, at least 60
+/// What `splinevox --help` and, for a verb, `splinevox VERB --help` print. Neither words nor examples are
+/// split. @param width  most columns of a line, at least 60; an example has up to 80
 std::string help_page(const CLI::App& app, int width);
 std::string help_page(const VerbEntry& verb, int width);
 
