@@ -129,7 +129,11 @@ Action train_command(CLI::App& verb) {
   return [options] {
     const auto start = std::chrono::steady_clock::now();
     if (options->list_settings) {
-      fmt::print("{}", write_config(effective_config(*options, nullptr)));
+      const std::string settings = write_config(effective_config(*options, nullptr));
+      if (options->json)
+        write_event("result", {{"settings", settings}});
+      else
+        fmt::print("{}", settings);
       return 0;
     }
     complete(*options);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "cli/options.hpp"
 #include "cli/tree.hpp"
 #include "core/nearest.hpp"
 #include "run/events.hpp"
@@ -65,7 +64,6 @@ int run_verb(int argc, char** argv) {
     if (std::string_view(argv[i]) == "--json") begin_events(argv[1][0] == '-' ? "" : argv[1]);
   CLI::App app{"Moving scenes as sparse voxel volumes whose motion is a spline", "splinevox"};
   app.set_version_flag("--version", std::string("splinevox ") + kVersion);
-  app.option_defaults()->group(kTalk);  // the help flag's, which verbs inherit
   app.set_help_flag("-h,--help", "this page");
   app.require_subcommand(1);
   app.formatter_fn([&app](const CLI::App* shown, const std::string&, CLI::AppFormatMode) {

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "cli/command.hpp"
+#include "cli/options.hpp"
 #include "run/support.hpp"
 
 namespace splinevox::cli {
@@ -50,11 +50,12 @@ OptionEntry describe_option(const CLI::Option& o) {
   e.required = o.get_required();
   e.repeats = o.get_items_expected_max() > 1;
   if (o.get_items_expected_max() == 0) return e;
-  const std::string type = o.get_type_name();  // NAME, NAME:CHECK, or {CHOICES} anywhere in it
-  const std::size_t open = type.find('{'), close = type.find('}'), colon = type.find(':');
+  const std::string type = o.get_type_name();  // NAME, NAME:TYPE in [RANGE], or {CHOICES} anywhere in it
+  const std::size_t open = type.find('{'), close = type.find('}'), range = type.find(" in ["),
+                    colon = range == type.npos ? range : type.find(':');
   if (open < close && close != type.npos) {
     e.choices = split_list(type.substr(open + 1, close - open - 1));
-    e.value = open == 0 ? "NAME" : type.substr(0, std::min(colon, open));
+    e.value = open == 0 ? "NAME" : type.substr(0, std::min(type.find(':'), open));
   } else {
     e.value = type.substr(0, colon);
     if (colon != type.npos) e.range = type.substr(colon + 1);
@@ -104,6 +105,7 @@ std::vector<VerbEntry> describe(const CLI::App& app) {
     for (const CLI::Option* option : verb->get_options())
       if (option != verb->get_help_ptr()) v.options.push_back(describe_option(*option));
     v.options.push_back(describe_option(*verb->get_help_ptr()));
+    v.options.back().group = kTalk;
     verbs.push_back(std::move(v));
   }
   return verbs;

@@ -93,16 +93,23 @@ TEST_SUITE("cli/help") {
                     CLI::ParseError);
   }
 
+  TEST_CASE("names of values are whole, and what a value may be stands behind the text") {
+    const Declared declared;
+    std::string pages;
+    for (const VerbEntry& v : describe(declared.app)) pages += help_page(v, 80);
+    for (const char* part : {"--time-curve T:S,...", "--basis NAME[:K]", "(INT in [0 - 4096]; default: 0)",
+                             "one of test, val, train", "-h, --help"})
+      CHECK_MESSAGE(pages.find(part) != std::string::npos, part);
+  }
+
   TEST_CASE("every option stands below a heading of its own verb, and the manual has all examples") {
     const Declared declared;
     const std::string manual = man_page(declared.app, "0");
     for (const VerbEntry& v : describe(declared.app)) {
       CAPTURE(v.name);
       CHECK_FALSE(v.group.empty());
-      for (const OptionEntry& o : v.options) {
-        if (!o.positional() && o.names.back() != "--help")
-          CHECK_MESSAGE(o.group != "Options", o.names.back());
-      }
+      for (const OptionEntry& o : v.options)
+        if (!o.positional()) CHECK_MESSAGE(o.group != "Options", o.names.back());
       for (const Example& e : v.examples) CHECK(manual.find(e.purpose.substr(0, 12)) != std::string::npos);
     }
   }

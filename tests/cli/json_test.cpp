@@ -68,6 +68,7 @@ TEST_SUITE("cli/json") {
         {"train", scene, "--out", run, "--preset", "draft", "--max-steps", "8", "--set", "sampling.rays=128",
          "--set", "grid.radiance=8,12,16", "--set", "motion.points=4", "--set", "effects.steps=0"});
     CHECK(trained.back()["steps"] == 8);
+    CHECK(events({"train", "--list-settings"}).back()["settings"].is_string());
     REQUIRE(first(trained, "effects"));
     CHECK(first(trained, "effects")->contains("used"));
     REQUIRE(first(trained, "note"));
