@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cli/command.hpp"
 #include "cli/tree.hpp"
 #include "core/nearest.hpp"
 #include "run/events.hpp"
