@@ -60,7 +60,7 @@ zpty -w shell "LISTMAX=0; zstyle ':completion:*' list-prompt ''"
 zpty -w shell "zstyle ':completion:*' menu no; bindkey '^I' complete-word"
 zpty -n -w shell "$2"$'\t'
 text= part=
-for i in {1..40}; do
+for i in {1..400}; do  # a slow machine takes many of these
   sleep 0.1
   while zpty -rt shell part; do text+=$part; done
   [[ $text == *$3* ]] && { zpty -d shell; exit 0; }
