@@ -96,7 +96,10 @@ TEST_SUITE("cli/help") {
   TEST_CASE("names of values are whole, and what a value may be stands behind the text") {
     const Declared declared;
     std::string pages;
-    for (const VerbEntry& v : describe(declared.app)) pages += help_page(v, 80);
+    for (const VerbEntry& v : describe(declared.app)) {
+      std::istringstream in(help_page(v, 80));  // lines may end anywhere
+      for (std::string word; in >> word;) pages += word + " ";
+    }
     for (const char* part : {"--time-curve T:S,...", "--basis NAME[:K]", "(INT in [0 - 4096]; default: 0)",
                              "one of test, val, train", "-h, --help"})
       CHECK_MESSAGE(pages.find(part) != std::string::npos, part);
