@@ -8,6 +8,7 @@
 #include "cli/options.hpp"
 #include "core/printable.hpp"
 #include "run/capture/capture.hpp"
+#include "run/events.hpp"
 #include "run/signals.hpp"
 
 namespace splinevox::cli {
@@ -20,7 +21,7 @@ int capture_verb(const CaptureOptions& options, bool quiet, bool json) {
   try {
     const Json figures = capture(options, talk);
     if (json) {
-      fmt::print("{}\n", json_text({{"result", figures}}));
+      write_event("result", {{"result", figures}});
     } else if (!quiet) {
       const std::string out = all_printable(options.out);
       fmt::print("{}: {} of {} {} placed, {:.2f} pixels off on the mean; splinevox train {} --out RUN\n", out,
@@ -29,6 +30,7 @@ int capture_verb(const CaptureOptions& options, bool quiet, bool json) {
     }
     return 0;
   } catch (const CaptureStopped&) {
+    if (json) write_event("interrupted", {{"interrupted", true}});
     if (!quiet) fmt::print(stderr, "\nstopped; the same command goes on from here\n");
     return kInterrupted;
   }
@@ -37,16 +39,17 @@ int capture_verb(const CaptureOptions& options, bool quiet, bool json) {
 }  // namespace
 
 Action capture_command(CLI::App& verb) {
-  struct Options : CaptureOptions {
-    bool quiet = false, json = false;
-  };
+  struct Options : CaptureOptions, TalkWords {};
   auto o = std::make_shared<Options>();
   verb.add_option("SOURCE", o->sources,
                   "a film or a folder of pictures of one camera that moves; or a film or folder per camera "
                   "that stands still")
       ->required();
+  heading(verb, "Output");
   verb.add_option("--out", o->out, "folder of the data set: transforms.json, images, masks, capture.json")
       ->required();
+  verb.add_flag("--fresh", o->fresh, "begin anew in a folder that an earlier call began");
+  heading(verb, "Which pictures");
   verb.add_option("--frames", o->frames,
                   fmt::format("so many frames of each camera, of equal parts the sharpest; {} of a film and "
                               "all pictures of a folder, if not given",
@@ -59,6 +62,7 @@ Action capture_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--fps", o->fps, "pictures of a folder a second, in the order in which people count names")
       ->capture_default_str();
+  heading(verb, "Cameras");
   verb.add_option("--lens", o->lens,
                   "how lenses bend the picture; if not given, opencv of a camera that moves and radial of "
                   "others")
@@ -69,15 +73,11 @@ Action capture_command(CLI::App& verb) {
                   "a film or folder of one camera that walks past those that stand still: their places are "
                   "found by it, and it is no part of the data set");
   add_masks(verb, o->masks);
-  verb.add_flag("--fresh", o->fresh, "begin anew in a folder that an earlier call began");
-  verb.add_flag("--json", o->json, "one JSON object a line: stages, notes, and at last the result");
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_talk(verb, *o);
   add_threads(verb, o->threads);
   verb.footer(
       "It needs ffmpeg for films and colmap for cameras: apt-get install --no-install-recommends ffmpeg "
-      "colmap.\nThe same command goes on where it was stopped.\n\nExamples:\n"
-      "  splinevox capture film.mp4 --out scene && splinevox train scene --out run\n"
-      "  splinevox capture cam*.mp4 --out studio --from 2 --to 8 --frames 60");
+      "colmap.\nThe same command goes on where it was stopped.");
   return [o] { return capture_verb(*o, o->quiet, o->json); };
 }
 

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <vector>
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
-#include "run/support.hpp"
+#include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/scene.hpp"
 
@@ -21,12 +19,13 @@ Action convert_command(CLI::App& verb) {
     std::vector<double> shift;
     double scale = 1;
     DatasetRules rules;
-    bool quiet = false;
+    TalkWords talk;
   };
   auto o = std::make_shared<Options>();
   verb.add_option("DATASET", o->dataset,
                   fmt::format("folder of a data set: {}", fmt::join(dataset_formats(), ", ")))
       ->required();
+  heading(verb, "Output");
   verb.add_option("--out", o->out, "folder to write: transforms_{train,val,test}.json and pictures")
       ->required();
   verb.add_option("--shift", o->shift,
@@ -37,23 +36,24 @@ Action convert_command(CLI::App& verb) {
   verb.add_option("--scale", o->scale, "of every position, after --shift: for a unit too large or too small")
       ->capture_default_str();
   add_rules(verb, o->rules);
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_talk(verb, o->talk);
   return [o] {
     for (const double v : o->shift)
       if (!std::isfinite(v))
         fail({"--shift", "this is no place", "three finite numbers", fmt::format("{}", v), ""});
     if (!(std::isfinite(o->scale) && o->scale > 0))
       fail({"--scale", "this is no scale", "a finite number above 0", fmt::format("{}", o->scale), ""});
-    const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
+    Teller teller(choose_talk(o->talk.quiet, o->talk.json));
     int pictures = 0;
     convert_dataset(
         o->dataset, o->out,
         [&](int done, int total) {
           pictures = total;
-          if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
+          teller.progress(done, total);
         },
         {o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]}, o->scale, o->rules});
-    if (!o->quiet) fmt::print("{}: {} pictures; splinevox info {}\n", o->out, pictures, o->out);
+    teller.result({{"out", o->out}, {"pictures", pictures}},
+                  fmt::format("{}: {} pictures; splinevox info {}", o->out, pictures, o->out));
     return 0;
   };
 }

@@ -12,6 +12,7 @@
 #include "run/edit_session.hpp"
 #include "run/own_json.hpp"
 #include "run/run_folder.hpp"
+#include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/model_vdb.hpp"
 
@@ -23,7 +24,7 @@ namespace {
 struct EditVerb {
   std::string run, out;
   int threads = 0;
-  bool quiet = false;
+  TalkWords talk;
 };
 
 /// One operation with its value.
@@ -55,7 +56,8 @@ int edit(const EditVerb& o, const std::vector<Asked>& asked) {
   const ModelNotes notes = run.notes;
   RunFolder folder(o.out, false);
   Json steps = read_history_if_there(from + "/" + kEditHistory);
-  EditSession session(std::move(run), o.quiet);
+  const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
+  EditSession session(std::move(run), [&](const std::string& line) { teller.note(line); });
   for (const Asked& a : asked) session.apply(a.operation, a.value);
   steps.push_back({{"from", fs::absolute(from).lexically_normal().string()},
                    {"splinevox", kVersion},
@@ -69,7 +71,7 @@ int edit(const EditVerb& o, const std::vector<Asked>& asked) {
   manifest.files.push_back(
       {kEditHistory, write_file(folder.file(kEditHistory), {json_text({{"history", steps}}, 2) + "\n"}), {}});
   write_manifest(folder.path(), manifest);
-  if (!o.quiet) fmt::print("{}\n", folder.path());
+  teller.result({{"out", folder.path()}, {"operations", session.done()}}, folder.path());
   return 0;
 }
 
@@ -80,6 +82,7 @@ Action edit_command(CLI::App& verb) {
   auto options = std::make_shared<std::vector<CLI::Option*>>();
   auto values = std::make_shared<std::vector<std::vector<std::string>>>(edit_operations().size());
   verb.add_option("RUN", o->run, "the run to start from; it stays as it is")->required();
+  heading(verb, "Output");
   verb.add_option("--out", o->out, "folder for the new run")->required();
   for (std::size_t i = 0; i < edit_operations().size(); ++i) {
     const EditOperation& e = edit_operations()[i];
@@ -94,11 +97,11 @@ Action edit_command(CLI::App& verb) {
     else
       options->push_back(verb.add_flag(name, e.help)->group(e.group));
   }
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
   verb.footer(
       "Operations are done in the order in which they are written. The new run has no training to go on "
-      "with;\nrender, export, track, view, info, verify and eval work on it as on any other.");
+      "with; render, export, track, view, info, verify and eval work on it as on any other.");
   return [o, options, values, &verb] {
     return with_threads(o->threads, [&] { return edit(*o, in_order(verb, *options)); });
   };

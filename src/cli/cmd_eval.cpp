@@ -15,6 +15,7 @@
 #include "run/held_camera.hpp"
 #include "run/own_json.hpp"
 #include "run/support.hpp"
+#include "run/teller.hpp"
 #include "run/volume_score.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
@@ -194,10 +195,10 @@ int eval(const EvalOptions& o) {
   }
   std::optional<TruthVolumes> volumes;
   if (!o.truth_volume.empty()) volumes = open_truth_volumes(o.truth_volume, run.model.time_map);
-  if (!o.json && volumes)
-    for (const std::string& note : volumes->notes) fmt::print("note: {}\n", note);
-  if (!o.json)
-    for (const std::string& note : data.notes) fmt::print("note: {}\n", note);
+  const Teller teller(choose_talk(false, o.json));
+  if (volumes)
+    for (const std::string& note : volumes->notes) teller.note("note: " + note);
+  for (const std::string& note : data.notes) teller.note("note: " + note);
   if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
   Renderer renderer = make_renderer(run.model, device);
   const Scores scores =
@@ -230,18 +231,16 @@ int eval(const EvalOptions& o) {
     volume = score_volumes(run.model, *volumes);
     result["truth_volume"] = volume_json(*volume);
   }
-  if (o.json)
-    fmt::print("{}\n", json_text(result, 2));
-  else
-    print_means(scores);
+  if (!o.json) print_means(scores);
   if (held && !o.json) fmt::print("{}\n", held_camera_line(*held));
-  if (flat && !o.json)
-    fmt::print(
+  if (flat)
+    teller.note(fmt::format(
         "note: all training cameras see the scene from within {:.2g} degrees: its depth is not determined, "
-        "and these figures say nothing of views from elsewhere\n",
-        *run.record.parallax);
+        "and these figures say nothing of views from elsewhere",
+        *run.record.parallax));
   if (o.truth && !o.json) print_truth(motion);
   if (volume && !o.json) print_volumes(*volume);
+  teller.result(result, "");
   std::fflush(stdout);
   if (!otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
   return 0;
@@ -252,10 +251,12 @@ int eval(const EvalOptions& o) {
 Action eval_command(CLI::App& verb) {
   auto o = std::make_shared<EvalOptions>();
   verb.add_option("RUN", o->run, "the run to measure")->required();
+  heading(verb, kData);
   verb.add_option("--data", o->data, "the data set, if not the run's own or no longer where it was");
   verb.add_option("--split", o->split, "whose pictures to compare with")
       ->type_name("{test,val,train}")
       ->capture_default_str();
+  heading(verb, "Measure");
   verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   verb.add_option("--truth-volume", o->truth_volume,
@@ -263,7 +264,7 @@ Action eval_command(CLI::App& verb) {
   add_otherwise(verb, o->otherwise);
   add_masks(verb, o->masks);
   add_picture_room(verb, o->room.memory, o->room.cache);
-  verb.add_flag("--json", o->json, "the figures as JSON on stdout");
+  add_json(verb, o->json);
   add_threads(verb, o->threads);
   add_device(verb, o->device);
   return [o] { return with_threads(o->threads, [&] { return eval(*o); }); };

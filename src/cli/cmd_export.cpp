@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -28,7 +27,8 @@ struct ExportVerb {
   std::string run, out, device = "auto", clusters, share;
   FrameWords frames;
   ExportOptions options;
-  bool full = false, afresh = false, quiet = false, json = false;
+  bool full = false, afresh = false;
+  TalkWords talk;
   int threads = 0;
 };
 
@@ -44,7 +44,7 @@ std::optional<int> parse_clusters(const std::string& text) {
 }
 
 /// Makes the frames of options.share. @return 0, or the exit code of an interruption
-int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, int processes) {
+int export_share(const ExportVerb& o, const Run& run, Talk talk, int processes) {
   const FolderLock lock(o.out, "exporting into", o.options.share.whole());
   ExportReport report(talk, o.options);
   const ExportResult result =
@@ -53,8 +53,9 @@ int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, i
         return !stop_asked();
       });
   if (!result.finished && stop_asked()) {
-    fmt::print(stderr, "interrupted after {} frames; the same command goes on from there\n",
-               result.frames.size());
+    Teller(talk).interrupted(
+        fmt::format("interrupted after {} frames; the same command goes on from there", result.frames.size()),
+        {{"frames", result.frames.size()}});
     return kInterrupted;
   }
   report.summarise(result, o.out, processes, run.model);
@@ -62,16 +63,16 @@ int export_share(const ExportVerb& o, const Run& run, ExportReport::Talk talk, i
 }
 
 /// Each process its own share of the frames, and then the first what makes them a sequence.
-int export_together(ExportVerb& o, const Run& run, ExportReport::Talk talk, Ranks& ranks) {
+int export_together(ExportVerb& o, const Run& run, Talk talk, Ranks& ranks) {
   o.options.share = {ranks.rank(), ranks.count()};
-  const bool bar = ranks.first() && talk == ExportReport::Talk::bar;
-  const double mine = export_share(o, run, bar ? talk : ExportReport::Talk::quiet, 1);
+  const bool bar = ranks.first() && talk == Talk::bar;
+  const double mine = export_share(o, run, bar ? talk : Talk::quiet, 1);
   const std::vector<double> codes = ranks.gather({&mine, 1});  // returns when all have ended
   const double code = *std::max_element(codes.begin(), codes.end());
   if (code != 0 || !ranks.first()) return int(code);
   o.options.share = {};
   o.options.resume = true;
-  return export_share(o, run, bar ? ExportReport::Talk::summary : talk, ranks.count());
+  return export_share(o, run, bar ? Talk::lines : talk, ranks.count());
 }
 
 int export_run(ExportVerb& o) {
@@ -90,11 +91,7 @@ int export_run(ExportVerb& o) {
   o.options.run = std::filesystem::absolute(o.run, ignored).lexically_normal().string();
   probe_output_folder(o.out);
   catch_stop_signals();
-  using Talk = ExportReport::Talk;
-  const Talk talk = o.quiet                   ? Talk::quiet
-                    : o.json                  ? Talk::json
-                    : ::isatty(STDERR_FILENO) ? Talk::bar
-                                              : Talk::summary;
+  const Talk talk = choose_talk(o.talk.quiet, o.talk.json);
   if (ranks) return export_together(o, run, talk, *ranks);
   return export_share(o, run, talk, 1);
 }
@@ -105,11 +102,13 @@ Action export_command(CLI::App& verb) {
   auto o = std::make_shared<ExportVerb>();
   ExportOptions& e = o->options;
   verb.add_option("RUN", o->run, "the run to export")->required();
+  heading(verb, "Output");
   verb.add_option("--out", o->out, "folder of the sequence")->required();
   verb.add_option("--profile", e.profile, "whose conventions")
       ->type_name(fmt::format("{{{}}}", fmt::join(export_profiles(), ",")))
       ->capture_default_str();
   add_frames(verb, o->frames);
+  heading(verb, "Voxels");
   verb.add_option("--voxel-size", e.voxel_size, "scene units, 0 = the model's own")->capture_default_str();
   verb.add_option("--bake-view", e.bake_view,
                   "colour of a voxel: mean (over all directions), none or dir=x,y,z")
@@ -117,9 +116,6 @@ Action export_command(CLI::App& verb) {
   verb.add_flag("--sh", e.sh,
                 "also sh0, sh1, ...: harmonics, with which load_in_blender.py shows the colours change with "
                 "the view; color is then positional");
-  verb.add_option(
-      "--clusters", o->clusters,
-      "K or auto: files of their own for each part that moves alike; together they are the whole");
   verb.add_option("--colorspace", e.colorspace, "display (values as in the pictures) or linear")
       ->capture_default_str();
   verb.add_flag("--flame", e.flame,
@@ -128,6 +124,11 @@ Action export_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--min-alpha", e.min_alpha, "voxels less opaque than this are dropped")
       ->capture_default_str();
+  verb.add_flag("--full", o->full, "32-bit floats instead of 16");
+  heading(verb, "More files");
+  verb.add_option(
+      "--clusters", o->clusters,
+      "K or auto: files of their own for each part that moves alike; together they are the whole");
   verb.add_flag("--mesh", e.mesh,
                 "also mesh_0001.ply and so on: the surface of every frame, with its colours");
   verb.add_option("--mesh-format", e.mesh_format, "ply (binary) or obj (text, colours behind each vertex)")
@@ -136,7 +137,7 @@ Action export_command(CLI::App& verb) {
                 "also motion.vdb: control points and rigidity as grids, to build a rig on");
   verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")
       ->capture_default_str();
-  verb.add_flag("--full", o->full, "32-bit floats instead of 16");
+  heading(verb, "How it is made");
   verb.add_flag(
       "--afresh", o->afresh,
       "write frames again that an earlier export finished, and in place of one with other settings");
@@ -144,10 +145,11 @@ Action export_command(CLI::App& verb) {
                   "frames in the making at a time, 0 = what threads and free memory allow")
       ->capture_default_str();
   add_share(verb, o->share);
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
-  verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
-  verb.add_option("--device", o->device, "auto or cpu: frames are baked on the CPU")->capture_default_str();
+  verb.add_option("--device", o->device, "auto or cpu: frames are baked on the CPU")
+      ->group(kMachine)
+      ->capture_default_str();
   return [o] { return with_threads(o->threads, [&] { return export_run(*o); }); };
 }
 

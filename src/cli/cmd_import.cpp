@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <memory>
@@ -11,7 +10,7 @@
 #include "core/printable.hpp"
 #include "run/folder_lock.hpp"
 #include "run/signals.hpp"
-#include "run/support.hpp"
+#include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/import_splats.hpp"
 
@@ -21,7 +20,8 @@ namespace {
 struct ImportVerb {
   std::string splats, out, box;
   ImportOptions options;
-  bool full = false, quiet = false, json = false;
+  bool full = false;
+  TalkWords talk;
   int threads = 0;
 };
 
@@ -40,8 +40,7 @@ void print_line(const ExportedFrame& frame) {
             {"bytes", frame.file.digest.size},
             {"seconds", frame.seconds}};
   for (const auto& [key, value] : frame.file.figures) line[key] = value;
-  fmt::print("{}\n", json_text(line));
-  std::fflush(stdout);
+  write_event("frame", line);
 }
 
 int import_sequence(ImportVerb& o) {
@@ -58,7 +57,7 @@ int import_sequence(ImportVerb& o) {
   const FolderLock lock(o.out, "importing into");
   catch_stop_signals();
   double bytes = 0, splats = 0, skipped = 0, voxels = 0;
-  const bool bar = !o.quiet && !o.json && ::isatty(STDERR_FILENO);
+  Teller teller(choose_talk(o.talk.quiet, o.talk.json), "frames");
   const ImportResult result =
       import_splats(frames, o.out, o.options, [&](const ExportedFrame& frame, int done, int total) {
         const auto figure = [&](const char* name) {
@@ -69,25 +68,35 @@ int import_sequence(ImportVerb& o) {
         splats += figure("splats");
         skipped += figure("splats_skipped");
         voxels += figure("density_voxels");
-        if (o.json) print_line(frame);
-        if (bar) fmt::print(stderr, "\r{} of {} frames{}", done, total, done == total ? "\n" : "");
+        if (o.talk.json) print_line(frame);
+        if (!o.talk.json) teller.progress(done, total);  // each frame is an event already
         return !stop_asked();
       });
   if (!result.finished) {
-    fmt::print(stderr, "interrupted after {} frames; the same command begins anew\n", result.frames.size());
+    teller.interrupted(
+        fmt::format("interrupted after {} frames; the same command begins anew", result.frames.size()),
+        {{"frames", result.frames.size()}});
     return kInterrupted;
   }
-  if (o.quiet || o.json) return 0;
   const auto count = double(result.frames.size());
-  fmt::print("{}: {} frames, {:.1f} MB, profile {}, voxels of {:.4g}\n", o.out, result.frames.size(),
-             bytes / 1e6, o.options.profile, result.voxel_size);
-  fmt::print("{:.0f} splats a frame became {:.0f} voxels\n", splats / count, voxels / count);
-  if (skipped > 0) fmt::print("{:.0f} splats have numbers that are none and were left out\n", skipped);
+  if (teller.text())
+    fmt::print("{}: {} frames, {:.1f} MB, profile {}, voxels of {:.4g}\n", o.out, result.frames.size(),
+               bytes / 1e6, o.options.profile, result.voxel_size);
+  teller.note(fmt::format("{:.0f} splats a frame became {:.0f} voxels", splats / count, voxels / count));
+  if (skipped > 0)
+    teller.note(fmt::format("{:.0f} splats have numbers that are none and were left out", skipped));
   if (!result.others.empty())
-    fmt::print(
-        "not of this sequence: {} files, {} and so on; delete what a program would load with the folder\n",
-        result.others.size(), printable(result.others.front()));
-  if (o.options.profile == "blender") fmt::print("in Blender: blender -P {}/load_in_blender.py\n", o.out);
+    teller.note(fmt::format(
+        "not of this sequence: {} files, {} and so on; delete what a program would load with the folder",
+        result.others.size(), printable(result.others.front())));
+  if (o.options.profile == "blender")
+    teller.note(fmt::format("in Blender: blender -P {}/load_in_blender.py", o.out));
+  teller.result({{"out", o.out},
+                 {"frames", result.frames.size()},
+                 {"bytes", std::int64_t(bytes)},
+                 {"profile", o.options.profile},
+                 {"voxel_size", result.voxel_size}},
+                "");
   return 0;
 }
 
@@ -98,6 +107,7 @@ Action import_command(CLI::App& verb) {
   ImportOptions& i = o->options;
   verb.add_option("SPLATS", o->splats, "a .ply of Gaussian splats, or a folder of them, one a frame")
       ->required();
+  heading(verb, "Output");
   verb.add_option("--out", o->out, "folder of the sequence")->required();
   verb.add_option("--profile", i.profile, "whose conventions: blender, houdini, unreal, usd or nanovdb")
       ->capture_default_str();
@@ -112,8 +122,7 @@ Action import_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_flag("--full", o->full, "32-bit floats instead of 16");
   verb.add_flag("--afresh", i.afresh, "in place of an export with other settings");
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
-  verb.add_flag("--json", o->json, "one JSON object a frame on stdout");
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
   return [o] { return with_threads(o->threads, [&] { return import_sequence(*o); }); };
 }

@@ -14,6 +14,7 @@
 #include "data/layouts/folder_list.hpp"
 #include "data/layouts/near_miss.hpp"
 #include "run/cameras_report.hpp"
+#include "run/events.hpp"
 #include "run/own_json.hpp"
 #include "run/run_folder.hpp"
 #include "run/support.hpp"
@@ -109,7 +110,7 @@ int info(const std::string& path, const DatasetRules& rules, bool pixels, bool j
   } else
     j = dataset_json(path, rules, pixels);
   if (json)
-    fmt::print("{}\n", json_text(j, 2));
+    write_event("result", j);
   else
     print(printable_json(j));
   return 0;
@@ -130,7 +131,7 @@ Action info_command(CLI::App& verb) {
   verb.add_flag(
       "--pixels", o->pixels,
       "of a data set: decode every picture too, for what headers do not tell (empty or damaged ones)");
-  verb.add_flag("--json", o->json, "the same as JSON");
+  add_json(verb, o->json);
   return [o] { return info(o->path, o->rules, o->pixels, o->json); };
 }
 

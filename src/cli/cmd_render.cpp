@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <map>
 #include <memory>
 #include <optional>
 
+#include "cli/camera_files.hpp"
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "cli/render_layers.hpp"
@@ -15,6 +14,7 @@
 #include "run/edit_session.hpp"
 #include "run/film_write.hpp"
 #include "run/shares.hpp"
+#include "run/teller.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -31,24 +31,39 @@ struct RenderVerb {
   Otherwise otherwise;
   FrameWords frames{.frames = "", .at = "", .fps = 24, .seconds = 0};
   int threads = 0;
-  bool quiet = false;
+  TalkWords talk;
 };
+
+/// Where the pictures would be taken from, and no pictures.
+int write_cameras_only(const RenderVerb& o, const Run& run, const RenderFrames& frames,
+                       const Teller& teller) {
+  write_cameras(o.out, frames, o.frames.fps, run.model.time_map);
+  const bool bent = std::any_of(frames.shots.begin(), frames.shots.end(),
+                                [](const Shot& s) { return s.camera.lens.kind != Distortion::Kind::none; });
+  if (bent) teller.note("these lenses bend the picture; the files have pinhole cameras, without that");
+  teller.result(
+      {{"out", o.out}, {"cameras", frames.shown.size()}, {"files", {kCamerasJson, kCamerasUsd}}},
+      fmt::format("{}: {} cameras, {} and {}", o.out, frames.shown.size(), kCamerasJson, kCamerasUsd));
+  return 0;
+}
 
 int render(const RenderVerb& o) {
   const Device device = choose_device(o.device);
-  if (o.format != "png" && o.format != "exr" && o.format != "mp4")
-    fail({"--format", "there is no such format", "png, exr or mp4", o.format,
-          nearest(o.format, {"png", "exr", "mp4"})});
+  static const std::vector<std::string> formats = {"png", "exr", "mp4", "cameras"};
+  if (std::find(formats.begin(), formats.end(), o.format) == formats.end())
+    fail({"--format", "there is no such format", "png, exr, mp4 or cameras", o.format,
+          nearest(o.format, formats)});
   const std::vector<std::string> layers = chosen_layers(o.layers, o.format);
   const Share share = chosen_share(o.share);
   if (o.format == "mp4" && !share.whole())
     fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out",
           o.format, "ffmpeg makes a film of pictures, too"});
   const Run run = open_run(o.run, o.otherwise);
-  const RenderFrames frames = plan_frames(run, o.cameras, o.frames, [&](const std::string& line) {
-    if (!o.quiet) fmt::print("{}\n", line);
-  });
+  Teller teller(choose_talk(o.talk.quiet, o.talk.json));
+  const RenderFrames frames =
+      plan_frames(run, o.cameras, o.frames, [&](const std::string& line) { teller.note(line); });
   probe_output_folder(o.out);
+  if (o.format == "cameras") return write_cameras_only(o, run, frames, teller);
   Renderer renderer = make_renderer(run.model, device);
   const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
   const VoxelModel colours = parts ? painted(run.model, find_clusters(run.model, 0)) : VoxelModel();
@@ -80,13 +95,19 @@ int render(const RenderVerb& o) {
       film->second.add(picture);
     }
     ++done;
-    if (!o.quiet && ::isatty(STDERR_FILENO) && share.index == 0)
-      fmt::print(stderr, "\r{} of {} pictures{}", done, own, done == own ? "\n" : "");
+    if (share.index == 0 || o.talk.json) teller.progress(done, own);
   }
   for (auto& [layer, film] : films) film.finish();
-  if (!o.quiet)
-    fmt::print("{}: {} pictures of {}x{}, {} as {}, on {}\n", o.out, done, frames.shots[0].camera.width,
-               frames.shots[0].camera.height, fmt::join(layers, ", "), o.format, describe(device));
+  const Camera& camera = frames.shots[0].camera;
+  teller.result({{"out", o.out},
+                 {"pictures", done},
+                 {"width", camera.width},
+                 {"height", camera.height},
+                 {"layers", layers},
+                 {"format", o.format},
+                 {"device", describe(device)}},
+                fmt::format("{}: {} pictures of {}x{}, {} as {}, on {}", o.out, done, camera.width,
+                            camera.height, fmt::join(layers, ", "), o.format, describe(device)));
   return 0;
 }
 
@@ -95,7 +116,22 @@ int render(const RenderVerb& o) {
 Action render_command(CLI::App& verb) {
   auto o = std::make_shared<RenderVerb>();
   verb.add_option("RUN", o->run, "the run to look at")->required();
+  heading(verb, "Output");
   verb.add_option("--out", o->out, "folder for the pictures")->required();
+  verb.add_option(
+          "--layers", o->layers,
+          "list of rgb, alpha, depth, flow, rigidity, cluster (parts by how they move), or all of these; "
+          "with "
+          "--format exr also RGBA (light times alpha, no background), Z, forward, backward (pixels to the "
+          "next and the last frame)")
+      ->capture_default_str();
+  verb.add_option(
+          "--format", o->format,
+          "png, exr (numbers, all layers in one file), mp4 (needs ffmpeg), or cameras: no pictures but "
+          "where they would be taken from, cameras.json for Blender and cameras.usda")
+      ->type_name("{png,exr,mp4,cameras}")
+      ->capture_default_str();
+  heading(verb, "Cameras");
   verb.add_option("--camera,--path", o->cameras.camera,
                   "auto, orbit, by the training cameras: stabilised (a film without its shake), interpolate "
                   "(through them), spiral (an ellipse around their mean), held (one of them); data "
@@ -104,15 +140,6 @@ Action render_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--times", o->cameras.times,
                   "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
-  verb.add_option(
-          "--layers", o->layers,
-          "list of rgb,alpha,depth,flow,rigidity,cluster (parts by how they move), or all of these; with "
-          "--format exr also RGBA (light times alpha, no background), Z, forward, backward (pixels to the "
-          "next and the last frame)")
-      ->capture_default_str();
-  verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
-      ->type_name("{png,exr,mp4}")
-      ->capture_default_str();
   verb.add_option("--data", o->cameras.data, "the data set, if it is no longer where the run found it");
   verb.add_option("--size", o->cameras.size,
                   "width of pictures: of the orbit, which are square [400], or of a way by the training "
@@ -125,6 +152,7 @@ Action render_command(CLI::App& verb) {
                   "of stabilised: share of the film that each camera is fitted to")
       ->check(CLI::Range(0.001, 1.0))
       ->capture_default_str();
+  heading(verb, kShot);
   verb.add_option(
       "--frames", o->frames.frames,
       "FIRST-LAST: pictures of these frames of a shot, numbered so, with the times of `export --frames`");
@@ -139,7 +167,7 @@ Action render_command(CLI::App& verb) {
       ->capture_default_str();
   add_otherwise(verb, o->otherwise);
   add_share(verb, o->share);
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
   add_device(verb, o->device);
   return [o] { return with_threads(o->threads, [&] { return render(*o); }); };

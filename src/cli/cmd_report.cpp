@@ -15,6 +15,7 @@
 #include "run/html.hpp"
 #include "run/own_json.hpp"
 #include "run/support.hpp"
+#include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/run/evaluate.hpp"
@@ -29,6 +30,7 @@ struct ReportOptions {
   std::vector<std::string> runs;
   std::string out, data;
   int views = 6, threads = 0;
+  TalkWords talk;
 };
 
 /// Which frames to show: the worst by PSNR if the split was evaluated, else evenly spaced ones.
@@ -110,7 +112,8 @@ int report(const ReportOptions& o) {
     if (!names.insert(runs[i].name).second)
       runs[i].name = o.runs[i];  // two folders of one name: the paths tell them apart
   write_file(o.out, {report_page(runs)}, Named::by_user);
-  fmt::print("{}\n", o.out);
+  Teller(choose_talk(o.talk.quiet, o.talk.json))
+      .result({{"out", o.out}, {"runs", o.runs}, {"bytes", fs::file_size(o.out)}}, o.out);
   return 0;
 }
 
@@ -119,11 +122,13 @@ int report(const ReportOptions& o) {
 Action report_command(CLI::App& verb) {
   auto o = std::make_shared<ReportOptions>();
   verb.add_option("RUN", o->runs, "one or more runs")->required();
+  heading(verb, "Page");
   verb.add_option("--out", o->out, "the page, one self-contained HTML file")->required();
   verb.add_option("--data", o->data, "the data set, if it is no longer where the run found it");
   verb.add_option("--views", o->views, "test pictures per run")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
   return [o] { return with_threads(o->threads, [&] { return report(*o); }); };
 }

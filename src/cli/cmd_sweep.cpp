@@ -3,13 +3,15 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <memory>
 #include <optional>
 
-#include "cli/command.hpp"
+#include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/signals.hpp"
 #include "run/sweep/sweep.hpp"
+#include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::cli {
@@ -19,10 +21,12 @@ struct SweepVerb {
   std::string description, out;
   int jobs = 1, threads = 0;
   std::optional<int> task;
-  bool list = false, table = false, quiet = false;
+  bool list = false, table = false;
+  TalkWords talk;
 };
 
 int sweep(const SweepVerb& o) {
+  const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
   std::vector<SweepTask> tasks = read_sweep(o.description, o.out);
   probe_output_folder(o.out);
   const int threads =
@@ -38,21 +42,37 @@ int sweep(const SweepVerb& o) {
     write_file(o.out + "/array.sh", {slurm_script(o.description, o.out, tasks.size(), threads)});
   }
   if (o.list) {
-    if (!o.quiet)
-      fmt::print("{} tasks: {}/tasks.txt, for Slurm: sbatch {}/array.sh\n", tasks.size(), o.out, o.out);
+    teller.result(
+        {{"out", o.out}, {"tasks", tasks.size()}, {"list", o.out + "/tasks.txt"}},
+        fmt::format("{} tasks: {}/tasks.txt, for Slurm: sbatch {}/array.sh", tasks.size(), o.out, o.out));
     return 0;
   }
   std::vector<std::string> failed;
   if (!o.table) {
     catch_stop_signals();
-    failed = run_sweep(tasks, o.out, o.jobs, threads, o.quiet);
+    failed = run_sweep(tasks, o.out, o.jobs, threads,
+                       [&](const SweepTask& t, std::size_t ended, const std::string& what) {
+                         if (o.talk.json)
+                           write_event("task", {{"task", t.name},
+                                                {"run", t.run},
+                                                {"ended", ended},
+                                                {"total", tasks.size()},
+                                                {"outcome", what}});
+                         else
+                           teller.note(fmt::format("{} of {}  {}: {}", ended, tasks.size(), t.name, what));
+                         std::fflush(stdout);
+                       });
   }
   if (!o.task) {
     write_file(o.out + "/table.csv", {sweep_csv(tasks)});
     write_file(o.out + "/table.md", {sweep_table(tasks)});
-    if (!o.quiet) fmt::print("{}{}/table.csv\n", sweep_table(tasks), o.out);
+    if (teller.text()) fmt::print("{}{}/table.csv\n", sweep_table(tasks), o.out);
   }
-  if (stop_asked()) return kInterrupted;
+  if (stop_asked()) {
+    write_event("interrupted", {{"interrupted", true}});
+    return kInterrupted;
+  }
+  teller.result({{"out", o.out}, {"tasks", tasks.size()}, {"failed", failed}}, "");
   return failed.empty() ? 0 : 1;
 }
 
@@ -63,6 +83,7 @@ Action sweep_command(CLI::App& verb) {
   verb.add_option("DESCRIPTION", o->description,
                   "TOML: datasets, presets, seeds, [settings], train; see docs/scaling.md")
       ->required();
+  heading(verb, "Tasks");
   verb.add_option("--out", o->out, "folder of all runs, their logs and the tables")->required();
   verb.add_option("--jobs", o->jobs, "trainings at a time")
       ->check(CLI::Range(1, 4096))
@@ -73,7 +94,7 @@ Action sweep_command(CLI::App& verb) {
   verb.add_option("--task", o->task, "only this task, counted from 0: what an array job calls");
   verb.add_flag("--list", o->list, "only write the list of tasks and the script for a Slurm array");
   verb.add_flag("--table", o->table, "only collect the table of what is done");
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_talk(verb, o->talk);
   return [o] { return sweep(*o); };
 }
 

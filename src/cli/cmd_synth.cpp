@@ -1,16 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
-#include "run/support.hpp"
+#include "run/teller.hpp"
 #include "run/truth_volumes.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
@@ -22,18 +20,20 @@ Action synth_command(CLI::App& verb) {
     std::string scene, out;
     SynthOptions synth;
     int threads = 0;
-    bool quiet = false;
+    TalkWords talk;
   };
   auto o = std::make_shared<Options>();
   verb.add_option("SCENE", o->scene, "which scene")
       ->required()
       ->type_name(fmt::format("{{{}}}", fmt::join(synth_scenes(), ",")));
+  heading(verb, "Pictures");
   verb.add_option("--out", o->out, "folder of the data set")->required();
   verb.add_option("--frames", o->synth.frames, "training pictures, each at its own time")
       ->capture_default_str();
   verb.add_option("--size", o->synth.size, "width and height of every picture, pixels")
       ->capture_default_str();
   verb.add_option("--seed", o->synth.seed, "of the training cameras")->capture_default_str();
+  heading(verb, "One camera");
   verb.add_option(
           "--orbit", o->synth.orbit,
           "training cameras are one that goes around so often over time, as of a film; 0: each anywhere")
@@ -52,6 +52,7 @@ Action synth_command(CLI::App& verb) {
   verb.add_option("--drift", o->synth.drift,
                   "exposures of training cameras drift, up to so much brighter; of a film or a rig")
       ->check(CLI::Range(0.0, 0.5));
+  heading(verb, "Look");
   verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")
       ->check(CLI::Range(0.0, 1.0));
   verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")
@@ -66,6 +67,7 @@ Action synth_command(CLI::App& verb) {
   verb.add_flag("--room", o->synth.look.room,
                 "a room with things in it around the scene and the cameras, no alpha");
   SynthRig& rig = o->synth.rig;
+  heading(verb, "A rig of cameras");
   verb.add_option(
           "--cameras", rig.cameras,
           "a rig: so many cameras that stand still and see every one of --frames moments; test pictures are "
@@ -84,6 +86,7 @@ Action synth_command(CLI::App& verb) {
                       "one training camera in eight, the second first, is late by so many intervals between "
                       "moments")
           ->check(CLI::Range(-2.0, 2.0)));
+  heading(verb, "Beside the pictures");
   verb.add_flag("--masks", rig.masks, "a mask of every picture, white where the subject is (mask_path)");
   verb.add_flag("--movers", rig.movers, "with --masks: they are white where something moves at some time")
       ->needs("--masks");
@@ -94,7 +97,7 @@ Action synth_command(CLI::App& verb) {
       ->transform(CLI::CheckedTransformer(std::map<std::string, DepthKind>{
           {"metric", DepthKind::metric}, {"relative", DepthKind::relative}, {"inverse", DepthKind::inverse}}))
       ->type_name("{metric,relative,inverse}");
-  verb.add_flag("--quiet", o->quiet, "say nothing but errors");
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
   return [o] {
     const SynthScene scene =
@@ -104,19 +107,18 @@ Action synth_command(CLI::App& verb) {
       fail({o->out, "this folder is not empty", "an empty folder, or a name that is free", "",
             "another folder for --out"});
     return with_threads(o->threads, [&] {
-      const bool bar = !o->quiet && ::isatty(STDERR_FILENO);
-      write_synth(o->scene, o->out, o->synth, [&](int done, int total) {
-        if (bar) fmt::print(stderr, "\r{} of {} pictures{}", done, total, done == total ? "\n" : "");
-      });
+      Teller teller(choose_talk(o->talk.quiet, o->talk.json));
+      write_synth(o->scene, o->out, o->synth, [&](int done, int total) { teller.progress(done, total); });
       if (scene.has_gas()) {
         std::vector<double> moments;
         for (int i = 0; i < o->synth.frames; ++i) moments.push_back(double(i) / (o->synth.frames - 1));
         write_truth_volumes(o->out + "/truth_volume", scene, moments);
       }
-      if (!o->quiet)
-        fmt::print("{}: scene {}, {} training pictures of {}x{}\n", o->out, o->scene,
-                   o->synth.frames * (o->synth.rig.turns ? 1 : std::max(1, o->synth.rig.cameras)),
-                   o->synth.size, o->synth.size);
+      const int pictures = o->synth.frames * (o->synth.rig.turns ? 1 : std::max(1, o->synth.rig.cameras));
+      teller.result(
+          {{"out", o->out}, {"scene", o->scene}, {"training_pictures", pictures}, {"size", o->synth.size}},
+          fmt::format("{}: scene {}, {} training pictures of {}x{}", o->out, o->scene, pictures,
+                      o->synth.size, o->synth.size));
       return 0;
     });
   };

@@ -10,7 +10,7 @@
 #include "core/atomic_file.hpp"
 #include "math/activation.hpp"
 #include "run/points_csv.hpp"
-#include "run/support.hpp"
+#include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/run/run.hpp"
@@ -22,7 +22,7 @@ struct TrackVerb {
   std::string run, points, to, out;
   double from = 0;
   int threads = 0;
-  bool quiet = false;
+  TalkWords talk;
 };
 
 /// Rows of the table that share a time are tracked together.
@@ -124,11 +124,20 @@ int run_track(const TrackVerb& o) {
       folded += p.folded;
       gone += one_minus_exp_neg(p.density * voxel) < kFaint;
     }
-  if (!o.quiet)
-    fmt::print("{} points to {} {}: {:.2f} s; {} of {} flagged as folded{}\n{}\n", table.position.size(),
-               targets.size(), targets.size() == 1 ? "time" : "times", seconds, folded,
-               table.position.size() * targets.size(),
-               canonical ? "" : fmt::format(", {} where there is no matter", gone), o.out);
+  const std::size_t points = table.position.size();
+  Json figures{{"out", o.out},
+               {"points", points},
+               {"to", targets},
+               {"seconds", seconds},
+               {"tracks", points * targets.size()},
+               {"folded", folded}};
+  if (!canonical) figures["without_matter"] = gone;
+  Teller(choose_talk(o.talk.quiet, o.talk.json))
+      .result(figures,
+              fmt::format("{} points to {} {}: {:.2f} s; {} of {} flagged as folded{}\n{}", points,
+                          targets.size(), targets.size() == 1 ? "time" : "times", seconds, folded,
+                          points * targets.size(),
+                          canonical ? "" : fmt::format(", {} where there is no matter", gone), o.out));
   return 0;
 }
 
@@ -137,6 +146,7 @@ int run_track(const TrackVerb& o) {
 Action track_command(CLI::App& verb) {
   auto o = std::make_shared<TrackVerb>();
   verb.add_option("RUN", o->run, "the run whose motion is followed")->required();
+  heading(verb, "Points");
   verb.add_option("--points", o->points,
                   "table of points: x,y,z and if wanted time,id (comma-separated, names in the first line)")
       ->required();
@@ -145,7 +155,7 @@ Action track_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--to", o->to, "times in [0, 1] separated by commas, or canonical")->required();
   verb.add_option("--out", o->out, "the table to write; .json writes JSON")->required();
-  verb.add_flag("--quiet", o->quiet, "say nothing");
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
   return [o] { return with_threads(o->threads, [&] { return run_track(*o); }); };
 }

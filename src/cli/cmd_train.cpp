@@ -14,6 +14,7 @@
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
 #include "live/live_page.hpp"
+#include "run/events.hpp"
 #include "run/memory_needs.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
@@ -87,7 +88,7 @@ std::unique_ptr<LivePage> open_page(const TrainVerb& o, const Ranks* ranks) {
   auto page =
       std::make_unique<LivePage>(port_of(*o.live), fs::path(o.out).lexically_normal().filename().string());
   if (o.json)
-    fmt::print("{}\n", json_text({{"live", page->address()}}));
+    write_event("live", {{"live", page->address()}});
   else
     fmt::print(stderr, "live page: {}\n", page->address());
   std::fflush(nullptr);
@@ -102,18 +103,18 @@ int train(const TrainVerb& o, std::chrono::steady_clock::time_point start) {
   Progress progress(!ranks || ranks->first() ? choose_talk(o.quiet, o.json) : Talk::quiet, events);
   if (!o.named) {
     if (ranks) fail({"train", "--out is missing", "one folder for all processes", "", "--out RUN"});
-    progress.announce("run: " + o.out);
+    progress.note("run: " + o.out);
   }
   const bool json = progress.talk() == Talk::json, quiet = progress.talk() == Talk::quiet;
   const TrainedRun run = run::train(o, ranks.get(), progress, start, page.get());
   const bool interrupted = run.end == TrainedRun::End::interrupted;
   if (run.writes && interrupted) {
     const std::int64_t step = run.figures["steps"];
-    if (json) fmt::print("{}\n", json_text({{"interrupted", true}, {"step", step}}));
+    progress.event("interrupted", {{"interrupted", true}, {"step", step}});
     progress.note(
         fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume", step));
   } else if (json) {
-    fmt::print("{}\n", json_text(run.figures));
+    write_event("result", run.figures);
   } else if (!quiet && run.end == TrainedRun::End::finished) {
     summarise(run.figures, run.folder);
   }
@@ -128,7 +129,11 @@ Action train_command(CLI::App& verb) {
   return [options] {
     const auto start = std::chrono::steady_clock::now();
     if (options->list_settings) {
-      fmt::print("{}", write_config(effective_config(*options, nullptr)));
+      const std::string settings = write_config(effective_config(*options, nullptr));
+      if (options->json)
+        write_event("result", {{"settings", settings}});
+      else
+        fmt::print("{}", settings);
       return 0;
     }
     complete(*options);

@@ -4,7 +4,9 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/options.hpp"
 #include "data/message_text.hpp"
+#include "run/events.hpp"
 #include "run/run_folder.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -19,7 +21,7 @@ Action verify_command(CLI::App& verb) {
   };
   auto o = std::make_shared<Options>();
   verb.add_option("RUN|EXPORT_DIR", o->folder, "a folder with a manifest.json")->required();
-  verb.add_flag("--json", o->json, "the result as JSON");
+  add_json(verb, o->json);
   return [o] {
     int bad = 0;
     Json files = Json::array();
@@ -41,7 +43,7 @@ Action verify_command(CLI::App& verb) {
                    data::printable(c.problem));
     }
     if (o->json)
-      fmt::print("{}\n", json_text({{"folder", o->folder}, {"bad", bad}, {"files", files}}, 2));
+      write_event("result", {{"folder", o->folder}, {"bad", bad}, {"files", files}});
     else
       fmt::print("{} of {} files are whole\n", checks.size() - std::size_t(bad), checks.size());
     return bad ? 2 : 0;

@@ -10,6 +10,7 @@
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/own_json.hpp"
+#include "run/teller.hpp"
 #include "run/training_cameras.hpp"
 #include "run/true_shots.hpp"
 #include "splinevox/core/error.hpp"
@@ -27,6 +28,7 @@ struct ViewVerb {
   std::string run, out, data, split = "test";
   int views = 6, view_size = 400, threads = 0;
   double max_mb = 20;
+  TalkWords talk;
 };
 
 std::string about(const Run& run) {
@@ -49,6 +51,7 @@ std::string described(const ViewQuality& q, const VoxelModel& model) {
 }
 
 int view(const ViewVerb& o) {
+  const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
   probe_output_file(o.out, is_page);
   const Run run = open_run(o.run);
   ViewPage page;
@@ -59,12 +62,12 @@ int view(const ViewVerb& o) {
       page.shots =
           true_shots(*open_split(run, o.data, o.split).find(o.split), run.background(), o.views, o.view_size);
     } catch (const Error& e) {
-      fmt::print(stderr, "the page is without true pictures: {}\n", e.what());
+      teller.warn(fmt::format("the page is without true pictures: {}", e.what()));
     }
   try {
     page.taken = taken_from(training_cameras(run, o.data, CameraRequest().elevation));
   } catch (const Error& e) {
-    fmt::print(stderr, "the page does not know where pictures were taken: {}\n", e.what());
+    teller.warn(fmt::format("the page does not know where pictures were taken: {}", e.what()));
   }
   const std::optional<MotionClusters> clusters =
       run.model.motion.moves() ? std::optional(find_clusters(run.model, 0)) : std::nullopt;
@@ -75,8 +78,10 @@ int view(const ViewVerb& o) {
     smallest = html.size();
     if (double(smallest) > o.max_mb * 1e6) continue;
     write_file(o.out, {html}, Named::by_user);
-    fmt::print("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}\n", double(smallest) * 1e-6, o.max_mb,
-               page.note, page.shots.size(), o.out);
+    teller.result(
+        {{"out", o.out}, {"bytes", smallest}, {"quality", page.note}, {"true_pictures", page.shots.size()}},
+        fmt::format("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}", double(smallest) * 1e-6, o.max_mb,
+                    page.note, page.shots.size(), o.out));
     return 0;
   }
   fail({"--max-mb", "the page does not fit even with coarse voxels",
@@ -90,11 +95,13 @@ int view(const ViewVerb& o) {
 Action view_command(CLI::App& verb) {
   auto o = std::make_shared<ViewVerb>();
   verb.add_option("RUN", o->run, "the run to look at")->required();
+  heading(verb, "Page");
   verb.add_option("--out", o->out, "the page, one self-contained HTML file")->required();
   verb.add_option("--max-mb", o->max_mb,
                   "largest page, MB: numbers are rounded more, then voxels made larger, until it fits")
       ->check(CLI::Range(0.05, 1000.0))
       ->capture_default_str();
+  heading(verb, kData);
   verb.add_option("--views", o->views, "true pictures to compare with")
       ->check(CLI::Range(0, 100))
       ->capture_default_str();
@@ -105,6 +112,7 @@ Action view_command(CLI::App& verb) {
       ->check(CLI::IsMember({"train", "val", "test"}))
       ->capture_default_str();
   verb.add_option("--data", o->data, "the data set, if it is no longer where the run found it");
+  add_talk(verb, o->talk);
   add_threads(verb, o->threads);
   return [o] { return with_threads(o->threads, [&] { return view(*o); }); };
 }

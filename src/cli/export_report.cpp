@@ -26,7 +26,10 @@ Json file_json(const ManifestFile& file) {
 }  // namespace
 
 ExportReport::ExportReport(Talk talk, const ExportOptions& options)
-    : talk_(talk), options_(options), start_(std::chrono::steady_clock::now()), cpu_(processor_seconds()) {}
+    : teller_(talk, "frames"),
+      options_(options),
+      start_(std::chrono::steady_clock::now()),
+      cpu_(processor_seconds()) {}
 
 void ExportReport::add(const ExportedFrame& f, int done, int total) {
   const auto count = [&](const ManifestFile& file) {
@@ -41,8 +44,10 @@ void ExportReport::add(const ExportedFrame& f, int done, int total) {
   std::for_each(f.beside.begin(), f.beside.end(), count);
   kept_ += f.kept ? 1 : 0;
   writing_ += f.cpu_writing;
-  if (talk_ == Talk::json) print_line(f);
-  if (talk_ == Talk::bar) fmt::print(stderr, "\r{} of {} frames{}", done, total, done == total ? "\n" : "");
+  if (teller_.talk() == Talk::json)
+    print_line(f);
+  else
+    teller_.progress(done, total);
 }
 
 void ExportReport::print_line(const ExportedFrame& f) const {
@@ -62,71 +67,85 @@ void ExportReport::print_line(const ExportedFrame& f) const {
     for (const ManifestFile& file : f.beside)
       for (const auto& [key, value] : file.figures) line[key] = value;
   }
-  fmt::print("{}\n", json_text(line));
-  std::fflush(stdout);
+  write_event("frame", line);
 }
 
 void ExportReport::summarise(const ExportResult& result, const std::string& folder, int processes,
                              const VoxelModel& model) const {
-  if (talk_ == Talk::quiet || talk_ == Talk::json) return;
-  fmt::print("{}: {} frames, {:.1f} MB, profile {}", folder, result.frames.size(), bytes_ / 1e6,
-             options_.profile);
-  if (!options_.share.whole()) fmt::print(", share {} of {}", options_.share.index + 1, options_.share.count);
+  std::string line = fmt::format("{}: {} frames, {:.1f} MB, profile {}", folder, result.frames.size(),
+                                 bytes_ / 1e6, options_.profile);
+  if (!options_.share.whole())
+    line += fmt::format(", share {} of {}", options_.share.index + 1, options_.share.count);
   if (processes > 1)
-    fmt::print(", made by {} processes", processes);
+    line += fmt::format(", made by {} processes", processes);
   else if (kept_ > 0)
-    fmt::print(", {} of them were there already", kept_);
-  if (speed_ > 0) fmt::print(", fastest {:.3g} scene units a second", speed_);
-  fmt::print("\n{}\n", moments_text(options_));
-  if (!options_.share.whole()) {
-    fmt::print("when every share is there, the same command without --share finishes the sequence\n");
-    return;
-  }
+    line += fmt::format(", {} of them were there already", kept_);
+  if (speed_ > 0) line += fmt::format(", fastest {:.3g} scene units a second", speed_);
+  if (teller_.text()) fmt::print("{}\n", line);
+  teller_.note(moments_text(options_));
+  if (options_.share.whole())
+    explain(result, folder, model);
+  else
+    teller_.note("when every share is there, the same command without --share finishes the sequence");
+  teller_.result({{"out", folder},
+                  {"frames", result.frames.size()},
+                  {"kept", kept_},
+                  {"bytes", std::int64_t(bytes_)},
+                  {"profile", options_.profile},
+                  {"share", {options_.share.index + 1, options_.share.count}},
+                  {"others", result.others}},
+                 "");
+}
+
+void ExportReport::explain(const ExportResult& result, const std::string& folder,
+                           const VoxelModel& model) const {
   if (result.in_folder.size() > result.frames.size())
-    fmt::print("the folder holds {} frames of this shot now: {}\n", result.in_folder.size(),
-               frames_text(result.in_folder));
+    teller_.note(fmt::format("the folder holds {} frames of this shot now: {}", result.in_folder.size(),
+                             frames_text(result.in_folder)));
   for (std::size_t c = 0; c < result.clusters.size(); ++c)
-    fmt::print("cluster_{}_*: {:.1f}% of the matter, {}\n", c, 100 * result.clusters[c].share,
-               c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion));
+    teller_.note(fmt::format(
+        "cluster_{}_*: {:.1f}% of the matter, {}", c, 100 * result.clusters[c].share,
+        c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion)));
   if (!result.others.empty())
-    fmt::print(
+    teller_.note(fmt::format(
         "left by an earlier export and not of this sequence: {}{}; delete what a program would load with the "
-        "folder\n",
+        "folder",
         printable(result.others.front()),
         result.others.size() > 1
             ? fmt::format(" to {} ({} files)", printable(result.others.back()), result.others.size())
-            : "");
+            : ""));
   if (const auto fresh = double(result.frames.size()) - kept_; fresh > 0) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
                  used = processor_seconds() - cpu_;
-    fmt::print("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing\n",
-               fresh / seconds, used / fresh, 100 * writing_ / used);
+    teller_.note(
+        fmt::format("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing",
+                    fresh / seconds, used / fresh, 100 * writing_ / used));
   }
   if (wide_)
-    fmt::print(
+    teller_.note(
         "some grids hold values beyond 65504, the largest of 16-bit floats, and are of 32 bits: in a larger "
-        "unit of length (convert --scale) they would be half as large\n");
+        "unit of length (convert --scale) they would be half as large");
   if (short_ > 0)
-    fmt::print(
+    teller_.note(fmt::format(
         "motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are "
-        "written: a larger --voxel-size or a smaller --shutter gives it whole\n",
-        short_);
+        "written: a larger --voxel-size or a smaller --shutter gives it whole",
+        short_));
   advise(folder, model);
 }
 
 void ExportReport::advise(const std::string& folder, const VoxelModel& model) const {
   const bool mean = options_.bake_view == "mean" && options_.colorspace == "display";
   if (model.radiance.sh_order > 0 && mean && !options_.sh && options_.profile != "unreal")
-    fmt::print("colours are means over all directions; --sh keeps how they change with the view\n");
+    teller_.note("colours are means over all directions; --sh keeps how they change with the view");
   const std::string changes = what_changes(model.motion);
   if (!changes.empty() && find_profile(options_.profile).velocity)
-    fmt::print("nothing moves in this run, {}: the frames have no velocity grid\n", changes);
+    teller_.note(fmt::format("nothing moves in this run, {}: the frames have no velocity grid", changes));
   if (options_.profile != "blender") return;
-  fmt::print("in Blender: blender -P {}/load_in_blender.py\n", folder);
+  teller_.note(fmt::format("in Blender: blender -P {}/load_in_blender.py", folder));
   if (model.motion.presence)
-    fmt::print(
+    teller_.note(
         "matter comes and goes: add -- --material smoke to light it in your scene, or -- --material fire to "
-        "let it give light\n");
+        "let it give light");
 }
 
 }  // namespace splinevox::cli

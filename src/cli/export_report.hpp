@@ -5,15 +5,15 @@
 #include <string>
 
 #include "cli/command.hpp"
+#include "run/teller.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox::cli {
 
-/// What the user is told of an export: a bar or JSON lines while it runs, a summary at its end.
+/// What the user is told of an export: a count or events while it runs, a summary at its end.
 class ExportReport {
  public:
-  enum class Talk { quiet, json, bar, summary };
   /// @param options  must outlive the report
   ExportReport(Talk talk, const ExportOptions& options);
   /// One more of `total` frames is there.
@@ -23,11 +23,13 @@ class ExportReport {
                  const VoxelModel& model) const;
 
  private:
+  /// Of a whole sequence: what is in the folder, and what its making took.
+  void explain(const ExportResult& result, const std::string& folder, const VoxelModel& model) const;
   /// What is not in the frames, and how to open them.
   void advise(const std::string& folder, const VoxelModel& model) const;
   void print_line(const ExportedFrame& frame) const;
 
-  Talk talk_;
+  Teller teller_;
   const ExportOptions& options_;
   double bytes_ = 0, speed_ = 0, writing_ = 0;
   double short_ = 0;   ///< voxels of velocity that the fastest matter asks for and does not get

@@ -41,24 +41,15 @@ std::string heading(const OptionEntry& o) {
 }
 
 std::string body(const OptionEntry& o) {
-  std::string text = lines(o.text);
-  std::vector<std::string> more;
-  if (o.required) more.push_back("required");
-  if (!o.choices.empty() && o.text.find('\n') == o.text.npos)
-    more.push_back(fmt::format("one of {}", fmt::join(o.choices, ", ")));
-  if (!o.range.empty()) more.push_back(o.range);
-  if (!o.usual.empty()) more.push_back("default: " + o.usual);
-  return more.empty() ? text
-                      : fmt::format("{} ({})", text, literal(fmt::format("{}", fmt::join(more, "; "))));
+  const std::string text = lines(o.text), facts = o.facts();
+  return facts.empty() ? text : fmt::format("{} ({})", text, literal(facts));
 }
 
-std::string synopsis(const VerbEntry& v) {
-  std::string text = fmt::format("\\fBsplinevox {}\\fR", literal(v.name));
-  for (const OptionEntry& o : v.options)
-    if (o.positional()) text += " " + (o.required ? heading(o) : "[" + heading(o) + "]");
-  for (const OptionEntry& o : v.options)
-    if (!o.positional() && o.required) text += " " + heading(o);
-  return text + " [\\fIOPTION\\fR]...";
+std::string example_list(const std::vector<Example>& examples) {
+  std::string text;
+  for (const Example& e : examples)
+    text += fmt::format(".TP\n{}\n{}\n", literal(e.words), literal(e.purpose));
+  return text;
 }
 
 constexpr const char* kEnd = R"(.SH EXIT STATUS
@@ -78,13 +69,9 @@ interrupted; what was done so far is saved
 .TP
 .B SPLINEVOX_DATA
 folder of data sets for the tests and benchmarks that want real ones
-.SH EXAMPLES
-.nf
-splinevox synth dancer \-\-out scene
-splinevox train scene \-\-out run
-splinevox eval run
-splinevox export run \-\-out vdb \-\-profile blender \-\-frames 1\-48
-.fi
+.TP
+.B SPLINEVOX_RUN_ID
+what the lines of \-\-json have as run_id; not set: a new one for every call
 )";
 
 }  // namespace
@@ -102,11 +89,13 @@ std::string man_page(const CLI::App& app, const std::string& version) {
       "and per voxel the control points of its curve. It plays at any time, is measured against held\\-out "
       "views, and is exported as an animated VDB sequence with velocities.\n.SH VERBS\n";
   for (const VerbEntry& v : describe(app)) {
-    page += fmt::format(".SS {}\n{}\n.PP\n{}\n", literal(v.name), lines(v.summary), synopsis(v));
+    page += fmt::format(".SS {}\n{}\n.PP\n\\fBsplinevox\\fR {}\n", literal(v.name), lines(v.summary),
+                        literal(v.synopsis()));
     for (const OptionEntry& o : v.options) page += fmt::format(".TP\n{}\n{}\n", heading(o), body(o));
     if (!v.footer.empty()) page += fmt::format(".PP\n{}\n", lines(v.footer));
+    page += ".PP\nExamples:\n" + example_list(v.examples);
   }
-  return page + kEnd;
+  return page + kEnd + ".SH EXAMPLES\nIn order of use:\n" + example_list(order_of_use());
 }
 
 }  // namespace splinevox::cli

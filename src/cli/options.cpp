@@ -27,7 +27,7 @@ constexpr Measured kMeasured[] = {
 std::string preset_help() {
   std::string text = "where the numbers start from:";
   for (const Preset& p : presets()) {
-    text += fmt::format("\n  {:<11} {}", p.name, p.summary);
+    text += fmt::format("\n  {}: {}", p.name, p.summary);
     for (const Measured& m : kMeasured)
       if (m.preset == std::string(p.name))
         text += fmt::format("; measured {:.2f} dB, {:.2f} GB", m.psnr, m.memory);
@@ -54,9 +54,24 @@ std::vector<int> frame_numbers(const char* option, const std::string& text, cons
 
 }  // namespace
 
+void heading(CLI::App& verb, const char* text) { verb.option_defaults()->group(text); }
+
+void add_json(CLI::App& verb, bool& json) {
+  verb.add_flag("--json", json,
+                "for programs: notes, progress, errors and the result as JSON objects on stdout, one a line "
+                "(docs/formats.md has the table)")
+      ->group(kTalk);
+}
+
+void add_talk(CLI::App& verb, TalkWords& words) {
+  verb.add_flag("--quiet", words.quiet, "say nothing but errors")->group(kTalk);
+  add_json(verb, words.json);
+}
+
 void add_threads(CLI::App& verb, int& threads) {
   verb.add_option("--threads", threads, "threads to use, 0 = one per core")
       ->check(CLI::Range(0, 4096))
+      ->group(kMachine)
       ->capture_default_str();
 }
 
@@ -64,16 +79,19 @@ void add_device(CLI::App& verb, std::string& device) {
   verb.add_option("--device", device,
                   "cpu, cuda, or auto: cuda where this build has it and a device is there")
       ->type_name("{auto,cpu,cuda}")
+      ->group(kMachine)
       ->capture_default_str();
 }
 
 void add_share(CLI::App& verb, std::string& share) {
   verb.add_option("--share", share,
                   "K/N: only every N-th, from the K-th on, for N processes side by side; under mpirun each "
-                  "takes its own");
+                  "takes its own")
+      ->group(kMachine);
 }
 
 void add_frames(CLI::App& verb, FrameWords& words) {
+  heading(verb, kShot);
   verb.add_option("--frames", words.frames, "FIRST-LAST, the frames to write")->capture_default_str();
   verb.add_option("--at", words.at,
                   "the frame at which the motion begins, or FIRST-LAST, over which all of it runs: --frames "
@@ -119,6 +137,7 @@ std::string moments_text(const FrameRange& r) {
 }
 
 void add_otherwise(CLI::App& verb, Otherwise& o) {
+  heading(verb, kData);
   verb.add_option("--downscale", o.downscale,
                   "average KxK pixel blocks of the pictures, if not as in training")
       ->check(CLI::Range(1, 64));
@@ -127,6 +146,7 @@ void add_otherwise(CLI::App& verb, Otherwise& o) {
 }
 
 void add_rules(CLI::App& verb, DatasetRules& rules) {
+  heading(verb, kData);
   verb.add_option(
           "--times", rules.times,
           "when pictures were taken, where the data does not say: none (all of one moment), order (evenly, "
@@ -161,10 +181,12 @@ void add_masks(CLI::App& verb, std::string& masks) {
           "(black says nothing: neither drawn nor scored; in files dynamic_mask_... white does), "
           "subject-black, ignore-white and ignore-black (this colour, whatever the names), moving (white "
           "moves, all else stands still), moving-black, or none")
+      ->group(kData)
       ->type_name("USE");
 }
 
 void add_picture_room(CLI::App& verb, std::string& memory, std::string& cache) {
+  heading(verb, kMachine);
   verb.add_option(
           "--memory", memory,
           "the most memory the process may take, such as 6G or 500M; pictures that do not fit are kept in "
@@ -180,35 +202,39 @@ void add_picture_room(CLI::App& verb, std::string& memory, std::string& cache) {
 void add_train_options(CLI::App& verb, TrainVerb& o) {
   verb.add_option("DATASET", o.dataset,
                   "folder of a data set: D-NeRF, nerfstudio, COLMAP and others (docs/data.md)");
-  add_rules(verb, o.rules);
+  heading(verb, "Run");
   verb.add_option(
       "--out", o.out,
       "folder of the run (config.toml, model.vdb, checkpoint, metrics, preview); not given: a new one, "
       "runs/NAME-DATE, which is said");
+  verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
+  verb.add_option("--max-time", o.max_time,
+                  "seconds training may take, loading included; schedules are laid out over it");
+  verb.add_option("--max-steps", o.max_steps, "optimiser steps; alone, the same seed gives the same bits");
+  verb.add_option("--seed", o.seed, "seed of every random draw");
+  heading(verb, "Model");
   verb.add_option("--preset", o.preset, preset_help())->type_name(preset_names());
   verb.add_option("--config", o.config_file, "TOML file over the preset");
   verb.add_option("--set", o.sets, "one number over both, group.key=value; may be repeated")
       ->allow_extra_args(false);
-  verb.add_option("--max-time", o.max_time,
-                  "seconds training may take, loading included; schedules are laid out over it");
-  verb.add_option("--max-steps", o.max_steps, "optimiser steps; alone, the same seed gives the same bits");
-  add_threads(verb, o.threads);
-  add_picture_room(verb, o.memory, o.cache);
-  verb.add_option("--seed", o.seed, "seed of every random draw");
-  add_device(verb, o.device);
-  verb.add_flag(
-      "--deterministic", o.deterministic,
-      "on a CUDA device too: the same bits in every run, for some of its speed (the CPU always has them)");
+  verb.add_option("--effects", o.effects,
+                  fmt::format("auto (those the scene calls for, tried out first), all (each in full: view "
+                              "dependence of order {}), or a list of {}",
+                              kMaxShOrder, fmt::join(effect_names(), ", ")))
+      ->capture_default_str();
+  verb.add_flag("--list-settings", o.list_settings, "print every setting of the preset as TOML and stop");
+  add_rules(verb, o.rules);
   verb.add_option("--downscale", o.downscale, "average KxK pixel blocks of the pictures");
   verb.add_option("--background", o.background,
                   "white, black or R,G,B in 0..1, behind pictures with alpha, and behind opaque ones instead "
                   "of a learned colour");
-  verb.add_option("--effects", o.effects,
-                  fmt::format("auto (those the scene calls for, tried out first), all (each in full: view "
-                              "dependence of order {}), or a list of {}",
-                              kMaxShOrder, fmt::join(effect_names(), ",")))
-      ->capture_default_str();
-  verb.add_flag("--resume", o.resume, "go on with the run in --out, or start it if there is no checkpoint");
+  add_threads(verb, o.threads);
+  add_device(verb, o.device);
+  add_picture_room(verb, o.memory, o.cache);
+  verb.add_flag(
+      "--deterministic", o.deterministic,
+      "on a CUDA device too: the same bits in every run, for some of its speed (the CPU always has them)");
+  heading(verb, kTalk);
   verb.add_option_function<std::vector<std::string>>(
           "--live",
           [&o](const std::vector<std::string>& words) { o.live = words.empty() ? "" : words.front(); },
@@ -216,9 +242,7 @@ void add_train_options(CLI::App& verb, TrainVerb& o) {
           "give more time; its address is printed, also with --quiet; without PORT a free one is taken")
       ->expected(0, 1)
       ->type_name("PORT");
-  verb.add_flag("--quiet", o.quiet, "say nothing but errors");
-  verb.add_flag("--json", o.json, "progress as JSON lines on stdout");
-  verb.add_flag("--list-settings", o.list_settings, "print every setting of the preset as TOML and stop");
+  add_talk(verb, o);
 }
 
 }  // namespace splinevox::cli

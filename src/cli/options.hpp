@@ -13,6 +13,18 @@
 /// Options that several verbs have, declared once.
 namespace splinevox::cli {
 
+/// Headings in the help that several verbs have.
+constexpr const char *kData = "Data set", *kShot = "Shot", *kMachine = "Machine", *kTalk = "What it says";
+/// Options that `verb` declares from here on stand below this heading; those below have their own.
+void heading(CLI::App& verb, const char* text);
+
+/// --quiet and --json.
+struct TalkWords {
+  bool quiet = false, json = false;
+};
+void add_talk(CLI::App& verb, TalkWords& words);
+/// --json alone, of verbs whose text is their result.
+void add_json(CLI::App& verb, bool& json);
 /// --threads N: 0 = every core.
 void add_threads(CLI::App& verb, int& threads);
 /// --device auto, cpu or cuda; see choose_device.
@@ -38,9 +50,9 @@ void add_masks(CLI::App& verb, std::string& masks);
 /// --memory and --cache of verbs that read pictures.
 void add_picture_room(CLI::App& verb, std::string& memory, std::string& cache);
 /// The command line of `train` as typed.
-struct TrainVerb : TrainOptions {
+struct TrainVerb : TrainOptions, TalkWords {
   int threads = 0;
-  bool quiet = false, json = false, list_settings = false;
+  bool list_settings = false;
   std::optional<std::string> live;  ///< port of the page; "": a free one
   bool named = true;                ///< `out` was given, not found
 };

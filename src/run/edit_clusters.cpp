@@ -61,17 +61,15 @@ struct ClusterOperations {
     s.clusters_ = find_clusters(s.run_.model, count);
     s.chosen_.clear();
     Json table = Json::array();
-    if (!s.quiet_)
-      fmt::print("{:<8} {:>9} {:>17}   {}\n", "cluster", "of matter", "moves by (voxels)", "around");
+    s.say_(fmt::format("{:<8} {:>9} {:>17}   {}", "cluster", "of matter", "moves by (voxels)", "around"));
     for (std::size_t c = 0; c < s.clusters_->clusters.size(); ++c) {
       const auto& k = s.clusters_->clusters[c];
       table.push_back({{"cluster", c},
                        {"share", k.share},
                        {"motion_voxels", k.motion},
                        {"center", {k.center.x, k.center.y, k.center.z}}});
-      if (!s.quiet_)
-        fmt::print("{:<8} {:>8.1f}% {:>17.2f}   {:.3f},{:.3f},{:.3f}{}\n", c, 100 * k.share, k.motion,
-                   k.center.x, k.center.y, k.center.z, c == 0 ? "   stands still" : "");
+      s.say_(fmt::format("{:<8} {:>8.1f}% {:>17.2f}   {:.3f},{:.3f},{:.3f}{}", c, 100 * k.share, k.motion,
+                         k.center.x, k.center.y, k.center.z, c == 0 ? "   stands still" : ""));
     }
     return {{"clusters", table}, {"silhouette", s.clusters_->silhouette}};
   }

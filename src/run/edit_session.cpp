@@ -194,14 +194,13 @@ void EditSession::apply(const std::string& operation, const std::string& value) 
   if (found->value) entry["value"] = value;
   entry.update(result);
   done_.push_back(entry);
-  if (quiet_) return;
-  fmt::print("{}{}{}", operation, value.empty() ? "" : " ", value);
+  std::string line = fmt::format("{}{}{}", operation, value.empty() ? "" : " ", value);
   for (const auto& [key, figure] : result.items())
     if (figure.is_number_float())
-      fmt::print(", {} {:.3g}", key, figure.get<double>());
+      line += fmt::format(", {} {:.3g}", key, figure.get<double>());
     else if (figure.is_primitive())
-      fmt::print(", {} {}", key, figure.is_string() ? figure.get<std::string>() : json_text(figure));
-  fmt::print("\n");
+      line += fmt::format(", {} {}", key, figure.is_string() ? figure.get<std::string>() : json_text(figure));
+  say_(line);
 }
 
 const std::vector<EditOperation>& edit_operations() {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "run/support.hpp"
@@ -14,8 +16,9 @@ namespace splinevox::run {
 /// A model that is being edited: operations change it one after the other.
 class EditSession {
  public:
-  /// @param quiet  say nothing about what the operations did
-  EditSession(Run run, bool quiet) : run_(std::move(run)), quiet_(quiet) {}
+  /// @param say  hears lines about what the operations did
+  EditSession(Run run, std::function<void(const std::string&)> say)
+      : run_(std::move(run)), say_(std::move(say)) {}
 
   /// Does one operation of edit_operations(). Throws Error (input) if it makes no sense here.
   void apply(const std::string& operation, const std::string& value);
@@ -28,7 +31,7 @@ class EditSession {
   friend struct EditOperations;
   friend struct ClusterOperations;
   Run run_;
-  bool quiet_;
+  std::function<void(const std::string&)> say_;
   Json done_ = Json::array();
   std::optional<MotionClusters> clusters_;  ///< of the model as it is
   ChosenClusters chosen_;                   ///< empty: none yet

@@ -8,16 +8,20 @@
 #include <new>
 
 #include "core/printable.hpp"
+#include "run/events.hpp"
 #include "run/signals.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
 namespace {
 
+/// The message for people, and the same as an event where a program listens.
 /// stdio and not fmt::print: these lines must come out even where memory or the terminal is gone, and must
 /// not throw.
-int say(const char* program, const char* text, int code) {
+int say(const char* program, const char* text, const Problem& problem, Fault fault) {
+  const int code = fault == Fault::input ? 2 : 1;
   std::fprintf(stderr, "%s: %s\n", program, text);
+  write_error(problem, fault, code);
   return code;
 }
 
@@ -25,14 +29,15 @@ int run(const char* program, const std::function<int()>& work) {
   try {
     return work();
   } catch (const Error& error) {
-    return say(program, error.what(), error.fault == Fault::input ? 2 : 1);
+    return say(program, error.what(), error.problem, error.fault);
   } catch (const std::bad_alloc&) {
     return say(program,
                "out of memory\n  try:      --downscale 2, or fewer cells: --set grid.radiance=40,64,96 --set "
                "grid.radiance_start=0,.15,.5",
-               1);
+               {program, "out of memory"}, Fault::memory);
   } catch (const std::exception& error) {
-    return say(program, all_printable(error.what()).c_str(), 1);
+    const std::string text = all_printable(error.what());
+    return say(program, text.c_str(), {program, text}, Fault::output);
   }
 }
 

@@ -11,6 +11,7 @@
 #include <cstdio>
 
 #include "core/printable.hpp"
+#include "run/events.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox::run {
@@ -29,13 +30,6 @@ std::string bar(double share, int width) {
   return text;
 }
 
-/// Of the terminal, as wide as it is now.
-int columns() {
-  constexpr int kUsual = 80;
-  winsize size{};
-  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
-}
-
 /// Prints, or not: a terminal that is gone, a reader that went away or a full log disk is no reason to stop
 /// training. What was left in the buffer of a stream that failed is dropped too, or it would fail for ever.
 void try_print(std::FILE* out, const std::string& text) {
@@ -49,6 +43,12 @@ void try_print(std::FILE* out, const std::string& text) {
 
 Talk choose_talk(bool quiet, bool json) {
   return json ? Talk::json : quiet ? Talk::quiet : ::isatty(STDERR_FILENO) ? Talk::bar : Talk::lines;
+}
+
+int columns(int descriptor) {
+  constexpr int kUsual = 80;
+  winsize size{};
+  return ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
 }
 
 std::string bar_line(const LineParts& parts, int width) {
@@ -74,14 +74,14 @@ std::string bar_line(const LineParts& parts, int width) {
 
 void Progress::note(const std::string& text) {
   if (events_.note) events_.note(text);
+  event("note", {{"note", text}});
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   finish();
   try_print(stderr, all_printable(text) + "\n");
 }
 
-void Progress::announce(const std::string& text) {
-  if (talk_ == Talk::json) try_print(stdout, json_text({{"note", text}}) + "\n");
-  note(text);
+void Progress::event(const char* name, const Json& fields) {
+  if (talk_ == Talk::json) try_print(stdout, event_line(name, fields) + "\n");
 }
 
 void Progress::tell(const StepReport& report) {
@@ -121,7 +121,7 @@ Json Progress::report(double held_out_psnr) {
 }
 
 void Progress::draw(const Json& j) {
-  if (talk_ == Talk::json) try_print(stdout, json_text(j) + "\n");
+  event("progress", j);
   if (talk_ == Talk::json || talk_ == Talk::quiet) return;
   const double progress = last_.progress;
   if (talk_ == Talk::lines && last_.seconds - spoken_ < kLineEvery && progress < 1) return;
@@ -138,7 +138,7 @@ void Progress::draw(const Json& j) {
                         fmt::format("{:.0f} krays/s", j["rays_per_second"].get<double>() / 1e3),
                         left};
   if (talk_ == Talk::bar) {
-    try_print(stderr, "\r\033[K" + bar_line(parts, columns()));
+    try_print(stderr, "\r\033[K" + bar_line(parts, columns(STDERR_FILENO)));
     drawn_ = true;
   } else {
     try_print(stderr,

@@ -16,10 +16,12 @@ namespace splinevox::run {
 enum class Talk {
   bar,    ///< one line that is drawn over itself: stderr is a terminal
   lines,  ///< a plain line every few seconds
-  json,   ///< one JSON object a line on stdout
+  json,   ///< one JSON object a line on stdout, begin_events was called
   quiet   ///< nothing but errors
 };
 Talk choose_talk(bool quiet, bool json);
+/// Of the terminal behind a descriptor, as wide as it is now; 80 where there is none.
+int columns(int descriptor);
 
 /// The parts of the line that is drawn over itself.
 struct LineParts {
@@ -37,10 +39,10 @@ class Progress {
   explicit Progress(Talk talk, TrainEvents events = {}) : talk_(talk), events_(std::move(events)) {}
   ~Progress() { finish(); }
 
-  /// A line of its own, above the bar.
+  /// A line of its own, above the bar; also an event.
   void note(const std::string& text);
-  /// The same, which JSON has as well.
-  void announce(const std::string& text);
+  /// A line for programs alone, if they listen (events.hpp).
+  void event(const char* name, const Json& fields);
   /// One step was done. Returns the averaged report when one is due (every half second; JSON and plain lines
   /// less often), else null: what metrics.jsonl gets.
   Json step(const StepReport& report, double held_out_psnr);

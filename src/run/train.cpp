@@ -85,6 +85,7 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   };
   Prepared prepared = prepare(asked, data, options);
   const Json effects = effects_json(prepared);
+  progress.event("effects", effects);
   for (const std::string& line : effects_lines(effects)) progress.note(line);
   if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
   return prepared;
@@ -100,7 +101,7 @@ void note_few_steps(const Config& config, const Json& figures, Progress& progres
   if (!by_clock(config.run) || !figures.contains("preset_share")) return;
   const double share = figures["preset_share"];
   if (share >= kFew) return;
-  progress.announce(fmt::format(
+  progress.note(fmt::format(
       "note: {:.0f} seconds gave {} steps, {:.2g}% of the {} that preset {} was measured with; go on "
       "with --resume --max-time {:.0f}, or train anew with --downscale {} or more cores",
       config.run.max_time, figures["steps"].get<std::int64_t>(), 100 * share,
@@ -149,7 +150,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   bool finished = known && has_ended(folder) && !longer;
   if (ranks) finished = ranks->from_first(finished) != 0;
   if (o.resume && !checkpoint && !finished)
-    progress.announce(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
+    progress.note(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
 
   LoadOptions load;
   load.downscale = config.run.downscale;

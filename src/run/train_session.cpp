@@ -180,7 +180,9 @@ void TrainSession::step() {
   progress_.tell(last_);
   if (!last_.discarded) return report(progress_.step(last_, held_out_psnr_));
   ++discarded_;
-  report(discarded_json(last_, *setup_.data.find("train")));
+  const Json discarded = discarded_json(last_, *setup_.data.find("train"));
+  progress_.event("discarded", discarded);
+  report(discarded);
   progress_.note(fmt::format("step {} was not finite ({} rows, {} rays) and is discarded", last_.step,
                              last_.bad_rows, last_.bad_rays.size()));
 }
@@ -254,7 +256,7 @@ void TrainSession::hold_camera(const VoxelModel& model) {
   Renderer renderer = make_renderer(model, setup_.device);
   held_camera_ = held_camera_test(model, renderer, train, no_held_out_ ? train : *setup_.data.find("val"));
   if (!held_camera_) return;
-  if (const std::string text = held_camera_warning(*held_camera_); !text.empty()) progress_.announce(text);
+  if (const std::string text = held_camera_warning(*held_camera_); !text.empty()) progress_.note(text);
 }
 
 void TrainSession::resume() {

@@ -263,11 +263,12 @@ def help_of(program):
         return subprocess.run([program, *words, "--help"], check=True, capture_output=True, text=True).stdout
 
     def names(text):
-        return set(re.findall(r"(?:^\s+|,)(--[a-z][a-z-]*)", text, flags=re.M))
+        entries = re.findall(r"^  (?:-[a-z], )?(--[a-z][a-z-]*(?:, --[a-z][a-z-]*)*)", text, flags=re.M)
+        return {name for entry in entries for name in entry.split(", ")}
 
     top = asked()
-    verbs = re.findall(r"^  ([a-z]+) ", top.partition("Subcommands:")[2], flags=re.M)
-    return {"": names(top), **{v: names(asked(v)) for v in verbs}}
+    verbs = re.findall(r"^  ([a-z]+)  ", top, flags=re.M)
+    return {"": names(top) | {"--help", "--version"}, **{v: names(asked(v)) for v in verbs}}
 
 
 def main():

@@ -21,7 +21,7 @@ if command -v man >/dev/null; then
 else
   absent+=(man-db)
 fi
-for verb in $("$program" --help | sed -n '/^Subcommands/,$p' | awk 'NR > 1 && NF {print $1}'); do
+for verb in $("$program" --help | sed -n 's/^  \([a-z]*\)  .*/\1/p'); do
   grep -q "^.SS ${verb}$" "$folder/splinevox.1" || { echo "the manual lacks the verb $verb"; exit 1; }
 done
 
@@ -60,7 +60,7 @@ zpty -w shell "LISTMAX=0; zstyle ':completion:*' list-prompt ''"
 zpty -w shell "zstyle ':completion:*' menu no; bindkey '^I' complete-word"
 zpty -n -w shell "$2"$'\t'
 text= part=
-for i in {1..40}; do
+for i in {1..400}; do  # a slow machine takes many of these
   sleep 0.1
   while zpty -rt shell part; do text+=$part; done
   [[ $text == *$3* ]] && { zpty -d shell; exit 0; }

@@ -55,6 +55,7 @@ for file in man/man1/splinevox.1 bash-completion/completions/splinevox \
     exit 1
   }
 done
+python3 -m zipfile -t "$prefix/share/splinevox/splinevox_blender.zip" >/dev/null
 version=$(sed -n 's/.*kVersion = "\(.*\)".*/\1/p' "$prefix/include/splinevox/core/version.hpp")
 [[ $("$prefix/bin/splinevox" --version) == "splinevox $version" ]]
 rm -rf "$folder"

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "core/printable.hpp"
+#include "run/events.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -48,13 +49,8 @@ void CaptureTalk::progress(int done, int total) {
   if (talk_ == Talk::quiet || again || (!last && time - spoken_ < lines_every(talk_))) return;
   spoken_ = time;
   if (talk_ == Talk::json) {
-    std::fputs(
-        (json_text(
-             {{"stage", name_}, {"number", number_}, {"of", kStages}, {"done", done}, {"total", total}}) +
-         "\n")
-            .c_str(),
-        stdout);
-    std::fflush(stdout);
+    write_event("progress",
+                {{"stage", name_}, {"number", number_}, {"of", kStages}, {"done", done}, {"total", total}});
     return;
   }
   const double took = time - began_;
@@ -75,7 +71,7 @@ void CaptureTalk::note(const std::string& text) {
   notes_.push_back(text);
   if (talk_ == Talk::quiet) return;
   if (talk_ == Talk::json) {
-    std::fputs((json_text({{"note", text}}) + "\n").c_str(), stdout);
+    write_event("note", {{"note", text}});
     return;
   }
   end_line();

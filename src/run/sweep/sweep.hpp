@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -43,7 +44,9 @@ std::string slurm_script(const std::string& description, const std::string& out,
 /// Trains and evaluates what is not done yet, in as many processes at a time as `jobs`; what they say goes to
 /// NAME.log beside the runs. A signal to stop is waited for: the runs save themselves and go on next time.
 /// Returns the tasks that failed.
-std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const std::string& out, int jobs,
-                                   int threads, bool quiet);
+/// @param on_end  hears what became of a task, the `ended`-th of them that is over
+std::vector<std::string> run_sweep(
+    const std::vector<SweepTask>& tasks, const std::string& out, int jobs, int threads,
+    const std::function<void(const SweepTask& task, std::size_t ended, const std::string& what)>& on_end);
 
 }  // namespace splinevox::run

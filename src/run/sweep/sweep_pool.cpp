@@ -70,19 +70,14 @@ std::vector<std::string> next_words(const SweepTask& t, int threads) {
 
 }  // namespace
 
-std::vector<std::string> run_sweep(const std::vector<SweepTask>& tasks, const std::string& out, int jobs,
-                                   int threads, bool quiet) {
+std::vector<std::string> run_sweep(
+    const std::vector<SweepTask>& tasks, const std::string& out, int jobs, int threads,
+    const std::function<void(const SweepTask& task, std::size_t ended, const std::string& what)>& on_end) {
   std::vector<std::string> failed;
   std::map<pid_t, std::size_t> running;
   std::size_t next = 0, ended = 0;
   bool announced = false;
-  const auto tell = [&](const SweepTask& t, const std::string& what) {
-    ++ended;
-    if (!quiet) {
-      fmt::print("{} of {}  {}: {}\n", ended, tasks.size(), t.name, what);
-      std::fflush(stdout);
-    }
-  };
+  const auto tell = [&](const SweepTask& t, const std::string& what) { on_end(t, ++ended, what); };
   const auto go_on = [&](std::size_t task) {  // false: there is nothing left to do for it
     const SweepTask& t = tasks[task];
     std::vector<std::string> words;

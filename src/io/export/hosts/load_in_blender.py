@@ -16,6 +16,7 @@ SH_ORDER = -1  # harmonics in the grids sh0, sh1, ...; -1: the colour looks the 
 BACKGROUND = (1, 1, 1)  # display colour the model was made before; composite over it
 
 import argparse
+import collections
 import json
 import os
 import sys
@@ -23,22 +24,24 @@ import sys
 import bpy
 from mathutils import Matrix
 
-HERE = os.path.dirname(os.path.abspath(__file__))
+# A folder of frames and what is above.
+Sequence = collections.namedtuple("Sequence", "folder first last fps velocity linear prefixes sh_order")
 
 
-def import_sequence(prefix):
+def import_sequence(sequence, prefix):
     """The frames that begin with it as one Volume object at the world's origin, in scene units."""
-    files = ["%sframe_%04d.vdb" % (prefix, f) for f in range(FIRST, LAST + 1)]
+    folder, first = sequence.folder, sequence.first
+    files = ["%sframe_%04d.vdb" % (prefix, f) for f in range(first, sequence.last + 1)]
     bpy.ops.object.volume_import(
-        filepath=os.path.join(HERE, files[0]), directory=HERE + os.sep, files=[{"name": f} for f in files],
-        use_sequence_detection=True, align="WORLD", location=(0, 0, 0))
+        filepath=os.path.join(folder, files[0]), directory=folder + os.sep,
+        files=[{"name": f} for f in files], use_sequence_detection=True, align="WORLD", location=(0, 0, 0))
     volume = bpy.context.object
     volume.name = " ".join(["splinevox"] + prefix.split("_")).strip()
     if len(files) > 1:
-        volume.data.frame_start = FIRST  # scene frame n shows frame_000n.vdb
+        volume.data.frame_start = first  # scene frame n shows frame_000n.vdb
         volume.data.frame_duration = len(files)
-    bpy.context.scene.frame_set(FIRST)
-    if VELOCITY:
+    bpy.context.scene.frame_set(first)
+    if sequence.velocity:
         # Blender looks for the name itself.
         if volume.data.grids.load() and volume.data.velocity_grid != "velocity":
             volume.data.velocity_grid = "velocity"
@@ -49,8 +52,9 @@ def import_sequence(prefix):
 class Nodes:
     """Numbers and vectors as sockets of a node tree: what is written here as a formula runs in the shader."""
 
-    def __init__(self, tree):
+    def __init__(self, tree, sequence):
         self.tree = tree
+        self.sequence = sequence
 
     def node(self, kind, x, y, **settings):
         n = self.tree.nodes.new(kind)
@@ -85,7 +89,8 @@ class Nodes:
 
 
 def harmonics(nodes):
-    """The real spherical harmonics of the direction of sight, bands 0 to SH_ORDER, in the object's axes."""
+    """The real spherical harmonics of the direction of sight, bands 0 to sh_order, in the object's axes."""
+    order = nodes.sequence.sh_order
     sight = nodes.node("ShaderNodeNewGeometry", -2200, -400).outputs["Incoming"]  # towards the camera
     turned = nodes.node("ShaderNodeVectorTransform", -2000, -400, vector_type="VECTOR", convert_from="WORLD",
                         convert_to="OBJECT")
@@ -109,15 +114,15 @@ def harmonics(nodes):
         return nodes.math("SUBTRACT", a, b)
 
     found = [0.28209479177387814]
-    if SH_ORDER > 0:
+    if order > 0:
         found += [times(v, 0.4886025119029199) for v in (y, z, x)]
-    if SH_ORDER > 1:
+    if order > 1:
         b = 1.0925484305920792
         xx, yy, zz = times(x, x), times(y, y), times(z, z)
         found += [times(x, y, b), times(y, z, b),
                   times(minus(times(zz, 3.0), 1.0), 0.31539156525252005), times(x, z, b),
                   times(minus(xx, yy), 0.5462742152960396)]
-    if SH_ORDER > 2:
+    if order > 2:
         one, three = minus(times(zz, 5.0), 1.0), minus(times(zz, 5.0), 3.0)
         found += [times(minus(times(xx, 3.0), yy), y, 0.5900435899266435), times(x, y, z, 2.890611442640554),
                   times(one, y, 0.4570457994644658), times(three, z, 0.3731763325901154),
@@ -129,7 +134,7 @@ def harmonics(nodes):
 def shown_color(nodes, color):
     """The colour as it is seen from the camera. With harmonics it is color * (1 - sigmoid(q) / 2), where q is
     the sum of sh_j Y_j."""
-    if SH_ORDER < 0:
+    if nodes.sequence.sh_order < 0:
         return color
     y = harmonics(nodes)
     y += [0.0] * (-len(y) % 3)
@@ -145,7 +150,7 @@ def shown_color(nodes, color):
 
 def linear_color(nodes, color):
     """Scene-linear light of display values: sRGB's power law, without its straight piece below 0.04."""
-    if LINEAR:
+    if nodes.sequence.linear:
         return color
     shifted = nodes.vector("SCALE", nodes.vector("ADD", color, (0.055, 0.055, 0.055)), 1 / 1.055)
     gamma = nodes.node("ShaderNodeGamma", -450, -150)
@@ -198,12 +203,12 @@ def fire(nodes, density, color, args):
 MATERIALS = {"seen": seen, "smoke": smoke, "fire": fire}
 
 
-def make_material(args):
+def make_material(sequence, args):
     """The volume material that --material names. Its two shaders are added up."""
     material = bpy.data.materials.new("splinevox " + args.material)
     material.use_nodes = True
     material.node_tree.nodes.clear()
-    nodes = Nodes(material.node_tree)
+    nodes = Nodes(material.node_tree, sequence)
     density = nodes.node("ShaderNodeAttribute", -600, 100, attribute_name="density").outputs["Fac"]
     color = nodes.node("ShaderNodeAttribute", -600, -150, attribute_name="color").outputs["Vector"]
     add = nodes.node("ShaderNodeAddShader", -50, 0)
@@ -229,10 +234,10 @@ def light_up(scene):
     print("the scene was empty: a sun and a grey sky light it", flush=True)
 
 
-def set_up_scene(scene, args, fresh):
-    scene.frame_start, scene.frame_end = FIRST, LAST
-    scene.render.fps = max(1, round(FPS))
-    scene.render.fps_base = scene.render.fps / FPS
+def set_up_scene(scene, sequence, args, fresh):
+    scene.frame_start, scene.frame_end = sequence.first, sequence.last
+    scene.render.fps = max(1, round(sequence.fps))
+    scene.render.fps_base = scene.render.fps / sequence.fps
     scene.render.engine = "CYCLES"
     if args.material == "smoke":
         scene.cycles.volume_bounces = max(4, scene.cycles.volume_bounces)
@@ -243,7 +248,7 @@ def set_up_scene(scene, args, fresh):
     # Display-referred colours are shown as they are; any other transform would change the picture. Light in a
     # scene of the user's is shown as the user chose.
     if args.material == "seen":
-        scene.view_settings.view_transform = "Standard" if LINEAR else "Raw"
+        scene.view_settings.view_transform = "Standard" if sequence.linear else "Raw"
     elif fresh:
         scene.view_settings.view_transform = "Standard"
     if fresh and args.material == "smoke":
@@ -251,26 +256,46 @@ def set_up_scene(scene, args, fresh):
 
 
 def set_up_camera(scene, path):
-    """A pinhole camera from JSON: w, h, fl_x, fl_y, cx, cy in pixels, transform_matrix camera to world,
-    OpenGL axes."""
+    """Pinhole cameras from JSON: w, h, fl_x, fl_y, cx, cy in pixels, transform_matrix camera to world, OpenGL
+    axes; or a list `frames` of such, one a frame, as `splinevox render --format cameras` and --write-cameras
+    write it: then the camera is keyed. The picture's size and pixels are those of the first."""
     with open(path) as f:
-        c = json.load(f)
-    w, h = int(c["w"]), int(c["h"])
-    aspect = c["fl_x"] / c["fl_y"]
+        top = json.load(f)
+    shots = [dict(top, **shot) for shot in top.get("frames", [top])]
     data = bpy.data.cameras.new("splinevox")
     data.sensor_fit = "HORIZONTAL"
-    data.lens = c["fl_x"] * data.sensor_width / w
-    data.shift_x = (0.5 * w - c["cx"]) / w
-    data.shift_y = (c["cy"] - 0.5 * h) * aspect / w
     data.clip_start, data.clip_end = 1e-3, 1e4
     camera = bpy.data.objects.new("splinevox camera", data)
-    camera.matrix_world = Matrix(c["transform_matrix"])
+    camera.rotation_mode = "QUATERNION"
     scene.collection.objects.link(camera)
     scene.camera = camera
-    scene.render.resolution_x, scene.render.resolution_y = w, h
-    scene.render.resolution_percentage = 100
-    # Blender takes neither below 1.
-    scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(1, 1 / aspect), max(1, aspect)
+    for number, c in enumerate(shots):
+        w, h = int(c["w"]), int(c["h"])
+        aspect = c["fl_x"] / c["fl_y"]
+        data.lens = c["fl_x"] * data.sensor_width / w
+        data.shift_x = (0.5 * w - c["cx"]) / w
+        data.shift_y = (c["cy"] - 0.5 * h) * aspect / w
+        before = camera.rotation_quaternion.copy()
+        camera.matrix_world = Matrix(c["transform_matrix"])
+        if number == 0:
+            scene.render.resolution_x, scene.render.resolution_y = w, h
+            scene.render.resolution_percentage = 100
+            # Blender takes neither below 1.
+            scene.render.pixel_aspect_x, scene.render.pixel_aspect_y = max(1, 1 / aspect), max(1, aspect)
+        elif before.dot(camera.rotation_quaternion) < 0:
+            camera.rotation_quaternion.negate()  # the same turn, without a way around in between
+        if len(shots) == 1:
+            break
+        frame = c.get("frame", scene.frame_start + number)
+        for thing, names in ((camera, ("location", "rotation_quaternion")),
+                             (data, ("lens", "shift_x", "shift_y"))):
+            for name in names:
+                thing.keyframe_insert(name, frame=frame)
+    for thing in (camera, data):
+        for curve in thing.animation_data.action.fcurves if thing.animation_data else ():
+            for point in curve.keyframe_points:
+                point.interpolation = "LINEAR"
+    return camera
 
 
 def write_cameras(scene, path):
@@ -289,7 +314,7 @@ def write_cameras(scene, path):
         corners = scene.camera.data.view_frame(scene=scene)
         x, y = [c.x for c in corners], [c.y for c in corners]
         wide, high = max(x) - min(x), max(y) - min(y)
-        frames.append({"w": size[0], "h": size[1],
+        frames.append({"frame": number, "w": size[0], "h": size[1],
                        "fl_x": -corners[0].z * size[0] / wide, "fl_y": -corners[0].z * size[1] / high,
                        "cx": -min(x) * size[0] / wide, "cy": max(y) * size[1] / high,
                        "transform_matrix": [list(row) for row in scene.camera.matrix_world.normalized()]})
@@ -311,6 +336,16 @@ def render(scene, path, frame, samples):
     bpy.ops.render.render(write_still=True)
 
 
+def show(sequence, args, fresh):
+    """Volumes, material and scene. @return the volume objects, one for each prefix"""
+    material = make_material(sequence, args)
+    volumes = [import_sequence(sequence, prefix) for prefix in sequence.prefixes]
+    for volume in volumes:
+        volume.data.materials.append(material)
+    set_up_scene(bpy.context.scene, sequence, args, fresh)
+    return volumes
+
+
 def albedo(text):
     if text == "color":
         return text
@@ -322,7 +357,7 @@ def albedo(text):
 def main():
     argv = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []
     parser = argparse.ArgumentParser(prog="load_in_blender.py")
-    parser.add_argument("--camera", help="JSON file with a pinhole camera")
+    parser.add_argument("--camera", help="JSON file with a pinhole camera, or one for every frame")
     parser.add_argument("--write-cameras", help="JSON file to write: the scene's camera at every frame, "
                                                 "for splinevox render --camera")
     parser.add_argument("--render", help="picture to write, .exr or .png")
@@ -337,11 +372,10 @@ def main():
     fresh = not bpy.data.filepath  # nothing of the user's is open: start without the default cube
     if fresh:
         bpy.ops.wm.read_factory_settings(use_empty=True)
-    material = make_material(args)
-    for prefix in PREFIXES:
-        import_sequence(prefix).data.materials.append(material)
+    here = os.path.dirname(os.path.abspath(__file__))
+    sequence = Sequence(here, FIRST, LAST, FPS, VELOCITY, LINEAR, PREFIXES, SH_ORDER)
+    show(sequence, args, fresh)
     scene = bpy.context.scene
-    set_up_scene(scene, args, fresh)
     scene.frame_set(args.frame)
     if args.camera:
         set_up_camera(scene, args.camera)
@@ -351,4 +385,5 @@ def main():
         render(scene, args.render, args.frame, args.samples)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/camera_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "core/atomic_file.hpp"
+#include "run/support.hpp"
+
+namespace splinevox::cli {
+namespace {
+
+/// A frame's number and its camera.
+using Numbered = std::pair<int, Camera>;
+
+Json matrix_of(const Camera& c) {
+  Json rows = Json::array();
+  for (int r = 0; r < 3; ++r) rows.push_back({c.axes[0][r], c.axes[1][r], c.axes[2][r], c.position[r]});
+  rows.push_back({0, 0, 0, 1});
+  return rows;
+}
+
+std::string cameras_json(const RenderFrames& frames, double fps, const TimeMap& times) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < frames.shown.size(); ++i) {
+    const Shot& shot = frames.shots[frames.shown[i]];
+    const Camera& c = shot.camera;
+    const double raw = times.scale == 0 ? times.origin : times.origin + shot.time / times.scale;
+    list.push_back({{"frame", frames.numbers[i]},
+                    {"time", raw},
+                    {"w", c.width},
+                    {"h", c.height},
+                    {"fl_x", c.fx},
+                    {"fl_y", c.fy},
+                    {"cx", c.cx},
+                    {"cy", c.cy},
+                    {"transform_matrix", matrix_of(c)}});
+  }
+  return json_text({{"fps", fps}, {"frames", list}}, 1) + "\n";
+}
+
+/// A line of the prim: one value where all frames have the same, else one for each.
+std::string attribute(const std::string& name, const std::vector<Numbered>& cameras,
+                      const std::function<std::string(const Camera&)>& value) {
+  const std::string first = value(cameras.front().second);
+  const bool same = std::all_of(cameras.begin(), cameras.end(),
+                                [&](const Numbered& c) { return value(c.second) == first; });
+  if (same) return fmt::format("    {} = {}\n", name, first);
+  std::string text = fmt::format("    {}.timeSamples = {{\n", name);
+  for (const auto& [frame, camera] : cameras) text += fmt::format("        {}: {},\n", frame, value(camera));
+  return text + "    }\n";
+}
+
+std::string cameras_usd(const std::vector<Numbered>& cameras, double fps) {
+  constexpr double kAperture = 36;  // mm of a film that no one sees; all else is in proportion to it
+  const auto focal = [](const Camera& c) { return kAperture * c.fx / c.width; };
+  const auto number = [](double v) { return fmt::format("{}", v); };
+  std::string text = fmt::format(
+      "#usda 1.0\n(\n    defaultPrim = \"splinevox_camera\"\n    endTimeCode = {}\n    framesPerSecond = {}\n"
+      "    metersPerUnit = 1\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n    upAxis = \"Z\"\n)\n\n"
+      "def Camera \"splinevox_camera\"\n{{\n    float2 clippingRange = (0.001, 10000)\n",
+      cameras.back().first, fps, cameras.front().first, fps);
+  text += attribute("float focalLength", cameras, [&](const Camera& c) { return number(focal(c)); });
+  text += attribute("float horizontalAperture", cameras, [&](const Camera&) { return number(kAperture); });
+  text += attribute("float verticalAperture", cameras,
+                    [&](const Camera& c) { return number(focal(c) * c.height / c.fy); });
+  text += attribute("float horizontalApertureOffset", cameras,
+                    [&](const Camera& c) { return number(kAperture * (0.5 - c.cx / c.width)); });
+  text += attribute("float verticalApertureOffset", cameras,
+                    [&](const Camera& c) { return number(focal(c) * (c.cy - 0.5 * c.height) / c.fy); });
+  text += attribute("matrix4d xformOp:transform", cameras, [&](const Camera& c) {
+    std::string rows;  // USD's vectors are rows: each axis of the camera is one
+    for (const Vec3d& axis : c.axes) rows += fmt::format("({}, {}, {}, 0), ", axis.x, axis.y, axis.z);
+    return fmt::format("( {}({}, {}, {}, 1) )", rows, c.position.x, c.position.y, c.position.z);
+  });
+  return text + "    uniform token[] xformOpOrder = [\"xformOp:transform\"]\n}\n";
+}
+
+}  // namespace
+
+void write_cameras(const std::string& folder, const RenderFrames& frames, double fps, const TimeMap& times) {
+  std::vector<Numbered> cameras;
+  for (std::size_t i = 0; i < frames.shown.size(); ++i)
+    cameras.emplace_back(frames.numbers[i], frames.shots[frames.shown[i]].camera);
+  write_file(folder + "/" + kCamerasJson, {cameras_json(frames, fps, times)});
+  write_file(folder + "/" + kCamerasUsd, {cameras_usd(cameras, fps)});
+}
+
+}  // namespace splinevox::cli
