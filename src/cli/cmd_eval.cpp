@@ -198,7 +198,8 @@ int eval(const EvalOptions& o) {
     for (const std::string& note : volumes->notes) fmt::print("note: {}\n", note);
   if (!o.json)
     for (const std::string& note : data.notes) fmt::print("note: {}\n", note);
-  if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
+  if (!o.json)
+    fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", o.split + " view", "time", "PSNR", "SSIM", "MS-SSIM");
   Renderer renderer = make_renderer(run.model, device);
   const Scores scores =
       evaluate(run.model, renderer, *data.find(o.split), [&](const Frame& frame, const View& v) {
@@ -256,7 +257,8 @@ Action eval_command(CLI::App& verb) {
   verb.add_option("--split", o->split, "whose pictures to compare with")
       ->type_name("{test,val,train}")
       ->capture_default_str();
-  verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
+  verb.add_option("--images", o->images,
+                  "folder for pictures: truth, render, error; depth, displacement, what moves (red)");
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   verb.add_option("--truth-volume", o->truth_volume,
                   "folder with true densities over time to compare the model's with (see docs/formats.md)");

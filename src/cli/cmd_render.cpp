@@ -106,9 +106,9 @@ Action render_command(CLI::App& verb) {
                   "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
   verb.add_option(
           "--layers", o->layers,
-          "list of rgb,alpha,depth,flow,rigidity,cluster (parts by how they move), or all of these; with "
-          "--format exr also RGBA (light times alpha, no background), Z, forward, backward (pixels to the "
-          "next and the last frame)")
+          "list of rgb,alpha,depth,flow (displacement to the canonical volume),rigidity (1 moves, 0 "
+          "stays),cluster (parts by how they move), or all of these; with --format exr also RGBA (light "
+          "times alpha, no background), Z, forward, backward (pixels to the next and the last frame)")
       ->capture_default_str();
   verb.add_option("--format", o->format, "png, exr (numbers, all layers in one file) or mp4 (needs ffmpeg)")
       ->type_name("{png,exr,mp4}")

@@ -31,6 +31,7 @@ struct TrainOptions {
   std::string cache;   ///< folder for pictures that do not fit into it; empty: LoadOptions::cache
   bool resume = false;         ///< go on with the run in `out`, or begin it if it has no checkpoint
   bool deterministic = false;  ///< on a device too: the same bits in every run
+  std::string commit;          ///< of the program, to be kept with the figures; empty: nobody knows
 };
 
 /// The effective configuration: preset (or, when a run is resumed, the one it has), then the TOML file, then
