@@ -19,8 +19,8 @@ format=mp4
 command -v ffmpeg >/dev/null || format=png
 "$splinevox" render run --out film --camera orbit --times 0:1:48 --format "$format"
 say "6/6 two pages: about the run, and the scene itself"
-"$splinevox" report run --out report.html
 "$splinevox" view run --out view.html
+"$splinevox" report run --out report.html
 say "PSNR against seconds of training"
 "$splinevox" info run
 cat <<END

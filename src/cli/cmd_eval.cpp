@@ -199,7 +199,8 @@ int eval(const EvalOptions& o) {
   if (volumes)
     for (const std::string& note : volumes->notes) teller.note("note: " + note);
   for (const std::string& note : data.notes) teller.note("note: " + note);
-  if (!o.json) fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", "view", "time", "PSNR", "SSIM", "MS-SSIM");
+  if (!o.json)
+    fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", o.split + " view", "time", "PSNR", "SSIM", "MS-SSIM");
   Renderer renderer = make_renderer(run.model, device);
   const Scores scores =
       evaluate(run.model, renderer, *data.find(o.split), [&](const Frame& frame, const View& v) {
@@ -257,7 +258,8 @@ Action eval_command(CLI::App& verb) {
       ->type_name("{test,val,train}")
       ->capture_default_str();
   heading(verb, "Measure");
-  verb.add_option("--images", o->images, "folder for pictures: truth, render, error, depth, flow, rigidity");
+  verb.add_option("--images", o->images,
+                  "folder for pictures: truth, render, error; depth, displacement, what moves (red)");
   verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
   verb.add_option("--truth-volume", o->truth_volume,
                   "folder with true densities over time to compare the model's with (see docs/formats.md)");

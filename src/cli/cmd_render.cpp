@@ -118,12 +118,12 @@ Action render_command(CLI::App& verb) {
   verb.add_option("RUN", o->run, "the run to look at")->required();
   heading(verb, "Output");
   verb.add_option("--out", o->out, "folder for the pictures")->required();
-  verb.add_option(
-          "--layers", o->layers,
-          "list of rgb, alpha, depth, flow, rigidity, cluster (parts by how they move), or all of these; "
-          "with "
-          "--format exr also RGBA (light times alpha, no background), Z, forward, backward (pixels to the "
-          "next and the last frame)")
+  verb.add_option("--layers", o->layers,
+                  "list of rgb, alpha, depth, flow (displacement to the canonical volume), rigidity (1 "
+                  "moves, 0 stays), "
+                  "cluster (parts by how they move), or all of these; with --format exr also RGBA (light "
+                  "times alpha, "
+                  "no background), Z, forward, backward (pixels to the next and the last frame)")
       ->capture_default_str();
   verb.add_option(
           "--format", o->format,

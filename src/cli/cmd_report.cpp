@@ -2,7 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <set>
 
@@ -14,6 +17,7 @@
 #include "run/colours.hpp"
 #include "run/html.hpp"
 #include "run/own_json.hpp"
+#include "run/run_folder.hpp"
 #include "run/support.hpp"
 #include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
@@ -49,6 +53,84 @@ std::vector<std::size_t> choose_views(const Json& metrics, const Split& split, i
   return chosen;
 }
 
+/// Where the run is from, as its own files say.
+void add_facts(ReportRun& page, const std::string& path, bool network) {
+  const auto add = [&](const char* what, const std::string& text) {
+    if (!text.empty()) page.facts.emplace_back(what, text);
+  };
+  const auto noted = [&](const char* key) {
+    return page.metrics.contains(key) && page.metrics[key].is_string() ? page.metrics[key].get<std::string>()
+                                                                       : std::string();
+  };
+  RunRecord record;
+  if (!network) try {
+      Config config;
+      read_run_config(path, config, record);
+      add("data set", fmt::format("{} (fingerprint {:016x})", record.dataset, record.fingerprint));
+    } catch (const Error&) {  // of which the pictures' place tells
+    }
+  add("trained", noted("date"));
+  const std::string commit = noted("commit");
+  if (!record.version.empty())
+    add("by", fmt::format("splinevox {}{}, {}", record.version, commit.empty() ? "" : ", commit " + commit,
+                          record.compiler));
+  add("on", noted("machine"));
+  add("command", noted("command"));
+}
+
+/// An address within a page of a file beside it.
+std::string address(const std::string& path) {
+  std::string out;
+  for (const char c : path)
+    if (std::isalnum(static_cast<unsigned char>(c)) || std::strchr("-._~/", c))
+      out += c;
+    else
+      out += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  return out;
+}
+
+/// A page of `view` about a run of this name.
+bool shows_run(const fs::path& file, const std::string& name) {
+  std::ifstream in(file, std::ios::binary);
+  std::string start(4096, '\0');
+  in.read(start.data(), std::streamsize(start.size()));
+  start.resize(std::size_t(in.gcount()));
+  return is_page(start) && start.find("<title>splinevox: " + escape(name) + "</title>") != start.npos &&
+         start.find("content=\"splinevox view\"") != start.npos;
+}
+
+/// Pages of `view` and films that lie beside the report, in its folder's film*/ or in the run.
+void add_links(ReportRun& page, const std::string& run, const std::string& out, bool alone) {
+  const fs::path here = fs::absolute(out).lexically_normal().parent_path();
+  const fs::path own = fs::absolute(run).lexically_normal();
+  std::vector<fs::path> found;
+  const auto look = [&](const fs::path& folder, bool films) {
+    std::error_code ignored;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+      if (!entry.is_regular_file(ignored)) continue;
+      const std::string end = entry.path().extension().string();
+      if ((films && (end == ".mp4" || end == ".webm")) ||
+          (end == ".html" && shows_run(entry.path(), page.name)))
+        found.push_back(entry.path());
+    }
+  };
+  look(here, alone);
+  look(own, true);
+  std::error_code ignored;
+  for (const fs::path& parent : {here, own})
+    for (const fs::directory_entry& entry : fs::directory_iterator(parent, ignored))
+      if (entry.path().filename().string().starts_with("film") && entry.is_directory(ignored) &&
+          (alone || parent == own))
+        look(entry.path(), true);
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
+  for (const fs::path& file : found) {
+    const std::string path = file.lexically_relative(here).string();
+    page.links.emplace_back((file.extension() == ".html" ? "The scene, to turn and play: " : "Film: ") + path,
+                            address(path));
+  }
+}
+
 void add_views(ReportRun& page, const ReportOptions& o, const std::string& path) {
   try {
     const Run run = open_run(path);
@@ -63,8 +145,9 @@ void add_views(ReportRun& page, const ReportOptions& o, const std::string& path)
                      : std::vector<char>{};
       };
       const MotionField& motion = run.model.motion;
-      page.views.push_back({frame.name, frame.time, v.psnr, v.ssim, encode_png(v.truth), encode_png(v.render),
-                            encode_png(error_picture(v, frame)), layer(motion.moves(), "flow"),
+      page.views.push_back({fmt::format("{} view {}", split, frame.name), frame.time, v.psnr, v.ssim,
+                            encode_png(v.truth), encode_png(v.render), encode_png(error_picture(v, frame)),
+                            layer(motion.moves(), "flow"),
                             layer(motion.moves() && motion.rigidity, "rigidity")});
     }
     std::stable_sort(page.views.begin(), page.views.end(),
@@ -93,6 +176,8 @@ ReportRun read_run(const ReportOptions& o, std::string path) {
     page.lines.push_back(std::move(line.json));
   page.effects = read_effects_if_there(path + "/effects.json");
   page.config = read_text_if_there(path + "/config.toml");
+  add_facts(page, path, network);
+  add_links(page, path, o.out, o.runs.size() == 1);
   page.model_bytes = double(fs::file_size(path + "/" + page.model_file));
   if (network)
     page.views_note =

@@ -38,9 +38,10 @@ void summarise(const Json& j, const std::string& run) {
              j["load_seconds"].get<double>(), j["save_seconds"].get<double>());
   fmt::print("peak memory {:.2f} GB\n", j["peak_memory_bytes"].get<double>() / 1e9);
   if (j.contains("held"))
-    fmt::print("{} {}: PSNR {:.2f} dB\n",
-               j["held"]["of_training_split"].get<bool>() ? "training view" : "held-out view",
-               j["held"]["view"].get<std::string>(), j["held"]["psnr"].get<double>());
+    fmt::print("{} view {}{}: PSNR {:.2f} dB\n", j["held"]["split"].get<std::string>(),
+               j["held"]["view"].get<std::string>(),
+               j["held"]["of_training_split"].get<bool>() ? "" : ", held out",
+               j["held"]["psnr"].get<double>());
   fmt::print("model: {}/model.vdb\n", run);
 }
 

@@ -9,10 +9,10 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
+#include "run/html.hpp"
 #include "run/own_json.hpp"
 #include "run/teller.hpp"
 #include "run/training_cameras.hpp"
-#include "run/true_shots.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/run/cameras.hpp"
 #include "splinevox/run/evaluate.hpp"
@@ -57,18 +57,22 @@ int view(const ViewVerb& o) {
   ViewPage page;
   page.name = fs::weakly_canonical(run.path).filename().string();
   page.about = about(run);
+  page.split = o.split;
   page.full_flow = kFullFlow * run.model.box.longest_edge();
   if (o.views > 0) try {
       page.shots =
-          true_shots(*open_split(run, o.data, o.split).find(o.split), run.background(), o.views, o.view_size);
+          page_shots(*open_split(run, o.data, o.split).find(o.split), run.model, o.views, o.view_size);
     } catch (const Error& e) {
       teller.warn(fmt::format("the page is without true pictures: {}", e.what()));
     }
+  std::optional<TrainingCameras> train;
   try {
-    page.taken = taken_from(training_cameras(run, o.data, CameraRequest().elevation));
+    train = training_cameras(run, o.data, CameraRequest().elevation);
+    page.taken = taken_from(*train);
   } catch (const Error& e) {
     teller.warn(fmt::format("the page does not know where pictures were taken: {}", e.what()));
   }
+  page.start = first_sight(run.model, page.shots, train ? &*train : nullptr, o.view_size);
   const std::optional<MotionClusters> clusters =
       run.model.motion.moves() ? std::optional(find_clusters(run.model, 0)) : std::nullopt;
   std::size_t smallest = 0;

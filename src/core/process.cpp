@@ -13,6 +13,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -52,6 +53,32 @@ double own_limit() {
 }
 
 }  // namespace
+
+std::string command_line() {
+  std::ifstream file("/proc/self/cmdline", std::ios::binary);
+  const std::string plain = "+,-./0123456789:=@ABCDEFGHIJKLMNOPQRSTUVWXYZ_abcdefghijklmnopqrstuvwxyz";
+  std::string out;
+  for (std::string word; std::getline(file, word, '\0');) {
+    if (!out.empty()) out += ' ';
+    if (!word.empty() && word.find_first_not_of(plain) == word.npos) {
+      out += word;
+      continue;
+    }
+    out += '\'';
+    for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    out += '\'';
+  }
+  return out;
+}
+
+std::string machine_name() {
+  std::ifstream file("/proc/cpuinfo");
+  const std::string key = "model name";
+  for (std::string line; std::getline(file, line);)
+    if (const std::size_t at = line.find(": "); line.starts_with(key) && at != line.npos)
+      return line.substr(at + 2) + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads";
+  return "";
+}
 
 double processor_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 double running_seconds() {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 namespace splinevox {
 
 /// Processor time of this process so far, all its threads together; seconds. Unlike wall time it does not
@@ -8,6 +10,12 @@ namespace splinevox {
 double processor_seconds();
 /// That of the calling thread alone.
 double thread_seconds();
+/// The processor's name and how many threads it runs at once: "... @ 2.60GHz, 8 threads"; empty where it
+/// cannot be told.
+std::string machine_name();
+/// How this process was started, as a shell takes it; empty where it cannot be told.
+std::string command_line();
+
 /// Memory that could be had now without pushing anything out to disk, bytes: what the machine, the container
 /// (cgroup) and this process's own limit (ulimit -v) leave; 0 where it cannot be told.
 double free_memory();

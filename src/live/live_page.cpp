@@ -68,7 +68,7 @@ void LivePage::begin(const Watched& training) {
   const Config& config = training.config;
   const Json effects = read_effects_if_there(training.folder + "/" + kEffects);
   const std::vector<float>& c = config.run.background;
-  const TrueShot truth = true_shot(training.held_out, {c[0], c[1], c[2]}, 2 * kShotSize);
+  const TrueShot truth = true_shot(training.held_out, Vec3{c[0], c[1], c[2]}, 2 * kShotSize);
   std::vector<std::string> lines;
   for (const MetricsLine& line : read_metrics_lines(training.folder + "/metrics.jsonl"))
     lines.push_back(json_text(line.json));
@@ -113,8 +113,11 @@ void LivePage::lay_beside(const VoxelModel& model) {
   beside_.emplace();
   beside_->name = about_["folder"];
   beside_->note = "The model as it was at the step that the page names; it is still being trained.";
-  beside_->shots = true_shots(*split, model.background.color, kShots, kShotSize);
-  beside_->taken = taken_from(survey(data, model.box, CameraRequest().elevation));
+  beside_->split = split->name;
+  beside_->shots = page_shots(*split, model, kShots, kShotSize);
+  const TrainingCameras train = survey(data, model.box, CameraRequest().elevation);
+  beside_->taken = taken_from(train);
+  beside_->start = plain_sight(beside_->shots, &train);
 }
 
 void LivePage::model(VoxelModel model, std::int64_t step, double cost) {

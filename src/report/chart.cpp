@@ -32,15 +32,14 @@ Json thin(const Series& s, bool log_y) {
   return out;
 }
 
-/// A script of the page, none of which can end its element.
+}  // namespace
+
 std::string script_element(std::string_view asset) {
   std::string script(report_asset(asset));
   for (std::size_t at = 0; (at = script.find("</script", at)) != std::string::npos;)
-    script.replace(at, 2, "<\\/");
+    script.replace(at, 2, "<\\/");  // none of it can end the element
   return "<script>" + script + "</script>";
 }
-
-}  // namespace
 
 std::string line_chart(const ChartText& text, const std::vector<Series>& series) {
   Json chart{{"x", text.x}, {"y", text.y}, {"log", text.log_y}, {"series", Json::array()}};

@@ -81,7 +81,7 @@ std::string tiles(const ReportRun& run) {
 }
 
 std::string table(const std::vector<ReportRun>& runs) {
-  std::string html = "<div class=\"card\"><table><tr><th>run</th><th>preset</th>";
+  std::string html = "<div class=\"card\"><div class=\"wide\"><table><tr><th>run</th><th>preset</th>";
   std::vector<Column> columns(std::begin(kColumns), std::end(kColumns));
   std::erase_if(columns, [&](const Column& c) {
     return c.optional && std::none_of(runs.begin(), runs.end(), [&](const ReportRun& run) {
@@ -110,7 +110,12 @@ std::string table(const std::vector<ReportRun>& runs) {
     }
     html += "</tr>";
   }
-  return html + "</table></div>";
+  return html + "</table></div></div>";
+}
+
+/// Of what else is shown of a run in one chart: of the only run another colour, of several theirs.
+int second_colour(const std::vector<ReportRun>& runs, std::size_t i) {
+  return runs.size() > 1 ? int(i % 8) : 1;
 }
 
 /// What `eval --truth-volume` found, moment by moment; "" where no run has it.
@@ -120,7 +125,7 @@ std::string volume_charts(const std::vector<ReportRun>& runs) {
     const Json volume = runs[i].metrics.value("truth_volume", Json());
     if (!volume.is_object() || !volume.contains("moments")) continue;
     const std::string prefix = runs.size() > 1 ? runs[i].name + ", " : "";
-    Series truth{prefix + "true", int(i % 8), Series::Mark::faint_line, {}};
+    Series truth{prefix + "true", second_colour(runs, i), Series::Mark::faint_line, {}};
     Series found{prefix + "found", int(i % 8), Series::Mark::line, {}};
     Series apart{runs.size() > 1 ? runs[i].name : "L1", int(i % 8), Series::Mark::line, {}};
     for (const Json& moment : volume["moments"]) {
@@ -145,7 +150,7 @@ std::string charts(const std::vector<ReportRun>& runs) {
     const int colour = int(i % 8);
     const std::string prefix = runs.size() > 1 ? runs[i].name + ", " : "";
     Series batch{prefix + "training rays", colour, Series::Mark::faint_line, {}};
-    Series held_out{prefix + "held-out view", colour, Series::Mark::dots, {}};
+    Series held_out{prefix + "held-out view", second_colour(runs, i), Series::Mark::dots, {}};
     Series photo{runs.size() > 1 ? runs[i].name : "photometric loss", colour, Series::Mark::line, {}};
     Series view{runs.size() > 1 ? runs[i].name : "one view", colour, Series::Mark::dots, {}};
     // A run's clock also counts what came before its first step: trials, a still world, reading.
@@ -180,21 +185,45 @@ std::string charts(const std::vector<ReportRun>& runs) {
 std::string views(const ReportRun& run) {
   std::string html = fmt::format("<p class=\"note\">{}</p>", escape(run.views_note));
   if (run.views.empty()) return html;
+  if (!run.views[0].flow.empty())
+    html +=
+        "<p class=\"note\">Displacement leads to the canonical volume: direction is colour, grey is none. "
+        "What "
+        "moves is red, what stays is blue: the layer that model files call rigidity.</p>";
   html += "<div class=\"views\">";
   for (const ReportView& v : run.views) {
     const auto picture = [&](const std::vector<char>& png, const char* what) {
       if (png.empty()) return std::string();
-      return fmt::format("<div><img alt=\"{0} of {1}\" src=\"data:image/png;base64,{2}\">{0}</div>", what,
-                         escape(v.name), base64(png));
+      return fmt::format(
+          "<div><button title=\"enlarge\"><img alt=\"{0} of {1}\" src=\"data:image/png;base64,{2}\">"
+          "</button>{0}</div>",
+          what, escape(v.name), base64(png));
     };
     html += fmt::format(
         "<figure><figcaption><b>{}</b><span>time {:.3f}</span><span>PSNR {:.2f} dB</span><span>SSIM "
         "{:.4f}</span></figcaption>"
         "<div class=\"row\">{}{}{}{}{}</div></figure>",
         escape(v.name), v.time, v.psnr, v.ssim, picture(v.truth, "truth"), picture(v.render, "render"),
-        picture(v.error, "error"), picture(v.flow, "motion"), picture(v.rigidity, "rigidity"));
+        picture(v.error, "error"), picture(v.flow, "displacement"), picture(v.rigidity, "what moves"));
   }
   return html + "</div>";
+}
+
+/// A table that may be wider than the screen.
+std::string scrolled(const std::string& table) {
+  return table.empty() ? "" : "<div class=\"wide\">" + table + "</div>";
+}
+
+std::string facts(const ReportRun& run) {
+  std::string html;
+  for (const auto& [text, address] : run.links)
+    html += fmt::format("<a href=\"{}\">{}</a>", escape(address), escape(text));
+  if (!html.empty()) html = "<p class=\"links\">" + html + "</p>";
+  if (run.facts.empty()) return html;
+  html += "<dl class=\"facts\">";
+  for (const auto& [what, text] : run.facts)
+    html += fmt::format("<dt>{}</dt><dd>{}</dd>", escape(what), escape(text));
+  return html + "</dl>";
 }
 
 std::string frame_table(const Json& metrics) {
@@ -204,15 +233,15 @@ std::string frame_table(const Json& metrics) {
                    [](const Json& a, const Json& b) { return number(a, "psnr") < number(b, "psnr"); });
   const bool inside = metrics.contains("psnr_inside");
   std::string html = fmt::format(
-      "<details><summary>All {} views, worst first</summary><table><tr><th>view</th><th>time</th><th>PSNR "
-      "[dB]</th><th>SSIM</th><th>MS-SSIM</th>{}</tr>",
-      frames.size(), inside ? "<th>PSNR inside the mask [dB]</th>" : "");
+      "<details><summary>All {} views, worst first</summary><div class=\"wide\"><table><tr><th>{} "
+      "view</th><th>time</th><th>PSNR [dB]</th><th>SSIM</th><th>MS-SSIM</th>{}</tr>",
+      frames.size(), text_of(metrics, "split"), inside ? "<th>PSNR inside the mask [dB]</th>" : "");
   for (const Json& f : frames)
     html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td>{}</tr>",
                         text_of(f, "name"), figure(number(f, "time"), 3), figure(number(f, "psnr"), 2),
                         figure(number(f, "ssim"), 4), figure(number(f, "ms_ssim"), 4),
                         inside ? "<td>" + figure(number(f, "psnr_inside"), 2) + "</td>" : "");
-  return html + "</table></details>";
+  return html + "</table></div></details>";
 }
 
 std::string phases(const Json& metrics) {
@@ -248,22 +277,25 @@ std::string report_page(const std::vector<ReportRun>& runs) {
       runs.size() == 1 ? fmt::format("reconstructed by splinevox {}, preset {}", kVersion,
                                      text_of(runs[0].metrics, "preset"))
                        : "compared by splinevox " + std::string(kVersion));
-  html += runs.size() == 1 ? tiles(runs[0]) : table(runs);
+  html += runs.size() == 1 ? facts(runs[0]) + tiles(runs[0]) : table(runs);
   html += charts(runs);
   for (std::size_t i = 0; i < runs.size(); ++i) {
     html += fmt::format("<h2>{}</h2>", runs.size() == 1 ? "Pictures" : name_of(runs[i], i));
+    if (runs.size() > 1) html += facts(runs[i]);
     html += views(runs[i]);
     html += fmt::format(
         "<div class=\"card\" "
         "style=\"margin-top:14px\">{}{}{}<details><summary>Configuration</summary><pre>{}</pre></details></"
         "div>",
-        effects_table(runs[i].effects) + cameras_table(runs[i].metrics.value("cameras", Json())),
+        scrolled(effects_table(runs[i].effects)) +
+            scrolled(cameras_table(runs[i].metrics.value("cameras", Json()))),
         phases(runs[i].metrics), frame_table(runs[i].metrics), escape(runs[i].config));
   }
   return html +
          "<footer>One file: nothing is loaded from elsewhere. Charts are drawn by Chart.js (MIT "
-         "licence).</footer></main>" +
-         chart_scripts() + "</body></html>\n";
+         "licence).</footer></main><dialog id=\"large\"><form method=\"dialog\"><button "
+         "aria-label=\"close\">&times;</button></form><img alt=\"\"><p></p></dialog>" +
+         chart_scripts() + script_element("pictures.js") + "</body></html>\n";
 }
 
 }  // namespace splinevox::run

@@ -3,15 +3,16 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "run/support.hpp"
 
 namespace splinevox::run {
 
-/// One test view as the page shows it.
+/// One view as the page shows it.
 struct ReportView {
-  std::string name;
+  std::string name;  ///< with its split
   double time = 0, psnr = 0, ssim = 0;
   std::vector<char> truth, render, error, flow,
       rigidity;  ///< PNG files; the last two empty where the model has none
@@ -20,11 +21,13 @@ struct ReportView {
 /// What a page knows about one run.
 struct ReportRun {
   std::string name;
-  Json metrics;             ///< metrics.json
-  std::vector<Json> lines;  ///< metrics.jsonl
-  Json effects;             ///< effects.json, null if there is none
-  std::string config;       ///< config.toml
-  std::string model_file;   ///< its name in the run
+  std::vector<std::pair<std::string, std::string>> facts = {};  ///< where the run is from: what, and the text
+  std::vector<std::pair<std::string, std::string>> links = {};  ///< files beside the page: text, and address
+  Json metrics;                                                 ///< metrics.json
+  std::vector<Json> lines;                                      ///< metrics.jsonl
+  Json effects;                                                 ///< effects.json, null if there is none
+  std::string config;                                           ///< config.toml
+  std::string model_file;                                       ///< its name in the run
   double model_bytes = 0;
   std::vector<ReportView> views;  ///< worst first
   std::string views_note;         ///< why there are none, or which they are

@@ -27,7 +27,7 @@ Vec3 place_of(const Camera& camera, std::size_t pixel, float depth) {
 
 }  // namespace
 
-Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& camera) {
+Image without_background(const VoxelModel& model, const Rendered& r, const Camera& camera) {
   Image out(r.rgb.width, r.rgb.height, 4);
   for (std::size_t p = 0; p < out.pixels(); ++p) {
     const float alpha = std::clamp(r.alpha.data[p], 0.0f, 1.0f);
@@ -36,9 +36,17 @@ Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& ca
     const Vec3 behind = model.behind(ray_of(camera, p));
     for (int c = 0; c < 3; ++c) {
       const float display = (r.rgb.data[3 * p + std::size_t(c)] - (1 - alpha) * behind[c]) / alpha;
-      out.data[4 * p + std::size_t(c)] = alpha * srgb_to_linear(std::max(0.0f, display));
+      out.data[4 * p + std::size_t(c)] = std::max(0.0f, display);
     }
   }
+  return out;
+}
+
+Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& camera) {
+  Image out = without_background(model, r, camera);
+  for (std::size_t p = 0; p < out.pixels(); ++p)
+    for (std::size_t c = 0; c < 3; ++c)
+      out.data[4 * p + c] = out.data[4 * p + 3] * srgb_to_linear(out.data[4 * p + c]);
   return out;
 }
 

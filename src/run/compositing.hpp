@@ -12,8 +12,11 @@ namespace splinevox::run {
 /// Depth of what is empty.
 inline constexpr float kEmptyDepth = 1e10f;
 
-/// What is seen without what is behind it: scene-linear light times alpha, and alpha. 4 channels. The model
-/// adds up display values; so they are divided by alpha, decoded by sRGB's curve and multiplied again.
+/// What is seen without what is behind it: display values, not times alpha, and alpha. 4 channels; all 0
+/// where nothing is seen.
+Image without_background(const VoxelModel& model, const Rendered& r, const Camera& camera);
+
+/// The same as scene-linear light times alpha: decoded by sRGB's curve and multiplied. 4 channels.
 Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& camera);
 
 /// Distance along the viewing axis, scene units; kEmptyDepth where nothing is seen. 1 channel.

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/train.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
 #include <cmath>
+#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <utility>
 
 #include "core/atomic_file.hpp"
+#include "core/process.hpp"
 #include "data/times/settle.hpp"
 #include "io/manifest.hpp"
 #include "run/effects_report.hpp"
+#include "run/made_with.hpp"
 #include "run/memory_needs.hpp"
 #include "run/own_json.hpp"
 #include "run/train_session.hpp"
@@ -211,6 +215,11 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   if (end == TrainedRun::End::finished) note_few_steps(config, figures, progress);
   figures["threads"] = tbb::this_task_arena::max_concurrency();
   figures["device"] = describe(device);
+  figures["date"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  figures["splinevox"] = kVersion;
+  for (const auto& [key, text] : {std::pair{"commit", source_commit()}, std::pair{"command", command_line()},
+                                  std::pair{"machine", machine_name()}})
+    if (!text.empty()) figures[key] = text;
   write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
   return {folder.path(), std::move(figures), end, writes};
 }

@@ -247,7 +247,8 @@ void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
   report({{"step", last_.step},
           {"seconds", last_.seconds},
           {"held_psnr", held_out_psnr_},
-          {"held_view", held_out_->name}});
+          {"held_view", held_out_->name},
+          {"split", held_out_split()}});
 }
 
 void TrainSession::hold_camera(const VoxelModel& model) {
@@ -355,7 +356,10 @@ Json TrainSession::figures() const {
   if (discarded_ > 0) j["discarded_steps"] = discarded_;
   if (lines_lost_ > 0) j["metrics_lines_lost"] = lines_lost_;
   if (std::isfinite(held_out_psnr_))
-    j["held"] = {{"view", held_out_->name}, {"psnr", held_out_psnr_}, {"of_training_split", no_held_out_}};
+    j["held"] = {{"view", held_out_->name},
+                 {"split", held_out_split()},
+                 {"psnr", held_out_psnr_},
+                 {"of_training_split", no_held_out_}};
   if (held_camera_) j[kHeldCamera] = held_camera_json(*held_camera_);
   j["phases"] = {{"slices", p.slices},         {"rays", p.rays},     {"scatter", p.scatter},
                  {"regularise", p.regularise}, {"update", p.update}, {"occupancy", p.occupancy},

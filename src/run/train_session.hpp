@@ -75,6 +75,7 @@ class TrainSession {
   Trainer trainer_;
   std::optional<Frame> held_out_;  ///< a held-out view, or a training view if there is none
   bool no_held_out_ = false;
+  const char* held_out_split() const { return no_held_out_ ? "train" : "val"; }
   std::optional<HeldCamera> held_camera_;
   double held_out_psnr_ = std::numeric_limits<double>::quiet_NaN();
   double held_out_cost_ = 0, held_out_spent_ = 0, held_out_step_ = -1;

@@ -8,13 +8,27 @@
 
 namespace splinevox::run {
 
-TrueShot true_shot(const Frame& f, const Vec3& background, int size) {
-  const int longest = std::max(f.image.width, f.image.height), factor = (longest + size - 1) / size;
-  return {f.name, area_downscale(f.camera, factor), std::clamp(f.time, 0.0, 1.0),
-          encode_png(composite(area_downscale(f.image, factor), background))};
+namespace {
+
+bool is_clear(const Image& rgba) {
+  for (std::size_t i = 3; i < rgba.data.size(); i += 4)
+    if (rgba.data[i] < 1) return true;
+  return false;
 }
 
-std::vector<TrueShot> true_shots(const Split& split, const Vec3& background, int count, int size) {
+}  // namespace
+
+TrueShot true_shot(const Frame& f, const std::optional<Vec3>& background, int size) {
+  const int longest = std::max(f.image.width, f.image.height), factor = (longest + size - 1) / size;
+  const Picture small = area_downscale(f.image, factor);
+  const Image rgba = small.as_floats();
+  const bool clear = !background && is_clear(rgba);
+  return {f.name, area_downscale(f.camera, factor), std::clamp(f.time, 0.0, 1.0),
+          encode_png(clear ? rgba : composite(small, background.value_or(Vec3{}))), clear};
+}
+
+std::vector<TrueShot> true_shots(const Split& split, const std::optional<Vec3>& background, int count,
+                                 int size) {
   const std::vector<int> order = frames_by_time(split);
   const std::size_t n = order.size(), taken = std::min(n, std::size_t(count));
   std::vector<TrueShot> shots;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -14,8 +15,8 @@ namespace {
 
 constexpr const char* kShaders[] = {"pass.vert",   "contract.frag", "occupancy.frag",
                                     "blocks.frag", "march.frag",    "present.frag"};
-constexpr const char* kScripts[] = {"basis.js",   "data.js",  "gl.js",       "scene.js", "camera.js",
-                                    "painter.js", "state.js", "controls.js", "main.js"};
+constexpr const char* kScripts[] = {"basis.js",  "data.js",    "layers.js", "gl.js",       "scene.js",
+                                    "camera.js", "painter.js", "state.js",  "controls.js", "main.js"};
 
 Json camera_json(const Camera& c) {
   Json axes = Json::array();
@@ -35,8 +36,7 @@ Json taken_json(const TakenFrom& taken) {
           {"directions", directions},
           {"near", taken.near},
           {"far", taken.far},
-          {"spacing", taken.spacing},
-          {"start", {{"time", taken.start.time}, {"camera", camera_json(taken.start.camera)}}}};
+          {"spacing", taken.spacing}};
 }
 
 /// JSON that may stand inside a script element: no byte of it can end one.
@@ -49,6 +49,11 @@ std::string embedded(const Json& json) {
       out += c;
   }
   return out;
+}
+
+std::string poster_element(const std::vector<char>& png) {
+  if (png.empty()) return "";
+  return fmt::format("<img id=\"poster\" alt=\"the scene\" src=\"data:image/png;base64,{}\">", base64(png));
 }
 
 struct Mark {
@@ -87,8 +92,20 @@ Json view_header(const ViewPage& page, const PackedScene& scene) {
                                {"time", s.time},
                                {"camera", camera_json(s.camera)},
                                {"picture", "data:image/png;base64," + base64(s.png)}});
+  header["split"] = page.split;
+  header["clear"] =
+      std::any_of(page.shots.begin(), page.shots.end(), [](const TrueShot& s) { return s.clear; });
   if (page.taken) header["taken"] = taken_json(*page.taken);
+  if (page.start)
+    header["start"] = {{"view", page.start->view},
+                       {"time", page.start->shot.time},
+                       {"camera", camera_json(page.start->shot.camera)}};
   return header;
+}
+
+std::vector<TrueShot> page_shots(const Split& split, const VoxelModel& model, int count, int size) {
+  const bool learned = model.background.count() > 0 || model.surroundings.any();
+  return true_shots(split, learned ? std::optional(model.background.color) : std::nullopt, count, size);
 }
 
 std::string viewer_page(const ViewerParts& parts) {
@@ -101,6 +118,7 @@ std::string viewer_page(const ViewerParts& parts) {
                                           {"<!--about-->", escape(parts.about)},
                                           {"/*style*/", std::string(view_asset("style.css")) + parts.style},
                                           {"/*class*/", parts.body_class},
+                                          {"<!--poster-->", poster_element(parts.poster)},
                                           {"<!--beside-->", parts.beside},
                                           {"<!--shaders-->", shaders},
                                           {"<!--data-->", parts.data},
@@ -110,6 +128,7 @@ std::string viewer_page(const ViewerParts& parts) {
 std::string view_page(const ViewPage& page, const PackedScene& scene) {
   return viewer_page({.title = page.name,
                       .about = page.about,
+                      .poster = page.start ? page.start->poster : std::vector<char>{},
                       .data = "<script type=\"application/json\" id=\"header\">" +
                               embedded(view_header(page, scene)) +
                               "</script>\n<script type=\"text/plain\" id=\"data\">" +

@@ -10,7 +10,7 @@ namespace splinevox::run {
 std::optional<TakenFrom> taken_from(const TrainingCameras& train) {
   if (train.stand == Stand::around) return {};
   constexpr std::size_t kMost = 96;
-  TakenFrom out{train.middle, {}, std::numeric_limits<double>::infinity(), 0, 0, central(train.places)};
+  TakenFrom out{train.middle, {}, std::numeric_limits<double>::infinity(), 0, 0};
   const std::size_t n = train.places.size(), count = std::min(n, kMost);
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3d from = train.places[i * n / count].camera.position - train.middle;

@@ -15,7 +15,6 @@ struct TakenFrom {
   std::vector<Vec3d> directions;  ///< from there to the cameras: unit vectors, 96 at most
   double near, far;               ///< distances from there to the cameras: the least and the largest
   double spacing;                 ///< largest angle from a camera to its nearest neighbour, radians
-  Shot start;                     ///< the training camera next to their mean position
 };
 
 /// Absent where cameras surround the scene: there nothing is kept from anybody.

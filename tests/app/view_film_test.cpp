@@ -23,7 +23,7 @@ TEST_SUITE("app/view") {
     page.open(R"js(
   const camera = app.camera, far = document.getElementById("far");
   const told = () => [camera.away, far.hidden, app.canvas.style.filter !== ""];
-  result.begins = [app.state.view, camera.position, app.header.taken.start.camera.position, app.state.time];
+  result.begins = [app.state.view, camera.position, app.header.start.camera.position, app.state.time];
   result.told = [told()];
   app.nudge(0.02, 0, 1), result.told.push(told());
   for (let i = 0; i < 100; ++i) app.nudge(0.3, 0, 1);
@@ -43,7 +43,7 @@ TEST_SUITE("app/view") {
     for (int a = 0; a < 3; ++a)
       CHECK(page.result["begins"][1][a].get<double>() ==
             doctest::Approx(page.result["begins"][2][a].get<double>()));
-    CHECK(page.result["begins"][3] == taken["start"]["time"]);
+    CHECK(page.result["begins"][3] == page.header["start"]["time"]);
     const Json &told = page.result["told"], quiet = {0, true, false};
     CHECK(told[0] == quiet);
     CHECK(told[1] == quiet);

@@ -8,8 +8,11 @@
 
 #include "field/columns.hpp"
 #include "math/activation.hpp"
+#include "run/camera_ways.hpp"
 #include "run/html.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "support/blob_model.hpp"
+#include "support/tiny_dataset.hpp"
 #include "view/codec.hpp"
 #include "view/pack.hpp"
 #include "view/page.hpp"
@@ -234,5 +237,33 @@ TEST_SUITE("app/view_pack") {
         if (v.x >= 20) CHECK(value == -3.0f);
       }
     CHECK(compared > 300);
+  }
+
+  TEST_CASE("a page opens where most is seen, without what an edge cuts off; then the middle of time") {
+    const VoxelModel model = test::blob_model(16, {.moves = false});
+    const Camera near = orbit(model.box, 20, 64, 1).front();
+    Camera far = near, cut = near;
+    far.fx = far.fy = near.fx / 2;
+    cut.fx = cut.fy = 20 * near.fx;
+    const auto shot = [](const Camera& camera, double time) { return TrueShot{"r", camera, time, {}, true}; };
+    const std::vector<TrueShot> shots{shot(cut, 0.5), shot(far, 0.5), shot(near, 0.1), shot(near, 0.6)};
+    const FirstSight first = first_sight(model, shots, nullptr, 32);
+    CHECK(first.view == 3);
+    CHECK(first.shot.time == 0.6);
+    const test::TempFolder temp;
+    test::write_bytes(temp.path() / "poster.png", {first.poster.begin(), first.poster.end()});
+    const Picture poster = read_png((temp.path() / "poster.png").string());
+    CHECK(poster.width == 32);
+    CHECK(poster.pixel(0)[3] == 0);
+    CHECK(poster.pixel(32 * 16 + 16)[3] > 60000);
+    CHECK(first_sight(model, {}, nullptr, 32).view == -1);
+    TrainingCameras train;
+    train.stand = Stand::film;
+    train.places = {{far, 0.2}};
+    CHECK(first_sight(model, shots, &train, 32).shot.time == 0.2);
+    train.stand = Stand::one;
+    CHECK(std::abs(first_sight(model, shots, &train, 32).shot.time - 0.5) < 0.05);
+    CHECK(plain_sight(shots, &train)->view == -1);
+    CHECK_FALSE(plain_sight({}, nullptr));
   }
 }

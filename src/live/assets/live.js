@@ -72,7 +72,6 @@ class Live {
         this.app.replace(header, bytes);
       } else {
         this.app = new App(header, bytes);
-        document.body.classList.remove("loading");
         this.resolve(this.app);
       }
     } catch (e) {
@@ -102,7 +101,7 @@ class Live {
     if (!about.folder) return;
     $("about").textContent = `${about.dataset}, preset ${about.preset}`;
     $("longer").hidden = !about.by_clock;
-    $("true-text").textContent = `truth: ${about.view}`;
+    $("true-text").textContent = `truth: ${about.of_training ? "train" : "val"} view ${about.view}`;
     const effects = about.effects?.effects ?? [];
     $("effects").hidden = effects.length === 0;
     $("chips").replaceChildren(...effects.map(e => {

@@ -18,11 +18,11 @@ const kNearer = 0.8, kSoftRatio = 1.6;  // the same for distances
 
 class OrbitCamera {
   constructor(header) {
-    this.taken = header.taken;
+    this.taken = header.taken, this.start = header.start;
     this.fit(header);
     // Most scenes have z upwards; the true cameras, which are held upright, know better.
     const upright = header.views.map(v => v.camera.axes[1]);
-    if (this.taken) upright.push(this.taken.start.camera.axes[1]);
+    if (header.start) upright.push(header.start.camera.axes[1]);
     const sum = upright.reduce((s, up) => add(s, up), [0, 0, 1e-3]);
     this.up = [0, 0, 1];
     for (let a = 0; a < 3; ++a) {
@@ -41,9 +41,10 @@ class OrbitCamera {
     this.diagonal = Math.sqrt(dot(across, across));
   }
 
-  /// A training camera, or as `splinevox render --camera orbit` begins: all of the box is seen.
+  /// Where the page begins if that is no true picture's place; else as `splinevox render --camera orbit`
+  /// begins: all of the box is seen.
   home() {
-    if (this.taken) return this.take(this.taken.start.camera);
+    if (this.start && this.start.view < 0) return this.take(this.start.camera);
     const half = 18 * Math.PI / 180, tilt = 20 * Math.PI / 180;
     const side = unit(cross(this.up, Math.abs(this.up[0]) > 0.5 ? [0, 1, 0] : [1, 0, 0]));
     const front = cross(side, this.up);

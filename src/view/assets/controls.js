@@ -42,7 +42,8 @@ function showLayers(app) {
   const {layers} = app.state;
   $("layers").replaceChildren(...layers.map(layer => {
     const button = document.createElement("button");
-    button.textContent = layer, button.dataset.layer = layer;
+    button.textContent = kLayers[layer].label, button.title = kLayers[layer].says;
+    button.dataset.layer = layer;
     button.setAttribute("role", "radio");
     button.addEventListener("click", () => app.set({layer}));
     return button;
@@ -59,7 +60,8 @@ function bindPanel(app) {
     picture.src = view.picture, picture.alt = "";
     const label = document.createElement("span");
     label.textContent = view.time.toFixed(2);
-    button.title = `${view.name}, time ${view.time.toFixed(3)}: look from where this picture was taken`;
+    const when = `time ${view.time.toFixed(3)}`;
+    button.title = `${app.nameOf(view)}, ${when}: look from where this picture was taken`;
     button.setAttribute("aria-label", button.title);
     button.append(picture, label);
     button.addEventListener("click", () => app.goTo(i));
@@ -75,8 +77,13 @@ function bindPanel(app) {
     app.painter.quality = e.target.value;
     app.painter.invalidate();
   });
-  $("background").addEventListener("input", e => app.set({background: colourOf(e.target.value.slice(1))}));
+  $("background").addEventListener("input", e => app.set({picked: colourOf(e.target.value.slice(1))}));
   $("save").addEventListener("click", () => app.save());
+  $("record").hidden = !filmType() || !header.motion;
+  $("record").addEventListener("click", () => app.record());
+  $("full").hidden = !document.fullscreenEnabled;
+  $("full").addEventListener("click", () => app.fullScreen());
+  night.addEventListener("change", () => app.set({}));
   $("note").textContent = header.note;
   document.addEventListener("keydown", e => {
     if (e.ctrlKey || e.metaKey || e.altKey || e.target.closest("select, input[type=color]")) return;
@@ -95,7 +102,8 @@ function bindPanel(app) {
       "+": () => app.nudge(0, 0, 0.9), "=": () => app.nudge(0, 0, 0.9), "-": () => app.nudge(0, 0, 1.1),
       a: () => app.nudge(0.1, 0, 1), d: () => app.nudge(-0.1, 0, 1),
       w: () => app.nudge(0, -0.1, 1), s: () => app.nudge(0, 0.1, 1),
-      c: () => app.compare(), r: () => app.reset(), h: () => app.set({ui: !state.ui}),
+      c: () => app.compare(), f: () => app.fullScreen(),
+      r: () => app.reset(), h: () => app.set({ui: !state.ui}),
     };
     state.layers.forEach((layer, i) => { keys[String(i + 1)] = () => app.set({layer}); });
     if (keys[e.key] && keys[e.key]() !== false) e.preventDefault();
@@ -121,15 +129,17 @@ function showState(app) {
   [...$("views").children].forEach((b, i) => b.setAttribute("aria-pressed", i === state.view));
   $("compare").setAttribute("aria-pressed", state.compare);
   $("background").value = "#" + hexOf(state.background);
-  $("stage").style.background = "#" + hexOf(header.background);
+  document.body.style.setProperty("--behind", "#" + hexOf(state.background));
+  $("record").setAttribute("aria-pressed", !!app.recorder);
+  showLegend(state.layer, {depthRange: app.camera.depthRange(), fullFlow: header.full_flow});
   if (state.compare) {
     const view = header.views[app.compared], picture = $("truth").querySelector("img");
     if (picture.src !== view.picture) picture.src = view.picture;
-    picture.alt = `true picture ${view.name}`;
+    picture.alt = `true picture, ${app.nameOf(view)}`;
     const apart = [];
     if (state.view !== app.compared) apart.push("the camera has moved");
     if (Math.abs(state.time - view.time) > 1e-3) apart.push(`it was taken at ${view.time.toFixed(3)}`);
     $("truth").querySelector("figcaption").textContent =
-      `truth: ${view.name}` + (apart.length ? `; ${apart.join(", ")}` : "");
+      `truth: ${app.nameOf(view)}` + (apart.length ? `; ${apart.join(", ")}` : "");
   }
 }

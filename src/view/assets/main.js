@@ -10,13 +10,18 @@ class App {
     this.painter = new Painter(this.gl, this.scene, this.camera);
     this.state = new State(header);
     this.compared = 0;
+    this.untouched = !location.hash;  // nobody has said which time is to be shown
     bindPointers(this.canvas, this.camera, () => this.moved());
     bindPanel(this);
     this.canvas.addEventListener("webglcontextlost", e => {
       e.preventDefault();
       complain("The graphics card was taken away from this page. Load it again.");
     });
-    window.addEventListener("hashchange", () => { if (location.hash !== this.written) this.readAddress(); });
+    window.addEventListener("hashchange", () => {
+      if (location.hash === this.written) return;
+      this.untouched = false;
+      this.readAddress();
+    });
     new ResizeObserver(() => this.resize()).observe(this.canvas);
     this.resize();
     this.readAddress();
@@ -52,6 +57,10 @@ class App {
   /// Changes the state and whatever follows from it.
   set(changes) {
     Object.assign(this.state, changes);
+    if ("time" in changes || "playing" in changes) {
+      this.untouched = false;
+      this.state.loop();
+    }
     showState(this);
     this.painter.invalidate();
     clearTimeout(this.writing);
@@ -79,7 +88,7 @@ class App {
   reset() {
     this.state.view = this.state.first;
     this.applyView();
-    this.set({background: this.header.background});
+    this.set({picked: null});
   }
   moved() { this.set({view: -1}); }
   nudge(yaw, pitch, zoom) {
@@ -87,12 +96,49 @@ class App {
     this.moved();
   }
   save() {
-    const link = document.createElement("a");
-    link.download = `${this.header.name}_${this.state.layer}_${this.state.time.toFixed(3)}.png`;
     const picture = this.painter.picture(this.state.look, this.canvas.width, this.canvas.height);
-    link.href = picture.toDataURL("image/png");
+    this.hand(picture.toDataURL("image/png"), `${this.state.time.toFixed(3)}.png`);
+  }
+  /// Gives a file to whoever looks. @param end  of its name
+  hand(address, end) {
+    const link = document.createElement("a");
+    link.download = `${this.header.name}_${this.state.layer}_${end}`;
+    link.href = address;
     link.click();
   }
+  /// A film of what the canvas shows while time goes by once, or until it is stopped.
+  record() {
+    if (this.recorder) return this.set({playing: false});
+    const stream = this.canvas.captureStream(), {type, end} = filmType(), parts = [];
+    this.recorder = new MediaRecorder(stream, {mimeType: type, videoBitsPerSecond: kFilmBits});
+    this.recorder.addEventListener("dataavailable", e => parts.push(e.data));
+    this.recorder.addEventListener("stop", () => {
+      stream.getTracks().forEach(track => track.stop());
+      this.recorder = null;
+      const address = URL.createObjectURL(new Blob(parts, {type}));
+      this.hand(address, "film" + end);
+      setTimeout(() => URL.revokeObjectURL(address), 60000);
+      this.set({});
+    });
+    this.recorder.start();
+    this.playOnce(0);
+  }
+  fullScreen() {
+    if (document.fullscreenElement) document.exitFullscreen();
+    else document.documentElement.requestFullscreen?.().catch(() => {});
+  }
+  /// Plays all of time once, from a moment on.
+  playOnce(from) {
+    this.state.playOnce(from);
+    this.set({});
+  }
+  /// What a page does once it shows something, if nobody has done anything yet.
+  open() {
+    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (this.untouched && this.header.motion && !still) this.playOnce(this.state.time);
+  }
+  /// "test view r_003": pictures of several splits may have one name.
+  nameOf(view) { return `${this.header.split} view ${view.name}`; }
 
   resize() {
     const ratio = Math.min(2, window.devicePixelRatio || 1);
@@ -100,17 +146,21 @@ class App {
     const height = Math.max(1, Math.round(this.canvas.clientHeight * ratio));
     if (this.canvas.width === width && this.canvas.height === height) return;
     this.canvas.width = width, this.canvas.height = height;
-    this.painter.invalidate();
+    this.painter.again(), this.painter.invalidate();
   }
 
   tick(now) {
     if (this.state.playing) {
       this.state.advance(Math.min(0.25, (now - this.last) / 1000));
-      showState(this);
-      this.painter.invalidate();
+      this.set({});
     }
     this.last = now;
     this.painter.frame(this.state.look, this.state.playing);
+    if (this.recorder?.state === "recording" && !this.state.playing) this.recorder.stop();
+    if (this.painter.drawn && document.body.classList.contains("loading")) {
+      document.body.classList.remove("loading");
+      this.opened?.();
+    }
     const rate = this.painter.rate(now);
     $("rate").textContent = rate > 1 ? `${rate} frames/s` : "";
     requestAnimationFrame(next => this.tick(next));
@@ -125,8 +175,19 @@ class App {
   }
 }
 
+const kFilmBits = 12e6;  // a second
+
+/// The kind of film that this browser records, and how its file's name ends; null: none.
+function filmType() {
+  const kinds = [["video/webm;codecs=vp9", ".webm"], ["video/webm", ".webm"], ["video/mp4", ".mp4"]];
+  if (!window.MediaRecorder || !HTMLCanvasElement.prototype.captureStream) return null;
+  const found = kinds.find(([type]) => MediaRecorder.isTypeSupported(type));
+  return found ? {type: found[0], end: found[1]} : null;
+}
+
 function complain(text) {
   $("problem").textContent = text;
   $("problem").hidden = false;
   document.body.classList.remove("loading");
+  document.body.classList.add("still");
 }

@@ -22,7 +22,7 @@ uniform float stepLength, stopAt;
 uniform vec3 eye, axisX, axisY, axisZ;
 uniform vec4 lens;                  // 1 / fx, 1 / fy, cx, cy: pixels of the target
 uniform float targetHeight;
-uniform int shown;                  // 0 rgb, 1 depth, 2 flow, 3 rigidity, 4 cluster
+uniform int shown;                  // 0 rgb, 1 depth, 2 flow, 3 rigidity, 4 cluster: kLayers of layers.js
 uniform vec3 background;
 #if BACKGROUND_ORDER >= 0
 // Raw r, g, b of every coefficient.
@@ -32,11 +32,6 @@ uniform bool learnedBackground;     // false: another colour was picked
 uniform vec2 depthRange;
 uniform float fullFlow;
 out vec4 colour;
-
-const vec3 kDepth[5] = vec3[5](
-    vec3(0.99, 0.91, 0.14), vec3(0.37, 0.79, 0.38), vec3(0.13, 0.57, 0.55), vec3(0.23, 0.32, 0.55),
-    vec3(0.27, 0.0, 0.33));
-const vec3 kMoves[3] = vec3[3](vec3(0.16, 0.29, 0.62), vec3(0.87), vec3(0.75, 0.15, 0.12));
 
 float softplus(float x) { return max(x, 0.0) + log(1.0 + exp(-abs(x))); }
 

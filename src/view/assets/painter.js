@@ -1,7 +1,6 @@
 // Pictures of the scene: quick ones while something changes, at as many pixels as the graphics card keeps up
 // with, and the full one, in bands, when nothing does.
 
-const kLayers = ["rgb", "depth", "flow", "rigidity", "cluster"];
 const kStop = 1e-3;         // as RenderOptions::stop
 const kGoodFrame = 1 / 30;  // seconds a quick picture should take
 const kBand = 0.03;         // seconds a band of the full picture should take
@@ -18,6 +17,8 @@ class Painter {
     this.pending = null;      // what the graphics card is busy with
     this.finished = [];       // when the last quick pictures were done, milliseconds
     this.quality = "auto";
+    this.drawn = false;       // there was a picture
+    this.shown = null;        // which one
     this.show(scene);
   }
 
@@ -41,7 +42,7 @@ class Painter {
     pass.vec3("eye", camera.position);
     ["axisX", "axisY", "axisZ"].forEach((name, a) => pass.vec3(name, camera.axes[a]));
     pass.vec4("lens", camera.fitted(target.width, target.height)), pass.float("targetHeight", target.height);
-    pass.int("shown", kLayers.indexOf(look.layer)), pass.vec3("background", look.background);
+    pass.int("shown", Object.keys(kLayers).indexOf(look.layer)), pass.vec3("background", look.background);
     const untouched = hexOf(look.background) === hexOf(scene.header.background);
     if (scene.header.background_harmonics.length) pass.int("learnedBackground", +untouched);
     pass.vec2("depthRange", camera.depthRange()), pass.float("fullFlow", scene.header.full_flow);
@@ -53,6 +54,7 @@ class Painter {
   }
 
   present(target) {
+    this.shown = target;
     const gl = this.gl, canvas = gl.canvas;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, canvas.width, canvas.height);
@@ -61,6 +63,9 @@ class Painter {
     pass.vec2("canvasSize", [canvas.width, canvas.height]);
     pass.draw();
   }
+
+  /// The last picture once more: a canvas of another size is empty.
+  again() { if (this.shown) this.present(this.shown); }
 
   /// True when the last piece of work is done; learns how fast it was.
   idle(now) {
@@ -91,7 +96,7 @@ class Painter {
       this.present(this.quick);
       this.dirty = false, this.nextRow = full ? height : 0;
       this.submit(now, (seconds, end) => {
-        this.finished.push(end);
+        this.finished.push(end), this.drawn = true;
         if (full) return;
         this.rowsPerSecond = h / seconds * share;
         // The time goes with the pixels; a step at a time, because a frame also waits for the screen.

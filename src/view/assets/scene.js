@@ -23,7 +23,7 @@ class Scene {
       `#define SH_TEXTURES ${this.shTextures}\n`,
       `#define SH_ORDER ${this.shOrder}\n`,
       `#define PARTS ${+!!header.clusters}\n`,
-      kTilesSource, kWarpSource
+      kColourSource, kTilesSource, kWarpSource
     ].join("");
     this.uploadRadiance(header.radiance, bytes);
     this.uploadOccupancy(header.occupancy, bytes);

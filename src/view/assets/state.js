@@ -8,19 +8,28 @@ const hexOfOne = v => Math.round(255 * Math.min(1, Math.max(0, v))).toString(16)
 const hexOf = c => c.map(hexOfOne).join("");
 const colourOf = hex => [0, 2, 4].map(i => parseInt(hex.slice(i, i + 2), 16) / 255);
 
+const kNight = "0d1117";
+const night = matchMedia("(prefers-color-scheme: dark)");
+
+/// What is behind the scene if nobody chose a colour: the model's, but dark where the page is and pictures
+/// say where nothing is.
+function ownBackground({background, background_harmonics, clear}) {
+  const bright = background.reduce((sum, v) => sum + v) > 1.5;
+  return night.matches && clear && bright && !background_harmonics.length ? colourOf(kNight) : background;
+}
+
 class State {
   constructor(header) {
     this.layer = "rgb";
     this.show(header);
-    this.time = 0;
+    this.time = header.start?.time ?? 0;
     this.view = this.first;
     this.compare = false;
     this.playing = false;
     this.speed = 1;
-    this.background = header.background;
+    this.picked = null;  // background that somebody chose
     this.ui = true;
-    if (this.view === 0) this.time = header.views[0].time;
-    if (header.taken) this.time = header.taken.start.time;
+    this.loop();
   }
 
   /// Takes a model, the first or another one.
@@ -31,12 +40,14 @@ class State {
       rgb: true, depth: true, flow: motion && motion.displaces, rigidity: motion && motion.rigidity,
       cluster: header.clusters
     };
-    this.layers = kLayers.filter(l => has[l]);
+    this.layers = Object.keys(kLayers).filter(l => has[l]);
     if (!this.layers.includes(this.layer)) this.layer = "rgb";
   }
 
-  /// The view that a page begins with: where pictures are on one side, the free camera, at a training camera.
-  get first() { return this.header.views.length && !this.header.taken ? 0 : -1; }
+  /// The view that a page begins with; -1: the free camera.
+  get first() { return this.header.start?.view ?? -1; }
+
+  get background() { return this.picked ?? ownBackground(this.header); }
 
   /// Takes what an address says; what it does not say, or says wrongly, stays.
   /// True if it names a view or the free camera.
@@ -55,7 +66,7 @@ class State {
     if (given.has("play")) this.playing = given.get("play") === "1";
     if (kSpeeds.includes(number("speed"))) this.speed = number("speed");
     const background = given.get("background") || "";
-    if (/^[0-9a-f]{6}$/i.test(background)) this.background = colourOf(background);
+    if (/^[0-9a-f]{6}$/i.test(background)) this.picked = colourOf(background);
     if (given.has("ui")) this.ui = given.get("ui") !== "0";
     return named;
   }
@@ -65,14 +76,24 @@ class State {
     if (this.compare) parts.push("compare=1");
     if (this.playing) parts.push("play=1");
     if (this.speed !== 1) parts.push(`speed=${this.speed}`);
-    const background = hexOf(this.background);
-    if (background !== hexOf(this.header.background)) parts.push("background=" + background);
+    if (this.picked) parts.push("background=" + hexOf(this.picked));
     if (!this.ui) parts.push("ui=0");
     return "#" + parts.join("&");
   }
 
+  /// From now on time goes round without an end.
+  loop() { this.left = Infinity; }
+  /// Plays all of time once, from a moment on, and rests there; from 0 it rests at the end.
+  playOnce(from) { Object.assign(this, {time: from, rest: from || 1, left: 1, playing: true}); }
   /// Lets time go on. @param seconds  since the last call
-  advance(seconds) { this.time = (this.time + seconds * this.speed / kSecondsPerLoop) % 1; }
+  advance(seconds) {
+    const share = seconds * this.speed / kSecondsPerLoop;
+    this.left -= share;
+    this.time = (this.time + share) % 1;
+    if (this.left > 0) return;
+    this.time = this.rest, this.playing = false;
+    this.loop();
+  }
 
   get look() { return {time: this.time, layer: this.layer, background: this.background}; }
 }
