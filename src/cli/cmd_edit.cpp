@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <map>
 #include <memory>
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
-#include "core/atomic_file.hpp"
-#include "io/manifest.hpp"
+#include "run/edit_run.hpp"
 #include "run/edit_session.hpp"
-#include "run/own_json.hpp"
-#include "run/run_folder.hpp"
-#include "splinevox/core/error.hpp"
-#include "splinevox/io/model_vdb.hpp"
-
-namespace fs = std::filesystem;
 
 namespace splinevox::cli {
 namespace {
@@ -26,15 +18,10 @@ struct EditVerb {
   bool quiet = false;
 };
 
-/// One operation with its value.
-struct Asked {
-  std::string operation, value;
-};
-
 /// The operations in the order in which they were written: CLI11 keeps the values of each option, and which
 /// option came when.
-std::vector<Asked> in_order(const CLI::App& verb, const std::vector<CLI::Option*>& options) {
-  std::vector<Asked> asked;
+std::vector<AskedEdit> in_order(const CLI::App& verb, const std::vector<CLI::Option*>& options) {
+  std::vector<AskedEdit> asked;
   std::map<const CLI::Option*, std::size_t> next;
   for (const CLI::Option* option : verb.parse_order())
     for (std::size_t i = 0; i < options.size(); ++i)
@@ -44,32 +31,9 @@ std::vector<Asked> in_order(const CLI::App& verb, const std::vector<CLI::Option*
   return asked;
 }
 
-int edit(const EditVerb& o, const std::vector<Asked>& asked) {
-  if (asked.empty())
-    fail({"edit", "there is nothing to do", "one operation or more", "", "splinevox edit --help lists them"});
-  if (fs::exists(fs::path(o.out) / "config.toml"))
-    fail({o.out, "this folder already holds a run", "a name that is free: a run is never changed", "",
-          "another folder for --out"});
-  Run run = open_run(o.run);
-  const std::string from = run.path;
-  const ModelNotes notes = run.notes;
-  RunFolder folder(o.out, false);
-  Json steps = read_history_if_there(from + "/" + kEditHistory);
-  EditSession session(std::move(run), o.quiet);
-  for (const Asked& a : asked) session.apply(a.operation, a.value);
-  steps.push_back({{"from", fs::absolute(from).lexically_normal().string()},
-                   {"splinevox", kVersion},
-                   {"operations", session.done()}});
-  Manifest manifest{"run", {{"splinevox", kVersion}, {"edited", "yes"}}, {}};
-  const std::string config = read_text(from + "/config.toml");
-  // The model first: one that cannot be written leaves no run behind.
-  const FileDigest model = save_model(folder.file("model.vdb"), session.model(), notes);
-  manifest.files.push_back({"config.toml", write_file(folder.file("config.toml"), {config}), {}});
-  manifest.files.push_back({"model.vdb", model, {}});
-  manifest.files.push_back(
-      {kEditHistory, write_file(folder.file(kEditHistory), {json_text({{"history", steps}}, 2) + "\n"}), {}});
-  write_manifest(folder.path(), manifest);
-  if (!o.quiet) fmt::print("{}\n", folder.path());
+int edit(const EditVerb& o, const std::vector<AskedEdit>& asked) {
+  const std::string folder = edit_run(o.run, o.out, asked, o.quiet);
+  if (!o.quiet) fmt::print("{}\n", folder);
   return 0;
 }
 

@@ -90,6 +90,14 @@ double peak_memory() {
   return double(usage.ru_maxrss) * 1024;
 }
 
+std::string processor_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (const std::size_t colon = line.find(": "); line.starts_with("model name") && colon != line.npos)
+      return line.substr(colon + 2);
+  return "unknown processor";
+}
+
 void release_freed_memory() {
 #ifdef __GLIBC__
   ::malloc_trim(0);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+
 namespace splinevox {
 
 /// Processor time of this process so far, all its threads together; seconds. Unlike wall time it does not
@@ -18,6 +20,9 @@ double total_memory();
 double usable_memory();
 /// The most memory this process has had in use at once, bytes.
 double peak_memory();
+
+/// What the machine's processor calls itself; "unknown processor" where it does not.
+std::string processor_name();
 
 /// Gives memory that was freed back to the system, where the C library can: what was a passing need would
 /// otherwise count beside what comes after it.

@@ -13,6 +13,7 @@
 #include "data/times/settle.hpp"
 #include "io/manifest.hpp"
 #include "run/effects_report.hpp"
+#include "run/made_with.hpp"
 #include "run/memory_needs.hpp"
 #include "run/own_json.hpp"
 #include "run/train_session.hpp"
@@ -210,6 +211,8 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   if (end == TrainedRun::End::finished) note_few_steps(config, figures, progress);
   figures["threads"] = tbb::this_task_arena::max_concurrency();
   figures["device"] = describe(device);
+  figures["machine"] = machine_name();
+  if (const std::string commit = source_commit(); !commit.empty()) figures["commit"] = commit;
   write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
   return {folder.path(), std::move(figures), end, writes};
 }
