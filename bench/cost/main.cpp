@@ -16,9 +16,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
+#include "core/process.hpp"
 #include "curves.hpp"
 #include "present.hpp"
 #include "run/exit_code.hpp"
@@ -57,14 +57,7 @@ std::vector<Record> read_lines(const fs::path& path) {
 
 /// What the machine is, for every line.
 std::string machine(int threads, const std::string& commit) {
-  std::string model = "unknown processor", line;
-  std::ifstream info("/proc/cpuinfo");
-  while (std::getline(info, line))
-    if (line.rfind("model name", 0) == 0) {
-      model = line.substr(line.find(": ") + 2);
-      break;
-    }
-  return fmt::format("{}, {} of {} threads, compiler {}, {}", model, threads,
+  return fmt::format("{}, {} of {} threads, compiler {}, {}", processor_name(), threads,
                      std::thread::hardware_concurrency(), __VERSION__, commit);
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -59,6 +60,9 @@ struct RayTask {
   int first, last;
 };
 
+/// Given the colours of all rays of a batch, fills d loss / d colour of each, which is 0 before.
+using ColourGradient = std::function<void(std::span<const Vec3> colours, std::span<Vec3> gradients)>;
+
 /// What one step asks for. The batch is the same on all ranks; each takes its share.
 struct StepInput {
   std::span<const RayInput<float>> rays;  ///< grouped by slot, equally many each
@@ -71,6 +75,7 @@ struct StepInput {
   std::span<Vec3> behind;  ///< [rays] gets the gradient of the colour behind each, 0 of other ranks' rays;
                            ///< empty: not wanted
   RayLosses losses;
+  const ColourGradient* colour_gradient = nullptr;  ///< in place of photometric_gradient; null: that
   float tv_scale, tv_share;
   std::uint64_t draw;  ///< of total variation: levels take draw + 1, ...
   MomentFactors factors;
@@ -114,6 +119,8 @@ class StepBackend {
   virtual StepSums run(const StepInput& input) = 0;
   /// Whether steps take StepInput::depths.
   virtual bool learns_depth() const { return false; }
+  /// Whether steps take StepInput::colour_gradient.
+  virtual bool takes_colour_gradient() const { return false; }
   /// Rays of the last batch that this rank computed and that were not usable, in order.
   virtual std::vector<int> bad_rays() = 0;
 };

@@ -1,22 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <map>
 #include <memory>
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
-#include "core/atomic_file.hpp"
-#include "io/manifest.hpp"
+#include "run/edit_run.hpp"
 #include "run/edit_session.hpp"
-#include "run/own_json.hpp"
-#include "run/run_folder.hpp"
 #include "run/teller.hpp"
-#include "splinevox/core/error.hpp"
-#include "splinevox/io/model_vdb.hpp"
-
-namespace fs = std::filesystem;
 
 namespace splinevox::cli {
 namespace {
@@ -27,15 +19,10 @@ struct EditVerb {
   TalkWords talk;
 };
 
-/// One operation with its value.
-struct Asked {
-  std::string operation, value;
-};
-
 /// The operations in the order in which they were written: CLI11 keeps the values of each option, and which
 /// option came when.
-std::vector<Asked> in_order(const CLI::App& verb, const std::vector<CLI::Option*>& options) {
-  std::vector<Asked> asked;
+std::vector<AskedEdit> in_order(const CLI::App& verb, const std::vector<CLI::Option*>& options) {
+  std::vector<AskedEdit> asked;
   std::map<const CLI::Option*, std::size_t> next;
   for (const CLI::Option* option : verb.parse_order())
     for (std::size_t i = 0; i < options.size(); ++i)
@@ -45,33 +32,11 @@ std::vector<Asked> in_order(const CLI::App& verb, const std::vector<CLI::Option*
   return asked;
 }
 
-int edit(const EditVerb& o, const std::vector<Asked>& asked) {
-  if (asked.empty())
-    fail({"edit", "there is nothing to do", "one operation or more", "", "splinevox edit --help lists them"});
-  if (fs::exists(fs::path(o.out) / "config.toml"))
-    fail({o.out, "this folder already holds a run", "a name that is free: a run is never changed", "",
-          "another folder for --out"});
-  Run run = open_run(o.run);
-  const std::string from = run.path;
-  const ModelNotes notes = run.notes;
-  RunFolder folder(o.out, false);
-  Json steps = read_history_if_there(from + "/" + kEditHistory);
+int edit(const EditVerb& o, const std::vector<AskedEdit>& asked) {
   const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
-  EditSession session(std::move(run), [&](const std::string& line) { teller.note(line); });
-  for (const Asked& a : asked) session.apply(a.operation, a.value);
-  steps.push_back({{"from", fs::absolute(from).lexically_normal().string()},
-                   {"splinevox", kVersion},
-                   {"operations", session.done()}});
-  Manifest manifest{"run", {{"splinevox", kVersion}, {"edited", "yes"}}, {}};
-  const std::string config = read_text(from + "/config.toml");
-  // The model first: one that cannot be written leaves no run behind.
-  const FileDigest model = save_model(folder.file("model.vdb"), session.model(), notes);
-  manifest.files.push_back({"config.toml", write_file(folder.file("config.toml"), {config}), {}});
-  manifest.files.push_back({"model.vdb", model, {}});
-  manifest.files.push_back(
-      {kEditHistory, write_file(folder.file(kEditHistory), {json_text({{"history", steps}}, 2) + "\n"}), {}});
-  write_manifest(folder.path(), manifest);
-  teller.result({{"out", folder.path()}, {"operations", session.done()}}, folder.path());
+  const EditedRun made =
+      edit_run(o.run, o.out, asked, [&](const std::string& line) { teller.note(line); });
+  teller.result({{"out", made.folder}, {"operations", made.operations}}, made.folder);
   return 0;
 }
 

@@ -8,19 +8,22 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/eval_pictures.hpp"
 #include "cli/options.hpp"
+#include "cli/scores_print.hpp"
 #include "core/atomic_file.hpp"
 #include "run/correspondence.hpp"
 #include "run/folder_lock.hpp"
 #include "run/held_camera.hpp"
+#include "run/outer_metric.hpp"
 #include "run/own_json.hpp"
+#include "run/scores_json.hpp"
 #include "run/support.hpp"
 #include "run/teller.hpp"
 #include "run/volume_score.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
-#include "splinevox/math/metrics.hpp"
 #include "splinevox/run/evaluate.hpp"
 #include "splinevox/run/run.hpp"
 #include "train/check_cameras.hpp"
@@ -29,14 +32,6 @@ namespace fs = std::filesystem;
 
 namespace splinevox::cli {
 namespace {
-
-struct EvalOptions {
-  std::string run, data, split = "test", images, truth_volume, device = "auto", masks;
-  int threads = 0;
-  bool json = false, truth = false;
-  Otherwise otherwise;
-  PictureRoom room;
-};
 
 constexpr const char* kPicturesMark =
     "eval.json";  ///< in a folder of --images: what is there may be replaced
@@ -101,48 +96,13 @@ void save(const Run& run, const ModelFile& read, const Json& result) {
     path = fmt::format("{}/metrics_{}.json", run.path, split);
   else
     metrics = read_metrics_if_there(path);
-  for (const char* key : {"psnr_inside", "inside_views", "inside_share", "ignored_share", kHeldCamera})
-    metrics.erase(key);  // of masks, or of a film, that may no longer be there
+  for (const char* key :
+       {"psnr_inside", "inside_views", "inside_share", "ignored_share", "metrics", kHeldCamera})
+    metrics.erase(key);  // of masks, a film or a command, that may no longer be there
   Json merged = result;  // the figures of interest first
   for (const auto& [key, value] : metrics.items())
     if (!merged.contains(key)) merged[key] = value;
   write_file(path, {json_text(merged, 2) + "\n"});
-}
-
-Json scores_json(const Scores& s) {
-  Json frames = Json::array();
-  for (const ViewScore& v : s.views) {
-    Json frame{{"name", v.name}, {"time", v.time},       {"psnr", capped_psnr(v.psnr)},
-               {"ssim", v.ssim}, {"ms_ssim", v.ms_ssim}, {"psnr_best_gain", capped_psnr(v.psnr_best_gain)}};
-    if (v.psnr_inside) frame["psnr_inside"] = capped_psnr(*v.psnr_inside);
-    frames.push_back(std::move(frame));
-  }
-  Json j{{"psnr", s.psnr},
-         {"ssim", s.ssim},
-         {"ms_ssim", s.ms_ssim},
-         {"psnr_best_gain", s.psnr_best_gain},
-         {"split", s.split}};
-  if (s.psnr_inside) {
-    j["psnr_inside"] = *s.psnr_inside;
-    j["inside_views"] = s.inside_views;
-    j["inside_share"] = s.inside_share;
-  }
-  if (s.ignored_share > 0) j["ignored_share"] = s.ignored_share;
-  j["frames"] = std::move(frames);
-  return j;
-}
-
-void print_means(const Scores& s) {
-  fmt::print("{:<16} {:>7} {:>8.3f} {:>8.4f} {:>8.4f}   ({} views)\n", "mean", "", s.psnr, s.ssim, s.ms_ssim,
-             s.views.size());
-  fmt::print("{:<16} {:>7} {:>8.3f}   (each view times its best gain per channel)\n", "at best exposure", "",
-             s.psnr_best_gain);
-  if (s.psnr_inside)
-    fmt::print("{:<16} {:>7} {:>8.3f} {:>17}   ({} views, {:.1f}% of their pixels)\n", "inside the masks", "",
-               *s.psnr_inside, "", s.inside_views, 100 * s.inside_share);
-  if (s.ignored_share > 0)
-    fmt::print("{:.1f}% of all pixels are ignored, as the masks say: not in these figures\n",
-               100 * s.ignored_share);
 }
 
 Json truth_figures(const MotionScore& s) {
@@ -180,7 +140,11 @@ void print_truth(const MotionScore& s) {
              s.moving_pairs);
 }
 
-int eval(const EvalOptions& o) {
+int eval_run(const EvalOptions& o) {
+  if (o.run.empty())
+    fail({"eval", "there is no RUN to measure", "the folder of a run, or --pictures DIR with --data DATASET",
+          "", ""});
+  OuterMetrics metrics(o.metrics);
   const Device device = choose_device(o.device);
   const ModelFile read(o.run);
   Otherwise otherwise = o.otherwise;
@@ -200,19 +164,17 @@ int eval(const EvalOptions& o) {
     for (const std::string& note : volumes->notes) teller.note("note: " + note);
   for (const std::string& note : data.notes) teller.note("note: " + note);
   if (!o.json)
-    fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", o.split + " view", "time", "PSNR", "SSIM", "MS-SSIM");
+    print_scores_head(o.split);
   Renderer renderer = make_renderer(run.model, device);
   const Scores scores =
       evaluate(run.model, renderer, *data.find(o.split), [&](const Frame& frame, const View& v) {
         frame.image.give_back();
-        if (!o.json) {
-          fmt::print("{:<16} {:>7.4f} {:>8.3f} {:>8.4f} {:>8.4f}\n", frame.name, frame.time, v.psnr, v.ssim,
-                     v.ms_ssim);
-          std::fflush(stdout);
-        }
+        if (!o.json) print_view(frame, v);
+        metrics.take(frame, v);
         if (!o.images.empty()) save_view(run.model, v, frame, o.images);
       });
   Json result = scores_json(scores);
+  metrics.finish(result);
   const bool flat = run.record.parallax && *run.record.parallax < kLeastParallax;
   result["depth_determined"] = !flat;
   result["eval_seconds"] = scores.seconds;
@@ -232,7 +194,7 @@ int eval(const EvalOptions& o) {
     volume = score_volumes(run.model, *volumes);
     result["truth_volume"] = volume_json(*volume);
   }
-  if (!o.json) print_means(scores);
+  if (!o.json) print_means(scores, result);
   if (held && !o.json) fmt::print("{}\n", held_camera_line(*held));
   if (flat)
     teller.note(fmt::format(
@@ -243,26 +205,53 @@ int eval(const EvalOptions& o) {
   if (volume && !o.json) print_volumes(*volume);
   teller.result(result, "");
   std::fflush(stdout);
+  if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"});
   if (!otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
   return 0;
+}
+
+int eval(const EvalOptions& o) {
+  if (!o.out.empty()) probe_output_file(o.out, are_figures);
+  return o.pictures.empty() ? eval_run(o) : eval_pictures(o);
 }
 
 }  // namespace
 
 Action eval_command(CLI::App& verb) {
   auto o = std::make_shared<EvalOptions>();
-  verb.add_option("RUN", o->run, "the run to measure")->required();
+  verb.add_option("RUN", o->run, "the run to measure, or to whose truth pictures are compared");
   heading(verb, kData);
   verb.add_option("--data", o->data, "the data set, if not the run's own or no longer where it was");
   verb.add_option("--split", o->split, "whose pictures to compare with")
       ->type_name("{test,val,train}")
       ->capture_default_str();
   heading(verb, "Measure");
-  verb.add_option("--images", o->images,
-                  "folder for pictures: truth, render, error; depth, displacement, what moves (red)");
-  verb.add_flag("--truth", o->truth, "compare the motion with the data set's truth/ (see docs/formats.md)");
-  verb.add_option("--truth-volume", o->truth_volume,
-                  "folder with true densities over time to compare the model's with (see docs/formats.md)");
+  CLI::Option* images = verb.add_option("--images", o->images,
+                                        "folder for pictures: truth, render, error; depth, displacement, what moves (red)");
+  CLI::Option* truth = verb.add_flag("--truth", o->truth,
+                                     "compare the motion with the data set's truth/ (see docs/formats.md)");
+  CLI::Option* volumes = verb.add_option(
+      "--truth-volume", o->truth_volume,
+      "folder with true densities over time to compare the model's with (see docs/formats.md)");
+  CLI::Option* pictures =
+      verb.add_option("--pictures", o->pictures,
+                      "folder of another method's pictures, which are measured instead of the run's: on the "
+                      "truth of RUN, or without one on that of --data")
+          ->type_name("DIR");
+  for (CLI::Option* of_model : {images, truth, volumes}) pictures->excludes(of_model);
+  verb.add_option("--match", o->match,
+                  "which of these is of which frame: by name (r_003.png is of r_003), or the first in order "
+                  "of the first frame")
+      ->type_name("{name,order}")
+      ->check(CLI::IsMember({"name", "order"}))
+      ->needs(pictures)
+      ->capture_default_str();
+  verb.add_option("--metric", o->metrics,
+                  "another figure, NAME=COMMAND: given a render and its truth, two PNG files, COMMAND prints "
+                  "a number; with {list} in it, a file of such pairs, a number for each; may be repeated")
+      ->allow_extra_args(false);
+  verb.add_option("--out", o->out, "a file for the figures as JSON, beside what the run keeps")
+      ->type_name("FILE");
   add_otherwise(verb, o->otherwise);
   add_masks(verb, o->masks);
   add_picture_room(verb, o->room.memory, o->room.cache);

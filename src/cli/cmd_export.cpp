@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "cli/command.hpp"
-#include "cli/export_info.hpp"
 #include "cli/export_report.hpp"
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
+#include "run/run_folder.hpp"
 #include "run/shares.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"

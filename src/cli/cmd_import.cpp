@@ -5,10 +5,9 @@
 #include <memory>
 
 #include "cli/command.hpp"
-#include "cli/export_info.hpp"
 #include "cli/options.hpp"
 #include "core/printable.hpp"
-#include "run/folder_lock.hpp"
+#include "run/run_folder.hpp"
 #include "run/signals.hpp"
 #include "run/teller.hpp"
 #include "splinevox/core/error.hpp"

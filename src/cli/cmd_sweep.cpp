@@ -64,9 +64,12 @@ int sweep(const SweepVerb& o) {
                        });
   }
   if (!o.task) {
-    write_file(o.out + "/table.csv", {sweep_csv(tasks)});
-    write_file(o.out + "/table.md", {sweep_table(tasks)});
-    if (teller.text()) fmt::print("{}{}/table.csv\n", sweep_table(tasks), o.out);
+    const Table settings = settings_table(tasks);
+    write_file(o.out + "/table.csv", {csv(tasks_table(tasks))});
+    write_file(o.out + "/settings.csv", {csv(settings)});
+    write_file(o.out + "/table.md", {markdown(settings)});
+    write_file(o.out + "/table.tex", {latex(settings)});
+    if (teller.text()) fmt::print("{}{}/table.csv\n", markdown(settings), o.out);
   }
   if (stop_asked()) {
     write_event("interrupted", {{"interrupted", true}});

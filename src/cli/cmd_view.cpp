@@ -1,97 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <filesystem>
 #include <memory>
-#include <optional>
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
-#include "core/atomic_file.hpp"
-#include "run/html.hpp"
-#include "run/own_json.hpp"
+#include "run/support.hpp"
+#include "view/write_view.hpp"
 #include "run/teller.hpp"
-#include "run/training_cameras.hpp"
-#include "splinevox/core/error.hpp"
-#include "splinevox/run/cameras.hpp"
-#include "splinevox/run/evaluate.hpp"
-#include "splinevox/run/run.hpp"
-#include "view/page.hpp"
-
-namespace fs = std::filesystem;
 
 namespace splinevox::cli {
 namespace {
 
-struct ViewVerb {
-  std::string run, out, data, split = "test";
-  int views = 6, view_size = 400, threads = 0;
-  double max_mb = 20;
+struct ViewVerb : ViewRequest {
+  int threads = 0;
   TalkWords talk;
 };
 
-std::string about(const Run& run) {
-  std::string text = fs::path(run.record.dataset).filename().string() + ", preset " + run.config.preset;
-  const std::string file = run.path + "/metrics.json";
-  const Json metrics = read_metrics_if_there(file);
-  if (metrics.contains("psnr") && metrics["psnr"].is_number() && metrics.contains("split"))
-    text += fmt::format(", {:.1f} dB on the {} split", metrics["psnr"].get<double>(),
-                        metrics["split"].get<std::string>());
-  return text;
-}
-
-std::string described(const ViewQuality& q, const VoxelModel& model) {
-  std::string text = fmt::format("density in {} bits, colour in {}", q.density_bits, q.colour_bits);
-  if (model.radiance.sh_order >= 0)
-    text += q.sh_bits ? fmt::format(", view dependence in {}", q.sh_bits) : ", no view dependence";
-  if (!model.motion.levels.empty()) text += fmt::format(", motion in {}", q.motion_bits);
-  if (q.halvings) text += fmt::format("; voxels {} times as large", 1 << q.halvings);
-  return text;
-}
-
 int view(const ViewVerb& o) {
   const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
-  probe_output_file(o.out, is_page);
-  const Run run = open_run(o.run);
-  ViewPage page;
-  page.name = fs::weakly_canonical(run.path).filename().string();
-  page.about = about(run);
-  page.split = o.split;
-  page.full_flow = kFullFlow * run.model.box.longest_edge();
-  if (o.views > 0) try {
-      page.shots =
-          page_shots(*open_split(run, o.data, o.split).find(o.split), run.model, o.views, o.view_size);
-    } catch (const Error& e) {
-      teller.warn(fmt::format("the page is without true pictures: {}", e.what()));
-    }
-  std::optional<TrainingCameras> train;
-  try {
-    train = training_cameras(run, o.data, CameraRequest().elevation);
-    page.taken = taken_from(*train);
-  } catch (const Error& e) {
-    teller.warn(fmt::format("the page does not know where pictures were taken: {}", e.what()));
-  }
-  page.start = first_sight(run.model, page.shots, train ? &*train : nullptr, o.view_size);
-  const std::optional<MotionClusters> clusters =
-      run.model.motion.moves() ? std::optional(find_clusters(run.model, 0)) : std::nullopt;
-  std::size_t smallest = 0;
-  for (const ViewQuality& quality : view_qualities()) {
-    page.note = described(quality, run.model);
-    const std::string html = view_page(page, pack_scene(run.model, quality, clusters ? &*clusters : nullptr));
-    smallest = html.size();
-    if (double(smallest) > o.max_mb * 1e6) continue;
-    write_file(o.out, {html}, Named::by_user);
-    teller.result(
-        {{"out", o.out}, {"bytes", smallest}, {"quality", page.note}, {"true_pictures", page.shots.size()}},
-        fmt::format("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}", double(smallest) * 1e-6, o.max_mb,
-                    page.note, page.shots.size(), o.out));
-    return 0;
-  }
-  fail({"--max-mb", "the page does not fit even with coarse voxels",
-        fmt::format("at least {:.2f} MB for this run with {} true pictures", double(smallest) * 1e-6,
-                    page.shots.size()),
-        fmt::format("{:g}", o.max_mb), page.shots.empty() ? "" : "--views 0, or --view-size 200"});
+  const WrittenView page = write_view(o);
+  for (const std::string& lack : page.lacks) teller.warn(lack);
+  teller.result({{"out", o.out},
+                 {"bytes", page.bytes},
+                 {"quality", page.note},
+                 {"true_pictures", page.true_pictures}},
+                fmt::format("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}", double(page.bytes) * 1e-6,
+                            o.max_mb, page.note, page.true_pictures, o.out));
+  return 0;
 }
 
 }  // namespace

@@ -13,7 +13,6 @@ using namespace run;  // the verbs are made of it
 /// What a verb does once its options are parsed; the result is the exit code.
 using Action = std::function<int()>;
 
-
 /// Each declares the options of one verb on its subcommand and returns what to do.
 Action train_command(CLI::App& verb);
 Action eval_command(CLI::App& verb);

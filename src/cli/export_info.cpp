@@ -11,7 +11,6 @@
 
 #include "cli/vdb_info.hpp"
 #include "io/export/export_folder.hpp"
-#include "splinevox/core/error.hpp"
 
 namespace splinevox::cli {
 namespace {
@@ -66,13 +65,6 @@ std::vector<int> missing(const std::vector<int>& frames) {
 std::string text_of(const Json& j, const char* key) { return j.value(key, std::string()); }
 
 }  // namespace
-
-void refuse_run_folder(const std::string& out, const std::string& what) {
-  std::error_code ignored;
-  if (std::filesystem::exists(out + "/config.toml", ignored))
-    fail({out, fmt::format("this is the folder of a run, and {} would replace the list of its files", what),
-          "a folder of its own", "", "--out " + out + "/vdb"});
-}
 
 std::string frames_text(const std::vector<int>& frames) {
   std::string text;

@@ -15,9 +15,6 @@ namespace splinevox::cli {
 std::optional<Json> export_json(const std::string& folder);
 void print_export(const Json& exported);
 
-/// Throws Error (input) where a sequence would be written into the folder of a run. @param what  "an export"
-void refuse_run_folder(const std::string& out, const std::string& what);
-
 /// Numbers of frames in words: "1-24, 48". @param frames  in order
 std::string frames_text(const std::vector<int>& frames);
 

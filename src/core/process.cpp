@@ -72,12 +72,7 @@ std::string command_line() {
 }
 
 std::string machine_name() {
-  std::ifstream file("/proc/cpuinfo");
-  const std::string key = "model name";
-  for (std::string line; std::getline(file, line);)
-    if (const std::size_t at = line.find(": "); line.starts_with(key) && at != line.npos)
-      return line.substr(at + 2) + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads";
-  return "";
+  return processor_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads";
 }
 
 double processor_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
@@ -115,6 +110,14 @@ double peak_memory() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   return double(usage.ru_maxrss) * 1024;
+}
+
+std::string processor_name() {
+  std::ifstream info("/proc/cpuinfo");
+  for (std::string line; std::getline(info, line);)
+    if (const std::size_t colon = line.find(": "); line.starts_with("model name") && colon != line.npos)
+      return line.substr(colon + 2);
+  return "unknown processor";
 }
 
 void release_freed_memory() {

@@ -10,8 +10,7 @@ namespace splinevox {
 double processor_seconds();
 /// That of the calling thread alone.
 double thread_seconds();
-/// The processor's name and how many threads it runs at once: "... @ 2.60GHz, 8 threads"; empty where it
-/// cannot be told.
+/// The processor's name and how many threads it runs at once: "... @ 2.60GHz, 8 threads".
 std::string machine_name();
 /// How this process was started, as a shell takes it; empty where it cannot be told.
 std::string command_line();
@@ -26,6 +25,9 @@ double total_memory();
 double usable_memory();
 /// The most memory this process has had in use at once, bytes.
 double peak_memory();
+
+/// What the machine's processor calls itself; "unknown processor" where it does not.
+std::string processor_name();
 
 /// Gives memory that was freed back to the system, where the C library can: what was a passing need would
 /// otherwise count beside what comes after it.

@@ -42,4 +42,14 @@ SPLINEVOX_HD inline Vec3T<T> photometric_error(const Vec3T<T>& rgb, const Vec3T<
   return error;
 }
 
+/// Derivative of weight times the squared error by the colour.
+template <class T>
+SPLINEVOX_HD inline Vec3T<T> photometric_gradient(const Vec3T<T>& error, T weight) {
+  return T(2) * (weight * error);
+}
+template <class T>
+SPLINEVOX_HD inline Vec3T<T> photometric_gradient(const Vec3T<T>& rgb, const Vec3T<T>& target, T weight) {
+  return photometric_gradient(photometric_error(rgb, target), weight);
+}
+
 }  // namespace splinevox

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include "data/camera_check.hpp"
 #include "python/convert.hpp"
+#include "run/memory_needs.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/data/synth.hpp"
@@ -51,6 +54,32 @@ SynthOptions synth_options(int frames, int size, std::uint64_t seed) {
   return o;
 }
 
+/// Everything of a camera, in the order of its members.
+py::tuple camera_state(const Camera& c) {
+  const Distortion& d = c.lens;
+  return py::make_tuple(c.width, c.height, c.fx, c.fy, c.cx, c.cy, matrix_of(c), int(d.kind), d.k, d.p,
+                        d.reach);
+}
+Camera camera_of_state(const py::tuple& t) {
+  Camera c{t[0].cast<int>(),    t[1].cast<int>(),    t[2].cast<double>(),
+           t[3].cast<double>(), t[4].cast<double>(), t[5].cast<double>()};
+  const auto m = t[6].cast<Doubles>();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) c.axes[std::size_t(column)][row] = m.at(row, column);
+    c.position[row] = m.at(row, 3);
+  }
+  c.lens = {Distortion::Kind(t[7].cast<int>()), t[8].cast<std::array<double, 4>>(),
+            t[9].cast<std::array<double, 2>>(), t[10].cast<double>()};
+  return c;
+}
+
+std::string describe_dataset(const Dataset& d) {
+  std::string splits;
+  for (const Split& s : d.splits) splits += fmt::format(", {} {}", s.frames.size(), s.name);
+  const Camera& first = d.splits.front().frames.front().camera;
+  return fmt::format("<splinevox.Dataset '{}': {}x{}{}>", d.path, first.width, first.height, splits);
+}
+
 template <double (*Metric)(const Image&, const Image&)>
 double metric(const Floats& a, const Floats& b) {
   const Image x = image_of(a, "a"), y = image_of(b, "b");
@@ -80,14 +109,17 @@ void bind_data(py::module_& m) {
       .def_property_readonly(
           "camera_to_world", &matrix_of,
           "float64 (4, 4): world axes of the camera in the first three columns, its place in the fourth.")
+      .def(py::pickle(&camera_state, &camera_of_state))
       .def("__repr__", [](const Camera& c) {
-        return "<splinevox.Camera " + std::to_string(c.width) + "x" + std::to_string(c.height) + ">";
+        return fmt::format("<splinevox.Camera {}x{}, focal length {:.4g}, at ({:.4g}, {:.4g}, {:.4g})>",
+                           c.width, c.height, c.fx, c.position.x, c.position.y, c.position.z);
       });
 
   py::class_<Frame>(m, "Frame", "One posed picture of a data set.")
       .def_readonly("name", &Frame::name, "file name without folder and extension")
       .def_readonly("camera", &Frame::camera, "where it was taken from")
       .def_readonly("time", &Frame::time, "the model's, in [0, 1] on the train split")
+      .def_readonly("camera_id", &Frame::camera_id, "which of Dataset.cameras took it; -1: nobody knows")
       .def_property_readonly(
           "image",
           [](const Frame& f) {
@@ -115,9 +147,23 @@ void bind_data(py::module_& m) {
             return array_of(composite(f.image, {b[0], b[1], b[2]}));
           },
           "float32 (height, width, 3) over a background.",
-          py::arg("background") = std::array<float, 3>{1, 1, 1});
+          py::arg("background") = std::array<float, 3>{1, 1, 1})
+      .def("__repr__", [](const Frame& f) {
+        return fmt::format("<splinevox.Frame '{}', {}x{}, time {:.4g}>", f.name, f.camera.width,
+                           f.camera.height, f.time);
+      });
 
   py::class_<Dataset, std::shared_ptr<Dataset>>(m, "Dataset", "A data set, read and checked once.")
+      .def(py::init(&dataset_of_arrays),
+           "Of pictures in memory, n in all. images: arrays (height, width, 3 or 4), uint8, uint16 or floats "
+           "with 1 = 1, straight alpha. camera_to_world (n, 4, 4) or (n, 3, 4), OpenGL axes. intrinsics (3, "
+           "3) or (n, 3, 3), pixels. times in any unit. splits: train, val or test of each; None: every "
+           "eighth picture, or of a rig whole cameras, are the test split. names: of their own. cameras: "
+           "which took each; None: pose and lens tell. ignored: bool (height, width) or None for each. box: "
+           "where the scene lies, scene units.",
+           py::arg("images"), py::arg("camera_to_world"), py::arg("intrinsics"), py::arg("times"),
+           py::arg("splits") = py::none(), py::arg("names") = py::none(), py::arg("cameras") = py::none(),
+           py::arg("ignored") = py::none(), py::arg("box") = py::none(), py::arg("name") = "arrays")
       .def_readonly("path", &Dataset::path, "where it was read from")
       .def_property_readonly("splits", &split_names, "names of those that exist, train first")
       .def_readonly("notes", &Dataset::notes, "what is odd about it, one line each")
@@ -134,6 +180,16 @@ void bind_data(py::module_& m) {
             return box;
           },
           "((x, y, z), (x, y, z)): where the scene lies, if the data says; scene units")
+      .def_property_readonly(
+          "cameras",
+          [](const Dataset& d) {
+            std::vector<std::pair<std::string, bool>> out;
+            for (const RigCamera& c : d.cameras) out.emplace_back(c.name, c.still);
+            return out;
+          },
+          "(name, whether it stands still) of each real camera of a rig; empty: every frame may be of "
+          "another")
+      .def("__repr__", &describe_dataset)
       .def(
           "frames",
           [](py::object self, const std::string& split) {
@@ -147,19 +203,27 @@ void bind_data(py::module_& m) {
   m.def(
       "load_dataset",
       [](const std::string& path, int downscale, std::vector<std::string> splits, const std::string& times,
-         const std::string& missing, const std::string& masks) {
+         const std::string& missing, const std::string& masks, const std::string& transfer,
+         const std::string& layer, const std::optional<std::string>& depth, const std::string& memory,
+         const std::string& cache) {
         LoadOptions options;
         options.downscale = downscale;
         options.splits = std::move(splits);
-        options.rules = {times, missing, masks};
+        options.rules = {times, missing, masks, transfer, layer, depth.value_or("")};
+        options.depth = depth.has_value();
+        options.cache = cache;
+        if (!memory.empty())
+          options.room = [most = run::memory_bound(memory)](const Dataset&) { return most; };
         auto data = std::make_shared<Dataset>();
         released([&] { *data = load_dataset(path, options); });
         return data;
       },
       "Reads a data set folder as the command line does. splits: which; none = all. times, missing, "
-      "masks: as --times, --missing and --masks.",
+      "masks, transfer, layer, memory, cache: as the options of `splinevox train`. depth: as --depth, '' = "
+      "what the data says; None = depth maps are not read.",
       py::arg("path"), py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{},
-      py::arg("times") = "", py::arg("missing") = "", py::arg("masks") = "");
+      py::arg("times") = "", py::arg("missing") = "", py::arg("masks") = "", py::arg("transfer") = "",
+      py::arg("layer") = "", py::arg("depth") = py::none(), py::arg("memory") = "", py::arg("cache") = "");
   m.def(
       "make_synth",
       [](const std::string& scene, int frames, int size, std::uint64_t seed) {

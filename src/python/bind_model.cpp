@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <limits>
 #include <mutex>
 
+#include "core/atomic_file.hpp"
 #include "field/columns.hpp"
 #include "python/convert.hpp"
+#include "run/scores_json.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
 #include "splinevox/io/model_vdb.hpp"
-#include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/run/evaluate.hpp"
 
@@ -124,6 +127,43 @@ py::tuple warp_points(const ModelPtr& model, const Floats& array, double time) {
   return py::make_tuple(places, folded);
 }
 
+ModelPtr model_of_file(const std::string& path) {
+  auto model = std::make_shared<VoxelModel>();
+  released([&] { *model = load_model(path); });
+  return model;
+}
+
+/// A file that is gone with the object.
+struct PassingFile {
+  PassingFile() : folder(py::module_::import("tempfile").attr("TemporaryDirectory")()) {}
+  ~PassingFile() { folder.attr("cleanup")(); }
+  std::string path() const { return folder.attr("name").cast<std::string>() + "/model.vdb"; }
+  py::object folder;
+};
+
+/// A model's file: what is empty in it has no rows.
+py::bytes model_bytes(const ModelPtr& model) {
+  const PassingFile file;
+  released([&] { save_model(file.path(), *model, {}, false); });
+  return py::bytes(run::read_text(file.path()));
+}
+
+ModelPtr model_of_bytes(const py::bytes& bytes) {
+  const PassingFile file;
+  write_file(file.path(), {std::string(bytes)});
+  return model_of_file(file.path());
+}
+
+std::string describe_model(const VoxelModel& v) {
+  const Vec3 size = v.box.hi - v.box.lo;
+  const std::string motion = v.motion.levels.empty()
+                                 ? "nothing changes"
+                                 : fmt::format("{} control points on {} bricks", v.motion.points,
+                                               v.motion.levels[0].topology->brick_count());
+  return fmt::format("<splinevox.Model {:.3g} x {:.3g} x {:.3g}, {} bricks of radiance, {}>", size.x, size.y,
+                     size.z, v.radiance.raw.topology->brick_count(), motion);
+}
+
 void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
   for (const ColumnFacts& facts : kColumns)
     model.def_property_readonly(
@@ -146,25 +186,13 @@ void bind_views(py::class_<VoxelModel, ModelPtr>& model) {
 
 }  // namespace
 
-py::dict evaluate(const VoxelModel& model, const Split& split) {
+py::object evaluate(const VoxelModel& model, const Split& split) {
   run::Scores scores;
   released([&] {
     Renderer renderer(model);
     scores = run::evaluate(model, renderer, split);
   });
-  py::list frames;
-  for (const run::ViewScore& v : scores.views) {
-    py::dict frame(py::arg("name") = v.name, py::arg("time") = v.time, py::arg("psnr") = capped_psnr(v.psnr),
-                   py::arg("ssim") = v.ssim, py::arg("ms_ssim") = v.ms_ssim,
-                   py::arg("psnr_best_gain") = capped_psnr(v.psnr_best_gain));
-    if (v.psnr_inside) frame["psnr_inside"] = capped_psnr(*v.psnr_inside);
-    frames.append(frame);
-  }
-  py::dict out(py::arg("psnr") = scores.psnr, py::arg("ssim") = scores.ssim,
-               py::arg("ms_ssim") = scores.ms_ssim, py::arg("psnr_best_gain") = scores.psnr_best_gain,
-               py::arg("split") = scores.split, py::arg("frames") = frames);
-  if (scores.psnr_inside) out["psnr_inside"] = *scores.psnr_inside;
-  return out;
+  return object_of(run::scores_json(scores));
 }
 
 void bind_model(py::module_& m) {
@@ -240,7 +268,9 @@ void bind_model(py::module_& m) {
           "(scale, shift): density per scene unit is scale * softplus(raw + shift)")
       .def(
           "copy", [](const VoxelModel& v) { return std::make_shared<VoxelModel>(v); },
-          "A model of its own with the same values.");
+          "A model of its own with the same values.")
+      .def(py::pickle(&model_bytes, &model_of_bytes))
+      .def("__repr__", &describe_model);
   bind_views(model);
 
   py::class_<Looker>(
@@ -255,14 +285,7 @@ void bind_model(py::module_& m) {
           "A picture at a time in [0, 1].", py::arg("camera"), py::arg("time"), py::arg("step_scale") = 1.0,
           py::arg("stop") = double(RenderOptions().stop));
 
-  m.def(
-      "load_model",
-      [](const std::string& path) {
-        auto v = std::make_shared<VoxelModel>();
-        released([&] { *v = load_model(path); });
-        return v;
-      },
-      "Reads a model.vdb.", py::arg("path"));
+  m.def("load_model", &model_of_file, "Reads a model.vdb.", py::arg("path"));
   m.def(
       "save_model",
       [](const std::string& path, const ModelPtr& v, const ModelNotes& notes, bool half) {

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include "python/convert.hpp"
 #include "splinevox/core/version.hpp"
 #include "splinevox/run/cameras.hpp"
@@ -9,6 +11,12 @@ namespace splinevox::python {
 namespace {
 
 ModelPtr model_of(const std::shared_ptr<run::Run>& run) { return {run, &run->model}; }
+
+std::shared_ptr<run::Run> open(const std::string& path) {
+  auto run = std::make_shared<run::Run>();
+  released([&] { *run = run::open_run(path); });
+  return run;
+}
 
 std::shared_ptr<Dataset> split_of(const run::Run& run, const std::string& split, const std::string& data) {
   auto out = std::make_shared<Dataset>();
@@ -24,6 +32,12 @@ void bind_run(py::module_& m) {
       .def_readonly("config", &run::Run::config, "what it was trained with")
       .def_readonly("notes", &run::Run::notes, "kept with the model")
       .def_property_readonly("model", &model_of, "the model; keeps the run alive")
+      .def(py::pickle([](const run::Run& run) { return py::str(run.path); },
+                      [](const py::str& path) { return open(path); }))
+      .def("__repr__",
+           [](const run::Run& run) {
+             return fmt::format("<splinevox.Run '{}', preset {}>", run.path, run.config.preset);
+           })
       .def("dataset", &split_of,
            "The run's own pictures of one split, or those of another folder, with the run's downscale and "
            "times.",
@@ -49,14 +63,7 @@ void bind_run(py::module_& m) {
           "held, data, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file; times A:B:N.",
           py::arg("camera") = "auto", py::arg("times") = "", py::arg("size") = 0,
           py::arg("elevation") = 20.0);
-  m.def(
-      "open_run",
-      [](const std::string& path) {
-        auto run = std::make_shared<run::Run>();
-        released([&] { *run = run::open_run(path); });
-        return run;
-      },
-      "Opens a run folder.", py::arg("path"));
+  m.def("open_run", &open, "Opens a run folder.", py::arg("path"));
 }
 
 }  // namespace splinevox::python
@@ -71,6 +78,8 @@ PYBIND11_MODULE(_core, m) {
   bind_errors(m);
   bind_data(m);
   bind_model(m);
+  bind_loss(m);
   bind_train(m);
   bind_run(m);
+  bind_outputs(m);
 }

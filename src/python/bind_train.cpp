@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <atomic>
 #include <chrono>
 #include <mutex>
+#include <thread>
 
 #include "python/convert.hpp"
+#include "run/cameras_report.hpp"
 #include "run/effects_report.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/run/train.hpp"
@@ -22,18 +27,29 @@ struct Learning {
     validate(c);
     released([&] {
       const Config ready = prepare(c, *data, {.effects = EffectPolicy::keep}).config;
+      cameras = ready.cameras;
       trainer = std::make_unique<Trainer>(ready, *data->find("train"), data->time_map);
     });
   }
   std::shared_ptr<Dataset> data;
+  CamerasConfig cameras;  ///< what is learned of them
   std::unique_ptr<Trainer> trainer;
-  std::mutex
-      mutex;  ///< of the trainer; waited for without the interpreter's lock, never held while calling back
+  std::mutex mutex;  ///< of the trainer; waited for without the interpreter's lock, held only while a loss of
+                     ///< the caller's own is called
+  std::atomic<std::thread::id> asking{};  ///< the thread that calls this loss
 };
+
+/// The trainer is busy where its loss is called.
+void check_free(const Learning& l) {
+  if (l.asking == std::this_thread::get_id())
+    fail({"Trainer", "its own loss asks it for something in the midst of a step",
+          "a loss that looks at its Rays alone", "", "a callback, which is called between steps"});
+}
 
 /// Calls work(trainer) while no other thread uses the trainer.
 template <class Work>
 void alone(Learning& l, const Work& work) {
+  check_free(l);
   released([&] {
     const std::lock_guard lock(l.mutex);
     work(*l.trainer);
@@ -44,6 +60,7 @@ void alone(Learning& l, const Work& work) {
 /// and to hear Ctrl-C.
 bool run(Learning& l, const py::object& callback, int every) {
   if (every < 1) fail({"train", "'every' is not a number of steps", "at least 1", std::to_string(every), ""});
+  check_free(l);
   bool stopped = false;
   released([&] {
     auto listened = Clock::now();
@@ -77,7 +94,7 @@ std::string text_of(const py::handle& value) {
 }
 
 template <class T>
-py::object object_of(const T& value) {
+py::object setting_of(const T& value) {
   if constexpr (std::is_enum_v<T>)
     return py::str(choice_name(value));
   else
@@ -87,9 +104,18 @@ py::object object_of(const T& value) {
 py::dict settings_of(const Config& c) {
   py::dict all;
   visit_config(c, [&](const char* key, const auto& value, const char*, double, double) {
-    all[key] = object_of(value);
+    all[key] = setting_of(value);
   });
   return all;
+}
+
+/// As it can be made again: its preset, and what differs from that.
+std::string describe_config(const Config& c) {
+  const py::dict usual = settings_of(preset(c.preset));
+  py::dict other;
+  for (const auto& [key, value] : settings_of(c))
+    if (!value.equal(usual[key])) other[key] = value;
+  return fmt::format("splinevox.Config('{}', settings={})", c.preset, py::repr(other).cast<std::string>());
 }
 
 Config make_config(std::optional<std::string> preset, const std::string& file, const py::dict& settings,
@@ -117,14 +143,33 @@ Prepared prepared(const Config& config, Dataset& data, bool choose) {
 }
 
 /// What effects.json holds, as a dict.
-py::object effects_of(const Prepared& p) {
-  return py::module_::import("json").attr("loads")(run::json_text(run::effects_json(p)));
-}
+py::object effects_of(const Prepared& p) { return object_of(run::effects_json(p)); }
 
 py::dict phases_of(const PhaseSeconds& p) {
   return py::dict(py::arg("slices") = p.slices, py::arg("rays") = p.rays, py::arg("scatter") = p.scatter,
                   py::arg("regularise") = p.regularise, py::arg("update") = p.update,
                   py::arg("occupancy") = p.occupancy, py::arg("refine") = p.refine);
+}
+
+void set_loss(Learning& l, const py::object& function) {
+  ColourLoss loss = loss_of(function);
+  if (loss)
+    loss = [&l, ask = std::move(loss)](const RayBatch& rays, std::span<Vec3> gradients) {
+      l.asking = std::this_thread::get_id();
+      struct Asked {
+        Learning& l;
+        ~Asked() { l.asking = std::thread::id(); }
+      } asked{l};
+      return ask(rays, gradients);
+    };
+  alone(l, [&](Trainer& t) { t.set_loss(std::move(loss)); });
+}
+
+/// What is learned of a rig's cameras, as `cameras` of metrics.json has it.
+py::object cameras_of(Learning& l) {
+  run::Json cameras;
+  alone(l, [&](const Trainer& t) { cameras = run::cameras_json(*l.data, l.cameras, t.cameras()); });
+  return object_of(cameras);
 }
 
 std::shared_ptr<VoxelModel> model_of(Learning& l) {
@@ -185,6 +230,28 @@ void bind_trainer(py::module_& m) {
           },
           "share of what is visible that was moving when the static regions were frozen; 1: motion is "
           "learned everywhere")
+      .def("set_loss", &set_loss,
+           "From the next step on loss(rays) takes the place of the photometric loss; None: that comes back. "
+           "It is given Rays and returns d loss / d colour, (n, 3), of the loss summed over the rays, or "
+           "(loss, d loss / d colour): then reports have this loss. All other terms stay as configured. The "
+           "same bits in every run if the function has. save does not keep it. An exception of it leaves the "
+           "trainer as it was before the step.",
+           py::arg("loss"))
+      .def_property_readonly(
+          "cameras", &cameras_of,
+          "what is known of a rig's cameras by now, as `cameras` of metrics.json: gains and "
+          "offsets in time; empty: nothing is learned of them")
+      .def("__repr__",
+           [](Learning& l) {
+             double seconds = 0;
+             bool done = false;
+             alone(l, [&](const Trainer& t) {
+               seconds = t.seconds();
+               done = t.done();
+             });
+             return fmt::format("<splinevox.Trainer on '{}', {:.1f} s, {}>", l.data->path, seconds,
+                                done ? "done" : "not done");
+           })
       .def("model", &model_of, "The model as it is now: a copy.")
       .def(
           "save",
@@ -226,6 +293,15 @@ void bind_train(py::module_& m) {
           },
           py::arg("key"), py::arg("value"))
       .def("to_toml", &write_config, "As config.toml has it.")
+      .def("__eq__", [](const Config& a, const Config& b) { return write_config(a) == write_config(b); })
+      .def("__repr__", &describe_config)
+      .def(py::pickle([](const Config& c) { return py::make_tuple(c.preset, settings_of(c)); },
+                      [](const py::tuple& state) {
+                        Config c = preset(state[0].cast<std::string>());
+                        for (const auto& [key, value] : state[1].cast<py::dict>())
+                          set_config(c, text_of(key) + "=" + text_of(value), "Config");
+                        return c;
+                      }))
       .def(
           "copy", [](const Config& c) { return c; }, "One of its own.");
 
@@ -235,7 +311,9 @@ void bind_train(py::module_& m) {
                     "unit that colours are trained in; 1 unless the pictures are dark")
       .def_readonly("notes", &Prepared::notes, "what was settled and why, one line each")
       .def_property_readonly("effects", &effects_of,
-                             "which effects were tried out and what is used, as in RUN/effects.json");
+                             "which effects were tried out and what is used, as in RUN/effects.json")
+      .def("__repr__",
+           [](const Prepared& p) { return fmt::format("<splinevox.Prepared: {}>", to_string(p.used)); });
 
   py::class_<StepReport>(m, "StepReport", "What one step reports.")
       .def_readonly("step", &StepReport::step, "steps done, this one included")
@@ -246,7 +324,11 @@ void bind_train(py::module_& m) {
       .def_readonly("rays", &StepReport::rays, "of this step")
       .def_readonly("samples", &StepReport::samples, "of this step")
       .def_readonly("discarded", &StepReport::discarded,
-                    "something was not finite, so no parameter was touched");
+                    "something was not finite, so no parameter was touched")
+      .def("__repr__", [](const StepReport& r) {
+        return fmt::format("<splinevox.StepReport: step {}, loss {:.4g}, {:.2f} dB, {:.1f} s>", r.step,
+                           r.loss, r.psnr, r.seconds);
+      });
   bind_trainer(m);
 
   m.def("prepare", &prepared,
@@ -261,14 +343,17 @@ void bind_train(py::module_& m) {
       py::arg("dataset"));
   m.def(
       "train",
-      [](std::shared_ptr<Dataset> data, const Config& config, const py::object& callback, int every) {
+      [](std::shared_ptr<Dataset> data, const Config& config, const py::object& callback, int every,
+         const py::object& loss) {
         Learning l(std::move(data), config);
+        set_loss(l, loss);
         run(l, callback, every);
         return model_of(l);
       },
       "A trained model: in the box that prepare settles, with the effects of the configuration, untried. See "
-      "Trainer.train.",
-      py::arg("dataset"), py::arg("config"), py::arg("callback") = py::none(), py::arg("every") = 10);
+      "Trainer.train, and Trainer.set_loss.",
+      py::arg("dataset"), py::arg("config"), py::arg("callback") = py::none(), py::arg("every") = 10,
+      py::arg("loss") = py::none());
 }
 
 }  // namespace splinevox::python

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/convert.hpp"
 
-#include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::python {
@@ -58,6 +57,10 @@ void released(const std::function<void()>& work) {
     work();
     return 0;
   });
+}
+
+py::object object_of(const run::Json& json) {
+  return py::module_::import("json").attr("loads")(run::json_text(json));
 }
 
 void set_threads(int threads) {

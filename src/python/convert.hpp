@@ -8,13 +8,17 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "run/support.hpp"
 #include "splinevox/core/camera.hpp"
 #include "splinevox/core/image.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
+#include "splinevox/train/colour_loss.hpp"
 
 /// Between numpy's arrays and ours.
 namespace splinevox::python {
@@ -38,6 +42,19 @@ py::array_t<double> matrix_of(const Camera& camera);
 using Corners = std::array<std::array<float, 3>, 2>;
 Corners corners(const Box& box);
 
+/// A data set of arrays, one of each for each picture. Throws Error (input) naming the argument.
+std::shared_ptr<Dataset> dataset_of_arrays(const py::sequence& images, const Doubles& poses, const Doubles& k,
+                                           const std::vector<double>& times,
+                                           const std::optional<std::vector<std::string>>& splits,
+                                           const std::optional<std::vector<std::string>>& names,
+                                           const std::optional<std::vector<std::string>>& cameras,
+                                           const std::optional<py::sequence>& ignored,
+                                           const std::optional<Corners>& box, const std::string& name);
+
+/// A function of Rays as a loss, which takes the interpreter's lock to be called; of None none. Throws Error
+/// (input) if it is no function; the loss does for what it returns.
+ColourLoss loss_of(const py::object& function);
+
 /// Memory of `owner` as an array: no copy, and `owner` lives as long as the array does.
 template <class T>
 py::array view_of(T* data, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,
@@ -54,10 +71,15 @@ int get_threads();
 void bind_errors(py::module_& m);
 void bind_data(py::module_& m);
 void bind_model(py::module_& m);
+void bind_loss(py::module_& m);
 void bind_train(py::module_& m);
 void bind_run(py::module_& m);
+void bind_outputs(py::module_& m);
 
 /// PSNR and its kin of a model against a split, as `splinevox eval --json` has them.
-py::dict evaluate(const VoxelModel& model, const Split& split);
+py::object evaluate(const VoxelModel& model, const Split& split);
+
+/// JSON as Python's json module reads it: null is None.
+py::object object_of(const run::Json& json);
 
 }  // namespace splinevox::python

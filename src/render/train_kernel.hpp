@@ -69,7 +69,7 @@ struct TrainKernel {
     // Kept doubled and weighted, as the sweep needs it. What that adds is taken off again at the end, exactly
     // where the weight is 1.
     const Vec3 d_rgb =
-        2.0f * (ray.weight * photometric_error(m.rgb + m.transmittance * ray.background, targets[index]));
+        photometric_gradient(m.rgb + m.transmittance * ray.background, targets[index], ray.weight);
 
     // Of the gradient: what is behind the samples to come.
     float rest = composite_end(m.transmittance, ray.background, d_rgb, losses.transmittance);

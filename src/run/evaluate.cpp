@@ -69,11 +69,10 @@ Image best_gain(Image render, const Image& truth, const PixelMask& ignored) {
 
 }  // namespace
 
-View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame) {
+View compare(Image render, const Frame& frame, const Vec3& background) {
   View v;
-  v.truth = composite(frame.image, model.background.color);
-  v.layers = renderer.render(frame.camera, frame.time);
-  v.render = clamped(v.layers.rgb);
+  v.truth = composite(frame.image, background);
+  v.render = std::move(render);
   v.psnr = psnr(v.render, v.truth, frame.ignored);
   v.ssim = ssim(v.render, v.truth, frame.ignored);
   v.ms_ssim = ms_ssim(v.render, v.truth, frame.ignored);
@@ -82,15 +81,26 @@ View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& fra
   return v;
 }
 
-Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
-                const std::function<void(const Frame&, const View&)>& on_view) {
+View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame) {
+  Rendered layers = renderer.render(frame.camera, frame.time);
+  View v = compare(clamped(layers.rgb), frame, model.background.color);
+  v.layers = std::move(layers);
+  return v;
+}
+
+Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split, const OnView& on_view) {
+  return evaluate(
+      split, [&](const Frame& frame) { return evaluate_view(model, renderer, frame); }, on_view);
+}
+
+Scores evaluate(const Split& split, const std::function<View(const Frame&)>& view_of, const OnView& on_view) {
   Scores out;
   out.split = split.name;
   std::vector<double> psnrs, with_gain, psnrs_inside;
   double pixels = 0, pixels_inside = 0, inside = 0, ignored = 0;
   for (const Frame& frame : split.frames) {
     const auto start = std::chrono::steady_clock::now();
-    const View v = evaluate_view(model, renderer, frame);
+    const View v = view_of(frame);
     out.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     out.views.push_back({frame.name, frame.time, v.psnr, v.ssim, v.ms_ssim, v.psnr_inside, v.psnr_best_gain});
     psnrs.push_back(v.psnr);
@@ -128,10 +138,14 @@ Image layer_picture(const VoxelModel& model, const Rendered& r, const std::strin
 }
 
 Image error_picture(const View& view, const Frame& frame) {
+  return error_colours(without_ignored(view, frame), view.truth);
+}
+
+Image without_ignored(const View& view, const Frame& frame) {
   Image render = view.render;
   for (std::size_t i = 0; i < render.pixels(); ++i)
     if (frame.ignored.test(i)) std::copy_n(view.truth.data.begin() + 3 * i, 3, render.data.begin() + 3 * i);
-  return error_colours(render, view.truth);
+  return render;
 }
 
 void save_view(const VoxelModel& model, const View& view, const Frame& frame, const std::string& folder) {

@@ -53,6 +53,13 @@ bool RunFolder::has(const std::string& name) const {
   return fs::exists(file(name), ignored);
 }
 
+void refuse_run_folder(const std::string& out, const std::string& what) {
+  std::error_code ignored;
+  if (fs::exists(out + "/config.toml", ignored))
+    fail({out, fmt::format("this is the folder of a run, and {} would replace the list of its files", what),
+          "a folder of its own", "", "--out " + out + "/vdb"});
+}
+
 std::string record_text(const RunRecord& record) {
   const auto quoted = [](const std::string& text) { return json_text(text); };
   const std::string parallax = record.parallax ? fmt::format("parallax = {:.6g}\n", *record.parallax) : "";

@@ -41,6 +41,9 @@ class RunFolder {
   std::optional<FolderLock> lock_;
 };
 
+/// Throws Error (input) where a sequence would be written into the folder of a run. @param what  "an export"
+void refuse_run_folder(const std::string& out, const std::string& what);
+
 std::string record_text(const RunRecord& record);
 /// Both tables of RUN/config.toml. Throws Error (input).
 void read_run_config(const std::string& run, Config& config, RunRecord& record);

@@ -29,25 +29,11 @@ enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4, kCame
 /// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
 int blocks_along(int pixels) { return (pixels + 1) / 2; }
 
-/// A pixel of a picture.
-struct Place {
-  int x, y;
-};
-
 /// Pixel k of a block, 0 to 3; a border that cuts the block repeats its last ones.
 Place pixel_of(const Frame& frame, std::uint32_t block, int k) {
   const std::uint32_t w = std::uint32_t(blocks_along(frame.image.width));
   return {std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1),
           std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1)};
-}
-
-/// The first pixel of a block from k on, in turn, that is not ignored; none if all four are.
-std::optional<Place> usable_pixel(const Frame& frame, std::uint32_t block, int k) {
-  for (int tried = 0; tried < 4; ++tried) {
-    const Place p = pixel_of(frame, block, (k + tried) & 3);
-    if (!frame.ignored.test(p.x, p.y)) return p;
-  }
-  return {};
 }
 
 /// A deck of n cards, shuffled anew for every round through it.
@@ -77,6 +63,14 @@ class Deck {
 };
 
 }  // namespace
+
+std::optional<Place> usable_pixel(const Frame& frame, std::uint32_t block, int k) {
+  for (int tried = 0; tried < 4; ++tried) {
+    const Place p = pixel_of(frame, block, (k + tried) & 3);
+    if (!frame.ignored.test(p.x, p.y)) return p;
+  }
+  return {};
+}
 
 BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingConfig& config,
                            std::uint64_t seed, float brightest)

@@ -47,9 +47,10 @@ StepSums Home::step(const StepInput& in) {
   sent_ = true;
   here_ = false;
   volume_.lattices.forget_sum();  // the backend makes its own, and this one is old after the step
+  const StepSums sums = backend_->run(in);
   Visible& visible = volume_.lattices.visible;
   if (!visible.rows.empty()) visible.rays += std::int64_t(in.rays.size());
-  return backend_->run(in);
+  return sums;
 }
 
 void Home::archive(Archive& a, const Setting& setting) {

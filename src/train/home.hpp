@@ -21,6 +21,8 @@ class Home {
   /// The same, to be changed.
   Volume& change();
   StepSums step(const StepInput& in);
+  /// See StepBackend.
+  bool takes_colour_gradient() const { return backend_->takes_colour_gradient(); }
   /// Of the last step, see StepBackend.
   std::vector<int> bad_rays() { return backend_->bad_rays(); }
   /// Saves or restores the volume. Throws Error (input) where a restored one does not fit the setting.

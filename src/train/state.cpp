@@ -8,6 +8,7 @@
 #include "math/schedule.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/film/moving_part.hpp"
+#include "train/ray_batch.hpp"
 #include "train/still/changing_cells.hpp"
 
 namespace splinevox {
@@ -156,6 +157,13 @@ StepInput Trainer::State::step_input() {
   behind_.resize(batch.lines.size());
   in.behind = behind_;
   in.losses = ray_losses();
+  lost.reset();
+  if (own_loss) {
+    colour_gradient_ = [this](std::span<const Vec3> colours, std::span<Vec3> gradients) {
+      lost = own_loss(ray_batch(setting.train, batch, colours), gradients);
+    };
+    in.colour_gradient = &colour_gradient_;
+  }
   in.tv_scale = float(std::pow(double(loss.tv_final), progress));
   in.tv_share = loss.tv_share;
   in.draw = batch.draw;

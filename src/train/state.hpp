@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "splinevox/train/trainer.hpp"
@@ -37,6 +38,8 @@ struct Trainer::State {
   Plan plan;
   Batch batch;                        ///< of the last step
   std::vector<CoarseMask> moving;     ///< what moves in each frame; empty: nobody knows
+  ColourLoss own_loss;                ///< in place of the photometric one; empty: that
+  std::optional<double> lost;         ///< what it gave for the last step
   std::vector<StepReport> discarded;  ///< the last steps, as far as they were discarded in a row
 
   TimeWindow window() const { return {sampler.window(progress), sampler.whole(progress)}; }
@@ -62,7 +65,8 @@ struct Trainer::State {
 
  private:
   void set_moving(std::vector<CoarseMask> masks);
-  std::vector<Vec3> behind_;  ///< gradient of the colour behind each ray of the batch, if it is wanted
+  ColourGradient colour_gradient_;  ///< asks `own_loss`
+  std::vector<Vec3> behind_;        ///< gradient of the colour behind each ray of the batch, if it is wanted
   RayLosses ray_losses() const;
 };
 

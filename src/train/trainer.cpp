@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/atomic_file.hpp"
 #include "core/stopwatch.hpp"
@@ -29,6 +30,13 @@ Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_m
     : Trainer(config, train, time_map, seconds_used, ranks, make_step(device, deterministic, ranks)) {}
 
 Trainer::~Trainer() = default;
+
+void Trainer::set_loss(ColourLoss loss) {
+  if (loss && !state_->home.takes_colour_gradient())
+    fail({"Trainer::set_loss", "a loss of one's own is asked for on the CPU alone, and in one process",
+          "Device::cpu without ranks", "another device, or ranks", ""});
+  state_->own_loss = std::move(loss);
+}
 
 bool Trainer::done() const { return state_->clock.used(state_->setting.config.run) >= 1; }
 
@@ -74,7 +82,8 @@ StepReport Trainer::one_step() {
   lap(&PhaseSeconds::update);
 
   report.progress = s.clock.used(run);
-  report.loss = (sums.squared_error + sums.motion_loss + sums.depth_loss) / double(report.rays);
+  report.loss =
+      (s.lost.value_or(sums.squared_error) + sums.motion_loss + sums.depth_loss) / double(report.rays);
   report.psnr = -10 * std::log10(std::max(1e-10, sums.squared_error / (3.0 * double(report.rays))));
   return report;
 }

@@ -239,13 +239,13 @@ TEST_SUITE("app/stranger") {
         "datasets = [\"=cmd|x\", \"@a,b\", \"+\\\"q\\\"\", \"d|e\"]\n[settings]\n\"-2\" = []\n\"-x\" = []\n");
     CHECK_THROWS_AS(read_sweep(path, "out\n#SBATCH --x"), Error);
     const std::vector<SweepTask> tasks = read_sweep(path, folder.str() + "/out");
-    const std::string csv = sweep_csv(tasks);
-    CHECK(contains(csv, ",'=cmd|x,fast,"));
-    CHECK(contains(csv, ",\"'@a,b\",fast,"));
-    CHECK(contains(csv, ",\"'+\"\"q\"\"\",fast,"));
-    CHECK(contains(csv, ",fast,-2,1,"));
-    CHECK(contains(csv, ",fast,'-x,1,"));
-    CHECK(contains(sweep_table(tasks), "| d\\|e | fast |"));
+    const std::string text = csv(tasks_table(tasks));
+    CHECK(contains(text, ",'=cmd|x,fast,"));
+    CHECK(contains(text, ",\"'@a,b\",fast,"));
+    CHECK(contains(text, ",\"'+\"\"q\"\"\",fast,"));
+    CHECK(contains(text, ",fast,-2,1,"));
+    CHECK(contains(text, ",fast,'-x,1,"));
+    CHECK(contains(markdown(settings_table(tasks)), "| d\\|e | fast |"));
     for (const char* out : {"a\"b", "a%j", "a\\b", "a\n#SBATCH --uid=0"})
       CHECK_THROWS_WITH_AS(slurm_script(path, folder.str() + "/" + out, 2, 1),
                            doctest::Contains("cannot stand in a script"), Error);

@@ -40,9 +40,9 @@ TEST_SUITE("app/sweep") {
                                    "--preset", "draft", "--seed", "7", "--resume", "--set",
                                    "loss.tv_control=0.5", "--set", "loss.tv_density=0.01", "--max-steps",
                                    "20", "--effects", "all", "--set", "sampling.rays=256"});
-    CHECK(sweep_csv(tasks).find("ball_draft_plain_s7," + folder.str() + "/ball,draft,plain,7,,,,,\n") !=
-          std::string::npos);
-    CHECK(sweep_table(tasks).find("| draft | smooth | 0 of 2 |") != std::string::npos);
+    CHECK(contains(csv(tasks_table(tasks)),
+                   "ball_draft_plain_s7," + folder.str() + "/ball,draft,plain,7,,,,,,,,,,\n"));
+    CHECK(contains(markdown(settings_table(tasks)), "| draft | smooth | 0 of 2 |"));
     CHECK(sweep_commands(tasks).starts_with(
         "splinevox train " + folder.str() +
         "/ball --out out/ball_draft_plain_s1 --preset draft --seed 1 --resume --max-steps 20 "));
@@ -52,6 +52,18 @@ TEST_SUITE("app/sweep") {
     const std::string script = slurm_script(folder.str() + "/sweep.toml", "out", 4, 2);
     CHECK(script.find("#SBATCH --array=0-3\n") != std::string::npos);
     CHECK(script.find("--task \"$SLURM_ARRAY_TASK_ID\"") != std::string::npos);
+  }
+
+  TEST_CASE("a table is the same in every form, whatever its cells hold") {
+    const Table table{{{"name", "name", false}, {"psnr", "PSNR", true}},
+                      {{"a|b, 50%_x \\", "31.5 ± 0.2"}, {"=1+1", "-2"}}};
+    CHECK(csv(table) == "name,psnr\n\"a|b, 50%_x \\\",31.5 ± 0.2\n'=1+1,-2\n");
+    CHECK(markdown(table) ==
+          "| name | PSNR |\n| --- | ---: |\n| a\\|b, 50%_x \\\\ | 31.5 ± 0.2 |\n| =1+1 | -2 |\n");
+    CHECK(
+        latex(table) ==
+        "\\begin{tabular}{lr}\n\\hline\nname & PSNR \\\\\n\\hline\n"
+        "a|b, 50\\%\\_x \\textbackslash{} & 31.5 $\\pm$ 0.2 \\\\\n=1+1 & -2 \\\\\n\\hline\n\\end{tabular}\n");
   }
 
   TEST_CASE("what is wrong with a description is named") {
@@ -83,6 +95,14 @@ TEST_SUITE("app/sweep") {
     const std::string table = slurp(out + "/table.csv");
     CHECK(table.find(",,") == std::string::npos);
     CHECK(contains(first.out, "| draft | plain | 2 of 2 |"));
+    const SweepState done = state_of(read_sweep(description, out)[0]);
+    CHECK(done.metrics["peak_memory_bytes"].get<double>() > 1e6);
+    CHECK(done.effects == "motion light presence rigidity view");
+    const std::string settings = slurp(out + "/settings.csv"), machine = done.metrics["machine"];
+    CHECK(contains(settings, ",2 of 2,"));
+    CHECK(contains(settings, done.effects + ","));
+    CHECK(contains(table, machine.find(',') == machine.npos ? machine : '"' + machine + '"'));
+    CHECK(contains(slurp(out + "/table.tex"), " & draft & smooth & 2 of 2 & $"));
     const std::string model = slurp(out + "/ball_draft_smooth_s7/model.vdb");
     const Ended again = program({"sweep", description, "--out", out});
     CHECK(again.code == 0);

@@ -10,10 +10,10 @@ set(train_sees   core math data field render backend train)
 set(io_sees      core math field render io)
 set(run_sees     core math data field render backend train io run)
 set(view_sees    core math field render io run view)
-set(report_sees  core run report)
+set(report_sees  core data run report)
 set(live_sees    core math data field render backend train io run view report live)
 set(cli_sees     core math data field render backend train io run view report live cli)
-set(python_sees  core math data field render backend train io run python)
+set(python_sees  core math data field render backend train io run view report python)
 set(limit 400)
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/include/splinevox/*.hpp ${ROOT}/src/*.hpp ${ROOT}/src/*.cpp

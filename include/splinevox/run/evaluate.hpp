@@ -13,16 +13,18 @@
 
 namespace splinevox::run {
 
-/// One view of a model beside the picture it should be.
+/// A picture of a view beside the one it should be.
 struct View {
-  Image truth;   ///< over the model's background
-  Image render;  ///< within [0, 1]
-  Rendered layers;
+  Image truth;                 ///< over the background
+  Image render;                ///< within [0, 1]
+  Rendered layers;             ///< of a model's view
   double psnr, ssim, ms_ssim;  ///< of the pixels that are not ignored; NaN: no window of the metric is left
   std::optional<double> psnr_inside;  ///< of the pixels inside the mask, where there are any
   double psnr_best_gain;  ///< after the gain per channel that brings the render nearest to the truth
 };
-/// @param renderer  of the model
+/// @param render  3 channels within [0, 1], of the frame's size. @param background  behind the truth
+View compare(Image render, const Frame& frame, const Vec3& background);
+/// A model's view, over its background. @param renderer  of the model
 View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame);
 
 /// The figures of one view.
@@ -47,11 +49,14 @@ struct Scores {
   double seconds = 0;            ///< of rendering and comparing
 };
 
+/// Called after each view; may be empty.
+using OnView = std::function<void(const Frame&, const View&)>;
 /// Every view of a split against its picture, as `splinevox eval` does it.
 /// @param renderer  of the model: on the calling arena's threads, or on a device (make_renderer)
-/// @param on_view  called after each view; may be empty
-Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split,
-                const std::function<void(const Frame&, const View&)>& on_view = {});
+Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split, const OnView& on_view = {});
+/// The same of any pictures. @param view_of  called once for each frame, in order
+Scores evaluate(const Split& split, const std::function<View(const Frame&)>& view_of,
+                const OnView& on_view = {});
 
 /// Displacement of full colour in the layer "flow", share of the box's longest edge: the same for all frames.
 inline constexpr float kFullFlow = 0.1f;
@@ -60,6 +65,9 @@ inline constexpr float kFullFlow = 0.1f;
 /// channels.
 Image layer_picture(const VoxelModel& model, const Rendered& r, const std::string& layer,
                     const Camera& camera);
+
+/// The render with the truth where pixels are ignored.
+Image without_ignored(const View& view, const Frame& frame);
 
 /// What is wrong with a view (error_colours); nothing where pixels are ignored.
 Image error_picture(const View& view, const Frame& frame);

@@ -12,6 +12,7 @@
 #include "splinevox/data/scene.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/train/cameras.hpp"
+#include "splinevox/train/colour_loss.hpp"
 #include "splinevox/train/config.hpp"
 
 namespace splinevox {
@@ -66,6 +67,13 @@ class Trainer {
 
   static constexpr int kMostDiscarded = 5, kBadRaysKept = 32;
   static constexpr std::uint32_t kStateFormat = 10;  ///< of what save() gives
+
+  /// From the next step on `loss` takes the place of the photometric loss; empty: that comes back. All else
+  /// stays: losses of motion and depth, total variation, and what is learned of errors (where rays are drawn,
+  /// gains of cameras). Colours are rendered once more for it. The same bits in every run if the loss has.
+  /// Called by the thread that calls step(), which throws what it throws and then is as before that step.
+  /// save() does not keep it. Throws Error (input) where a device or several processes make the steps.
+  void set_loss(ColourLoss loss);
 
   bool done() const;
   /// One step. One whose loss or gradient is not finite changes no parameter and says so in its report; the

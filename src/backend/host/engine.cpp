@@ -75,8 +75,15 @@ class RayEngine final : public Engine {
     radiance_scatter_.begin(tasks, radiance.topology->brick_count() + 1);
     const int motion_bricks = Moving ? motion->topology->brick_count() + 1 : 0;
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(in.times.size()));
+    colours_.resize(in.colour_gradient ? in.rays.size() : 0);
+    if (in.colour_gradient) {  // a loss may look at all rays together: their colours first
+      parallel_for(tasks,
+                   [&](int t) { march(field, model, in, batch[t], workers_[t], out, colours_.data()); });
+      given_.assign(in.rays.size(), Vec3{});
+      (*in.colour_gradient)(colours_, given_);
+    }
     parallel_for(tasks, [&](int t) {
-      march(field, model, in, batch[t], workers_[t], out);
+      march(field, model, in, batch[t], workers_[t], out, nullptr);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
       if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch[t].slot);
     });
@@ -148,8 +155,9 @@ class RayEngine final : public Engine {
     parallel_for(bricks, [&](int b) { contract_brick(by, level, weights_, b, active[b], slices); });
   }
 
+  /// @param colours  [rays] gets what each shows, and nothing else is done; null: forward and backward
   void march(const FieldView<float>& field, const StepModel& model, const StepInput& in, const RayTask& task,
-             Worker& w, const PassOutput& out) {
+             Worker& w, const PassOutput& out, Vec3* colours) {
     const RayLosses& losses = in.losses;
     const std::span<RowMask> visible = model.radiance.visible;
     w.records.clear();
@@ -162,11 +170,16 @@ class RayEngine final : public Engine {
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = in.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, losses.stop);
+      if (colours) {
+        colours[i] = result.rgb;
+        continue;
+      }
       const Vec3 error = photometric_error(result.rgb, in.targets[i]);
       if (!visible.empty() && has_matter(in.targets[i], ray.background, losses.faintest))
         mark_visible(field, w.kernel, losses, visible.data()->word);
       const double squared = dot(error, error);
-      const Vec3 d_rgb = 2.0f * (ray.weight * error);
+      const Vec3 d_rgb =
+          in.colour_gradient ? given_[std::size_t(i)] : photometric_gradient(error, ray.weight);
       if (!out.behind.empty()) out.behind[i] = result.transmittance * d_rgb;
       if (!out.errors.empty()) out.errors[i] = error;
       double motion = 0, depth = 0;
@@ -240,6 +253,7 @@ class RayEngine final : public Engine {
   std::vector<RowMask> contracted_;  ///< rows of slices_ that are made anew every step; the others are zero
   std::vector<BasisWeights<float>> weights_, weights_dt_;  ///< of the slots; the latter where it is wanted
   std::vector<Worker> workers_;
+  std::vector<Vec3> colours_, given_;  ///< of all rays, and their gradients, for StepInput::colour_gradient
   std::atomic<bool> usable_ = true;
   Scatter<float, kWidth, false> radiance_scatter_;
   Scatter<float, kSliceWidth, Jet> motion_scatter_;

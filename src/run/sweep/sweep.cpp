@@ -5,9 +5,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
-#include <map>
 #include <set>
 
 #include "core/nearest.hpp"
@@ -56,31 +54,6 @@ std::string file_name(std::string text) {
   return text;
 }
 
-/// A cell of a table that spreadsheets open: quoted where it has to be, and no formula.
-std::string csv_cell(const std::string& text) {
-  double value = 0;
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), value).ptr;
-  const bool number = !text.empty() && end == text.data() + text.size();
-  std::string cell =
-      !number && !text.empty() && std::string_view("=+-@").find(text[0]) != std::string_view::npos
-          ? "'" + text
-          : text;
-  if (cell.find_first_of(",\"\r\n") == cell.npos) return cell;
-  std::string out = "\"";
-  for (const char c : cell) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
-/// A cell of a table in Markdown.
-std::string markdown_cell(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '|' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out;
-}
-
 /// Words that become lines of files and arguments of this program.
 void check_word(const std::string& path, const char* key, const std::string& word) {
   if (all_printable(word) != word)
@@ -97,10 +70,6 @@ void check_names(const std::string& path, const std::vector<std::string>& names,
     if (!digits || seed.empty() || seed.size() > 15)
       fail({path, "'seeds' has one that is no seed", "whole numbers from 0 on, below 10^15", seed, ""});
   }
-}
-
-double recorded(const Json& j, const char* key) {
-  return j.contains(key) && j[key].is_number() ? j[key].get<double>() : 0;
 }
 
 /// Quoted where a shell would take it for more than a word.
@@ -183,9 +152,10 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
 
 SweepState state_of(const SweepTask& task) {
   SweepState s;
-  Json j;
+  Json j, effects;
   try {
     j = read_metrics_if_there(task.run + "/metrics.json");
+    effects = read_effects_if_there(task.run + "/effects.json");
   } catch (const Error& e) {  // of this run alone: the others go on
     s.fault = e.what();
     return s;
@@ -193,62 +163,12 @@ SweepState state_of(const SweepTask& task) {
   if (!j.value("finished", false)) return s;
   s.trained = true;
   s.done = j.contains("psnr");
-  if (s.done) s.metrics = j;
+  if (!s.done) return s;
+  s.metrics = j;
+  if (!effects.is_object()) return s;
+  for (const Json& e : effects.value("effects", Json::array()))
+    if (e.value("used", false)) s.effects += (s.effects.empty() ? "" : " ") + e.value("effect", "");
   return s;
-}
-
-std::string sweep_csv(const std::vector<SweepTask>& tasks) {
-  std::string text = "run,dataset,preset,setting,seed,steps,train_seconds,psnr,ssim,ms_ssim\n";
-  for (const SweepTask& t : tasks) {
-    const SweepState s = state_of(t);
-    text += fmt::format("{},{},{},{},{}", csv_cell(t.name), csv_cell(t.dataset), t.preset,
-                        csv_cell(t.setting), t.seed);
-    for (const char* key : {"steps", "train_seconds", "psnr", "ssim", "ms_ssim"})
-      text += s.done ? fmt::format(",{}", recorded(s.metrics, key)) : ",";
-    text += "\n";
-  }
-  return text;
-}
-
-std::string sweep_table(const std::vector<SweepTask>& tasks) {
-  struct Row {
-    std::vector<double> psnr;
-    double ssim = 0, seconds = 0;
-    std::size_t tasks = 0;
-  };
-  std::vector<std::string> order;
-  std::map<std::string, Row> rows;
-  for (const SweepTask& t : tasks) {
-    const std::string name =
-        fmt::format("| {} | {} | {} |", markdown_cell(t.dataset), t.preset, markdown_cell(t.setting));
-    if (!rows.contains(name)) order.push_back(name);
-    Row& row = rows[name];
-    ++row.tasks;
-    const SweepState s = state_of(t);
-    if (!s.done) continue;
-    row.psnr.push_back(recorded(s.metrics, "psnr"));
-    row.ssim += recorded(s.metrics, "ssim");
-    row.seconds += recorded(s.metrics, "train_seconds");
-  }
-  std::string text =
-      "| dataset | preset | setting | done | PSNR | SSIM | training s |\n| --- | --- | --- | --- | --- | --- "
-      "| --- |\n";
-  for (const std::string& name : order) {
-    const Row& r = rows[name];
-    text += fmt::format("{} {} of {} |", name, r.psnr.size(), r.tasks);
-    if (r.psnr.empty()) {
-      text += "  |  |  |\n";
-      continue;
-    }
-    const double n = double(r.psnr.size());
-    const auto [low, high] = std::minmax_element(r.psnr.begin(), r.psnr.end());
-    double sum = 0;
-    for (const double p : r.psnr) sum += p;
-    text += fmt::format(" {:.2f}{} | {:.4f} | {:.0f} |\n", sum / n,
-                        r.psnr.size() > 1 ? fmt::format(" ± {:.2f}", (*high - *low) / 2) : "", r.ssim / n,
-                        r.seconds / n);
-  }
-  return text;
 }
 
 std::string sweep_commands(const std::vector<SweepTask>& tasks) {

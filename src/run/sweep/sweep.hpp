@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "run/support.hpp"
+#include "run/sweep/table.hpp"
 
 namespace splinevox::run {
 
@@ -26,15 +27,17 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
 struct SweepState {
   bool trained = false, done = false;  ///< done: evaluated as well
   Json metrics;                        ///< metrics.json, if done
+  std::string effects;                 ///< names of those that it uses, if done
   std::string fault;                   ///< why its files cannot tell; empty: they can
 };
 SweepState state_of(const SweepTask& task);
 
-/// One line per task: names, steps, seconds, psnr, ssim, ms_ssim; empty where it is not done.
-std::string sweep_csv(const std::vector<SweepTask>& tasks);
-/// One line per dataset, preset and setting: seeds done, PSNR (mean and half the distance of best and worst),
-/// SSIM, seconds.
-std::string sweep_table(const std::vector<SweepTask>& tasks);
+/// A line for each task: names, what came of it, the effects that were chosen, commit and machine; nothing
+/// where it is not done.
+Table tasks_table(const std::vector<SweepTask>& tasks);
+/// A line for each dataset, preset and setting: seeds done, means over them (of PSNR with half the distance
+/// of best and worst), effects, commit and machine of all of them.
+Table settings_table(const std::vector<SweepTask>& tasks);
 /// What a shell would be told to do each task, one a line.
 std::string sweep_commands(const std::vector<SweepTask>& tasks);
 /// Slurm's script for an array with one task each.
