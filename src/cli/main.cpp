@@ -5,6 +5,7 @@
 
 #include "cli/command.hpp"
 #include "core/nearest.hpp"
+#include "core/system.hpp"
 #include "run/exit_code.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -97,5 +98,6 @@ int run_verb(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  name_own_program(argv[0]);
   return exit_code_of("splinevox", [&] { return run_verb(argc, argv); });
 }

@@ -2,7 +2,6 @@
 #include "run/progress.hpp"
 
 #include <fmt/format.h>
-#include <stdio_ext.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <cstdio>
 
 #include "core/printable.hpp"
+#include "core/system.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox::run {
@@ -41,7 +41,7 @@ int columns() {
 void try_print(std::FILE* out, const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), out);
   if (std::fflush(out) == 0) return;
-  __fpurge(out);
+  drop_unwritten(out);
   std::clearerr(out);
 }
 
