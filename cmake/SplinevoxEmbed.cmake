@@ -1,8 +1,8 @@
 # splinevox_embed(target header function file...): the files become part of the target, byte for byte.
 # `header` declares
 #   std::string_view function(std::string_view name);
-# which finds a file's text by its name; empty: there is no such file. A changed file configures anew.
-# The texts are raw strings: g++ and clang take them at any length, where the standard promises 65,536 bytes.
+# which finds a file's text by its name; empty: there is no such file. A changed file configures anew. The
+# texts are raw strings: g++ and clang take them at any length, where the standard promises 65,536 bytes.
 function(splinevox_embed target header function)
   set(embed_header ${header})
   set(embed_function ${function})

@@ -1,5 +1,5 @@
-# splinevox_httplib: cpp-httplib, for the page of `train --live` and its tests. Not there: the program builds,
-# and refuses --live.
+# splinevox_httplib: cpp-httplib, for the page of `train --live` and its tests. Not there: the program
+# builds, and refuses --live.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)
   pkg_check_modules(HTTPLIB QUIET IMPORTED_TARGET cpp-httplib)

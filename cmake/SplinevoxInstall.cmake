@@ -1,5 +1,5 @@
-# What `cmake --install` puts where, for programs (COMPONENT program), the shared library (library) and those
-# who build against it (development).
+# What `cmake --install` puts where, for programs (COMPONENT program), the shared library (library) and
+# those who build against it (development).
 include(CMakePackageConfigHelpers)
 set(layers core math data field render backend train io run)
 
@@ -38,6 +38,7 @@ write_basic_package_version_file(
   ${PROJECT_BINARY_DIR}/splinevoxConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES
   ${PROJECT_BINARY_DIR}/splinevoxConfig.cmake ${PROJECT_BINARY_DIR}/splinevoxConfigVersion.cmake
+  ${PROJECT_SOURCE_DIR}/cmake/SplinevoxOpenVDB.cmake
   DESTINATION ${config_folder} COMPONENT development)
 install(EXPORT splinevox FILE splinevoxTargets.cmake NAMESPACE splinevox::
   DESTINATION ${config_folder} COMPONENT development)

@@ -1,5 +1,5 @@
-# Debian packages: `cpack` in a build folder (./dev package). One for users, one with the shared library, one
-# to build against it, one for Python.
+# Debian packages: `cpack` in a build folder (./dev package). One for users, one with the shared library,
+# one to build against it, one for Python.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VENDOR splinevox)
 set(CPACK_PACKAGE_CONTACT "the splinevox authors <splinevox@localhost>")

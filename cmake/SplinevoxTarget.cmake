@@ -1,6 +1,12 @@
-if(SPLINEVOX_NATIVE)
+# Which instructions. Only x86 has a level beyond what every processor of its kind has.
+include(CheckCXXCompilerFlag)
+set(splinevox_march "")
+if(SPLINEVOX_NATIVE AND NOT CMAKE_CROSSCOMPILING)
+  check_cxx_compiler_flag(-march=native splinevox_knows_native)
+endif()
+if(SPLINEVOX_NATIVE AND splinevox_knows_native)
   set(splinevox_march -march=native)
-else()
+elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
   set(splinevox_march -march=x86-64-v3)
 endif()
 
@@ -44,8 +50,8 @@ function(splinevox_unity target)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()
 
-# Sums in another order and a compiler that may assume there is no NaN: bits would no longer be the same, and
-# a step that went wrong no longer seen. By name, for what has no macro; and by the compiler's own word,
+# Sums in another order and a compiler that may assume there is no NaN: bits would no longer be the same,
+# and a step that went wrong no longer seen. By name, for what has no macro; and by the compiler's own word,
 # whichever way it was told.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" splinevox_config)
 set(splinevox_flags "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${splinevox_config}}")

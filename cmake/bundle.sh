@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # bundle.sh BUILD OUT : what is needed to run splinevox elsewhere, in one folder: the program, the parity
-# tests, and the shared libraries they use, except glibc and the driver's, and the same as OUT.tar.gz. For
-# machines with a glibc at least as new as the one here and no packages.
+# tests, and the shared libraries they use, except glibc and the driver's, with what they are and their
+# licences (sbom.py), and the same as OUT.tar.gz. For machines with a glibc at least as new as the one here
+# and no packages.
 set -euo pipefail
 build=$1 out=$2
 limit_mb=60
@@ -19,11 +20,17 @@ for program in "${programs[@]}"; do
   # An RPATH and not a RUNPATH: it also counts for what the libraries themselves ask for.
   patchelf --force-rpath --set-rpath '$ORIGIN/../lib' "$out/bin/$(basename "$program")"
 done
-ldd "${programs[@]}" | awk '$2 == "=>" && $3 ~ /^\// {print $3}' | sort -u |
+mapfile -t libraries < <(ldd "${programs[@]}" | awk '$2 == "=>" && $3 ~ /^\// {print $3}' | sort -u |
   grep -Ev '/(ld-linux.*|libc|libm|libdl|librt|libpthread|libresolv|libutil|libanl|libnss_[a-z]*)\.so' |
-  grep -Ev '/(libcuda|libnvidia-[a-z]*)\.so' |
-  while read -r library; do install -m 644 "$(readlink -f "$library")" "$out/lib/$(basename "$library")"; done
+  grep -Ev '/(libcuda|libnvidia-[a-z]*)\.so')
+for library in "${libraries[@]}"; do
+  install -m 644 "$(readlink -f "$library")" "$out/lib/$(basename "$library")"
+  # One with a RUNPATH of its own would look there alone.
+  patchelf --remove-rpath "$out/lib/$(basename "$library")"
+done
 strip --strip-unneeded "$out"/lib/*
+install -m 644 "$(dirname "$0")/../LICENSE" "$out/"
+"$(dirname "$0")/sbom.py" "$out" "$build" "${libraries[@]}"
 cat > "$out/test-gpu" <<'END'
 #!/bin/sh
 # The parity tests: every kernel on the host's threads, and on a CUDA device where one is.
@@ -37,14 +44,17 @@ splinevox and the libraries it needs. Runs on x86-64 Linux with glibc $glibc or 
 where there is one.
   bin/splinevox train DATASET --out RUN --device cuda
   ./test-gpu
+splinevox is under Apache-2.0 (LICENSE). splinevox.spdx.json lists what else is in here, and licences has the
+texts of its licences.
 END
 missing=$(env -i PATH=/usr/bin:/bin ldd "$out"/bin/* | awk '/not found/ {print; next}
   $2 == "=>" && $3 !~ /\/bin\/\.\.\/lib\// &&
     $3 !~ /\/(libc|libm|libdl|librt|libpthread|libresolv)\.so/ {print}')
 [[ -z $missing ]] || { printf 'the bundle would still look outside itself:\n%s\n' "$missing" >&2; exit 1; }
 # libopenvdb alone is 55 MB unpacked, so the limit is for the archive, which is what travels.
-tar -C "$(dirname "$out")" -czf "$out.tar.gz" "$(basename "$out")"
+tar -C "$(dirname "$out")" --sort=name --owner=0 --group=0 --numeric-owner \
+  -czf "$out.tar.gz" "$(basename "$out")"
 size=$(du -m "$out.tar.gz" | cut -f1)
 ((size < limit_mb)) || { echo "$out.tar.gz is $size MB, more than $limit_mb" >&2; exit 1; }
-unpacked=$(du -sm "$out" | cut -f1) libraries=$(find "$out/lib" -type f | wc -l)
-echo "$out.tar.gz: $size MB; $out: $unpacked MB, $libraries libraries"
+unpacked=$(du -sm "$out" | cut -f1)
+echo "$out.tar.gz: $size MB; $out: $unpacked MB, ${#libraries[@]} libraries"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# cuda_resources.sh FOLDER [--check] : what every kernel that was compiled under FOLDER uses, as a table. With
-# --check: fails if a kernel keeps anything in local memory (spills, or arrays with an index known only when
-# it runs).
+# cuda_resources.sh FOLDER [--check] : what every kernel that was compiled under FOLDER uses, as a table.
+# With --check: fails if a kernel keeps anything in local memory (spills, or arrays with an index known only
+# when it runs).
 set -euo pipefail
 mapfile -t logs < <(find "$1" -name '*.ptxas' | sort)
 ((${#logs[@]})) || { echo "there are no *.ptxas files under $1: were the CUDA kernels built?" >&2; exit 1; }

@@ -19,6 +19,7 @@
 #include <thread>
 
 #include "core/process.hpp"
+#include "core/system.hpp"
 #include "curves.hpp"
 #include "present.hpp"
 #include "run/exit_code.hpp"

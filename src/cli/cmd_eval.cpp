@@ -12,6 +12,7 @@
 #include "cli/options.hpp"
 #include "cli/scores_print.hpp"
 #include "core/atomic_file.hpp"
+#include "core/system.hpp"
 #include "run/correspondence.hpp"
 #include "run/folder_lock.hpp"
 #include "run/held_camera.hpp"
@@ -63,8 +64,8 @@ struct ModelFile {
   explicit ModelFile(const std::string& run) { there = ::stat((run + "/model.vdb").c_str(), &info) == 0; }
   bool operator==(const ModelFile& o) const {
     return there && o.there && info.st_dev == o.info.st_dev && info.st_ino == o.info.st_ino &&
-           info.st_size == o.info.st_size && info.st_mtim.tv_sec == o.info.st_mtim.tv_sec &&
-           info.st_mtim.tv_nsec == o.info.st_mtim.tv_nsec;
+           info.st_size == o.info.st_size && changed_at(info).tv_sec == changed_at(o.info).tv_sec &&
+           changed_at(info).tv_nsec == changed_at(o.info).tv_nsec;
   }
   bool there = false;
   struct stat info {};

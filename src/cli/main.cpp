@@ -8,6 +8,7 @@
 #include "cli/command.hpp"
 #include "cli/tree.hpp"
 #include "core/nearest.hpp"
+#include "core/system.hpp"
 #include "run/events.hpp"
 #include "run/exit_code.hpp"
 #include "run/progress.hpp"
@@ -87,5 +88,6 @@ int run_verb(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  name_own_program(argv[0]);
   return exit_code_of("splinevox", [&] { return run_verb(argc, argv); });
 }

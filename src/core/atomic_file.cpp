@@ -34,9 +34,9 @@ class SizeSignalBlocked {
   ~SizeSignalBlocked() {
     const int reason = errno;
     if (!sigismember(&before_, SIGXFSZ)) {
-      const timespec now{};
-      while (sigtimedwait(&only_, nullptr, &now) == SIGXFSZ) {
-      }
+      sigset_t waiting{};
+      int taken = 0;
+      if (sigpending(&waiting) == 0 && sigismember(&waiting, SIGXFSZ)) sigwait(&only_, &taken);
     }
     pthread_sigmask(SIG_SETMASK, &before_, nullptr);
     errno = reason;

@@ -13,6 +13,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/system.hpp"
 #include "splinevox/core/error.hpp"
 
 extern char** environ;
@@ -31,8 +32,7 @@ std::vector<char*> pointers(const std::vector<std::string>& words) {
 Child::Child(const ChildWords& start) {
   const std::string& program = start.words.at(0);
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0)
-    fail({start.where, "no pipe to " + program, "", std::strerror(errno), ""});
+  if (!make_pipe(ends)) fail({start.where, "no pipe to " + program, "", std::strerror(errno), ""});
   std::vector<char*> arguments = pointers(start.words), environment;
   arguments.push_back(nullptr);
   for (char** variable = environ; *variable; ++variable) environment.push_back(*variable);

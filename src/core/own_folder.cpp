@@ -3,7 +3,6 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,6 +19,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/handle.hpp"
+#include "core/system.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -111,7 +111,7 @@ bool make_inner_folder(const std::string& path) {
 
 std::string draft_name(const std::string& path) {
   std::uint64_t number = 0;
-  if (::getrandom(&number, sizeof number, 0) != ssize_t(sizeof number)) {
+  if (!fill_random(&number, sizeof number)) {
     std::random_device source;
     number = std::uint64_t(source()) << 32 | source();
   }

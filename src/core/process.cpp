@@ -7,11 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
-#include <fstream>
 #include <limits>
 #include <mutex>
-#include <optional>
-#include <sstream>
 #include <string>
 #include <thread>
 
@@ -19,8 +16,8 @@
 #include <malloc.h>
 #endif
 
-#include "core/group_memory.hpp"
 #include "core/stopwatch.hpp"
+#include "core/system.hpp"
 
 namespace splinevox {
 
@@ -32,20 +29,6 @@ double seconds_of(clockid_t clock) {
   return double(used.tv_sec) + 1e-9 * double(used.tv_nsec);
 }
 
-/// A figure of the machine's memory, bytes.
-std::optional<double> meminfo(const char* name) {
-  std::ifstream file("/proc/meminfo");
-  for (std::string key; file >> key; file.ignore(std::numeric_limits<std::streamsize>::max(), '\n'))
-    if (double kilobytes = 0; key == name && file >> kilobytes) return 1024 * kilobytes;
-  return {};
-}
-
-GroupMemory groups() {
-  std::ostringstream text;
-  text << std::ifstream("/proc/self/cgroup").rdbuf();
-  return group_memory(text.str(), "/sys/fs/cgroup");
-}
-
 double own_limit() {
   rlimit limit{};
   const bool limited = ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
@@ -55,10 +38,9 @@ double own_limit() {
 }  // namespace
 
 std::string command_line() {
-  std::ifstream file("/proc/self/cmdline", std::ios::binary);
   const std::string plain = "+,-./0123456789:=@ABCDEFGHIJKLMNOPQRSTUVWXYZ_abcdefghijklmnopqrstuvwxyz";
   std::string out;
-  for (std::string word; std::getline(file, word, '\0');) {
+  for (const std::string& word : own_command()) {
     if (!out.empty()) out += ' ';
     if (!word.empty() && word.find_first_not_of(plain) == word.npos) {
       out += word;
@@ -85,19 +67,14 @@ double running_seconds() {
 double thread_seconds() { return seconds_of(CLOCK_THREAD_CPUTIME_ID); }
 
 double free_memory() {
-  const auto machine = meminfo("MemAvailable:");
-  double own = own_limit();
-  if (std::isfinite(own)) {
-    double pages = 0;
-    std::ifstream("/proc/self/statm") >> pages;
-    own = std::max(1.0, own - pages * double(::sysconf(_SC_PAGESIZE)));
-  }
-  return machine ? std::min({*machine, std::max(1.0, groups().left), own}) : 0;
+  const auto machine = machine_memory();
+  const double own = std::max(1.0, own_limit() - double(mapped_memory().value_or(0)));
+  return machine ? std::min(std::max(1.0, machine->left), own) : 0;
 }
 
 double total_memory() {
-  const auto machine = meminfo("MemTotal:");
-  return machine ? std::min({*machine, groups().most, own_limit()}) : 0;
+  const auto machine = machine_memory();
+  return machine ? std::min(machine->most, own_limit()) : 0;
 }
 
 double usable_memory() {
@@ -109,15 +86,7 @@ double usable_memory() {
 double peak_memory() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
-  return double(usage.ru_maxrss) * 1024;
-}
-
-std::string processor_name() {
-  std::ifstream info("/proc/cpuinfo");
-  for (std::string line; std::getline(info, line);)
-    if (const std::size_t colon = line.find(": "); line.starts_with("model name") && colon != line.npos)
-      return line.substr(colon + 2);
-  return "unknown processor";
+  return double(usage.ru_maxrss) * peak_memory_unit();
 }
 
 void release_freed_memory() {

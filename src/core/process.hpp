@@ -26,9 +26,6 @@ double usable_memory();
 /// The most memory this process has had in use at once, bytes.
 double peak_memory();
 
-/// What the machine's processor calls itself; "unknown processor" where it does not.
-std::string processor_name();
-
 /// Gives memory that was freed back to the system, where the C library can: what was a passing need would
 /// otherwise count beside what comes after it.
 void release_freed_memory();

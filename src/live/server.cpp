@@ -2,9 +2,9 @@
 #include "live/server.hpp"
 
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <httplib.h>
-#include <sys/random.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -15,6 +15,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/system.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -26,7 +27,7 @@ constexpr std::size_t kLongestBody = 1024;  // of a request: none has one
 
 std::string random_token() {
   std::array<std::uint8_t, 16> bytes{};
-  if (::getrandom(bytes.data(), bytes.size(), 0) != ssize_t(bytes.size()))
+  if (!fill_random(bytes.data(), bytes.size()))
     fail({"--live", "the system has no random numbers, so anybody could guess the page's address", "", "",
           ""});
   std::string text;
@@ -52,7 +53,8 @@ bool may_come(const httplib::Request& request) {
 
 /// Why a port cannot be had, as the system says.
 std::string why_not(int port) {
-  const int probe = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int probe = ::socket(AF_INET, SOCK_STREAM, 0);
+  ::fcntl(probe, F_SETFD, FD_CLOEXEC);
   sockaddr_in at{};
   at.sin_family = AF_INET;
   at.sin_port = htons(std::uint16_t(port));

@@ -19,6 +19,7 @@
 
 #include "core/handle.hpp"
 #include "core/own_folder.hpp"
+#include "core/system.hpp"
 #include "data/pictures/film_read.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -60,7 +61,7 @@ Film::Film(const std::string& path, int width, int height, double fps)
     fail_output({path, "could not be written", "a file, or a name that is free",
                  "a link, and it is not followed", "remove the link, or choose another folder for --out"});
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) fail_output({path, "no pipe to ffmpeg", "", std::strerror(errno), ""});
+  if (!make_pipe(ends)) fail_output({path, "no pipe to ffmpeg", "", std::strerror(errno), ""});
   if (!Handle(draft_, O_CREAT | O_EXCL | O_WRONLY | O_NOFOLLOW).ok()) {  // ours before ffmpeg opens it
     const int why = errno;
     ::close(ends[0]);

@@ -2,7 +2,6 @@
 #include "run/progress.hpp"
 
 #include <fmt/format.h>
-#include <stdio_ext.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -11,6 +10,7 @@
 #include <cstdio>
 
 #include "core/printable.hpp"
+#include "core/system.hpp"
 #include "run/events.hpp"
 #include "splinevox/math/metrics.hpp"
 
@@ -35,7 +35,7 @@ std::string bar(double share, int width) {
 void try_print(std::FILE* out, const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), out);
   if (std::fflush(out) == 0) return;
-  __fpurge(out);
+  drop_unwritten(out);
   std::clearerr(out);
 }
 

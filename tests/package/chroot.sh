@@ -1,22 +1,13 @@
 #!/bin/bash
 # SPDX-License-Identifier: Apache-2.0
-# chroot.sh FOLDER PACKAGE... : a minimal Debian in FOLDER, the packages installed there with what they depend
-# on, and the program used.
-# Needs root, debootstrap and the network.
+# chroot.sh FOLDER PACKAGE... : a minimal Debian in FOLDER, the packages installed there with what they
+# depend on, and the program used. Needs root, debootstrap and the network.
 set -euo pipefail
-root=$1
+source "$(dirname "$0")/root.sh"
+make_root "$1"
 shift
-release=$(. /etc/os-release && echo "$VERSION_CODENAME")
-[[ -x $root/bin/sh ]] || debootstrap --variant=minbase --include=ca-certificates "$release" "$root"
-[[ -d /etc/apt/sources.list.d ]] && rm -f "$root/etc/apt/sources.list"
-cp /etc/apt/sources.list "$root/etc/apt/" 2>/dev/null || true
-cp -r /etc/apt/sources.list.d /etc/apt/apt.conf.d "$root/etc/apt/" 2>/dev/null || true
-cp /etc/resolv.conf "$root/etc/"
 mkdir -p "$root/packages"
 cp "$@" "$root/packages"
-mountpoint -q "$root/proc" || mount -t proc proc "$root/proc"
-trap 'umount "$root/proc"' EXIT
-inside() { LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive chroot "$root" "$@"; }
 inside apt-get update -q
 inside sh -c 'apt-get install -y -q --no-install-recommends /packages/*.deb'
 inside sh -ec '

@@ -21,6 +21,7 @@
 #include "core/mapped_file.hpp"
 #include "core/own_folder.hpp"
 #include "core/printable.hpp"
+#include "core/system.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::data {
@@ -169,8 +170,8 @@ PictureCache cache_of(const std::string& folder, const std::string& dataset, con
     ::stat(path.c_str(), &info);  // that of a file that is gone is told by who decodes it
     key.add(path.string() + '\0');
     add(std::int64_t(info.st_size));
-    add(std::int64_t(info.st_mtim.tv_sec));
-    add(std::int64_t(info.st_mtim.tv_nsec));
+    add(std::int64_t(changed_at(info).tv_sec));
+    add(std::int64_t(changed_at(info).tv_nsec));
   };
   const bool masked = plan.masks.use.what == MaskUse::What::subject;
   if (masked) key.add(plan.masks.use.text);

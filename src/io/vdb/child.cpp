@@ -3,7 +3,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,11 +11,11 @@
 #include <cerrno>
 #include <cstring>
 #include <exception>
-#include <fstream>
 #include <new>
 #include <vector>
 
 #include "core/handle.hpp"
+#include "core/system.hpp"
 #include "io/vdb/rights.hpp"
 
 namespace splinevox {
@@ -28,15 +27,9 @@ constexpr unsigned kPatience = 20;  ///< wall time per processor time
 
 struct EndOfChild {};
 
-std::uint64_t mapped_now() {
-  std::uint64_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * std::uint64_t(::sysconf(_SC_PAGESIZE));
-}
-
 class Pipe {
  public:
-  Pipe() { good = ::pipe2(ends_, O_CLOEXEC) == 0; }
+  Pipe() { good = make_pipe(ends_); }
   Pipe(const Pipe&) = delete;
   Pipe& operator=(const Pipe&) = delete;
   ~Pipe() {
@@ -95,17 +88,17 @@ void on_fault(int signal, siginfo_t* info, void*) {
 }
 
 /// @param beyond  the hard limit above it: at that of processor time the system kills, without saying why
-void set_limit(int which, std::uint64_t value, std::uint64_t beyond) {
+void set_limit(decltype(RLIMIT_CPU) which, std::uint64_t value, std::uint64_t beyond) {
   rlimit limit{};
-  ::getrlimit(__rlimit_resource_t(which), &limit);
+  ::getrlimit(which, &limit);
   limit.rlim_cur = std::min<rlim_t>(value, limit.rlim_max);
   limit.rlim_max = std::min<rlim_t>(limit.rlim_max, limit.rlim_cur + beyond);
-  ::setrlimit(__rlimit_resource_t(which), &limit);
+  ::setrlimit(which, &limit);
 }
 
 [[noreturn]] void child(const std::function<void(const Sink&)>& task, const ChildLimits& limits, int out,
                         int words) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  end_with_parent();
   for (const int fault : {SIGABRT, SIGBUS, SIGFPE, SIGALRM, SIGXCPU, SIGPIPE}) ::signal(fault, SIG_DFL);
   struct sigaction on_null {};
   on_null.sa_sigaction = on_fault;
@@ -177,7 +170,8 @@ ChildReport run_in_child(const std::function<void(const Sink&)>& task,
                          const std::function<void(const Source&)>& take, const ChildLimits& limits) {
   Pipe data, words;
   ChildLimits all = limits;
-  all.bytes += mapped_now();
+  const auto mapped = mapped_memory();
+  all.bytes = mapped ? *mapped + limits.bytes : RLIM_INFINITY;
   if (!data.good || !words.good) throw std::bad_alloc();
   const pid_t pid = ::fork();
   if (pid < 0) throw std::bad_alloc();  // memory, or processes, which are as short then

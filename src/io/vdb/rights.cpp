@@ -1,34 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/vdb/rights.hpp"
 
-#include <linux/audit.h>
-#include <linux/filter.h>
-#include <linux/seccomp.h>
-#include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
-namespace splinevox {
-namespace {
-
+#if !SPLINEVOX_PORTABLE
+#include <linux/audit.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 #if defined(__x86_64__)
 #define SPLINEVOX_AUDIT_ARCH AUDIT_ARCH_X86_64
 #elif defined(__aarch64__)
 #define SPLINEVOX_AUDIT_ARCH AUDIT_ARCH_AARCH64
 #endif
+#endif
+
+namespace splinevox {
+namespace {
 
 void close_others(std::initializer_list<int> kept) {
   std::vector<int> keep(kept);
   std::sort(keep.begin(), keep.end());
   const auto close_range = [](unsigned first, unsigned last) {
-    if (first > last || ::syscall(SYS_close_range, first, last, 0) == 0) return;
+    if (first > last) return;
+#ifdef SYS_close_range
+    if (::syscall(SYS_close_range, first, last, 0) == 0) return;
+#endif
     const auto most = unsigned(std::clamp(::sysconf(_SC_OPEN_MAX), 0L, 65536L));
     for (unsigned fd = first; fd <= std::min(last, most); ++fd) ::close(int(fd));
   };
@@ -102,7 +108,8 @@ bool filter_calls() {
   code.push_back(give(kPass));
   code.push_back(give(kRefuse));
   const sock_fprog program{static_cast<unsigned short>(code.size()), code.data()};
-  return ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+  return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 &&
+         ::prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
 #else
@@ -117,7 +124,7 @@ bool drop_rights(std::initializer_list<int> kept) {
   close_others(kept);
   const rlimit none{0, 0};
   for (const auto limit : {RLIMIT_CORE, RLIMIT_FSIZE, RLIMIT_NOFILE}) ::setrlimit(limit, &none);
-  return ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && filter_calls();
+  return filter_calls();
 }
 
 }  // namespace splinevox

@@ -10,6 +10,7 @@
 
 #include "core/nearest.hpp"
 #include "core/printable.hpp"
+#include "core/system.hpp"
 #include "run/own_json.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/train/config.hpp"
@@ -195,8 +196,7 @@ std::string slurm_script(const std::string& description, const std::string& out,
       "cd {} && exec {} sweep {} --out {} --task \"$SLURM_ARRAY_TASK_ID\" --threads "
       "\"${{SLURM_CPUS_PER_TASK:-{}}}\"\n",
       tasks - 1, std::max(threads, 1), whole(out), shell_word(fs::current_path().string()),
-      shell_word(fs::read_symlink("/proc/self/exe").string()), shell_word(whole(description)),
-      shell_word(out), std::max(threads, 1));
+      shell_word(own_program()), shell_word(whole(description)), shell_word(out), std::max(threads, 1));
 }
 
 }  // namespace splinevox::run

@@ -16,6 +16,7 @@
 
 #include "core/atomic_file.hpp"
 #include "core/printable.hpp"
+#include "core/system.hpp"
 #include "run/signals.hpp"
 #include "run/sweep/sweep.hpp"
 #include "splinevox/core/error.hpp"
@@ -27,7 +28,7 @@ namespace {
 
 /// Starts this program with other words; what it says is added to a file.
 pid_t start(std::vector<std::string> words, const std::string& log) {
-  const std::string self = std::filesystem::read_symlink("/proc/self/exe").string();
+  const std::string self = own_program();
   words.insert(words.begin(), "splinevox");
   std::vector<char*> arguments;
   for (std::string& w : words) arguments.push_back(w.data());
@@ -42,7 +43,7 @@ pid_t start(std::vector<std::string> words, const std::string& log) {
   posix_spawnattr_init(&alone);
   posix_spawnattr_setflags(&alone, POSIX_SPAWN_SETPGROUP);
   pid_t process = -1;
-  const int error = posix_spawn(&process, self.c_str(), &actions, &alone, arguments.data(), environ);
+  const int error = posix_spawnp(&process, self.c_str(), &actions, &alone, arguments.data(), environ);
   posix_spawnattr_destroy(&alone);
   posix_spawn_file_actions_destroy(&actions);
   if (error != 0)
