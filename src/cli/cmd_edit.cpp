@@ -34,8 +34,7 @@ std::vector<AskedEdit> in_order(const CLI::App& verb, const std::vector<CLI::Opt
 
 int edit(const EditVerb& o, const std::vector<AskedEdit>& asked) {
   const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
-  const EditedRun made =
-      edit_run(o.run, o.out, asked, [&](const std::string& line) { teller.note(line); });
+  const EditedRun made = edit_run(o.run, o.out, asked, [&](const std::string& line) { teller.note(line); });
   teller.result({{"out", made.folder}, {"operations", made.operations}}, made.folder);
   return 0;
 }

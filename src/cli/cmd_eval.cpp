@@ -20,7 +20,6 @@
 #include "run/own_json.hpp"
 #include "run/scores_json.hpp"
 #include "run/support.hpp"
-#include "run/teller.hpp"
 #include "run/volume_score.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
@@ -160,12 +159,9 @@ int eval_run(const EvalOptions& o) {
   }
   std::optional<TruthVolumes> volumes;
   if (!o.truth_volume.empty()) volumes = open_truth_volumes(o.truth_volume, run.model.time_map);
-  const Teller teller(choose_talk(false, o.json));
-  if (volumes)
-    for (const std::string& note : volumes->notes) teller.note("note: " + note);
-  for (const std::string& note : data.notes) teller.note("note: " + note);
-  if (!o.json)
-    print_scores_head(o.split);
+  std::vector<std::string> notes = volumes ? volumes->notes : std::vector<std::string>();
+  notes.insert(notes.end(), data.notes.begin(), data.notes.end());
+  if (!o.json) print_scores_head(o.split, notes);
   Renderer renderer = make_renderer(run.model, device);
   const Scores scores =
       evaluate(run.model, renderer, *data.find(o.split), [&](const Frame& frame, const View& v) {
@@ -197,14 +193,16 @@ int eval_run(const EvalOptions& o) {
   }
   if (!o.json) print_means(scores, result);
   if (held && !o.json) fmt::print("{}\n", held_camera_line(*held));
-  if (flat)
-    teller.note(fmt::format(
-        "note: all training cameras see the scene from within {:.2g} degrees: its depth is not determined, "
-        "and these figures say nothing of views from elsewhere",
+  if (flat) {
+    notes.push_back(fmt::format(
+        "all training cameras see the scene from within {:.2g} degrees: its depth is not determined, and "
+        "these figures say nothing of views from elsewhere",
         *run.record.parallax));
+    if (!o.json) fmt::print("note: {}\n", notes.back());
+  }
   if (o.truth && !o.json) print_truth(motion);
   if (volume && !o.json) print_volumes(*volume);
-  teller.result(result, "");
+  if (o.json) tell_scores(result, notes);
   std::fflush(stdout);
   if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"});
   if (!otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
@@ -227,8 +225,9 @@ Action eval_command(CLI::App& verb) {
       ->type_name("{test,val,train}")
       ->capture_default_str();
   heading(verb, "Measure");
-  CLI::Option* images = verb.add_option("--images", o->images,
-                                        "folder for pictures: truth, render, error; depth, displacement, what moves (red)");
+  CLI::Option* images =
+      verb.add_option("--images", o->images,
+                      "folder for pictures: truth, render, error; depth, displacement, what moves (red)");
   CLI::Option* truth = verb.add_flag("--truth", o->truth,
                                      "compare the motion with the data set's truth/ (see docs/formats.md)");
   CLI::Option* volumes = verb.add_option(

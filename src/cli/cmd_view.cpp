@@ -6,8 +6,8 @@
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "run/support.hpp"
-#include "view/write_view.hpp"
 #include "run/teller.hpp"
+#include "view/write_view.hpp"
 
 namespace splinevox::cli {
 namespace {
@@ -21,12 +21,10 @@ int view(const ViewVerb& o) {
   const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
   const WrittenView page = write_view(o);
   for (const std::string& lack : page.lacks) teller.warn(lack);
-  teller.result({{"out", o.out},
-                 {"bytes", page.bytes},
-                 {"quality", page.note},
-                 {"true_pictures", page.true_pictures}},
-                fmt::format("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}", double(page.bytes) * 1e-6,
-                            o.max_mb, page.note, page.true_pictures, o.out));
+  teller.result(
+      {{"out", o.out}, {"bytes", page.bytes}, {"quality", page.note}, {"true_pictures", page.true_pictures}},
+      fmt::format("{:.2f} MB of at most {:g}: {}; {} true pictures\n{}", double(page.bytes) * 1e-6, o.max_mb,
+                  page.note, page.true_pictures, o.out));
   return 0;
 }
 

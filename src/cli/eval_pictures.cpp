@@ -10,7 +10,6 @@
 #include "run/memory_needs.hpp"
 #include "run/outer_metric.hpp"
 #include "run/scores_json.hpp"
-#include "run/teller.hpp"
 #include "run/train_options.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -59,9 +58,7 @@ int eval_pictures(const EvalOptions& o) {
   const Truth truth = truth_of(o);
   const Split& split = *truth.data.find(o.split);
   const OtherPictures pictures(o.pictures, split, o.match == "order" ? MatchBy::order : MatchBy::name);
-  const Teller teller(choose_talk(false, o.json));
-  for (const std::string& note : truth.data.notes) teller.note("note: " + note);
-  if (!o.json) print_scores_head(o.split);
+  if (!o.json) print_scores_head(o.split, truth.data.notes);
   std::size_t next = 0;
   const Scores scores = evaluate(
       split,
@@ -82,8 +79,10 @@ int eval_pictures(const EvalOptions& o) {
   if (!truth.of_run.empty()) result["truth_of_run"] = whole(truth.of_run);
   result["downscale"] = truth.data.downscale;
   result["background"] = {truth.background.x, truth.background.y, truth.background.z};
-  if (!o.json) print_means(scores, result);
-  teller.result(result, "");
+  if (o.json)
+    tell_scores(result, truth.data.notes);
+  else
+    print_means(scores, result);
   if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"});
   return 0;
 }

@@ -5,9 +5,12 @@
 
 #include <cstdio>
 
+#include "run/events.hpp"
+
 namespace splinevox::cli {
 
-void print_scores_head(const std::string& split) {
+void print_scores_head(const std::string& split, const std::vector<std::string>& notes) {
+  for (const std::string& note : notes) fmt::print("note: {}\n", note);
   fmt::print("{:<16} {:>7} {:>8} {:>8} {:>8}\n", split + " view", "time", "PSNR", "SSIM", "MS-SSIM");
 }
 
@@ -31,6 +34,11 @@ void print_means(const run::Scores& s, const run::Json& figures) {
   if (!figures.contains("metrics")) return;
   for (const auto& [name, value] : figures["metrics"].items())
     fmt::print("{:<16} {:>7} {:>8.4f}   (mean over the views, by --metric)\n", name, "", value.get<double>());
+}
+
+void tell_scores(run::Json figures, const std::vector<std::string>& notes) {
+  figures["notes"] = notes;
+  run::write_event("result", figures);
 }
 
 }  // namespace splinevox::cli

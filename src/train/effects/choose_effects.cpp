@@ -102,8 +102,7 @@ class Trials {
         return sure(whole_.judge_exposure(beside()));
       case Trial::drift:
         drift_ = true;
-        return whole_.judge_drift(by_ == TakenBy::film ? unchanging(beside()) : beside()).decision ==
-               EffectDecision::on;
+        return drifts();
       case Trial::clock:
         clocks_ = true;
         return !out_.chosen.has(Effect::motion) || sure(whole_.judge_clock(out_.chosen, train_));
@@ -146,6 +145,18 @@ class Trials {
     return by_place_ ? *by_place_ : whole_;
   }
 
+  /// In a film light could stand in for gains, and once they are there, take half of what is theirs
+  /// (docs/experiments/effects.md). So they are judged beside a still world, and light goes where they stay.
+  bool drifts() {
+    const bool film = by_ == TakenBy::film;
+    const EffectVerdict v = whole_.judge_drift(film ? unchanging(beside()) : beside());
+    if (v.decision != EffectDecision::on) return false;
+    if (film && out_.chosen.has(Effect::light)) {
+      out_.chosen = out_.chosen.without(Effect::light);
+      if (out_.note.empty()) out_.note = "the exposure drifts: no light, which could not be told from it";
+    }
+    return true;
+  }
   bool moves() {
     if (out_.film && !out_.film->unexplained()) return false;
     const bool proved = !changing_.empty();
@@ -317,7 +328,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
       still.cameras.drift = out.chosen.has(Effect::drift);
       out.film = motion_told(still, train, time_map, out.view_told_by_time, out.moving, on_film);
     }
-    if (!trials.stays(e)) out.chosen = out.chosen.without(e);
+    if (out.chosen.has(e) && !trials.stays(e)) out.chosen = out.chosen.without(e);
   }
   // Of a long sequence the whole and a stretch may differ: what either finds is used.
   for (EffectVerdict& v : out.verdicts)
