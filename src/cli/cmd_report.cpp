@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <memory>
 
 #include "cli/command.hpp"
@@ -19,9 +18,9 @@ struct ReportVerb : ReportRequest {
 };
 
 int report(const ReportVerb& o) {
-  write_report(o);
+  const std::size_t bytes = write_report(o);
   Teller(choose_talk(o.talk.quiet, o.talk.json))
-      .result({{"out", o.out}, {"runs", o.runs}, {"bytes", std::filesystem::file_size(o.out)}}, o.out);
+      .result({{"out", o.out}, {"runs", o.runs}, {"bytes", bytes}}, o.out);
   return 0;
 }
 

@@ -181,7 +181,7 @@ ReportRun read_run(const ReportRequest& o, std::string path) {
 
 }  // namespace
 
-void write_report(const ReportRequest& o) {
+std::size_t write_report(const ReportRequest& o) {
   probe_output_file(o.out, is_page);
   std::vector<ReportRun> runs;
   for (const std::string& path : o.runs) runs.push_back(read_run(o, path));
@@ -189,7 +189,9 @@ void write_report(const ReportRequest& o) {
   for (std::size_t i = 0; i < runs.size(); ++i)
     if (!names.insert(runs[i].name).second)
       runs[i].name = o.runs[i];  // two folders of one name: the paths tell them apart
-  write_file(o.out, {report_page(runs)}, Named::by_user);
+  const std::string html = report_page(runs);
+  write_file(o.out, {html}, Named::by_user);
+  return html.size();
 }
 
 }  // namespace splinevox::run

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ struct ReportRequest {
   int views = 6;                  ///< pictures of each
 };
 
-/// Writes the page. Throws Error: input, output.
-void write_report(const ReportRequest& request);
+/// Writes the page and returns its size, bytes. Throws Error: input, output.
+std::size_t write_report(const ReportRequest& request);
 
 }  // namespace splinevox::run

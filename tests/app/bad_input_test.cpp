@@ -59,7 +59,7 @@ TEST_SUITE("app/bad input") {
         {{"synth", "dancre", "--out", run}, "dancre", "dancer"},
         {{"eval", run}, "there is no such run", "splinevox train --out"},
         {{"render", run, "--out", run, "--layers", "rgbb"}, "there is no layer 'rgbb'", "rgb"},
-        {{"render", run, "--out", run, "--format", "gif"}, "there is no such format", "png, exr or mp4"},
+        {{"render", run, "--out", run, "--format", "gif"}, "there is no such format", "png, exr, mp4 or cameras"},
         {{"render", run, "--out", run, "--share", "5/4"}, "this is not a share", "1/4 is the first of four"},
         {{"export", run, "--out", run, "--share", "half"}, "'half' is not a number", "K/N"},
         {{"render", run, "--out", run, "--format", "mp4", "--share", "1/2"},

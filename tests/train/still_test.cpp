@@ -83,6 +83,7 @@ Config tiny() {
   c.effects.steps = 12;
   c.sampling.rays = 512;
   c.cameras.exposure = false;  // of a rig, and tried before all others
+  c.cameras.drift = false;
   c.cameras.clock = false;
   return c;
 }
