@@ -98,7 +98,8 @@ RunPtr edit(const py::object& run, const std::string& out, const py::sequence& o
   }
   const std::string from = folder_of(run);
   auto edited = std::make_shared<run::Run>();
-  released([&] { *edited = run::open_run(run::edit_run(from, out, asked, [](const std::string&) {}).folder); });
+  released(
+      [&] { *edited = run::open_run(run::edit_run(from, out, asked, [](const std::string&) {}).folder); });
   return edited;
 }
 

@@ -170,7 +170,8 @@ Json effects_json(const Prepared& prepared) {
       e["decision"] = name_of(EffectDecision::off);
     }
     const bool neither = !used.has(effect) && !e.contains("decision");  // neither used nor tried
-    if (!((facts_of(effect).opaque_only || facts_of(effect).of != Of::any) && neither)) j["effects"].push_back(e);
+    if (!((facts_of(effect).opaque_only || facts_of(effect).of != Of::any) && neither))
+      j["effects"].push_back(e);
   }
   j["fits"] = Json::array();
   for (const EffectTrial& t : choice.trials)

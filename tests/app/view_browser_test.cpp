@@ -175,7 +175,7 @@ TEST_SUITE("app/view") {
     const b = $$(id).getBoundingClientRect();
     return [id, b.left, b.top, b.right, b.bottom];
   });
-  app.goTo(0), app.set({time: 0.25});
+  $$("reset").click(), app.set({time: 0.25});
   const first = seen();
   $$("speed").value = "2", $$("speed").dispatchEvent(new Event("change"));
   $$("play").click();
