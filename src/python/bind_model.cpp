@@ -135,23 +135,25 @@ ModelPtr model_of_file(const std::string& path) {
 
 /// A file that is gone with the object.
 struct PassingFile {
-  PassingFile() : folder(py::module_::import("tempfile").attr("TemporaryDirectory")()) {}
+  PassingFile()
+      : folder(py::module_::import("tempfile").attr("TemporaryDirectory")()),
+        path(folder.attr("name").cast<std::string>() + "/model.vdb") {}
   ~PassingFile() { folder.attr("cleanup")(); }
-  std::string path() const { return folder.attr("name").cast<std::string>() + "/model.vdb"; }
-  py::object folder;
+  const py::object folder;
+  const std::string path;
 };
 
 /// A model's file: what is empty in it has no rows.
 py::bytes model_bytes(const ModelPtr& model) {
   const PassingFile file;
-  released([&] { save_model(file.path(), *model, {}, false); });
-  return py::bytes(run::read_text(file.path()));
+  released([&] { save_model(file.path, *model, {}, false); });
+  return py::bytes(run::read_text(file.path));
 }
 
 ModelPtr model_of_bytes(const py::bytes& bytes) {
   const PassingFile file;
-  write_file(file.path(), {std::string(bytes)});
-  return model_of_file(file.path());
+  write_file(file.path, {std::string(bytes)});
+  return model_of_file(file.path);
 }
 
 std::string describe_model(const VoxelModel& v) {

@@ -189,6 +189,14 @@ void EditSession::apply(const std::string& operation, const std::string& value) 
   const auto& all = edit_operations();
   const auto found =
       std::find_if(all.begin(), all.end(), [&](const EditOperation& o) { return operation == o.name; });
+  if (found == all.end()) {
+    std::vector<std::string> known;
+    for (const EditOperation& o : all) known.push_back(o.name);
+    fail({"edit", "there is no such operation", fmt::format("{}", fmt::join(known, ", ")), operation,
+          nearest(operation, known)});
+  }
+  if (!found->value && !value.empty())
+    fail({"edit, " + operation, "this operation has no value", "its name alone", value, ""});
   const Json result = found->apply(*this, value);
   Json entry{{"operation", operation}};
   if (found->value) entry["value"] = value;

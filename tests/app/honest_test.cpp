@@ -165,7 +165,6 @@ TEST_SUITE("app/honest") {
     const Ended full = program({"eval", home.run, "--split", "val", "--json"});
     CHECK(full.code == 1);
     CHECK(Json::parse(full.out.substr(0, full.out.find('\n')))["split"] == "val");  // then comes the error
-
     CHECK(contains(full.err, "could not be written"));
   }
 

@@ -37,7 +37,7 @@ def test_a_loss_of_ones_own_is_learned_and_reported(data, config):
     trainer.train(lambda r: losses.append(r.loss), every=1)
     picture = trainer.model().render(data.frames("test")[0].camera, 0.5)
     seen = picture.rgb[picture.alpha > 0.9]
-    assert losses[-1] < 0.2 * losses[0]
+    assert losses[-1] < 0.5 * losses[0]
     assert np.ptp(seen, axis=1).mean() < 0.1 and len(seen) > 20
 
 
