@@ -6,7 +6,7 @@ set -euo pipefail
 splinevox=$1 folder=$2 seconds=$3
 say() { printf '\033[1m== %s\033[0m\n' "$*"; }
 
-# How long the steps are beside each other, in seconds of a machine that the first of them measures: rough, since
+# How long the steps are beside each other, in seconds of a machine that the first step measures: rough, since
 # nobody has timed them alone. Training goes by the clock.
 usual=(4 0 5 15 20 10)
 step=0 training=0

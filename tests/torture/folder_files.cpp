@@ -26,7 +26,7 @@ std::map<std::string, FileDigest> files_of(const std::string& folder) {
 
 bool differs_anyway(const std::string& path) {
   const std::string name = fs::path(path).filename();
-  for (const char* of_sweep : {"tasks.txt", "array.sh", "table.csv", "table.md"})
+  for (const char* of_sweep : {"tasks.txt", "array.sh", "table.csv", "table.md", "table.tex", "settings.csv"})
     if (name == of_sweep) return true;
   return name.starts_with("metrics.json") || name.starts_with("checkpoint.bin") ||
          name.ends_with("manifest.json") || name.ends_with(".partial.json") || name.ends_with(".html") ||
