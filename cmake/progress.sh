@@ -9,9 +9,12 @@ SECONDS=0 open=
 while IFS= read -r line; do
   if [[ $line =~ ^\[([0-9]+)/([0-9]+)\]\ (.*) ]]; then
     done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
-    left=$((SECONDS * (all - done) / done))
-    printf -v left '%d:%02d' $((left / 60)) $((left % 60))
-    text="[$done/$all, $left left] ${BASH_REMATCH[3]}"
+    text="[$done/$all] ${BASH_REMATCH[3]}"
+    if ((done > 0)); then  # ninja counts from 0 where it asks CMake again
+      left=$((SECONDS * (all - done) / done))
+      printf -v left '%d:%02d' $((left / 60)) $((left % 60))
+      text="[$done/$all, $left left] ${BASH_REMATCH[3]}"
+    fi
     if ((width)); then
       printf '\r\033[K%s' "${text:0:width - 1}"
       open=yes
