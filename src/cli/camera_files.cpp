@@ -27,9 +27,8 @@ std::string cameras_json(const RenderFrames& frames, double fps, const TimeMap& 
   for (std::size_t i = 0; i < frames.shown.size(); ++i) {
     const Shot& shot = frames.shots[frames.shown[i]];
     const Camera& c = shot.camera;
-    const double raw = times.scale == 0 ? times.origin : times.origin + shot.time / times.scale;
     list.push_back({{"frame", frames.numbers[i]},
-                    {"time", raw},
+                    {"time", times.raw(shot.time)},
                     {"w", c.width},
                     {"h", c.height},
                     {"fl_x", c.fx},

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/export_report.hpp"
 #include "cli/options.hpp"
 #include "core/printable.hpp"
 #include "run/run_folder.hpp"
@@ -34,11 +35,8 @@ std::optional<ImportOptions::Box> parse_box(const std::string& text) {
 }
 
 void print_line(const ExportedFrame& frame) {
-  Json line{{"frame", frame.frame},
-            {"file", frame.file.name},
-            {"bytes", frame.file.digest.size},
-            {"seconds", frame.seconds}};
-  for (const auto& [key, value] : frame.file.figures) line[key] = value;
+  Json line{{"frame", frame.frame}, {"seconds", frame.seconds}};
+  line.update(file_json(frame.file));
   write_event("frame", line);
 }
 
@@ -67,8 +65,10 @@ int import_sequence(ImportVerb& o) {
         splats += figure("splats");
         skipped += figure("splats_skipped");
         voxels += figure("density_voxels");
-        if (o.talk.json) print_line(frame);
-        if (!o.talk.json) teller.progress(done, total);  // each frame is an event already
+        if (o.talk.json)
+          print_line(frame);
+        else
+          teller.progress(done, total);
         return !stop_asked();
       });
   if (!result.finished) {

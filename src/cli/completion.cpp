@@ -6,6 +6,7 @@
 
 #include "cli/tree.hpp"
 #include "core/nearest.hpp"
+#include "core/shell_word.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::cli {
@@ -23,13 +24,6 @@ std::string escaped(const std::string& text, const std::string& special) {
     out += c;
   }
   return out;
-}
-
-/// Inside single quotes of a shell that ends them to write one (bash, zsh).
-std::string quoted(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return "'" + out + "'";
 }
 
 std::string bash(const std::vector<VerbEntry>& verbs) {
@@ -72,7 +66,7 @@ std::string zsh(const std::vector<VerbEntry>& verbs) {
       "#compdef splinevox\n# zsh completion of splinevox, made by `splinevox completion zsh`\n_splinevox() "
       "{\n  if ((CURRENT == 2)); then\n    local -a verbs=(\n";
   const Out out(text);
-  for (const VerbEntry& v : verbs) fmt::format_to(out, "      {}\n", quoted(v.name + ":" + v.summary));
+  for (const VerbEntry& v : verbs) fmt::format_to(out, "      {}\n", shell_quoted(v.name + ":" + v.summary));
   text +=
       "      '--help:the options of splinevox'\n      '--version:the version'\n    )\n    _describe -t "
       "commands verb verbs\n    return\n  fi\n"
@@ -85,11 +79,12 @@ std::string zsh(const std::vector<VerbEntry>& verbs) {
           o.choices.empty() ? "_files" : fmt::format("({})", fmt::join(o.choices, " "));
       const std::string value = o.value.empty() ? "" : fmt::format(":{}:{}", escaped(o.value, ":\\"), values);
       if (o.positional())
-        fmt::format_to(out, " \\\n      {}", quoted((o.repeats ? "*" : std::to_string(++place)) + value));
+        fmt::format_to(out, " \\\n      {}",
+                       shell_quoted((o.repeats ? "*" : std::to_string(++place)) + value));
       for (const std::string& n : o.names)
         fmt::format_to(out, " \\\n      {}",
-                       quoted(fmt::format("{}{}[{}]{}", o.repeats ? "*" : "", n,
-                                          escaped(first_line(o.text), "[]\\"), value)));
+                       shell_quoted(fmt::format("{}{}[{}]{}", o.repeats ? "*" : "", n,
+                                                escaped(first_line(o.text), "[]\\"), value)));
     }
     text += " ;;\n";
   }

@@ -78,7 +78,7 @@ int eval_pictures(const EvalOptions& o) {
   result["eval_data"] = whole(truth.data.path);
   if (!truth.of_run.empty()) result["truth_of_run"] = whole(truth.of_run);
   result["downscale"] = truth.data.downscale;
-  result["background"] = {truth.background.x, truth.background.y, truth.background.z};
+  result["background"] = triple(truth.background);
   if (o.json)
     tell_scores(result, truth.data.notes);
   else

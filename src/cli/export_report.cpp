@@ -15,15 +15,12 @@
 #include "run/support.hpp"
 
 namespace splinevox::cli {
-namespace {
 
 Json file_json(const ManifestFile& file) {
   Json out{{"file", file.name}, {"bytes", file.digest.size}};
   for (const auto& [key, value] : file.figures) out[key] = value;
   return out;
 }
-
-}  // namespace
 
 ExportReport::ExportReport(Talk talk, const ExportOptions& options)
     : teller_(talk, "frames"),

@@ -11,6 +11,9 @@
 
 namespace splinevox::cli {
 
+/// What is said of a file of a frame: its name, size and figures.
+Json file_json(const ManifestFile& file);
+
 /// What the user is told of an export: a count or events while it runs, a summary at its end.
 class ExportReport {
  public:

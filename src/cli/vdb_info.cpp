@@ -11,11 +11,6 @@
 namespace splinevox::cli {
 namespace {
 
-template <class T>
-Json triple(const Vec3T<T>& v) {
-  return Json::array({v.x, v.y, v.z});
-}
-
 /// The digits a grid's name ends in.
 std::string number_of(const std::string& name) {
   return name.substr(name.find_last_not_of("0123456789") + 1);

@@ -16,6 +16,7 @@
 #include <malloc.h>
 #endif
 
+#include "core/shell_word.hpp"
 #include "core/stopwatch.hpp"
 #include "core/system.hpp"
 
@@ -38,17 +39,10 @@ double own_limit() {
 }  // namespace
 
 std::string command_line() {
-  const std::string plain = "+,-./0123456789:=@ABCDEFGHIJKLMNOPQRSTUVWXYZ_abcdefghijklmnopqrstuvwxyz";
   std::string out;
   for (const std::string& word : own_command()) {
     if (!out.empty()) out += ' ';
-    if (!word.empty() && word.find_first_not_of(plain) == word.npos) {
-      out += word;
-      continue;
-    }
-    out += '\'';
-    for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    out += '\'';
+    out += shell_word(word);
   }
   return out;
 }

@@ -24,18 +24,6 @@ std::string clock_text(const Json& camera) {
   return fmt::format("{:.2f} frames {}", std::abs(frames), frames < 0 ? "early" : "late");
 }
 
-Json json_of(const Vec3& v) { return {v.x, v.y, v.z}; }
-
-/// The geometric mean over time.
-Vec3 mean_gain(const CameraFit& camera) {
-  Vec3d sum{};
-  for (const Vec3& gain : camera.gains)
-    for (int a = 0; a < 3; ++a) sum[a] += std::log(double(gain[a]));
-  Vec3 out;
-  for (int a = 0; a < 3; ++a) out[a] = float(std::exp(sum[a] / double(camera.gains.size())));
-  return out;
-}
-
 /// The largest of a channel's gains over the least, of the channel where that is most; 1: they do not drift.
 double drift_of(const Json& camera) {
   double most = 1;
@@ -64,10 +52,14 @@ Json cameras_json(const Dataset& data, const CamerasConfig& learned, const Camer
     const CameraFit& fit = fits.cameras[c];
     if (!fit.trained) continue;
     Json camera{{"name", fits.film ? "film" : data.cameras[c].name}};
-    if (learned.exposure || learned.drift) camera["gain"] = json_of(mean_gain(fit));
+    if (learned.exposure || learned.drift) {
+      Vec3 mean;  // geometric, over time
+      for (int a = 0; a < 3; ++a) mean[a] = float(std::exp(fit.mean_log(a)));
+      camera["gain"] = triple(mean);
+    }
     if (learned.drift) {
       camera["gains"] = Json::array();
-      for (const Vec3& gain : fit.gains) camera["gains"].push_back(json_of(gain));
+      for (const Vec3& gain : fit.gains) camera["gains"].push_back(triple(gain));
     }
     if (learned.clock && !fits.film) {
       camera["offset"] = fit.offset;

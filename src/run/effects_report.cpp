@@ -170,7 +170,7 @@ Json effects_json(const Prepared& prepared) {
       e["decision"] = name_of(EffectDecision::off);
     }
     const bool neither = !used.has(effect) && !e.contains("decision");  // neither used nor tried
-    if (!((facts_of(effect).opaque_only || facts_of(effect).of != Of::any) && neither))
+    if (!((facts_of(effect).opaque_only || facts_of(effect).taken_by != TakenBy::any) && neither))
       j["effects"].push_back(e);
   }
   j["fits"] = Json::array();

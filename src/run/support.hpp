@@ -47,6 +47,12 @@ std::string json_text(const Json& json, int indent = -1);
 /// The same JSON with every text and name in it printable: to be printed as text.
 Json printable_json(const Json& json);
 
+/// A vector as JSON, an array.
+template <class T>
+Json triple(const Vec3T<T>& v) {
+  return Json::array({v.x, v.y, v.z});
+}
+
 /// "1:23" or "4.2 s".
 std::string duration(double seconds);
 

@@ -65,8 +65,6 @@ int usual_steps(const Config& config) {
   return 0;
 }
 
-Json triple(const Vec3& v) { return {v.x, v.y, v.z}; }
-
 /// A discarded step and the rays that caused it.
 Json discarded_json(const StepReport& r, const Split& train) {
   Json j{{"step", r.step}, {"discarded", true}, {"bad_rows", r.bad_rows}, {"rays", Json::array()}};

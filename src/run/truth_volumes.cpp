@@ -184,7 +184,7 @@ TruthVolumes from_json(const std::string& folder, const std::string& path, const
     const Fields volume(volumes[i], fmt::format("{}, volume {}", path, i));
     const double own = volume.number("time"), time = time_map.scale == 0 ? 0 : time_map(own);
     if (!(time >= -kTimeSlack && time <= 1 + kTimeSlack)) {
-      const double end = time_map.origin + (time_map.scale == 0 ? 0 : 1 / time_map.scale);
+      const double end = time_map.raw(1);
       volume.wrong("time", fmt::format("within the run's time, {:g} to {:g}", time_map.origin, end),
                    fmt::format("{:g}", own));
     }

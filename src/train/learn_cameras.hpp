@@ -18,7 +18,8 @@ CameraFits rig_of(const Split& train);
 /// are near each other.
 bool in_sequence(const Split& train);
 
-enum class TakenBy { any, film, rig };  ///< cameras anywhere, one in_sequence, those of a rig_of
+/// Cameras anywhere, one in_sequence, those of a rig_of: what can be learned of one can be of the next.
+enum class TakenBy { any, film, rig };
 TakenBy taken_by(const Split& train);
 
 /// The cameras that `config` wants to learn something of: those of a rig, or, if exposures drift, the one of

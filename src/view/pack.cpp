@@ -22,8 +22,6 @@ constexpr float kVisibleAlpha =
     2e-4f;                         ///< per step; below it 300 samples together hide 6% of what is behind them
 constexpr float kColourLimit = 8;  ///< raw colours beyond it are black or white to 1/3000
 
-Json triple(const auto& v) { return Json::array({v.x, v.y, v.z}); }
-
 /// Per slot of the table: rows within one vertex of a visible density. Cells without one at any corner have
 /// none: an interpolated density is never above the largest one at the corners.
 std::vector<RowMask> visible_rows(const RadianceField& field, float step) {

@@ -20,14 +20,10 @@ constexpr const char* kScripts[] = {"basis.js",  "data.js",    "layers.js", "gl.
 
 Json camera_json(const Camera& c) {
   Json axes = Json::array();
-  for (const Vec3d& a : c.axes) axes.push_back({a.x, a.y, a.z});
-  return {{"width", c.width}, {"height", c.height},
-          {"fx", c.fx},       {"fy", c.fy},
-          {"cx", c.cx},       {"cy", c.cy},
-          {"axes", axes},     {"position", {c.position.x, c.position.y, c.position.z}}};
+  for (const Vec3d& a : c.axes) axes.push_back(triple(a));
+  return {{"width", c.width}, {"height", c.height}, {"fx", c.fx},   {"fy", c.fy},
+          {"cx", c.cx},       {"cy", c.cy},         {"axes", axes}, {"position", triple(c.position)}};
 }
-
-Json triple(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
 Json taken_json(const TakenFrom& taken) {
   Json directions = Json::array();

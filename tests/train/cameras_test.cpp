@@ -72,6 +72,16 @@ CameraFits learned_from(const std::vector<Vec3>& gains, int steps, CamerasConfig
       [&](const Frame& f) { return gains[std::size_t(f.camera_id)]; }, steps, config);
 }
 
+/// What is chosen for pictures of the built-in scene in which nothing moves.
+EffectChoice chosen_of(const SynthOptions& options) {
+  Config config = preset("fast");
+  config.run.max_time = 0;
+  config.run.max_steps = 8000;
+  config.sampling.rays = 1024;
+  const Dataset data = make_synth("static", options);
+  return choose_effects(config, *data.find("train"), data.time_map);
+}
+
 }  // namespace
 
 TEST_SUITE("train/cameras") {
@@ -243,14 +253,8 @@ TEST_SUITE("train/cameras") {
     }
   }
   TEST_CASE("drift is tried out in a film: found where exposures drift, left out where they do not") {
-    Config config = preset("fast");
-    config.run.max_time = 0;
-    config.run.max_steps = 8000;
-    config.sampling.rays = 1024;
-    const auto choose = [&](double drift) {
-      const Dataset data =
-          make_synth("static", {.frames = 36, .size = 48, .orbit = 0.7, .film = true, .drift = drift});
-      return choose_effects(config, *data.find("train"), data.time_map);
+    const auto choose = [](double drift) {
+      return chosen_of({.frames = 36, .size = 48, .orbit = 0.7, .film = true, .drift = drift});
     };
     const EffectChoice drifts = choose(0.3), steady = choose(0);
     CHECK(drifts.chosen.has(Effect::drift));
@@ -260,14 +264,8 @@ TEST_SUITE("train/cameras") {
     CHECK(*drifts.verdicts[0].spread > 2 * *steady.verdicts[0].spread);
   }
   TEST_CASE("exposures are tried out: found where cameras differ, left out where they agree") {
-    Config config = preset("fast");
-    config.run.max_time = 0;
-    config.run.max_steps = 8000;
-    config.sampling.rays = 1024;
-    const auto choose = [&](double exposures) {
-      const Dataset data =
-          make_synth("static", {.frames = 8, .size = 48, .rig = {.cameras = 10, .exposures = exposures}});
-      return choose_effects(config, *data.find("train"), data.time_map);
+    const auto choose = [](double exposures) {
+      return chosen_of({.frames = 8, .size = 48, .rig = {.cameras = 10, .exposures = exposures}});
     };
     const EffectChoice differ = choose(0.15), agree = choose(0);
     CHECK(differ.chosen.has(Effect::exposure));

@@ -39,6 +39,8 @@ struct Ray {
 struct TimeMap {
   double origin = 0, scale = 1;
   double operator()(double raw) const { return (raw - origin) * scale; }
+  /// The inverse; where scale is 0 all times are one.
+  double raw(double time) const { return scale == 0 ? origin : origin + time / scale; }
   friend bool operator==(const TimeMap&, const TimeMap&) = default;
 };
 

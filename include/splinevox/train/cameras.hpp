@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "splinevox/data/scene.hpp"
@@ -32,6 +33,12 @@ struct CameraFit {
     const auto [first, share] = between(time);
     if (share == 0) return gains[first];
     return (1 - share) * gains[first] + share * gains[first + 1];
+  }
+  /// Mean over time of the logarithm of a channel's gains.
+  double mean_log(int channel) const {
+    double sum = 0;
+    for (const Vec3& gain : gains) sum += std::log(double(gain[channel]));
+    return sum / double(gains.size());
   }
 };
 

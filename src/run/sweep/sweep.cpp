@@ -10,6 +10,7 @@
 
 #include "core/nearest.hpp"
 #include "core/printable.hpp"
+#include "core/shell_word.hpp"
 #include "core/system.hpp"
 #include "run/own_json.hpp"
 #include "splinevox/core/error.hpp"
@@ -71,18 +72,6 @@ void check_names(const std::string& path, const std::vector<std::string>& names,
     if (!digits || seed.empty() || seed.size() > 15)
       fail({path, "'seeds' has one that is no seed", "whole numbers from 0 on, below 10^15", seed, ""});
   }
-}
-
-/// Quoted where a shell would take it for more than a word.
-std::string shell_word(const std::string& text) {
-  const auto plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) ||
-           std::string_view("_-./=,:+@%").find(c) != std::string_view::npos;
-  };
-  if (!text.empty() && std::all_of(text.begin(), text.end(), plain)) return text;
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
 }
 
 }  // namespace

@@ -29,9 +29,9 @@ constexpr double kShortestTime = 25;   // seconds of training, for the same reas
 constexpr int kShortestFit = 100;      // steps of a fit: fewer were never tried (docs/experiments/effects.md)
 constexpr float kPresenceGain = 1.5f;  // dB of solid matter: what moves fast gains up to 1.25 by a presence
                                        // that stands in for it (docs/experiments/effects.md)
+constexpr double kPresenceChance = 0.1;  // of a gain that is none
 /// Of effects that nobody tried out: what can stand in for others is not taken on trust.
 constexpr const char* kTrusted = "every effect of the preset but presence and drift stays";
-constexpr double kPresenceChance = 0.1;  // of a gain that is none
 
 /// Times that the pieces of a run's curves are halved.
 int halvings_to_come(const Config& config) {

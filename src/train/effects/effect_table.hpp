@@ -26,9 +26,6 @@ enum class Trial {
   presence   ///< last, beside all that stays: only if it is sure to gain, and never in a film
 };
 
-/// Pictures of which an effect can be learned; elsewhere nothing is said of it.
-enum class Of { any, rig, rig_or_film };
-
 struct EffectFacts {
   Effect effect;
   const char* name;
@@ -38,7 +35,7 @@ struct EffectFacts {
   bool ordered = false;      ///< it has harmonics, and files tell their order; of another, whether it is on
   int least = 0, full = 0;   ///< order at least where it is asked for, and where every effect is in full
   bool opaque_only = false;  ///< only behind opaque pictures; elsewhere nothing is said of it
-  Of of = Of::any;
+  TakenBy taken_by = TakenBy::any;  ///< at least; of other pictures nothing is said of it
   int (*order_in)(const Config&);   ///< EffectSet::order of a configuration
   void (*set)(Config&, int order);  ///< the inverse
   Trial trial = Trial::none;

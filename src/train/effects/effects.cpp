@@ -64,7 +64,7 @@ constexpr EffectFacts kTable[] = {
      .comparisons = 1},
     {.effect = Effect::exposure,
      .name = "exposure",
-     .of = Of::rig,
+     .taken_by = TakenBy::rig,
      .order_in = [](const Config& c) { return switched(c.cameras.exposure); },
      .set = [](Config& c, int order) { c.cameras.exposure = order >= 0; },
      .trial = Trial::exposure,
@@ -74,7 +74,7 @@ constexpr EffectFacts kTable[] = {
      .name = "clock",
      .needs = Effect::motion,
      .why_needs = "a camera's clock is told by what moves, so it needs motion",
-     .of = Of::rig,
+     .taken_by = TakenBy::rig,
      .order_in = [](const Config& c) { return switched(c.motion.enabled && c.cameras.clock); },
      .set = [](Config& c, int order) { c.cameras.clock = order >= 0; },
      .trial = Trial::clock,
@@ -94,7 +94,7 @@ constexpr EffectFacts kTable[] = {
      .comparisons = 2},
     {.effect = Effect::drift,
      .name = "drift",
-     .of = Of::rig_or_film,
+     .taken_by = TakenBy::film,
      .order_in = [](const Config& c) { return switched(c.cameras.drift); },
      .set = [](Config& c, int order) { c.cameras.drift = order >= 0; },
      .trial = Trial::drift,
@@ -130,9 +130,7 @@ int most_comparisons(const EffectSet& effects) {
 EffectSet learnable_in(const EffectSet& effects, bool opaque, TakenBy by) {
   EffectSet out = effects;
   for (const EffectFacts& f : kTable)
-    if ((f.opaque_only && !opaque) || (f.of == Of::rig && by != TakenBy::rig) ||
-        (f.of == Of::rig_or_film && by == TakenBy::any))
-      out = out.without(f.effect);
+    if ((f.opaque_only && !opaque) || by < f.taken_by) out = out.without(f.effect);
   return out;
 }
 

@@ -66,19 +66,13 @@ PairedGain offset_of(const std::vector<Evidence>& pictures, double level) {
   return paired_gain(values, level);
 }
 
-double mean_log(const CameraFit& camera, int channel) {
-  double sum = 0;
-  for (const Vec3& gain : camera.gains) sum += std::log(double(gain[channel]));
-  return sum / double(camera.gains.size());
-}
-
 }  // namespace
 
 double spread_of(const CameraFits& fits) {
   double squares = 0;
   int count = 0;
   for (const CameraFit& c : fits.cameras)
-    for (int a = 0; c.trained && a < 3; ++a, ++count) squares += std::pow(mean_log(c, a), 2);
+    for (int a = 0; c.trained && a < 3; ++a, ++count) squares += std::pow(c.mean_log(a), 2);
   return count > 0 ? std::sqrt(squares / count) : 0;
 }
 
@@ -87,7 +81,7 @@ double drift_of(const CameraFits& fits) {
   std::size_t count = 0;
   for (const CameraFit& c : fits.cameras)
     for (int a = 0; c.trained && a < 3; ++a, count += c.gains.size())
-      for (const Vec3& gain : c.gains) squares += std::pow(std::log(double(gain[a])) - mean_log(c, a), 2);
+      for (const Vec3& gain : c.gains) squares += std::pow(std::log(double(gain[a])) - c.mean_log(a), 2);
   return count > 0 ? std::sqrt(squares / double(count)) : 0;
 }
 
