@@ -38,6 +38,11 @@ void name_own_program(const char* first_word);
 /// (Fault::output) where neither the system nor name_own_program said it.
 std::string own_program();
 
+/// Asks that addresses be backed by pages of kLargePage bytes, where the system has such.
+/// @pre `first` is a multiple of kLargePage
+void use_large_pages(void* first, std::size_t bytes);
+inline constexpr std::size_t kLargePage = std::size_t(1) << 21;
+
 /// A pipe that no program started from here inherits. @return false: there is none, see errno
 bool make_pipe(int (&ends)[2]);
 /// Bytes that nobody can guess. @return false: the system has none

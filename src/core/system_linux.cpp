@@ -2,6 +2,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <stdio_ext.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/random.h>
 #include <unistd.h>
@@ -61,6 +62,8 @@ std::vector<std::string> own_command() {
 }
 void name_own_program(const char*) {}
 std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
+
+void use_large_pages(void* first, std::size_t bytes) { ::madvise(first, bytes, MADV_HUGEPAGE); }
 
 bool make_pipe(int (&ends)[2]) { return ::pipe2(ends, O_CLOEXEC) == 0; }
 

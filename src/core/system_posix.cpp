@@ -44,6 +44,8 @@ std::string own_program() {
   return program();
 }
 
+void use_large_pages(void*, std::size_t) {}
+
 bool make_pipe(int (&ends)[2]) {
   if (::pipe(ends) != 0) return false;
   for (const int end : ends) ::fcntl(end, F_SETFD, FD_CLOEXEC);

@@ -4,9 +4,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <new>
 #include <vector>
 
+#include "splinevox/core/aligned.hpp"
 #include "splinevox/core/vec3.hpp"
 
 namespace splinevox {
@@ -74,20 +74,6 @@ using TopologyPtr = std::shared_ptr<const Topology>;
 TopologyPtr make_topology(const Lattice& lattice, std::vector<Int3> bricks);
 /// Every brick of the lattice.
 TopologyPtr make_dense_topology(const Lattice& lattice);
-
-/// Allocates on cache lines, so that a row of 8 or 16 floats never straddles two.
-template <class T>
-struct AlignedAllocator {
-  using value_type = T;
-  AlignedAllocator() = default;
-  template <class U>
-  AlignedAllocator(const AlignedAllocator<U>&) {}
-  T* allocate(std::size_t n) { return static_cast<T*>(::operator new (n * sizeof(T), std::align_val_t{64})); }
-  void deallocate(T* p, std::size_t) { ::operator delete (p, std::align_val_t{64}); }
-  friend bool operator==(const AlignedAllocator&, const AlignedAllocator&) { return true; }
-};
-template <class T>
-using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
 /// Floats a row of `columns` takes: a whole number of vector registers.
 constexpr int padded_width(int columns) { return (columns + 7) / 8 * 8; }

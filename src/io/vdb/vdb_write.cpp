@@ -120,11 +120,16 @@ FileDigest write_vdb(const std::string& path, VdbFile file) {
   std::string bytes;
   try {
     openvdb::GridCPtrVec grids;
-    for (VdbGrid& grid : file.grids)
+    std::string room;  // for all of it: a buffer that doubles is copied, and each time touched anew
+    std::size_t most = 0;
+    for (VdbGrid& grid : file.grids) {
+      most += grid.values.size() * sizeof(float);
       grids.push_back(to_openvdb(std::exchange(grid, {})));  // of all grids together, one of the two forms
+    }
+    room.reserve(most);
     openvdb::MetaMap meta;
     put(meta, file.meta);
-    std::ostringstream out(std::ios::binary);
+    std::ostringstream out(std::move(room), std::ios::binary);
     out.exceptions(std::ios::failbit | std::ios::badbit);
     Writer().write_to(out, grids, meta);
     bytes = std::move(out).str();
