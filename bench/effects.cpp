@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, thirty kinds,
+// Does the choice of effects see what is in a scene? Built-in scenes of known make-up, thirty-two kinds,
 // several seeds each, and real ones if named: what was chosen, what should have been, and a count at the end,
-// over what is judged at all: motion, light where nothing moves, and a background behind opaque pictures.
+// over what is judged at all: motion, light where nothing moves, a background behind opaque pictures, matter
+// that comes and goes, and cameras that differ.
 //
 //   bench_effects [DATASET]... [--seeds 10] [--steps 200] [--size 96] [--frames 60] [--kind NAME] [--orbit
 //   TURNS]
@@ -36,6 +37,7 @@ struct Kind {
   std::vector<double> orbits{0};  ///< SynthOptions::orbit, one for each seed in turn
   SynthRig rig = {};
   std::set<std::string> either = {};  ///< effects that may as well be chosen as not
+  double drift = 0;                   ///< SynthOptions::drift
 };
 
 std::vector<Kind> kinds() {
@@ -45,36 +47,40 @@ std::vector<Kind> kinds() {
       exposures{.cameras = 8, .exposures = 0.14}, late{.cameras = 8, .late = 0.5};
   constexpr int kMoments = 12;  // of a rig whose cameras see them all
   constexpr int kGas = 24;      // gas changes faster
-  return {{"static, matte", still, {}, {}},
-          {"static, glossy", still, {.gloss = 0.6}, {"view"}},
-          {"moving, matte", movers, {}, {"motion"}},
-          {"moving, glossy", movers, {.gloss = 0.6}, {"motion", "view"}},
-          {"static, light fades", still, {.fade = 0.6}, {"light"}},
-          {"moving, light fades", movers, {.fade = 0.6}, {"motion", "light"}},
-          {"moving, opaque", movers, {.opaque = true}, {"motion", "background"}},
-          {"moving, dark", movers, {.light = 0.1}, {"motion"}},
-          {"static, few frames", still, {}, {}, 6},
-          {"a twentieth moves", {"toy"}, {}, {"motion"}},
-          {"a fifth moves", {"garden"}, {}, {"motion"}},
-          {"film, static, matte", still, {}, {}, 0, around},
-          {"film, static, glossy", still, {.gloss = 0.6}, {"view"}, 0, around},
-          {"film, moving", movers, {}, {"motion"}, 0, around},
-          {"film, a twentieth moves", {"toy"}, {}, {"motion"}, 0, around},
-          {"turns, static", still, {}, {}, 0, {0}, turns},
-          {"turns, moving", movers, {}, {"motion"}, 0, {0}, turns},
-          {"turns, a twentieth moves", {"toy"}, {}, {"motion"}, 0, {0}, turns},
-          {"turns, light fades", still, {.fade = 0.6}, {"light"}, 0, {0}, turns},
-          {"rig, static", still, {}, {}, kMoments, {0}, all},
-          {"rig, moving, opaque", movers, {.opaque = true}, {"motion", "background"}, kMoments, {0}, all},
-          {"rig, a twentieth moves", {"toy"}, {}, {"motion"}, kMoments, {0}, all},
-          {"rig, light fades", still, {.fade = 0.6}, {"light"}, kMoments, {0}, all},
-          {"rig, exposures", movers, {}, {"motion", "exposure"}, kMoments, {0}, exposures},
-          {"rig, static, exposures", still, {}, {"exposure"}, kMoments, {0}, exposures},
-          {"rig, one late", movers, {}, {"motion", "clock"}, 2 * kMoments, {0}, late},
-          {"rig, smoke", {"smoke"}, {}, {"presence"}, kGas, {0}, all, {"motion", "light"}},
-          {"rig, fire", {"fire"}, {}, {"presence"}, kGas, {0}, all, {"motion", "light"}},
-          {"rig, enters", {"enters"}, {}, {"motion", "presence"}, kMoments, {0}, all},
-          {"rig, leaves", {"leaves"}, {}, {"motion", "presence"}, kMoments, {0}, all}};
+  constexpr double kDrift = 0.25;
+  return {
+      {"static, matte", still, {}, {}},
+      {"static, glossy", still, {.gloss = 0.6}, {"view"}},
+      {"moving, matte", movers, {}, {"motion"}},
+      {"moving, glossy", movers, {.gloss = 0.6}, {"motion", "view"}},
+      {"static, light fades", still, {.fade = 0.6}, {"light"}},
+      {"moving, light fades", movers, {.fade = 0.6}, {"motion", "light"}},
+      {"moving, opaque", movers, {.opaque = true}, {"motion", "background"}},
+      {"moving, dark", movers, {.light = 0.1}, {"motion"}},
+      {"static, few frames", still, {}, {}, 6},
+      {"a twentieth moves", {"toy"}, {}, {"motion"}},
+      {"a fifth moves", {"garden"}, {}, {"motion"}},
+      {"film, static, matte", still, {}, {}, 0, around},
+      {"film, static, glossy", still, {.gloss = 0.6}, {"view"}, 0, around},
+      {"film, moving", movers, {}, {"motion"}, 0, around},
+      {"film, a twentieth moves", {"toy"}, {}, {"motion"}, 0, around},
+      {"turns, static", still, {}, {}, 0, {0}, turns},
+      {"turns, moving", movers, {}, {"motion"}, 0, {0}, turns},
+      {"turns, a twentieth moves", {"toy"}, {}, {"motion"}, 0, {0}, turns},
+      {"turns, light fades", still, {.fade = 0.6}, {"light"}, 0, {0}, turns},
+      {"rig, static", still, {}, {}, kMoments, {0}, all},
+      {"rig, moving, opaque", movers, {.opaque = true}, {"motion", "background"}, kMoments, {0}, all},
+      {"rig, a twentieth moves", {"toy"}, {}, {"motion"}, kMoments, {0}, all},
+      {"rig, light fades", still, {.fade = 0.6}, {"light"}, kMoments, {0}, all},
+      {"rig, exposures", movers, {}, {"motion", "exposure"}, kMoments, {0}, exposures},
+      {"rig, static, exposures", still, {}, {"exposure"}, kMoments, {0}, exposures},
+      {"rig, one late", movers, {}, {"motion", "clock"}, 2 * kMoments, {0}, late},
+      {"film, static, exposures drift", still, {}, {"drift"}, 0, around, {}, {}, kDrift},
+      {"rig, exposures drift", movers, {}, {"motion", "drift"}, 2 * kMoments, {0}, all, {"exposure"}, kDrift},
+      {"rig, smoke", {"smoke"}, {}, {"presence"}, kGas, {0}, all, {"motion", "light"}},
+      {"rig, fire", {"fire"}, {}, {"presence"}, kGas, {0}, all, {"motion", "light"}},
+      {"rig, enters", {"enters"}, {}, {"motion", "presence"}, kMoments, {0}, all},
+      {"rig, leaves", {"leaves"}, {}, {"motion", "presence"}, kMoments, {0}, all}};
 }
 
 nlohmann::json describe(const EffectChoice& choice) {
@@ -153,6 +159,8 @@ int main(int argc, char** argv) {
                                           .size = size,
                                           .seed = std::uint64_t(seed),
                                           .orbit = turns,
+                                          .film = kind.drift > 0 && turns > 0,
+                                          .drift = kind.drift,
                                           .look = kind.look,
                                           .rig = kind.rig});
         config.run.seed = std::uint64_t(seed);
@@ -182,7 +190,8 @@ int main(int argc, char** argv) {
       }
     }
     nlohmann::json sum{{"right", right}, {"of", all}};
-    for (const std::string effect : {"motion", "light", "background", "presence"})
+    for (const std::string effect :
+         {"motion", "light", "background", "presence", "exposure", "clock", "drift"})
       sum[effect] = {
           {"switched on where absent", fmt::format("{} of {}", switched_on[effect], absent[effect])},
           {"missed where present", fmt::format("{} of {}", missed[effect], present[effect])}};
