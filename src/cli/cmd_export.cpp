@@ -131,7 +131,10 @@ Action export_command(CLI::App& verb) {
       "K or auto: files of their own for each part that moves alike; together they are the whole");
   verb.add_flag("--mesh", e.mesh,
                 "also mesh_0001.ply and so on: the surface of every frame, with its colours");
-  verb.add_option("--mesh-format", e.mesh_format, "ply (binary) or obj (text, colours behind each vertex)")
+  verb.add_option(
+          "--mesh-format", e.mesh_format,
+          "ply (binary), obj (text, colours behind each vertex), or glb: mesh.glb, one surface that the "
+          "motion carries through all frames")
       ->capture_default_str();
   verb.add_flag("--controls", e.controls,
                 "also motion.vdb: control points and rigidity as grids, to build a rig on");

@@ -22,6 +22,16 @@ Json file_json(const ManifestFile& file) {
   return out;
 }
 
+namespace {
+
+std::string untracked_text(const ManifestFile& file) {
+  const double share = file.figures.at("untracked_share");
+  return share > 0 ? fmt::format("; {:.1f}% of their ways are lost and go with their neighbours", 100 * share)
+                   : "";
+}
+
+}  // namespace
+
 ExportReport::ExportReport(Talk talk, const ExportOptions& options)
     : teller_(talk, "frames"),
       options_(options),
@@ -84,13 +94,16 @@ void ExportReport::summarise(const ExportResult& result, const std::string& fold
     explain(result, folder, model);
   else
     teller_.note("when every share is there, the same command without --share finishes the sequence");
+  Json carried = Json::array();
+  for (const ManifestFile& file : result.carried) carried.push_back(file_json(file));
   teller_.result({{"out", folder},
                   {"frames", result.frames.size()},
                   {"kept", kept_},
                   {"bytes", std::int64_t(bytes_)},
                   {"profile", options_.profile},
                   {"share", {options_.share.index + 1, options_.share.count}},
-                  {"others", result.others}},
+                  {"others", result.others},
+                  {"carried", carried}},
                  "");
 }
 
@@ -103,6 +116,10 @@ void ExportReport::explain(const ExportResult& result, const std::string& folder
     teller_.note(fmt::format(
         "cluster_{}_*: {:.1f}% of the matter, {}", c, 100 * result.clusters[c].share,
         c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion)));
+  for (const ManifestFile& file : result.carried)
+    teller_.note(fmt::format("{}: {:.0f} vertices through {:.0f} frames, {:.1f} MB{}", file.name,
+                             file.figures.at("vertices"), file.figures.at("frames"),
+                             double(file.digest.size) / 1e6, untracked_text(file)));
   if (!result.others.empty())
     teller_.note(fmt::format(
         "left by an earlier export and not of this sequence: {}{}; delete what a program would load with the "

@@ -87,13 +87,15 @@ void write_view(const std::string& folder) {
   write_picture(folder + "/view.f32", picture_of(model, 0));
 }
 
-/// A known velocity: the picture at the middle of three frames, and the mean over the time that the shutter
-/// is open.
+/// A known velocity and a mesh that it carries: the picture at the middle of three frames, and the mean over
+/// the time that the shutter is open.
 void write_blur(const std::string& folder) {
   const Vec3 shift{-0.4f, -0.3f, 0.1f};
   const VoxelModel model = test::blob_model(64, {.shift = shift}, 0);
   ExportOptions options;
   options.last = 3;
+  options.mesh = true;
+  options.mesh_format = "glb";
   const ExportResult result = export_vdb(model, folder + "/blur", options);
   const double middle = result.frames[1].time,
                open = 0.5 * kShutter;  // of model time: two frames are all of it

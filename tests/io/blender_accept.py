@@ -176,6 +176,29 @@ def check_blur():
           "motion blur: PSNR %.2f dB, at least 30; without it %.2f" % (psnr, still))
 
 
+def check_mesh():
+    """The moving mesh, by Blender's own importer: where its vertices are at each frame, and its colours."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.context.scene.render.fps = 24
+    import numpy
+    numpy.bool = bool  # Blender 3.4's importer asks for this name, which numpy has dropped since
+    bpy.ops.import_scene.gltf(filepath=path("blur/mesh.glb"))
+    ob = bpy.data.objects["mesh"]
+    colors = ob.data.color_attributes
+    check(len(colors) == 1 and len(colors[0].data) > 0, "the mesh has a colour per vertex")
+    materials = [n.type for n in ob.data.materials[0].node_tree.nodes]
+    check("BSDF_PRINCIPLED" not in materials, "its material is unlit: %s" % materials)
+    means = []
+    for frame in range(3):
+        bpy.context.scene.frame_set(frame)
+        mesh = ob.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+        places = [ob.matrix_world @ v.co for v in mesh.vertices]
+        means.append([sum(p[a] for p in places) / len(places) for a in range(3)])
+    moved = [[m[a] - means[0][a] for a in range(3)] for m in means]
+    off = max(abs(moved[f][a] - f / 2 * (0.4, 0.3, -0.1)[a]) for f in range(3) for a in range(3))
+    check(off < 2e-3, "it moves as the matter does: off by %.5f" % off)
+
+
 def check_smoke():
     """The blob of check_view as smoke: as much is hidden as before, and all of its light is the scene's."""
     seen = pixels("mean.exr")
@@ -209,6 +232,7 @@ def check_fire():
 check_sequence()
 check_clusters()
 check_view()
+check_mesh()
 check_smoke()
 check_fire()
 check_blur()

@@ -36,9 +36,10 @@ struct ExportOptions : FrameRange {
   double shutter = 0.5;     ///< share of a frame the shutter is open, [0, 2]: how far velocity is padded
   double min_alpha = 1e-3;  ///< voxels below this opacity over one voxel are dropped, (0, 1)
   bool controls = false;    ///< motion.vdb beside the sequence
-  bool mesh = false;        ///< a coloured surface beside every frame
-  std::string mesh_format = "ply";  ///< "ply" or "obj"
-  double mesh_alpha = 0.25;         ///< it runs where a voxel has this opacity, (min_alpha, 1)
+  bool mesh = false;        ///< a coloured surface
+  std::string mesh_format = "ply";  ///< "ply" or "obj": one of every frame beside it; "glb": mesh.glb, that
+                                    ///< of the first frame, which the matter carries through all of them
+  double mesh_alpha = 0.25;  ///< it runs where a voxel has this opacity, (min_alpha, 1)
   std::optional<int>
       clusters;  ///< files of their own for each part that moves alike: how many, 2..16, 0 to choose
   int frames_at_once =
@@ -48,6 +49,8 @@ struct ExportOptions : FrameRange {
   bool resume = true;  ///< keep frames that an earlier export with the same model and settings finished;
                        ///< false: write them again, in place of those of an export with other settings, too
   std::string run;     ///< where the model came from, for the manifest; empty: not said
+
+  bool mesh_per_frame() const { return mesh && mesh_format != "glb"; }
 };
 
 /// One file that a manifest vouches for.
@@ -75,6 +78,7 @@ using ExportProgress = std::function<bool(const ExportedFrame& frame, int done, 
 struct ExportResult {
   std::vector<ExportedFrame> frames;
   std::vector<MotionClusters::Cluster> clusters;  ///< if the options ask for them
+  std::vector<ManifestFile> carried;  ///< moving meshes, with figures: frames, vertices, untracked_share, ...
   std::vector<int> in_folder;  ///< numbers of all frames of the sequence, those of earlier exports included
   std::vector<std::string>
       others;  ///< names of frames in the folder that an earlier export left and this sequence does not have

@@ -207,19 +207,20 @@ FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options, co
       reach_(model, min_density_),
       view_(options.sh ? "none" : options.bake_view, model.radiance.sh_order) {}
 
-std::vector<BakedPart> FrameBaker::bake(double time, double per_second) const {
+std::vector<BakedPart> FrameBaker::bake(double time, double per_second, bool mesh) const {
   const FrameSampler sampler(model_, time);
   LeafValues density = bake_density(sampler, lattice_, reach_.candidates(lattice_, time), min_density_);
   std::vector<BakedPart> parts;
   if (!clusters_)
-    parts.push_back(bake_part(sampler, std::move(density), per_second));
+    parts.push_back(bake_part(sampler, std::move(density), per_second, mesh));
   else
     for (LeafValues& part : split(density, sampler, lattice_, *clusters_))
-      parts.push_back(bake_part(sampler, std::move(part), per_second));
+      parts.push_back(bake_part(sampler, std::move(part), per_second, mesh));
   return parts;
 }
 
-BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density, double per_second) const {
+BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density, double per_second,
+                                bool mesh) const {
   const LeafSet dense = density.set();
   BakedColor baked = bake_color(sampler, lattice_, dense, view_, options_.colorspace == "linear",
                                 options_.sh ? model_.radiance.sh_count() : 0);
@@ -253,7 +254,7 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
   }
   place_grids(grids, cast<double>(lattice_.origin), double(lattice_.spacing), options_.half, profile_,
               out.figures);
-  if (options_.mesh)
+  if (mesh)
     out.mesh = make_mesh(grids[0], grids[1], density_of(options_.mesh_alpha, lattice_),
                          options_.colorspace == "linear");
   shift_grids(grids, profile_);

@@ -33,13 +33,14 @@ class FrameBaker {
 
   /// @param time  model time in [0, 1].
   /// @param per_second  units of model time per second: 0 where the model is static.
+  /// @param mesh  its surface too
   /// @return a part per cluster, or one that is the whole.
-  std::vector<BakedPart> bake(double time, double per_second) const;
+  std::vector<BakedPart> bake(double time, double per_second, bool mesh) const;
 
   const Lattice& lattice() const { return lattice_; }
 
  private:
-  BakedPart bake_part(const FrameSampler& sampler, LeafValues density, double per_second) const;
+  BakedPart bake_part(const FrameSampler& sampler, LeafValues density, double per_second, bool mesh) const;
 
   const VoxelModel& model_;
   const ExportOptions& options_;

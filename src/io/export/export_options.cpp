@@ -30,8 +30,8 @@ void validate(const ExportOptions& o) {
   check_option(o.colorspace == "display" || o.colorspace == "linear", "--colorspace", "display or linear",
                "'" + o.colorspace + "'");
   ViewBake(o.bake_view, 0);
-  check_option(!o.mesh || o.mesh_format == "ply" || o.mesh_format == "obj", "--mesh-format", "ply or obj",
-               "'" + o.mesh_format + "'");
+  check_option(!o.mesh_per_frame() || o.mesh_format == "ply" || o.mesh_format == "obj", "--mesh-format",
+               "ply, obj or glb", "'" + o.mesh_format + "'");
   check_option(!o.sh || o.bake_view == "mean" || o.bake_view == "none", "--bake-view",
                "no direction beside --sh, which leaves the view to the renderer", "'" + o.bake_view + "'");
   check_option(!o.sh || o.colorspace == "display", "--colorspace",

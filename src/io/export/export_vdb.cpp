@@ -13,6 +13,7 @@
 #include "core/in_order.hpp"
 #include "core/parallel.hpp"
 #include "core/process.hpp"
+#include "io/export/carried_mesh.hpp"
 #include "io/export/export_controls.hpp"
 #include "io/export/export_folder.hpp"
 #include "io/export/export_frame.hpp"
@@ -31,6 +32,7 @@ constexpr int kExportVersion = 1;  ///< raise it when the same model and options
 constexpr const char* kControlsName = "motion.vdb";
 constexpr double kCopies =
     5;  ///< of a frame's values, at most at once: while it is baked; its grids, OpenVDB's trees, the file
+constexpr float kStillMesh = 1e-3f;   ///< voxels by which a vertex of a moving mesh may be off
 constexpr double kMemoryShare = 0.5;  ///< of the free memory that frames in the making may take
 
 using Clock = std::chrono::steady_clock;
@@ -87,6 +89,11 @@ ExportInfo describe(const VoxelModel& model, const ExportOptions& o, double spac
   return info;
 }
 
+void add_size(std::map<std::string, double>& figures, const ColorMesh& mesh) {
+  figures["vertices"] = double(mesh.points.size());
+  figures["triangles"] = double(mesh.triangles.size());
+}
+
 /// How many frames may be in the making, if one takes `bytes`: more than threads would be of no use.
 int frames_that_fit(double bytes) {
   const double room = kMemoryShare * free_memory();
@@ -121,6 +128,31 @@ class Sequence {
     }
     return files;
   }
+  /// The surface of the first of these frames, carried through all of them: a file per part.
+  std::vector<ManifestFile> write_carried(const VoxelModel& model, const std::vector<int>& frames) const {
+    const double from = options_.time_at(frames.front());
+    const std::vector<std::string> prefixes = part_prefixes(clusters());
+    std::vector<double> times;
+    for (const int f : frames) times.push_back(options_.time_at(f));
+    std::vector<ManifestFile> files;
+    std::vector<BakedPart> parts = baker_.bake(from, 0, true);
+    for (std::size_t c = 0; c < parts.size(); ++c) {
+      MeshPlay play{.name = prefixes[c] + "mesh", .still = kStillMesh * lattice_.spacing};
+      for (const int f : frames) {
+        play.frames.push_back("frame_" + std::to_string(f));
+        play.seconds.push_back((f - frames.front()) / options_.fps);
+      }
+      const CarriedMesh carried = carry_mesh(model, std::move(parts[c].mesh), from, times);
+      const std::string name = play.name + ".glb";
+      files.push_back({name, write_file(path(name), {glb_bytes(carried, play)}), {}});
+      auto& figures = files.back().figures;
+      if (parts_) figures["cluster"] = double(c);
+      figures["frames"] = double(frames.size());
+      figures["untracked_share"] = carried.untracked;
+      add_size(figures, carried.mesh);
+    }
+    return files;
+  }
   double frame_bytes() const { return frame_bytes_; }  ///< memory that the last written frame took
 
   ExportedFrame frame(int i) {
@@ -130,7 +162,8 @@ class Sequence {
     if (keep(out)) return out;
     std::call_once(changed_, [&] { remove_quietly(folder_, kManifestName); });  // it is no longer true
     const Clock::time_point start = Clock::now();
-    std::vector<BakedPart> parts = baker_.bake(out.time, options_.rate_at(out.frame));
+    std::vector<BakedPart> parts =
+        baker_.bake(out.time, options_.rate_at(out.frame), options_.mesh_per_frame());
     const Clock::time_point writing = Clock::now();
     const double cpu = thread_seconds();
     const std::vector<std::string> prefixes = part_prefixes(clusters());
@@ -152,7 +185,7 @@ class Sequence {
       const FileDigest digest =
           write_frame(profile_, path(name), std::move(part.file), sh_order_, part.figures);
       files.push_back({name, digest, std::move(part.figures)});
-      if (!options_.mesh) continue;
+      if (!options_.mesh_per_frame()) continue;
       const std::string mesh = prefixes[c] + mesh_name(out.frame, options_.mesh_format);
       files.push_back({mesh,
                        write_file(path(mesh), {options_.mesh_format == "obj" ? obj_text(part.mesh)
@@ -161,8 +194,7 @@ class Sequence {
       auto& figures = files.back().figures;
       figures["frame"] = out.frame;
       figures["time"] = out.time;
-      figures["vertices"] = double(part.mesh.points.size());
-      figures["triangles"] = double(part.mesh.triangles.size());
+      add_size(figures, part.mesh);
     }
     out.file = std::move(files[0]);
     out.beside.assign(std::make_move_iterator(files.begin() + 1), std::make_move_iterator(files.end()));
@@ -183,7 +215,7 @@ class Sequence {
     for (const std::string& prefix : part_prefixes(clusters()))
       for (const std::string& name :
            {frame_name(out.frame, profile_), mesh_name(out.frame, options_.mesh_format)}) {
-        if (!options_.mesh && name != frame_name(out.frame, profile_)) continue;
+        if (!options_.mesh_per_frame() && name != frame_name(out.frame, profile_)) continue;
         const auto found = std::find_if(before_.begin(), before_.end(), [&](const ManifestFile& f) {
           return f.name == prefix + name && intact(folder_, f);
         });
@@ -284,6 +316,9 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   if (options.controls)
     manifest.files.push_back(
         {kControlsName, write_controls((fs::path(folder) / kControlsName).string(), model), {}});
+  if (options.mesh && !options.mesh_per_frame())
+    result.carried = sequence.write_carried(model, frames_in(manifest));
+  manifest.files.insert(manifest.files.end(), result.carried.begin(), result.carried.end());
   sort_by_frame(manifest.files);
   int padding = 1;  // colour reaches a voxel beyond the lattice, velocity further
   for (const ManifestFile& file : manifest.files)
