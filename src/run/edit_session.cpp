@@ -83,6 +83,14 @@ Json difference_json(const MotionDifference& d) {
 struct EditOperations {
   static VoxelModel& model(EditSession& s) { return s.run_.model; }
 
+  static Json floaters(EditSession& s, const std::string& v) {
+    const double least = edit_number("remove-floaters", v, 0, 0.5, "a share from 0 to 0.5");
+    s.clusters_.reset();  // of matter that is no longer there
+    s.chosen_.clear();
+    const RemovedFloaters removed = remove_floaters(model(s), least);
+    return {{"pieces", removed.count}, {"share", removed.share}, {"left", removed.left}};
+  }
+
   static Json retimed(EditSession& s, const char* name, const TimeCurve& change) {
     retime(changing(model(s), name), change);
     return Json::object();
@@ -235,6 +243,9 @@ const std::vector<EditOperation>& edit_operations() {
         {"anchor-first", nullptr,
          "make the moment at time 0 the canonical one: no displacement there; says the error", "Motion",
          Do::anchor},
+        {"remove-floaters", "SHARE",
+         "take away pieces that hang in the air and have less than this share of all matter, such as 0.001",
+         "Parts", Do::floaters},
         {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
         {"basis", "NAME[:K]", bases.c_str(), "Motion", Do::basis},
     };

@@ -54,6 +54,18 @@ MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& a
 /// absent from observed space at time 0
 MotionDifference anchor_first(VoxelModel& model);
 
+/// What remove_floaters took away, and left.
+struct RemovedFloaters {
+  int count = 0, left = 0;  ///< pieces
+  double share = 0;         ///< of all solid matter, by opacity, that went
+};
+
+/// Takes small pieces out of the canonical volume. A piece is made of vertices that lie next to each other,
+/// corners included, and have at least 5% opacity over a voxel. It floats if it has less than `least` of all
+/// matter in pieces, by opacity. Thinner matter up to two voxels around goes with it, but not beside what
+/// stays. Motion stays.
+RemovedFloaters remove_floaters(VoxelModel& model, double least);
+
 /// Which parts of the canonical volume move alike.
 ///
 /// A motion voxel belongs to observed space and holds different matter at different times, so its control

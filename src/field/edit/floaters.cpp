@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include "math/activation.hpp"
+#include "math/emission.hpp"
+#include "splinevox/field/edit.hpp"
+
+namespace splinevox {
+namespace {
+
+constexpr float kSolid = 0.05f;  // opacity of a voxel from which it holds its neighbours
+constexpr int kFog = 2;          // voxels around a piece whose thinner matter goes with it
+
+/// Sets of rows that hang together (union-find); a set is known by its lowest row.
+class Pieces {
+ public:
+  explicit Pieces(std::size_t rows) : parent_(rows) { std::iota(parent_.begin(), parent_.end(), 0u); }
+  std::uint32_t of(std::uint32_t row) {
+    while (parent_[row] != row) row = parent_[row] = parent_[parent_[row]];
+    return row;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = of(a);
+    b = of(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// Calls visit(row, vertex) for the stored rows up to `reach` vertices from a vertex, itself among them.
+template <class Visit>
+void for_each_near(const Topology& t, Int3 vertex, int reach, Visit&& visit) {
+  for (int x = std::max(0, vertex.x - reach); x <= std::min(t.lattice.size.x - 1, vertex.x + reach); ++x)
+    for (int y = std::max(0, vertex.y - reach); y <= std::min(t.lattice.size.y - 1, vertex.y + reach); ++y)
+      for (int z = std::max(0, vertex.z - reach); z <= std::min(t.lattice.size.z - 1, vertex.z + reach); ++z)
+        if (const std::int32_t brick = t.brick_at({x >> 3, y >> 3, z >> 3}); brick != 0)
+          visit(std::uint32_t(brick) * kBrickRows + std::uint32_t((x & 7) << 6 | (y & 7) << 3 | (z & 7)),
+                Int3{x, y, z});
+}
+
+/// Calls visit(row, vertex) for every stored row within the lattice.
+template <class Visit>
+void for_each_vertex(const Topology& t, Visit&& visit) {
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Int3 v = t.vertex(b, i);
+      if (v.x < t.lattice.size.x && v.y < t.lattice.size.y && v.z < t.lattice.size.z)
+        visit(std::uint32_t(b) * kBrickRows + std::uint32_t(i), v);
+    }
+}
+
+}  // namespace
+
+RemovedFloaters remove_floaters(VoxelModel& model, double least) {
+  Channels& raw = model.radiance.raw;
+  const Topology& t = *raw.topology;
+  std::vector<float> alpha(t.rows(), 0.0f);
+  const DensityActivation& activation = model.radiance.activation;
+  for_each_vertex(t, [&](std::uint32_t row, Int3) {
+    const float density = density_of(raw.row(row)[0], activation.scale, activation.shift).value;
+    alpha[row] = one_minus_exp_neg(density * t.lattice.spacing);
+  });
+  Pieces pieces(t.rows());
+  for_each_vertex(t, [&](std::uint32_t row, Int3 v) {
+    if (alpha[row] >= kSolid)
+      for_each_near(t, v, 1, [&](std::uint32_t other, Int3) {
+        if (other < row && alpha[other] >= kSolid) pieces.join(row, other);
+      });
+  });
+
+  std::vector<double> matter(t.rows(), 0.0);  // of a piece, at its lowest row
+  double all = 0;
+  for (std::uint32_t row = 0; row < t.rows(); ++row)
+    if (alpha[row] >= kSolid) {
+      matter[pieces.of(row)] += alpha[row];
+      all += alpha[row];
+    }
+  RemovedFloaters out;
+  for (std::uint32_t row = 0; row < t.rows(); ++row)
+    if (matter[row] > 0) {
+      ++(matter[row] < least * all ? out.count : out.left);
+      if (matter[row] < least * all) out.share += matter[row] / all;
+    }
+  const auto floats = [&](std::uint32_t row) { return matter[pieces.of(row)] < least * all; };
+  const auto stays = [&](std::uint32_t row) { return alpha[row] >= kSolid && !floats(row); };
+  const auto beside_what_stays = [&](Int3 v) {  // interpolation draws its surface through them
+    bool beside = false;
+    for_each_near(t, v, 1, [&](std::uint32_t row, Int3) { beside |= stays(row); });
+    return beside;
+  };
+  const float empty = raw.row(0)[0];
+  for_each_vertex(t, [&](std::uint32_t row, Int3 v) {
+    if (alpha[row] < kSolid || !floats(row)) return;
+    for_each_near(t, v, kFog, [&](std::uint32_t other, Int3 w) {
+      if (!beside_what_stays(w)) raw.row(other)[0] = std::min(raw.row(other)[0], empty);
+    });
+  });
+  return out;
+}
+
+}  // namespace splinevox
