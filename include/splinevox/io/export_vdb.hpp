@@ -39,7 +39,7 @@ struct ExportOptions : FrameRange {
   bool mesh = false;        ///< a coloured surface
   std::string mesh_format = "ply";  ///< "ply" or "obj": one of every frame beside it; "glb": mesh.glb, that
                                     ///< of the first frame, which the matter carries through all of them
-  double mesh_alpha = 0.25;  ///< it runs where a voxel has this opacity, (min_alpha, 1)
+  double mesh_alpha = 0.25;         ///< it runs where a voxel has this opacity, (min_alpha, 1)
   std::optional<int>
       clusters;  ///< files of their own for each part that moves alike: how many, 2..16, 0 to choose
   int frames_at_once =
