@@ -163,6 +163,7 @@ Json effects_json(const Prepared& prepared) {
                                 {"frames_lo", finite(d.offset.lo)},
                                 {"frames_hi", finite(d.offset.hi)}});
       if (v->spread) e["spread"] = *v->spread;
+      if (v->whole) e["whole"] = *v->whole;
       if (v->where < 1) e["where"] = v->where;
       if (v->far) e["far"] = *v->far;
       e["beside"] = to_string(v->with.without(effect));

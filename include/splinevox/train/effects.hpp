@@ -129,6 +129,8 @@ struct EffectVerdict {
                      ///< compared where only it explains the training pictures
   std::optional<double> spread = {};  ///< of exposure: how far the gains of the cameras are apart; of drift:
                                       ///< those of each camera. The standard deviation of their logarithms
+  std::optional<double> whole = {};   ///< of drift in a film: how far pictures are brighter or darker as a
+                                      ///< whole, not in parts, in [0, 1]
   std::vector<ClockDoubt> clocks = {};  ///< of clock: of each camera
   std::optional<double> far = {};       ///< of motion in a film: share of the visible cells whose mean
                                         ///< displacement is large

@@ -24,6 +24,7 @@ Config ours() {
   c.radiance.sh_start = {0, .55f};
   c.motion.halve_start = {.3f};
   c.grid.empty_start = {.54f, .7f, .8f};
+  c.grid.few_cells = 144;
   c.loss.transmittance = 0.03f;
   c.loss.curve_length = 0.075f;
   c.loss.curve_light = 1e-3f;
@@ -47,7 +48,6 @@ Config fast() {
   Config c = ours();
   c.grid.radiance = {40, 64, 96, 144, 192, 256};
   c.grid.radiance_start = {0, .12f, .25f, .4f, .6f, .8f};
-  c.grid.few_cells = 144;
   return c;
 }
 
@@ -58,7 +58,6 @@ Config standard() {
   c.run.late_cost = 3.6;
   c.grid.radiance = {40, 64, 96, 128, 192, 256};
   c.grid.radiance_start = {0, .1f, .2f, .3f, .4f, .65f};
-  c.grid.few_cells = 192;
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .04f, .12f, .25f, .6f};
   c.grid.surroundings = {48, 96, 160};
@@ -74,7 +73,6 @@ Config high() {
   c.run.late_cost = 3.6;
   c.grid.radiance = {40, 64, 96, 144, 192, 256, 384};
   c.grid.radiance_start = {0, .05f, .1f, .2f, .3f, .45f, .75f};
-  c.grid.few_cells = 256;
   c.grid.motion = {4, 8, 16, 32, 64};
   c.grid.motion_start = {0, .015f, .05f, .12f, .4f};
   c.grid.surroundings = {48, 96, 160, 224};

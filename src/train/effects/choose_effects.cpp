@@ -116,6 +116,8 @@ class Trials {
     }
     return true;
   }
+  /// Whether brightness changes with the way of a film's camera, and not as an exposure does.
+  bool highlights() const { return highlights_; }
 
  private:
   /// What the other effects are judged beside. Gains that drift come after those that do not, and of a film,
@@ -149,13 +151,14 @@ class Trials {
   /// (docs/experiments/effects.md). So they are judged beside a still world, and light goes where they stay.
   bool drifts() {
     const bool film = by_ == TakenBy::film;
-    const EffectVerdict v = whole_.judge_drift(film ? unchanging(beside()) : beside());
-    if (v.decision != EffectDecision::on) return false;
-    if (film && out_.chosen.has(Effect::light)) {
+    const EffectVerdict v = whole_.judge_drift(film ? unchanging(beside()) : beside(), film);
+    const bool on = v.decision == EffectDecision::on;
+    if (film && on && out_.chosen.has(Effect::light)) {
       out_.chosen = out_.chosen.without(Effect::light);
       if (out_.note.empty()) out_.note = "the exposure drifts: no light, which could not be told from it";
     }
-    return true;
+    highlights_ = film && v.decision == EffectDecision::confounded;
+    return on;
   }
   bool moves() {
     if (out_.film && !out_.film->unexplained()) return false;
@@ -245,6 +248,7 @@ class Trials {
   std::optional<Halves> places_;  ///< whole cameras are held out
   std::optional<Ladder> by_place_;
   bool drift_ = false, clocks_ = false, presence_ = false;  ///< their turn has come
+  bool highlights_ = false;
 };
 
 /// Steps of a fit: effects.steps, or its share of a run that is short for them.
@@ -329,6 +333,13 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
       out.film = motion_told(still, train, time_map, out.view_told_by_time, out.moving, on_film);
     }
     if (out.chosen.has(e) && !trials.stays(e)) out.chosen = out.chosen.without(e);
+  }
+  // Light would learn the highlights of such a film, and show them from elsewhere. Motion is judged beside
+  // it.
+  if (trials.highlights() && out.chosen.has(Effect::light)) {
+    out.chosen = out.chosen.without(Effect::light);
+    if (out.note.empty())
+      out.note = "brightness changes with the camera's way: no light, which could not be told from that";
   }
   // Of a long sequence the whole and a stretch may differ: what either finds is used.
   for (EffectVerdict& v : out.verdicts)

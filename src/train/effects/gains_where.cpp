@@ -2,6 +2,8 @@
 #include "train/effects/gains_where.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 
 #include "splinevox/math/metrics.hpp"
 
@@ -21,7 +23,83 @@ Image picked(const Image& picture, const Image& mask) {
   return out;
 }
 
+constexpr int kTile = 8;            // pixels
+constexpr int kFewestTiles = 8;     // of a picture, to compare them
+constexpr std::size_t kApart = 10;  // one tile in so many may show what moves: those furthest from the median
+constexpr float kContrast = 0.02f;  // of a pixel's value to the background, from which it shows something
+
+/// Sums of a tile over the pixels that show something.
+struct TileSums {
+  Vec3d truth{}, shown{};
+  int pixels = 0;
+};
+
+TileSums sums_of(const Image& truth, const Vec3& background, const Image& shown, int x0, int y0) {
+  TileSums out;
+  for (int y = y0; y < std::min(y0 + kTile, truth.height); ++y)
+    for (int x = x0; x < std::min(x0 + kTile, truth.width); ++x) {
+      const float *t = truth.pixel(x, y), *s = shown.pixel(x, y);
+      float contrast = 0;
+      for (int c = 0; c < 3; ++c) contrast = std::max(contrast, std::abs(t[c] - background[c]));
+      if (contrast < kContrast) continue;
+      for (int c = 0; c < 3; ++c) {
+        out.truth[c] += double(t[c]);
+        out.shown[c] += double(s[c]);
+      }
+      ++out.pixels;
+    }
+  return out;
+}
+
+/// Logarithms of truth over shown in the tiles of a picture, by channel.
+std::array<std::vector<double>, 3> ratios_of(const Image& truth, const Vec3& background, const Image& shown) {
+  std::array<std::vector<double>, 3> out;
+  for (int y = 0; y < truth.height; y += kTile)
+    for (int x = 0; x < truth.width; x += kTile) {
+      const TileSums s = sums_of(truth, background, shown, x, y);
+      if (s.pixels < kTile * kTile / 2) continue;
+      const double least = kContrast * s.pixels;
+      for (int c = 0; c < 3; ++c)
+        if (s.truth[c] > least && s.shown[c] > least)
+          out[std::size_t(c)].push_back(std::log(s.truth[c] / s.shown[c]));
+    }
+  return out;
+}
+
+double variance(const std::vector<double>& values) {
+  double sum = 0, squares = 0;
+  for (const double v : values) sum += v / double(values.size());
+  for (const double v : values) squares += (v - sum) * (v - sum) / double(values.size());
+  return squares;
+}
+
 }  // namespace
+
+double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
+                   const std::vector<Image>& shown) {
+  std::array<std::vector<double>, 3> medians;
+  double within = 0, between = 0;
+  for (std::size_t f = 0; f < held_out.size(); ++f) {
+    auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::vector<double>& r = ratios[c];
+      if (int(r.size()) < kFewestTiles) continue;
+      std::sort(r.begin(), r.end());
+      const double median = r[r.size() / 2];
+      medians[c].push_back(median);
+      std::sort(r.begin(), r.end(),
+                [&](double a, double b) { return std::abs(a - median) < std::abs(b - median); });
+      r.resize(r.size() - r.size() / kApart);
+      within += variance(r);
+    }
+  }
+  std::size_t count = 0;
+  for (const auto& m : medians) {
+    between += variance(m) * double(m.size());
+    count += m.size();
+  }
+  return int(count) >= 3 * kFewestPictures && between > 0 ? between / (between + within) : 0;
+}
 
 std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std::vector<Frame>& held_out,
                                       const Vec3& background, const std::vector<Image>& more,

@@ -22,4 +22,13 @@ std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std
                                       const Vec3& background, const std::vector<Image>& more,
                                       const std::vector<Image>& less);
 
+/// How far held-out pictures are brighter or darker than what a fit shows as a whole, and not in parts: of
+/// the logarithms of the ratios in tiles of 8x8 pixels, the variance of the pictures' medians over that and
+/// the mean variance within a picture, in [0, 1]. A tenth of a picture's tiles, the furthest from its median,
+/// is left out: something may move there. An exposure acts on all of a picture; a highlight does not. 0 where
+/// hardly a picture has enough tiles that show more than the background.
+/// @param shown  pictures of the fit, without its gains
+double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
+                   const std::vector<Image>& shown);
+
 }  // namespace splinevox

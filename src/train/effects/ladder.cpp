@@ -22,7 +22,10 @@ constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene 
                                     // bending a little with the camera (docs/experiments/effects.md)
 constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which bending does not:
 constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the box
-constexpr double kFarShare = 0.0015;   // of the visible cells
+constexpr double kFarShare = 0.0015;  // of the visible cells
+constexpr double kLeastWhole =
+    0.94;  // of a film's exposures: glossy scenes that are lit steadily come to 0.93,
+           // drifts of a quarter to 0.95 and more (docs/experiments/effects.md)
 constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
 
 }  // namespace
@@ -116,6 +119,19 @@ EffectVerdict Ladder::judge_gains(Effect effect, const EffectSet& all, double (*
   EffectVerdict& v = out_.verdicts.back();
   v.spread = spread(fit(all, config_.motion.points).cameras);
   if (v.decision == EffectDecision::on && *v.spread < kLeastSpread) v.decision = EffectDecision::off;
+  return v;
+}
+
+EffectVerdict Ladder::judge_drift(const EffectSet& all, bool film) {
+  judge_gains(Effect::drift, all, drift_of);
+  EffectVerdict& v = out_.verdicts.back();
+  if (!film) return v;
+  const VoxelModel& model = fits_[std::size_t(find(all, config_.motion.points))].model;
+  Renderer renderer(model);
+  std::vector<Image> neutral;
+  for (const Frame& f : halves_.held_out.frames) neutral.push_back(shown_by({}, f, model, renderer));
+  v.whole = whole_share(halves_.held_out.frames, model.background.color, neutral);
+  if (v.decision == EffectDecision::on && *v.whole < kLeastWhole) v.decision = EffectDecision::confounded;
   return v;
 }
 

@@ -43,8 +43,9 @@ class Ladder {
   /// Judges whether cameras have gains of their own. What a gain gives to held-out pictures of its own camera
   /// may be what the model lacks there, so gains must differ as well.
   EffectVerdict judge_exposure(const EffectSet& all) { return judge_gains(Effect::exposure, all, spread_of); }
-  /// The same of gains that change over time.
-  EffectVerdict judge_drift(const EffectSet& all) { return judge_gains(Effect::drift, all, drift_of); }
+  /// The same of gains that change over time. @param film  of one camera that moves: a highlight changes as
+  /// it goes by, so pictures must be brighter or darker as a whole
+  EffectVerdict judge_drift(const EffectSet& all, bool film);
   /// Judges whether cameras have clocks of their own, by the fit without them. @param train  the whole split
   EffectVerdict judge_clock(const EffectSet& all, const Split& train);
   /// Compares two numbers of control points.

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/effects/gains_where.hpp"
+
+#include <doctest/doctest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <vector>
+
+using namespace splinevox;
+
+namespace {
+
+constexpr int kSize = 64, kPictures = 12;
+const Vec3 kWhite{1, 1, 1};
+
+/// Pictures of a textured square on nothing, each pixel times gain(picture, x, y), beside what a fit shows of
+/// them: the square without gains.
+struct Film {
+  std::vector<Frame> frames;
+  std::vector<Image> shown;
+};
+
+Film film_of(const std::function<double(int picture, int x, int y)>& gain, double noise = 0.02) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal(0, noise);
+  Film film;
+  for (int p = 0; p < kPictures; ++p) {
+    Image16 image{kSize, kSize, std::vector<std::uint16_t>(std::size_t(4) * kSize * kSize, 0)};
+    Image shown(kSize, kSize, 3);
+    for (int y = 0; y < kSize; ++y)
+      for (int x = 0; x < kSize; ++x) {
+        const bool there = x >= 8 && x < 56 && y >= 8 && y < 56;
+        const std::size_t i = std::size_t(4) * (std::size_t(y) * kSize + x);
+        image.rgba[i + 3] = there ? 65535 : 0;
+        for (int c = 0; c < 3; ++c) {
+          const double value = 0.3 + 0.2 * std::sin(0.7 * x + c) * std::cos(0.5 * y);
+          shown.pixel(x, y)[c] = there ? float(value) : 1.0f;
+          const double seen = std::clamp(value * gain(p, x, y) + normal(random), 0.0, 1.0);
+          image.rgba[i + std::size_t(c)] = std::uint16_t(std::lround(65535 * seen));
+        }
+      }
+    Frame frame;
+    frame.image = std::move(image);
+    film.frames.push_back(std::move(frame));
+    film.shown.push_back(std::move(shown));
+  }
+  return film;
+}
+
+double share_of(const Film& film) { return whole_share(film.frames, kWhite, film.shown); }
+double drift(int picture) { return 1 + 0.25 * std::sin(picture); }
+
+}  // namespace
+
+TEST_SUITE("train/gains_where") {
+  TEST_CASE("an exposure that drifts changes pictures as a whole, noise does not") {
+    CHECK(share_of(film_of([](int p, int, int) { return drift(p); })) > 0.97);
+    CHECK(share_of(film_of([](int, int, int) { return 1.0; })) < 0.5);
+  }
+  TEST_CASE("a highlight that goes by changes a part of each picture") {
+    const auto highlight = [](int p, int x, int y) {
+      return 1 + std::exp(-(std::pow(x - 5.0 * p, 2) + std::pow(y - 32, 2)) / 200);
+    };
+    CHECK(share_of(film_of(highlight)) < 0.8);
+    const auto both = [&](int p, int x, int y) { return drift(p) * (1 + 0.3 * (highlight(p, x, y) - 1)); };
+    CHECK(share_of(film_of(both)) > share_of(film_of(highlight)));
+  }
+  TEST_CASE("something small that moves hides no drift") {
+    const auto ball = [](int p, int x, int y) {
+      return std::hypot(x - 12 - 3 * p, y - 30) < 4 ? 0.2 : drift(p);
+    };
+    CHECK(share_of(film_of(ball)) > 0.95);
+  }
+  TEST_CASE("without pictures, or with nothing in them, there is no share") {
+    CHECK(share_of({}) == 0);
+    Film film = film_of([](int, int, int) { return 1.0; });
+    for (Frame& f : film.frames)
+      f.image = Image16{kSize, kSize, std::vector<std::uint16_t>(std::size_t(4) * kSize * kSize, 0)};
+    CHECK(share_of(film) == 0);
+  }
+  TEST_CASE("black in a fit's picture is no ratio") {
+    Film film = film_of([](int p, int, int) { return drift(p); });
+    for (Image& shown : film.shown)
+      for (int x = 8; x < 24; ++x)
+        for (int y = 8; y < 56; ++y)
+          for (int c = 0; c < 3; ++c) shown.pixel(x, y)[c] = 0;
+    CHECK(share_of(film) > 0.97);
+  }
+}
