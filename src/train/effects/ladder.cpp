@@ -22,11 +22,12 @@ constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene 
                                     // bending a little with the camera (docs/experiments/effects.md)
 constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which bending does not:
 constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the box
-constexpr double kFarShare = 0.0015;  // of the visible cells
-constexpr double kLeastWhole =
-    0.94;  // of a film's exposures: glossy scenes that are lit steadily come to 0.93,
-           // drifts of a quarter to 0.95 and more (docs/experiments/effects.md)
+constexpr double kFarShare = 0.0015;   // of the visible cells
 constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
+
+// whole_share of a film's exposures: glossy scenes that are lit steadily come to 0.92, drifts of a quarter to
+// 0.94 and more (docs/experiments/effects.md).
+constexpr double kLeastWhole = 0.93;
 
 }  // namespace
 
