@@ -9,12 +9,13 @@ SECONDS=0 open=
 while IFS= read -r line; do
   if [[ $line =~ ^\[([0-9]+)/([0-9]+)\]\ (.*) ]]; then
     done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
-    text="[$done/$all] ${BASH_REMATCH[3]}"
-    if ((done > 0)); then  # ninja counts from 0 where it asks CMake again
+    if ((done > 0)); then
       left=$((SECONDS * (all - done) / done))
-      printf -v left '%d:%02d' $((left / 60)) $((left % 60))
-      text="[$done/$all, $left left] ${BASH_REMATCH[3]}"
+      printf -v left ', %d:%02d left' $((left / 60)) $((left % 60))
+    else  # ninja counts from 0 where it asks CMake again
+      left=
     fi
+    text="[$done/$all$left] ${BASH_REMATCH[3]}"
     if ((width)); then
       printf '\r\033[K%s' "${text:0:width - 1}"
       open=yes
