@@ -5,6 +5,7 @@
 
 #include "splinevox/field/edit.hpp"
 #include "splinevox/field/sample.hpp"
+#include "support/empty_model.hpp"
 
 using namespace splinevox;
 
@@ -15,14 +16,7 @@ constexpr float kRise = 0.8f;  ///< of the moving ball from time 0 to 1, along z
 
 /// Two balls of radius 0.2: one stands, one rises. Its colour is a function of the place within it.
 VoxelModel two_balls() {
-  VoxelModel m;
-  m.box = {{-1, -1, -1}, {1, 1, 1}};
-  const Lattice lattice = make_lattice(m.box, 48);
-  m.step = 0.5f * lattice.spacing;
-  m.radiance.activation = {60, -4};
-  m.radiance.sh_order = 1;
-  const std::vector<float> background{-14, 0, 0, 0, 0, 0, 0, 0};
-  m.radiance.raw = make_channels(make_dense_topology(lattice), 8, background.data());
+  VoxelModel m = test::empty_model(48, {60, -4}, 1);
   const Topology& t = *m.radiance.raw.topology;
   for (int b = 1; b <= t.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {

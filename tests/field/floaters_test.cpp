@@ -1,35 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include <algorithm>
-#include <vector>
-
+#include "field/lattice/lattice_view.hpp"
 #include "splinevox/field/edit.hpp"
+#include "support/empty_model.hpp"
 
 using namespace splinevox;
+using test::kEmpty;
 
 namespace {
 
-constexpr float kEmpty = -14, kFog = -1.5f, kSolid = 6;  // raw densities: nothing, below 5% a voxel, opaque
+constexpr float kFog = -1.5f, kSolid = 6;  // raw densities: below 5% a voxel, opaque
 
-/// 24 cells, empty.
-VoxelModel nothing() {
-  VoxelModel m;
-  m.box = {{-1, -1, -1}, {1, 1, 1}};
-  const Lattice lattice = make_lattice(m.box, 24);
-  m.step = 0.5f * lattice.spacing;
-  m.radiance.activation = {2, -1};
-  m.radiance.sh_order = -1;
-  const std::vector<float> background{kEmpty, 0, 0, 0, 0, 0, 0, 0};
-  m.radiance.raw = make_channels(make_dense_topology(lattice), 8, background.data());
-  return m;
-}
+VoxelModel nothing() { return test::empty_model(24, {2, -1}, -1); }
 
 float& at(VoxelModel& m, Int3 v) {
-  const Topology& t = *m.radiance.raw.topology;
-  const auto brick = std::size_t(t.brick_at({v.x / kBrick, v.y / kBrick, v.z / kBrick}));
-  REQUIRE(brick > 0);
-  return m.radiance.raw.row(brick * kBrickRows + std::size_t((v.x % 8) << 6 | (v.y % 8) << 3 | v.z % 8))[0];
+  const std::size_t row = view_of(*m.radiance.raw.topology).row_of(v);
+  REQUIRE(row >= kBrickRows);
+  return m.radiance.raw.row(row)[0];
 }
 
 /// A cube of solid vertices in the middle: 6 of them an edge, over several bricks.

@@ -4,6 +4,7 @@
 #include <numeric>
 #include <vector>
 
+#include "field/lattice/lattice_view.hpp"
 #include "math/activation.hpp"
 #include "math/emission.hpp"
 #include "splinevox/field/edit.hpp"
@@ -32,26 +33,31 @@ class Pieces {
   std::vector<std::uint32_t> parent_;
 };
 
+bool within(const Topology& t, Int3 v) {
+  for (int a = 0; a < 3; ++a)
+    if (v[a] < 0 || v[a] >= t.lattice.size[a]) return false;
+  return true;
+}
+
 /// Calls visit(row, vertex) for the stored rows up to `reach` vertices from a vertex, itself among them.
 template <class Visit>
 void for_each_near(const Topology& t, Int3 vertex, int reach, Visit&& visit) {
-  for (int x = std::max(0, vertex.x - reach); x <= std::min(t.lattice.size.x - 1, vertex.x + reach); ++x)
-    for (int y = std::max(0, vertex.y - reach); y <= std::min(t.lattice.size.y - 1, vertex.y + reach); ++y)
-      for (int z = std::max(0, vertex.z - reach); z <= std::min(t.lattice.size.z - 1, vertex.z + reach); ++z)
-        if (const std::int32_t brick = t.brick_at({x >> 3, y >> 3, z >> 3}); brick != 0)
-          visit(std::uint32_t(brick) * kBrickRows + std::uint32_t((x & 7) << 6 | (y & 7) << 3 | (z & 7)),
-                Int3{x, y, z});
+  const LatticeView view = view_of(t);
+  for (int x = -reach; x <= reach; ++x)
+    for (int y = -reach; y <= reach; ++y)
+      for (int z = -reach; z <= reach; ++z) {
+        const Int3 v = vertex + Int3{x, y, z};
+        if (const std::size_t row = view.row_of(v); row >= kBrickRows && within(t, v))
+          visit(std::uint32_t(row), v);
+      }
 }
 
 /// Calls visit(row, vertex) for every stored row within the lattice.
 template <class Visit>
 void for_each_vertex(const Topology& t, Visit&& visit) {
-  for (int b = 1; b <= t.brick_count(); ++b)
-    for (int i = 0; i < kBrickRows; ++i) {
-      const Int3 v = t.vertex(b, i);
-      if (v.x < t.lattice.size.x && v.y < t.lattice.size.y && v.z < t.lattice.size.z)
-        visit(std::uint32_t(b) * kBrickRows + std::uint32_t(i), v);
-    }
+  const LatticeView view = view_of(t);
+  for (std::size_t row = kBrickRows; row < view.rows(); ++row)
+    if (const Int3 v = view.vertex(row); within(t, v)) visit(std::uint32_t(row), v);
 }
 
 }  // namespace
@@ -80,13 +86,13 @@ RemovedFloaters remove_floaters(VoxelModel& model, double least) {
       matter[pieces.of(row)] += alpha[row];
       all += alpha[row];
     }
+  const auto floats = [&](std::uint32_t row) { return matter[pieces.of(row)] < least * all; };
   RemovedFloaters out;
   for (std::uint32_t row = 0; row < t.rows(); ++row)
     if (matter[row] > 0) {
-      ++(matter[row] < least * all ? out.count : out.left);
-      if (matter[row] < least * all) out.share += matter[row] / all;
+      ++(floats(row) ? out.count : out.left);
+      if (floats(row)) out.share += matter[row] / all;
     }
-  const auto floats = [&](std::uint32_t row) { return matter[pieces.of(row)] < least * all; };
   const auto stays = [&](std::uint32_t row) { return alpha[row] >= kSolid && !floats(row); };
   const auto beside_what_stays = [&](Int3 v) {  // interpolation draws its surface through them
     bool beside = false;

@@ -35,6 +35,11 @@ struct LatticeView {
   }
 };
 
+/// Of a topology where it lies, which must outlive the view.
+inline LatticeView view_of(const Topology& t) {
+  return {t.table.data(), t.bricks.data(), t.dims, t.brick_count()};
+}
+
 /// RowMask's bits, all bricks in one array.
 SPLINEVOX_HD inline bool test_row(const std::uint64_t* mask, std::size_t row) {
   return mask[row >> 6] >> (row & 63) & 1;
