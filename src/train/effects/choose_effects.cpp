@@ -33,6 +33,13 @@ constexpr double kPresenceChance = 0.1;  // of a gain that is none
 /// Of effects that nobody tried out: what can stand in for others is not taken on trust.
 constexpr const char* kTrusted = "every effect of the preset but presence and drift stays";
 
+/// Leaves out an effect without a trial of its own. @param why  noted, unless something is noted already
+void leave_out(EffectChoice& choice, Effect effect, const char* why) {
+  if (!choice.chosen.has(effect)) return;
+  choice.chosen = choice.chosen.without(effect);
+  if (choice.note.empty()) choice.note = why;
+}
+
 /// Times that the pieces of a run's curves are halved.
 int halvings_to_come(const Config& config) {
   return basis_of(config.motion.basis).halves() ? int(config.motion.halve_start.size()) : 0;
@@ -116,8 +123,6 @@ class Trials {
     }
     return true;
   }
-  /// Whether brightness changes with the way of a film's camera, and not as an exposure does.
-  bool highlights() const { return highlights_; }
 
  private:
   /// What the other effects are judged beside. Gains that drift come after those that do not, and of a film,
@@ -153,11 +158,8 @@ class Trials {
     const bool film = by_ == TakenBy::film;
     const EffectVerdict v = whole_.judge_drift(film ? unchanging(beside()) : beside(), film);
     const bool on = v.decision == EffectDecision::on;
-    if (film && on && out_.chosen.has(Effect::light)) {
-      out_.chosen = out_.chosen.without(Effect::light);
-      if (out_.note.empty()) out_.note = "the exposure drifts: no light, which could not be told from it";
-    }
-    highlights_ = film && v.decision == EffectDecision::confounded;
+    if (film && on)
+      leave_out(out_, Effect::light, "the exposure drifts: no light, which could not be told from it");
     return on;
   }
   bool moves() {
@@ -224,11 +226,8 @@ class Trials {
     }
     if (on)
       out_.points = std::max(out_.points, points_for_moments(config_, train_, halvings_to_come(config_)));
-    if (on && thin_ && out_.chosen.has(Effect::view)) {
-      // It fits the cameras instead (docs/experiments/matter.md).
-      out_.chosen = out_.chosen.without(Effect::view);
-      if (out_.note.empty()) out_.note = "thin matter that comes and goes: no view dependence";
-    }
+    if (on && thin_)  // it fits the cameras instead (docs/experiments/matter.md)
+      leave_out(out_, Effect::view, "thin matter that comes and goes: no view dependence");
     if (EffectVerdict& v = out_.verdicts.back(); !on && v.decision == EffectDecision::on)
       v.decision = EffectDecision::confounded;
     return on;
@@ -248,7 +247,6 @@ class Trials {
   std::optional<Halves> places_;  ///< whole cameras are held out
   std::optional<Ladder> by_place_;
   bool drift_ = false, clocks_ = false, presence_ = false;  ///< their turn has come
-  bool highlights_ = false;
 };
 
 /// Steps of a fit: effects.steps, or its share of a run that is short for them.
@@ -334,13 +332,13 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     }
     if (out.chosen.has(e) && !trials.stays(e)) out.chosen = out.chosen.without(e);
   }
-  // Light would learn the highlights of such a film, and show them from elsewhere. Motion is judged beside
+  // Light would learn the highlights of such a film, and show them from elsewhere. Motion was judged beside
   // it.
-  if (trials.highlights() && out.chosen.has(Effect::light)) {
-    out.chosen = out.chosen.without(Effect::light);
-    if (out.note.empty())
-      out.note = "brightness changes with the camera's way: no light, which could not be told from that";
-  }
+  if (std::any_of(out.verdicts.begin(), out.verdicts.end(), [](const EffectVerdict& v) {
+        return v.effect == Effect::drift && v.decision == EffectDecision::confounded;
+      }))
+    leave_out(out, Effect::light,
+              "brightness changes with the camera's way: no light, which could not be told from that");
   // Of a long sequence the whole and a stretch may differ: what either finds is used.
   for (EffectVerdict& v : out.verdicts)
     if (v.decision == EffectDecision::confounded && out.chosen.has(v.effect))

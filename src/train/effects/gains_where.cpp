@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "math/median.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox {
@@ -84,11 +85,10 @@ double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
     for (std::size_t c = 0; c < 3; ++c) {
       std::vector<double>& r = ratios[c];
       if (int(r.size()) < kFewestTiles) continue;
-      std::sort(r.begin(), r.end());
-      const double median = r[r.size() / 2];
-      medians[c].push_back(median);
+      const double middle = median(r);
+      medians[c].push_back(middle);
       std::sort(r.begin(), r.end(),
-                [&](double a, double b) { return std::abs(a - median) < std::abs(b - median); });
+                [&](double a, double b) { return std::abs(a - middle) < std::abs(b - middle); });
       r.resize(r.size() - r.size() / kApart);
       within += variance(r);
     }
