@@ -82,11 +82,14 @@ Json difference_json(const MotionDifference& d) {
 
 struct EditOperations {
   static VoxelModel& model(EditSession& s) { return s.run_.model; }
+  static void forget_parts(EditSession& s) {
+    s.clusters_.reset();
+    s.chosen_.clear();
+  }
 
   static Json floaters(EditSession& s, const std::string& v) {
     const double least = edit_number("remove-floaters", v, 0, 0.5, "a share from 0 to 0.5");
-    s.clusters_.reset();  // of matter that is no longer there
-    s.chosen_.clear();
+    forget_parts(s);  // of matter that is no longer there
     const RemovedFloaters removed = remove_floaters(model(s), least);
     return {{"pieces", removed.count}, {"share", removed.share}, {"left", removed.left}};
   }
@@ -139,8 +142,7 @@ struct EditOperations {
 
   static Json anchor(EditSession& s, const std::string&) {
     moving(model(s), "anchor-first");
-    s.clusters_.reset();  // they lie in the canonical volume, which becomes another one
-    s.chosen_.clear();
+    forget_parts(s);  // they lie in the canonical volume, which becomes another one
     VoxelModel next = model(s);
     const MotionDifference d = anchor_first(next);
     if (d.rms > kMostAnchorError)
@@ -243,11 +245,11 @@ const std::vector<EditOperation>& edit_operations() {
         {"anchor-first", nullptr,
          "make the moment at time 0 the canonical one: no displacement there; says the error", "Motion",
          Do::anchor},
+        {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
+        {"basis", "NAME[:K]", bases.c_str(), "Motion", Do::basis},
         {"remove-floaters", "SHARE",
          "take away pieces that hang in the air and have less than this share of all matter, such as 0.001",
          "Parts", Do::floaters},
-        {"elevate", "N", "N more control points on Bezier curves that stay the same", "Motion", Do::elevate},
-        {"basis", "NAME[:K]", bases.c_str(), "Motion", Do::basis},
     };
     for (const EditOperation& o : cluster_operations()) list.push_back(o);
     return list;

@@ -133,15 +133,16 @@ class Sequence {
     const double from = options_.time_at(frames.front());
     const std::vector<std::string> prefixes = part_prefixes(clusters());
     std::vector<double> times;
-    for (const int f : frames) times.push_back(options_.time_at(f));
+    MeshPlay play{.name = "", .still = kStillMesh * lattice_.spacing};
+    for (const int f : frames) {
+      times.push_back(options_.time_at(f));
+      play.frames.push_back("frame_" + std::to_string(f));
+      play.seconds.push_back((f - frames.front()) / options_.fps);
+    }
     std::vector<ManifestFile> files;
     std::vector<BakedPart> parts = baker_.bake(from, 0, true);
     for (std::size_t c = 0; c < parts.size(); ++c) {
-      MeshPlay play{.name = prefixes[c] + "mesh", .still = kStillMesh * lattice_.spacing};
-      for (const int f : frames) {
-        play.frames.push_back("frame_" + std::to_string(f));
-        play.seconds.push_back((f - frames.front()) / options_.fps);
-      }
+      play.name = prefixes[c] + "mesh";
       const CarriedMesh carried = carry_mesh(model, std::move(parts[c].mesh), from, times);
       const std::string name = play.name + ".glb";
       files.push_back({name, write_file(path(name), {glb_bytes(carried, play)}), {}});
