@@ -45,13 +45,18 @@ def run(*words):
     return subprocess.run(words, check=True, capture_output=True, text=True).stdout
 
 
-def toolkit_entry(build, licences):
+def toolkit_entry(build, licences, folder):
     """Of NVIDIA's toolkit, whose runtime is linked statically into builds with CUDA kernels."""
-    found = pathlib.Path(build).glob("CMakeFiles/*/CMakeCUDACompiler.cmake")
-    version = re.search(r'CUDA_COMPILER_VERSION "(.*)"', next(found).read_text()).group(1)
-    licence = licences.own("cuda-toolkit", "EULA", "NVIDIA's End User License Agreement of the CUDA Toolkit, "
-                           "https://docs.nvidia.com/cuda/eula; its attachment A lists cudart as what "
-                           "programs may bring with them")
+    found = next(pathlib.Path(build).glob("CMakeFiles/*/CMakeCUDACompiler.cmake")).read_text()
+    version = re.search(r'CUDA_COMPILER_VERSION "(.*)"', found).group(1)
+    root = pathlib.Path(re.search(r'CUDA_COMPILER_TOOLKIT_ROOT "(.*)"', found).group(1))
+    told = ("NVIDIA's End User License Agreement of the CUDA Toolkit, https://docs.nvidia.com/cuda/eula; its "
+            "attachment A lists cudart as what programs may bring with them")
+    licence = licences.own("cuda-toolkit", "EULA", told)
+    # The toolkit has the text at its root; installed as Python packages, with each part; or not at all.
+    texts = [*root.glob("EULA.txt"), *root.glob("dist-info/nvidia_cuda_runtime-*/licenses/*")]
+    text = texts[0].read_text(errors="replace") if texts else told + f" (its text was not in {root})\n"
+    (folder / "cuda-toolkit").write_text(text)
     return {"SPDXID": spdx_id("Package", "cuda-toolkit"), "name": "cuda-toolkit", "versionInfo": version,
             "supplier": "Organization: NVIDIA", "downloadLocation": "NOASSERTION", "filesAnalyzed": False,
             "licenseConcluded": "NOASSERTION", "licenseDeclared": licence, "copyrightText": "NOASSERTION"}
@@ -198,7 +203,7 @@ def main(bundle, build, *libraries):
     static = {package for package in static if package.split(":")[0] not in SYSTEM}
     packages = {name: package_entry(name, licences, folder) for name in sorted(linked | static)}
     if any(re.match(CUDA, path) for path in embedded):
-        packages["cuda-toolkit"] = toolkit_entry(build, licences)
+        packages["cuda-toolkit"] = toolkit_entry(build, licences, folder)
         static.add("cuda-toolkit")
     files = [file_entry(bundle, p) for p in sorted(bundle.rglob("*")) if p.is_file()
              and p.relative_to(bundle).parts[0] in ("bin", "lib")]

@@ -43,6 +43,9 @@ for package in packages.values():
     if package["name"] == "splinevox":
         continue
     assert (bundle / "licences" / package["name"]).stat().st_size > 0
+    if package["supplier"] != "Organization: Debian":
+        assert package["name"] == "cuda-toolkit" and package["versionInfo"], package
+        continue
     version = subprocess.run(["dpkg-query", "-W", "-f", "${Version}\n", package["name"]], check=True,
                              capture_output=True, text=True).stdout.splitlines()
     assert package["versionInfo"] in version, package
