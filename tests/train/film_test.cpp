@@ -216,6 +216,8 @@ TEST_SUITE("train/film") {
   TEST_CASE("a run that goes on knows what moves, though its pictures do not say so") {
     Config config = short_config();
     config.run.max_steps = 60;
+    config.grid.radiance = {24, 32};
+    config.grid.radiance_start = {0, .4f};
     Dataset data = make_synth("toy", film_of());
     const Config ready = prepare(config, data, {.effects = EffectPolicy::keep}).config;
     const Split& told = *data.find("train");
