@@ -112,7 +112,7 @@ class Trials {
         return drifts();
       case Trial::clock:
         clocks_ = true;
-        return !out_.chosen.has(Effect::motion) || sure(whole_.judge_clock(out_.chosen, train_));
+        return !out_.chosen.has(Effect::motion) || sure(whole_.judge_clock(beside(), train_));
       case Trial::motion:
         return moves();
       case Trial::alone:
