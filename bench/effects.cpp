@@ -98,6 +98,7 @@ nlohmann::json describe(const EffectChoice& choice) {
     j["gains"][to_string(v.effect)] = fmt::format("{:.2f} [{:.2f}, {:.2f}] beside {}", v.gain.mean, v.gain.lo,
                                                   v.gain.hi, to_string(v.with.without(v.effect)));
     if (v.spread) j["spread"][to_string(v.effect)] = *v.spread;
+    if (v.apart) j["apart"][to_string(v.effect)] = *v.apart;
     if (v.whole) j["whole"][to_string(v.effect)] = *v.whole;
     for (const ClockDoubt& d : v.clocks)
       j["clocks"].push_back(fmt::format("{:.2f} [{:.2f}, {:.2f}]", d.offset.mean, d.offset.lo, d.offset.hi));

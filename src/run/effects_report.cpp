@@ -57,6 +57,12 @@ std::string latest(const Json& effect) {
   return fmt::format("{:+.2f} frames at most", most);
 }
 
+/// Of exposure how far cameras are apart by their pictures; empty: the gain decided.
+std::string brightness_apart(const Json& effect) {
+  if (!effect.contains("apart")) return {};
+  return fmt::format("cameras {:.0f}% apart in brightness", 100 * effect["apart"].get<double>());
+}
+
 /// Of each effect whether it is on, or its order.
 Json set_json(const EffectSet& effects) {
   Json j;
@@ -163,6 +169,7 @@ Json effects_json(const Prepared& prepared) {
                                 {"frames_lo", finite(d.offset.lo)},
                                 {"frames_hi", finite(d.offset.hi)}});
       if (v->spread) e["spread"] = *v->spread;
+      if (v->apart) e["apart"] = *v->apart;
       if (v->whole) e["whole"] = *v->whole;
       if (v->where < 1) e["where"] = v->where;
       if (v->far) e["far"] = *v->far;
@@ -201,7 +208,9 @@ std::vector<std::string> effects_lines(const Json& effects) {
     std::string& list = e.at("used").get<bool>() ? used : not_used;
     list += (list.empty() ? "" : ", ") + e.at("effect").get<std::string>();
     if (const std::string offset = latest(e); !offset.empty()) list += fmt::format(" ({})", offset);
-    if (e.contains("gain_db")) {
+    if (const std::string apart = brightness_apart(e); !apart.empty() && e.at("used").get<bool>())
+      list += fmt::format(" ({})", apart);
+    else if (e.contains("gain_db")) {
       const std::string decision = e.at("decision");
       const bool plain = decision == (e.at("used").get<bool>() ? "on" : "off");
       undecided |= decision == name_of(EffectDecision::undecided);
@@ -232,7 +241,7 @@ std::string effects_table(const Json& effects) {
                         e.value("used", false) ? "yes" : "no");
     if (e.contains("gain_db"))
       html += fmt::format(
-          "<td>{}</td><td>{}{}{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>",
+          "<td>{}</td><td>{}{}{}{}</td><td>{} and {}</td><td>{:.2f}x</td><td>{:.2f}x</td></tr>",
           escape(e.value("decision", "")), decibels(e, "gain_db"),
           e.contains("where") ? fmt::format(" where only it explains the pictures, {:.1f}% of them",
                                             100 * e["where"].get<double>())
@@ -240,8 +249,8 @@ std::string effects_table(const Json& effects) {
           e.contains("far")
               ? fmt::format("; {:.2f}% of what they show goes far", 100 * e["far"].get<double>())
               : "",
-          decibels(e, "gain_lo"), decibels(e, "gain_hi"), e.value("time_ratio", 1.0),
-          e.value("bytes_ratio", 1.0));
+          e.contains("apart") ? "; " + brightness_apart(e) : "", decibels(e, "gain_lo"),
+          decibels(e, "gain_hi"), e.value("time_ratio", 1.0), e.value("bytes_ratio", 1.0));
     else if (e.contains("offsets"))
       html += fmt::format("<td>{}</td><td>{}</td><td></td><td></td><td></td></tr>",
                           escape(e.value("decision", "")), latest(e));

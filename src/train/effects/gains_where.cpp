@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <numeric>
 
 #include "math/median.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -24,8 +26,10 @@ Image picked(const Image& picture, const Image& mask) {
   return out;
 }
 
-constexpr int kTile = 8;            // pixels
-constexpr int kFewestTiles = 8;     // of a picture, to compare them
+constexpr int kTile = 8;               // pixels
+constexpr int kFewestTiles = 8;        // of a picture, to compare them
+constexpr int kFewestTilesOfMany = 4;  // of a picture, where a camera's pictures are compared as well
+constexpr double kSureRatio = 2.7;     // of variances: chance alone comes to it once in a hundred times
 constexpr std::size_t kApart = 10;  // one tile in so many may show what moves: those furthest from the median
 constexpr float kContrast = 0.02f;  // of a pixel's value to the background, from which it shows something
 
@@ -67,10 +71,14 @@ std::array<std::vector<double>, 3> ratios_of(const Image& truth, const Vec3& bac
   return out;
 }
 
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
+}
+
 double variance(const std::vector<double>& values) {
-  double sum = 0, squares = 0;
-  for (const double v : values) sum += v / double(values.size());
-  for (const double v : values) squares += (v - sum) * (v - sum) / double(values.size());
+  const double middle = mean(values);
+  double squares = 0;
+  for (const double v : values) squares += (v - middle) * (v - middle) / double(values.size());
   return squares;
 }
 
@@ -99,6 +107,38 @@ double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
     count += m.size();
   }
   return int(count) >= 3 * kFewestPictures && between > 0 ? between / (between + within) : 0;
+}
+
+double cameras_apart(const std::vector<Frame>& held_out, const Vec3& background,
+                     const std::vector<Image>& shown) {
+  std::array<std::map<int, std::vector<double>>, 3> medians;
+  for (std::size_t f = 0; f < held_out.size(); ++f) {
+    const auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
+    for (std::size_t c = 0; c < 3; ++c)
+      if (int(ratios[c].size()) >= kFewestTilesOfMany)
+        medians[c][held_out[f].camera_id].push_back(median(ratios[c]));
+  }
+  // Analysis of variance, one way, the channels together.
+  double between = 0, within = 0, pictures = 0, shares = 0, cameras = 0;
+  for (const auto& channel : medians) {
+    double all = 0, count = 0;
+    for (const auto& [camera, m] : channel) {
+      all += mean(m) * double(m.size());
+      count += double(m.size());
+    }
+    for (const auto& [camera, m] : channel) {
+      within += variance(m) * double(m.size());
+      between += double(m.size()) * std::pow(mean(m) - all / count, 2);
+      shares += double(m.size() * m.size()) / count;
+    }
+    pictures += count;
+    cameras += double(channel.size());
+  }
+  const double freedom = cameras - 3, left = pictures - cameras;  // a mean for each channel
+  if (freedom < 3 || left < 3) return 0;
+  between /= freedom;
+  within /= left;
+  return between > kSureRatio * within ? std::sqrt((between - within) * freedom / (pictures - shares)) : 0;
 }
 
 std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std::vector<Frame>& held_out,

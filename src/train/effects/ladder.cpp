@@ -25,6 +25,8 @@ constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the b
 constexpr double kFarShare = 0.0015;   // of the visible cells
 constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
 
+constexpr double kLeastApart =
+    0.035;  // logarithms: exposures that agree come to 0.03 (docs/experiments/effects.md)
 // whole_share of a film's exposures: glossy scenes that are lit steadily come to 0.92, drifts of a quarter to
 // 0.94 and more (docs/experiments/effects.md).
 constexpr double kLeastWhole = 0.93;
@@ -123,15 +125,33 @@ EffectVerdict Ladder::judge_gains(Effect effect, const EffectSet& all, double (*
   return v;
 }
 
+double Ladder::by_brightness(const EffectSet& effects,
+                             double (*measure)(const std::vector<Frame>&, const Vec3&,
+                                               const std::vector<Image>&)) const {
+  const VoxelModel& model = fits_[std::size_t(find(effects, config_.motion.points))].model;
+  const std::vector<Frame>& frames = halves_.held_out.frames;
+  Renderer renderer(model);
+  std::vector<Image> neutral;
+  for (const Frame& f : frames) neutral.push_back(shown_by({}, f, model, renderer));
+  return measure(frames, model.background.color, neutral);
+}
+
+EffectVerdict Ladder::judge_exposure(const EffectSet& all) {
+  judge_gains(Effect::exposure, all, spread_of);
+  EffectVerdict& v = out_.verdicts.back();
+  // What stands still behind opaque pictures tells by itself.
+  if (v.decision != EffectDecision::undecided || *v.spread < kLeastSpread || all.has(Effect::background))
+    return v;
+  v.apart = by_brightness(all.without(Effect::exposure), cameras_apart);
+  if (*v.apart > kLeastApart) v.decision = EffectDecision::on;
+  return v;
+}
+
 EffectVerdict Ladder::judge_drift(const EffectSet& all, bool film) {
   judge_gains(Effect::drift, all, drift_of);
   EffectVerdict& v = out_.verdicts.back();
   if (!film) return v;
-  const VoxelModel& model = fits_[std::size_t(find(all, config_.motion.points))].model;
-  Renderer renderer(model);
-  std::vector<Image> neutral;
-  for (const Frame& f : halves_.held_out.frames) neutral.push_back(shown_by({}, f, model, renderer));
-  v.whole = whole_share(halves_.held_out.frames, model.background.color, neutral);
+  v.whole = by_brightness(all, whole_share);
   if (v.decision == EffectDecision::on && *v.whole < kLeastWhole) v.decision = EffectDecision::confounded;
   return v;
 }

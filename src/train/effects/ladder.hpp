@@ -41,8 +41,9 @@ class Ladder {
   /// @param proved  what a still world cannot show is no highlight
   bool judge_film(const EffectSet& all, bool proved);
   /// Judges whether cameras have gains of their own. What a gain gives to held-out pictures of its own camera
-  /// may be what the model lacks there, so gains must differ as well.
-  EffectVerdict judge_exposure(const EffectSet& all) { return judge_gains(Effect::exposure, all, spread_of); }
+  /// may be what the model lacks there, so gains must differ as well. Where all that is seen moves, its
+  /// errors hide what gains give. There the pictures' own brightness decides.
+  EffectVerdict judge_exposure(const EffectSet& all);
   /// The same of gains that change over time. @param film  of one camera that moves: a highlight changes as
   /// it goes by, so pictures must be brighter or darker as a whole
   EffectVerdict judge_drift(const EffectSet& all, bool film);
@@ -59,6 +60,10 @@ class Ladder {
     std::size_t trial;            ///< which of out_'s it is
   };
   void decide(EffectVerdict& v) const;
+  /// A measure of the held-out frames beside what a fit that was made shows of them without its gains.
+  double by_brightness(const EffectSet& effects,
+                       double (*measure)(const std::vector<Frame>& held_out, const Vec3& background,
+                                         const std::vector<Image>& shown)) const;
   EffectVerdict judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&));
   /// Index among its own fits, -1: not made yet.
   int find(const EffectSet& effects, int points) const;
