@@ -42,7 +42,7 @@ TEST_SUITE("app/honest") {
       return Started({"sh", "-c",
                       limit + "exec '" SPLINEVOX_PROGRAM "' render '" + home.run + "' --out '" +
                           home.path("film") +
-                          "' --times 0:1:90 --size 320 --layers depth --format mp4 --quiet"})
+                          "' --times 0:1:30 --size 320 --layers depth --format mp4 --quiet"})
           .wait();
     };
     const Ended good = film("");
