@@ -11,6 +11,7 @@
 #include "cli/options.hpp"
 #include "cli/render_layers.hpp"
 #include "core/nearest.hpp"
+#include "io/export/export_sidecar.hpp"
 #include "run/edit_session.hpp"
 #include "run/film_write.hpp"
 #include "run/shares.hpp"
@@ -40,6 +41,7 @@ int write_cameras_only(const RenderVerb& o, const Run& run, const RenderFrames& 
   write_cameras(o.out, frames, o.frames.fps, run.model.time_map);
   const bool bent = std::any_of(frames.shots.begin(), frames.shots.end(),
                                 [](const Shot& s) { return s.camera.lens.kind != Distortion::Kind::none; });
+  if (show_cameras(o.out)) teller.note("the stage of the export in this folder shows them too");
   if (bent) teller.note("these lenses bend the picture; the files have pinhole cameras, without that");
   teller.result(
       {{"out", o.out}, {"cameras", frames.shown.size()}, {"files", {kCamerasJson, kCamerasUsd}}},
