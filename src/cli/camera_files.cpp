@@ -3,10 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <functional>
-
 #include "core/atomic_file.hpp"
+#include "io/export/usd_text.hpp"
 #include "run/support.hpp"
 
 namespace splinevox::cli {
@@ -40,36 +38,31 @@ std::string cameras_json(const RenderFrames& frames, double fps, const TimeMap& 
   return json_text({{"fps", fps}, {"frames", list}}, 1) + "\n";
 }
 
-/// A line of the prim: one value where all frames have the same, else one for each.
-std::string attribute(const std::string& name, const std::vector<Numbered>& cameras,
-                      const std::function<std::string(const Camera&)>& value) {
-  const std::string first = value(cameras.front().second);
-  const bool same = std::all_of(cameras.begin(), cameras.end(),
-                                [&](const Numbered& c) { return value(c.second) == first; });
-  if (same) return fmt::format("    {} = {}\n", name, first);
-  std::string text = fmt::format("    {}.timeSamples = {{\n", name);
-  for (const auto& [frame, camera] : cameras) text += fmt::format("        {}: {},\n", frame, value(camera));
-  return text + "    }\n";
-}
-
 std::string cameras_usd(const std::vector<Numbered>& cameras, double fps) {
   constexpr double kAperture = 36;  // mm of a film that no one sees; all else is in proportion to it
   const auto focal = [](const Camera& c) { return kAperture * c.fx / c.width; };
   const auto number = [](double v) { return fmt::format("{}", v); };
-  std::string text = fmt::format(
-      "#usda 1.0\n(\n    defaultPrim = \"splinevox_camera\"\n    endTimeCode = {}\n    framesPerSecond = {}\n"
-      "    metersPerUnit = 1\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n    upAxis = \"Z\"\n)\n\n"
-      "def Camera \"splinevox_camera\"\n{{\n    float2 clippingRange = (0.001, 10000)\n",
-      cameras.back().first, fps, cameras.front().first, fps);
-  text += attribute("float focalLength", cameras, [&](const Camera& c) { return number(focal(c)); });
-  text += attribute("float horizontalAperture", cameras, [&](const Camera&) { return number(kAperture); });
-  text += attribute("float verticalAperture", cameras,
+  std::vector<int> numbers;
+  for (const auto& [frame, camera] : cameras) numbers.push_back(frame);
+  std::string text = usd_head("splinevox_camera", {numbers.front(), numbers.back(), fps});
+  text += "def Camera \"splinevox_camera\"\n{\n    float2 clippingRange = (0.001, 10000)\n";
+  const auto attribute = [&](const char* declaration, const auto& value) {
+    std::vector<std::string> values;
+    for (const auto& [frame, camera] : cameras) values.push_back(value(camera));
+    const auto samples =
+        usd_samples(values.size(), [&](std::size_t i, std::size_t j) { return values[i] == values[j]; });
+    return usd_attribute(declaration, numbers, samples, samples.size() == 1,
+                         [&](std::size_t i) { return values[i]; });
+  };
+  text += attribute("float focalLength", [&](const Camera& c) { return number(focal(c)); });
+  text += attribute("float horizontalAperture", [&](const Camera&) { return number(kAperture); });
+  text += attribute("float verticalAperture",
                     [&](const Camera& c) { return number(focal(c) * c.height / c.fy); });
-  text += attribute("float horizontalApertureOffset", cameras,
+  text += attribute("float horizontalApertureOffset",
                     [&](const Camera& c) { return number(kAperture * (0.5 - c.cx / c.width)); });
-  text += attribute("float verticalApertureOffset", cameras,
+  text += attribute("float verticalApertureOffset",
                     [&](const Camera& c) { return number(focal(c) * (c.cy - 0.5 * c.height) / c.fy); });
-  text += attribute("matrix4d xformOp:transform", cameras, [&](const Camera& c) {
+  text += attribute("matrix4d xformOp:transform", [&](const Camera& c) {
     std::string rows;  // USD's vectors are rows: each axis of the camera is one
     for (const Vec3d& axis : c.axes) rows += fmt::format("({}, {}, {}, 0), ", axis.x, axis.y, axis.z);
     return fmt::format("( {}({}, {}, {}, 1) )", rows, c.position.x, c.position.y, c.position.z);

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -11,6 +12,7 @@
 #include "cli/export_report.hpp"
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
+#include "run/points_csv.hpp"
 #include "run/run_folder.hpp"
 #include "run/shares.hpp"
 #include "run/signals.hpp"
@@ -24,7 +26,7 @@ namespace splinevox::cli {
 namespace {
 
 struct ExportVerb {
-  std::string run, out, device = "auto", clusters, share;
+  std::string run, out, device = "auto", clusters, points, share;
   FrameWords frames;
   ExportOptions options;
   bool full = false, afresh = false;
@@ -41,6 +43,27 @@ std::optional<int> parse_clusters(const std::string& text) {
   if (v.size() != 1 || v[0] != std::floor(v[0]) || v[0] < 2 || v[0] > 16)
     fail({"--clusters", "this is not a number of parts", expected, text, "--clusters auto"});
   return int(v[0]);
+}
+
+/// How many points, or a table of them.
+ExportPoints parse_points(const std::string& text) {
+  ExportPoints points;
+  if (text.empty()) return points;
+  const char* end = text.data() + text.size();
+  if (const auto [at, error] = std::from_chars(text.data(), end, points.chosen); at == end) {
+    if (error == std::errc() && points.chosen > 0) return points;
+    fail({"--points", "this is no number of points", "1 to 2147483647, or a table of points", text, ""});
+  }
+  PointTable table = read_points(text);
+  points.position = std::move(table.position);
+  points.time = std::move(table.time);
+  for (const std::string& id : table.id) {
+    const char* last = id.data() + id.size();
+    const auto [at, error] = std::from_chars(id.data(), last, points.id.emplace_back());
+    if (at != last || error != std::errc())
+      fail({text, "USD takes whole numbers for the column id", "numbers, or no such column", id, ""});
+  }
+  return points;
 }
 
 /// Makes the frames of options.share. @return 0, or the exit code of an interruption
@@ -80,6 +103,7 @@ int export_run(ExportVerb& o) {
   choose_device(o.device);
   static_cast<FrameRange&>(o.options) = frame_range(o.frames);
   o.options.clusters = parse_clusters(o.clusters);
+  o.options.points = parse_points(o.points);
   o.options.half = !o.full;
   o.options.resume = !o.afresh;
   if (!o.share.empty()) o.options.share = chosen_share(o.share);
@@ -129,13 +153,19 @@ Action export_command(CLI::App& verb) {
   verb.add_option(
       "--clusters", o->clusters,
       "K or auto: files of their own for each part that moves alike; together they are the whole");
-  verb.add_flag("--mesh", e.mesh,
-                "also mesh_0001.ply and so on: the surface of every frame, with its colours");
+  verb.add_flag(
+      "--mesh", e.mesh,
+      "also mesh_0001.ply and so on: the surface of every frame, with its colours; in the profile usd "
+      "one that moves");
   verb.add_option(
           "--mesh-format", e.mesh_format,
-          "ply (binary), obj (text, colours behind each vertex), or glb: mesh.glb, one surface that the "
-          "motion carries through all frames")
+          "ply (binary), obj (text, colours behind each vertex), or one surface that the motion carries "
+          "through all frames: glb (mesh.glb) or usd (mesh.usda); auto: usd with the profile usd, whose "
+          "stage shows it, else ply")
       ->capture_default_str();
+  verb.add_option("--points", o->points,
+                  "also points.usda: points that the motion carries, N of the first frame's surface or those "
+                  "of a table as in `track`; the profile usd shows them in its stage");
   verb.add_flag("--controls", e.controls,
                 "also motion.vdb: control points and rigidity as grids, to build a rig on");
   verb.add_option("--mesh-alpha", e.mesh_alpha, "opacity of a voxel where that surface runs")

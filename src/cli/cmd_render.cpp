@@ -11,7 +11,7 @@
 #include "cli/options.hpp"
 #include "cli/render_layers.hpp"
 #include "core/nearest.hpp"
-#include "run/edit_session.hpp"
+#include "io/export/export_sidecar.hpp"
 #include "run/film_write.hpp"
 #include "run/shares.hpp"
 #include "run/teller.hpp"
@@ -40,6 +40,7 @@ int write_cameras_only(const RenderVerb& o, const Run& run, const RenderFrames& 
   write_cameras(o.out, frames, o.frames.fps, run.model.time_map);
   const bool bent = std::any_of(frames.shots.begin(), frames.shots.end(),
                                 [](const Shot& s) { return s.camera.lens.kind != Distortion::Kind::none; });
+  if (show_cameras(o.out)) teller.note("the stage of the export in this folder shows them too");
   if (bent) teller.note("these lenses bend the picture; the files have pinhole cameras, without that");
   teller.result(
       {{"out", o.out}, {"cameras", frames.shown.size()}, {"files", {kCamerasJson, kCamerasUsd}}},
@@ -65,10 +66,7 @@ int render(const RenderVerb& o) {
   probe_output_folder(o.out);
   if (o.format == "cameras") return write_cameras_only(o, run, frames, teller);
   Renderer renderer = make_renderer(run.model, device);
-  const bool parts = std::find(layers.begin(), layers.end(), "cluster") != layers.end();
-  const VoxelModel colours = parts ? painted(run.model, find_clusters(run.model, 0)) : VoxelModel();
-  std::optional<Renderer> part_renderer;
-  if (parts) part_renderer = make_renderer(colours, device);
+  PartPictures parts(run.model, layers, device);
   std::map<std::string, Film> films;
   const std::int64_t own = (std::int64_t(frames.shown.size()) + share.count - 1 - share.index) / share.count;
   std::int64_t done = 0;
@@ -76,14 +74,13 @@ int render(const RenderVerb& o) {
     const Shot& shot = frames.shots[frames.shown[i]];
     const int number = frames.numbers[i];
     Rendered r = renderer.render(shot.camera, shot.time);
-    const Image part_picture = parts ? clamped(part_renderer->render(shot.camera, shot.time).rgb) : Image();
     if (o.format == "exr")
-      write_layers(fmt::format("{}/frame_{:04}.exr", o.out, number), run.model, r, part_picture, layers,
-                   frames, i, o.frames.fps);
+      write_layers(fmt::format("{}/frame_{:04}.exr", o.out, number), run.model, r, parts, layers, frames, i,
+                   o.frames.fps);
     for (const std::string& layer : layers) {
       if (o.format == "exr") continue;
       const Image picture =
-          layer == "cluster" ? part_picture : layer_picture(run.model, r, layer, shot.camera);
+          layer == "cluster" ? parts.picture(shot) : layer_picture(run.model, r, layer, shot.camera);
       if (o.format == "png") {
         write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, number), picture);
         continue;
@@ -118,12 +115,14 @@ Action render_command(CLI::App& verb) {
   verb.add_option("RUN", o->run, "the run to look at")->required();
   heading(verb, "Output");
   verb.add_option("--out", o->out, "folder for the pictures")->required();
-  verb.add_option("--layers", o->layers,
-                  "list of rgb, alpha, depth, flow (displacement to the canonical volume), rigidity (1 "
-                  "moves, 0 stays), "
-                  "cluster (parts by how they move), or all of these; with --format exr also RGBA (light "
-                  "times alpha, "
-                  "no background), Z, forward, backward (pixels to the next and the last frame)")
+  verb.add_option(
+          "--layers", o->layers,
+          "list of rgb, alpha, depth, flow (displacement to the canonical volume), rigidity (1 moves, 0 "
+          "stays), cluster (parts by how they move), or all of these; with --format exr also RGBA (light "
+          "times "
+          "alpha, no background), Z, forward, backward (pixels to the next and the last frame), crypto "
+          "(parts "
+          "as Cryptomatte)")
       ->capture_default_str();
   verb.add_option(
           "--format", o->format,

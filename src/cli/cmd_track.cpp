@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <map>
 #include <memory>
 
 #include "cli/command.hpp"
@@ -25,31 +24,7 @@ struct TrackVerb {
   TalkWords talk;
 };
 
-/// Rows of the table that share a time are tracked together.
-std::map<double, std::vector<std::size_t>> by_time(const PointTable& table, double from) {
-  std::map<double, std::vector<std::size_t>> groups;
-  for (std::size_t i = 0; i < table.position.size(); ++i)
-    groups[table.time.empty() ? from : table.time[i]].push_back(i);
-  return groups;
-}
-
-/// Tracked points of the table: [targets][rows].
-std::vector<std::vector<TrackedPoint>> tracked(const VoxelModel& model, const PointTable& table, double from,
-                                               const std::vector<double>& times, bool canonical) {
-  std::vector<std::vector<TrackedPoint>> out(canonical ? 1 : times.size(),
-                                             std::vector<TrackedPoint>(table.position.size()));
-  for (const auto& [time, rows] : by_time(table, from)) {
-    std::vector<Vec3> points;
-    for (const std::size_t i : rows) points.push_back(table.position[i]);
-    const auto part = canonical ? std::vector<std::vector<TrackedPoint>>{to_canonical(model, points, time)}
-                                : track(model, points, time, times);
-    for (std::size_t k = 0; k < out.size(); ++k)
-      for (std::size_t j = 0; j < rows.size(); ++j) out[k][rows[j]] = part[k][j];
-  }
-  return out;
-}
-
-std::string csv(const PointTable& table, double from, const std::vector<std::string>& targets,
+std::string csv(const PointTable& table, const std::vector<std::string>& targets,
                 const std::vector<std::vector<TrackedPoint>>& found, bool canonical) {
   std::string text = fmt::format("{}x,y,z,time,to_time,to_x,to_y,to_z,folded{}\n",
                                  table.id.empty() ? "" : "id,", canonical ? "" : ",density");
@@ -57,22 +32,19 @@ std::string csv(const PointTable& table, double from, const std::vector<std::str
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const Vec3 &p = table.position[i], &q = found[k][i].position;
       if (!table.id.empty()) text += table.id[i] + ",";
-      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}", p.x, p.y, p.z,
-                     table.time.empty() ? from : table.time[i], targets[k], q.x, q.y, q.z,
-                     int(found[k][i].folded));
+      fmt::format_to(std::back_inserter(text), "{},{},{},{},{},{},{},{},{}", p.x, p.y, p.z, table.time[i],
+                     targets[k], q.x, q.y, q.z, int(found[k][i].folded));
       text += canonical ? "\n" : fmt::format(",{:.6g}\n", found[k][i].density);
     }
   return text;
 }
 
-std::string json(const PointTable& table, double from, const std::vector<std::string>& targets,
+std::string json(const PointTable& table, const std::vector<std::string>& targets,
                  const std::vector<std::vector<TrackedPoint>>& found, bool canonical) {
   Json points = Json::array();
   for (std::size_t i = 0; i < table.position.size(); ++i) {
     const Vec3& p = table.position[i];
-    Json point{{"from", {p.x, p.y, p.z}},
-               {"time", table.time.empty() ? from : table.time[i]},
-               {"to", Json::array()}};
+    Json point{{"from", {p.x, p.y, p.z}}, {"time", table.time[i]}, {"to", Json::array()}};
     if (!table.id.empty()) point["id"] = table.id[i];
     for (std::size_t k = 0; k < targets.size(); ++k) {
       const Vec3& q = found[k][i].position;
@@ -102,19 +74,17 @@ int run_track(const TrackVerb& o) {
     if (!(t >= 0 && t <= 1))
       fail({"--to", "there is no such time in the model", "times in [0, 1], or canonical",
             fmt::format("{}", t), ""});
-  const PointTable table = read_points(o.points);
-  for (std::size_t i = 0; i < table.time.size(); ++i)
-    if (!(table.time[i] >= 0 && table.time[i] <= 1))
-      fail({o.points, fmt::format("point {}: there is no such time in the model", i + 1), "a time in [0, 1]",
-            fmt::format("{}", table.time[i]), ""});
+  PointTable table = read_points(o.points);
+  if (table.time.empty()) table.time.assign(table.position.size(), o.from);
   const Run run = open_run(o.run);
   const auto start = std::chrono::steady_clock::now();
-  const auto found = tracked(run.model, table, o.from, times, canonical);
+  const auto found =
+      canonical ? std::vector<std::vector<TrackedPoint>>{to_canonical(run.model, table.position, table.time)}
+                : track(run.model, table.position, table.time, times);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::vector<std::string> targets = split_list(o.to);
   write_file(o.out,
-             {as_json ? json(table, o.from, targets, found, canonical)
-                      : csv(table, o.from, targets, found, canonical)},
+             {as_json ? json(table, targets, found, canonical) : csv(table, targets, found, canonical)},
              Named::by_user);
   constexpr float kFaint = 1e-2f;  // opacity over a voxel below which there is no matter
   const float voxel = run.model.radiance.raw.topology->lattice.spacing;

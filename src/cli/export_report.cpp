@@ -26,8 +26,9 @@ namespace {
 
 std::string untracked_text(const ManifestFile& file) {
   const double share = file.figures.at("untracked_share");
-  return share > 0 ? fmt::format("; {:.1f}% of their ways are lost and go with their neighbours", 100 * share)
-                   : "";
+  const char* then =
+      file.figures.contains("points") ? ", which primvars:folded says" : " and go with their neighbours";
+  return share > 0 ? fmt::format("; {:.1f}% of their ways are lost{}", 100 * share, then) : "";
 }
 
 }  // namespace
@@ -116,10 +117,13 @@ void ExportReport::explain(const ExportResult& result, const std::string& folder
     teller_.note(fmt::format(
         "cluster_{}_*: {:.1f}% of the matter, {}", c, 100 * result.clusters[c].share,
         c == 0 ? "stands still" : fmt::format("moves by {:.2f} voxels", result.clusters[c].motion)));
-  for (const ManifestFile& file : result.carried)
-    teller_.note(fmt::format("{}: {:.0f} vertices through {:.0f} frames, {:.1f} MB{}", file.name,
-                             file.figures.at("vertices"), file.figures.at("frames"),
-                             double(file.digest.size) / 1e6, untracked_text(file)));
+  for (const ManifestFile& file : result.carried) {
+    const char* what = file.figures.contains("points") ? "points" : "vertices";
+    const double count = file.figures.at(what);
+    teller_.note(fmt::format("{}: {:.0f} {} through {:.0f} frames, {:.1f} MB{}", file.name, count, what,
+                             file.figures.at("frames"), double(file.digest.size) / 1e6,
+                             untracked_text(file)));
+  }
   if (!result.others.empty())
     teller_.note(fmt::format(
         "left by an earlier export and not of this sequence: {}{}; delete what a program would load with the "

@@ -9,6 +9,7 @@
 #include "core/nearest.hpp"
 #include "data/pictures/exr.hpp"
 #include "run/compositing.hpp"
+#include "run/edit_session.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -17,7 +18,7 @@ namespace {
 
 const std::vector<std::string> kLayers = {"rgb", "alpha", "depth", "flow", "rigidity", "cluster"};
 /// By the names and with the conventions of compositing programs.
-const std::vector<std::string> kCompositing = {"RGBA", "Z", "forward", "backward"};
+const std::vector<std::string> kCompositing = {"RGBA", "Z", "forward", "backward", "crypto"};
 
 bool holds(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -61,7 +62,21 @@ std::vector<std::string> chosen_layers(const std::string& text, const std::strin
   return names;
 }
 
-void write_layers(const std::string& path, const VoxelModel& model, const Rendered& r, const Image& parts,
+PartPictures::PartPictures(const VoxelModel& model, const std::vector<std::string>& names, Device device) {
+  if (!holds(names, "cluster") && !holds(names, "crypto")) return;
+  const MotionClusters clusters = find_clusters(model, 0);
+  if (holds(names, "cluster")) {
+    painted_ = std::make_unique<const VoxelModel>(painted(model, clusters));
+    renderer_.emplace(make_renderer(*painted_, device));
+  }
+  if (holds(names, "crypto")) mattes_.emplace(model, clusters, device);
+}
+
+Image PartPictures::picture(const Shot& shot) {
+  return clamped(renderer_->render(shot.camera, shot.time).rgb);
+}
+
+void write_layers(const std::string& path, const VoxelModel& model, const Rendered& r, PartPictures& parts,
                   const std::vector<std::string>& names, const RenderFrames& frames, std::size_t index,
                   double fps) {
   const std::size_t at = frames.shown[index];
@@ -78,11 +93,15 @@ void write_layers(const std::string& path, const VoxelModel& model, const Render
     if (n == "depth") layers.push_back({"depth", r.depth, {}});
     if (n == "flow") layers.push_back({"flow", r.flow, {"X", "Y", "Z"}});
     if (n == "rigidity") layers.push_back({"rigidity", r.rigidity, {}});
-    if (n == "cluster") layers.push_back({"cluster", parts, {}});
+    if (n == "cluster") layers.push_back({"cluster", parts.picture(shot), {}});
     if (n == "RGBA") layers.push_back({"", premultiplied(model, r, shot.camera), {"R", "G", "B", "A"}, true});
     if (n == "Z") layers.push_back({"Z", depth_layer(r), {}});
     if (n == "forward" || n == "backward")
       layers.push_back({n, vectors(model, r, frames.shots, at, n == "forward"), {"u", "v"}});
+    if (n != "crypto") continue;
+    for (ExrLayer& layer : parts.mattes().layers(shot.camera, shot.time, r.alpha))
+      layers.push_back(std::move(layer));
+    notes.texts = parts.mattes().attributes();
   }
   if (holds(names, "RGBA")) notes.color_space = "lin_rec709_scene";
   if (holds(names, "rgb")) notes.color_space = "srgb_rec709_scene";

@@ -43,7 +43,7 @@ py::list export_frames(const py::object& source, const std::string& folder, cons
                        std::pair<int, int> frames, double fps, double seconds, std::optional<int> at,
                        double voxel_size, bool half, const std::string& bake_view, bool sh, bool flame,
                        const std::string& colorspace, double shutter, double min_alpha, bool controls,
-                       bool mesh, const std::string& mesh_format, double mesh_alpha,
+                       bool mesh, const std::string& mesh_format, double mesh_alpha, const py::object& points,
                        std::optional<int> clusters, bool afresh, const py::object& callback) {
   ExportOptions o;
   o.first = frames.first;
@@ -64,6 +64,10 @@ py::list export_frames(const py::object& source, const std::string& folder, cons
   o.mesh = mesh;
   o.mesh_format = mesh_format;
   o.mesh_alpha = mesh_alpha;
+  if (py::isinstance<py::int_>(points))
+    o.points.chosen = points.cast<int>();
+  else
+    o.points.position = points_of(points.cast<Floats>());
   o.clusters = clusters;
   o.resume = !afresh;
   const bool of_run = py::isinstance<run::Run>(source);
@@ -154,7 +158,8 @@ void bind_outputs(py::module_& m) {
   const ExportOptions usual;
   m.def("export", &export_frames,
         "Writes an animated VDB sequence as `splinevox export` does, of a Run or a Model; the options are "
-        "its. frames: first and last. clusters: 2 to 16 parts, 0 = as many as there are. Returns a dict for "
+        "its. frames: first and last. points: how many, or [n, 3] of the first frame. clusters: 2 to 16 "
+        "parts, 0 = as many as there are. Returns a dict for "
         "each frame, with its files; callback gets each, too, and ends the export if it returns False: the "
         "same call goes on from there.",
         py::arg("source"), py::arg("folder"), py::arg("profile") = usual.profile,
@@ -165,8 +170,8 @@ void bind_outputs(py::module_& m) {
         py::arg("colorspace") = usual.colorspace, py::arg("shutter") = usual.shutter,
         py::arg("min_alpha") = usual.min_alpha, py::arg("controls") = usual.controls,
         py::arg("mesh") = usual.mesh, py::arg("mesh_format") = usual.mesh_format,
-        py::arg("mesh_alpha") = usual.mesh_alpha, py::arg("clusters") = py::none(), py::arg("afresh") = false,
-        py::arg("callback") = py::none());
+        py::arg("mesh_alpha") = usual.mesh_alpha, py::arg("points") = 0, py::arg("clusters") = py::none(),
+        py::arg("afresh") = false, py::arg("callback") = py::none());
   m.def("edit", &edit,
         "An edited copy of a run in a folder of its own. operations: those of `splinevox edit` without "
         "dashes, in order: a name, or a name and its value, such as ['reverse', ('speed', 0.5)].",

@@ -90,6 +90,9 @@ PointTable read_points(const std::string& path) {
     out.position.push_back(
         {float(value("x", columns.x)), float(value("y", columns.y)), float(value("z", columns.z))});
     if (columns.time >= 0) out.time.push_back(value("time", columns.time));
+    if (columns.time >= 0 && !(out.time.back() >= 0 && out.time.back() <= 1))
+      fail({fmt::format("{}, line {}", path, n), "there is no such time in the model", "a time in [0, 1]",
+            fmt::format("{}", out.time.back()), ""});
     if (columns.id >= 0) out.id.emplace_back(f[columns.id]);
   }
   if (out.position.empty())

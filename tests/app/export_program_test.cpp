@@ -51,6 +51,25 @@ TEST_SUITE("app/export_program") {
     CHECK(Json::parse(program({"info", out, "--json"}).out)["profile"] == "usd");
   }
 
+  TEST_CASE("points are a number or a table, and what is neither is refused by name") {
+    const SmallRun small;
+    const auto exported = [&](const std::string& points) {
+      return program({"export", small.run, "--out", small.path("points"), "--profile", "usd", "--frames",
+                      "1-2", "--points", points});
+    };
+    CHECK(contains(exported("0").err, "this is no number of points"));
+    CHECK(contains(exported(small.path("none.csv")).err, "none.csv"));
+    const std::string table = small.path("table.csv");
+    std::ofstream(table) << "x,y,z,id\n0,0,0,7\n0.1,0,0,b 2\n";
+    CHECK(contains(exported(table).err, "whole numbers for the column id"));
+    std::ofstream(table) << "x,y,z,id\n0,0,0,7\n0.1,0,0,9\n";
+    const Ended e = exported(table);
+    CAPTURE(e.err);
+    REQUIRE(e.code == 0);
+    CHECK(contains(e.out, "points.usda: 2 points through 2 frames"));
+    CHECK(contains(slurp(small.path("points/points.usda")), "int64[] ids = [7, 9]"));
+  }
+
   TEST_CASE("a length that is given twice, and a motion that begins behind the frames, are refused by name") {
     const SmallRun small;
     const auto refusal = [&](const std::vector<std::string>& more) {

@@ -40,7 +40,8 @@ TEST_SUITE("app/points") {
                            {"x,y,z\n1,2,3\n1,2,three\n", "line 3: 'z' is not a number"},
                            {"x,y,z\n1,nan,3\n", "'y' is not a number"},
                            {"x,y,z\n1,1e999,3\n", "'y' is not a number"},
-                           {"x,y,z\n1,,3\n", "'y' is not a number"}}) {
+                           {"x,y,z\n1,,3\n", "'y' is not a number"},
+                           {"x,y,z,time\n1,2,3,1.5\n", "line 2: there is no such time"}}) {
       std::ofstream(path) << row.text;
       CHECK_THROWS_WITH_AS(read_points(path), doctest::Contains(row.says), Error);
     }

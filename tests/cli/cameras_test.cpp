@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <regex>
 
 #include "app/ball_scene.hpp"
+#include "splinevox/io/export_vdb.hpp"
+#include "splinevox/io/inspect.hpp"
+#include "support/blob_model.hpp"
 
+using namespace splinevox;
 using namespace splinevox::test;
 using Json = nlohmann::json;
 
@@ -72,5 +79,67 @@ TEST_SUITE("cli/cameras") {
           CHECK(back == doctest::Approx(ours));
         }
     }
+  }
+
+  TEST_CASE("the stage of an export shows cameras that come into its folder, before it or after") {
+    const SmallRun small;
+    const std::string folder = small.path("usd");
+    ExportOptions options;
+    options.profile = "usd";
+    options.first = 3;
+    options.last = 5;
+    options.mesh = true;
+    options.points.chosen = 5;
+    const auto exported = [&] { export_vdb(blob_model(24), folder, options); };
+    const auto layers = [&] {
+      const std::string stage = slurp(folder + "/sequence.usda");
+      const std::size_t at = stage.find("    subLayers = [@./cameras.usda@]\n");
+      return at != std::string::npos && at < stage.find("\n)\n") && at == stage.rfind("    subLayers");
+    };
+    exported();
+    CHECK_FALSE(layers());
+    for (int again = 0; again < 2; ++again) {
+      const Ended e = program({"render", small.run, "--out", folder, "--format", "cameras", "--camera",
+                               "dataset:train", "--frames", "3-5"});
+      CHECK(e.code == 0);
+      CHECK(contains(e.out, "shows them too"));
+      CHECK(layers());
+    }
+    const auto whole = [&] {
+      const std::vector<FileCheck> checks = verify(folder);
+      return std::all_of(checks.begin(), checks.end(), [](const FileCheck& c) { return c.ok; });
+    };
+    CHECK(whole());
+    exported();
+    CHECK(layers());
+    CHECK(whole());
+
+    // SPLINEVOX_TINYUSDZ is the folder of the npm package tinyusdz.
+    const char* tiny = std::getenv("SPLINEVOX_TINYUSDZ");
+    if (!tiny || found_in_path("node").empty()) {
+      MESSAGE("skipped: no node, or no SPLINEVOX_TINYUSDZ, which would read the stage as another program");
+      return;
+    }
+    const Ended read = Started({"node", SPLINEVOX_USD_READ, tiny, folder}).wait();
+    CAPTURE(read.err);
+    REQUIRE(read.code == 0);
+    CHECK(contains(read.err, "meshes 1"));
+    CHECK(contains(read.out, "def Camera \"splinevox_camera\""));
+    CHECK(contains(read.out, "def Volume \"volume\""));
+    const std::string mesh = slurp(folder + "/mesh.usda"), points = slurp(folder + "/points.usda");
+    const std::string theirs = read.out.substr(read.out.find("def Mesh"));
+    for (int frame = 3; frame <= 5; ++frame)
+      for (const char* name : {"points", "velocities"}) {
+        const std::vector<double> ours = usd_numbers(mesh, name, frame),
+                                  back = usd_numbers(theirs, name, frame);
+        REQUIRE(ours.size() > 300);
+        REQUIRE(back.size() == ours.size());
+        double off = 0;
+        for (std::size_t i = 0; i < ours.size(); ++i) off = std::max(off, std::abs(ours[i] - back[i]));
+        CHECK(off < 1e-6);
+      }
+    CHECK(usd_numbers(theirs, "faceVertexIndices", 3) == usd_numbers(mesh, "faceVertexIndices", 3));
+    CHECK(usd_numbers(read.out.substr(read.out.find("def Points")), "widths", 3) ==
+          usd_numbers(points, "widths", 3));
   }
 }

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes what the Blender acceptance test compares: sequences, FOLDER/camera.json, and our own pictures
-// (*.f32: rgb over white, then alpha; float32, rows from the top).
+// Writes what the Blender acceptance test compares: sequences, FOLDER/camera.json, our own pictures (*.f32:
+// rgb over white, then alpha; float32, rows from the top), and mattes.
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 
+#include "run/cryptomatte.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "support/blob_model.hpp"
+#include "support/blob_parts.hpp"
 
 using namespace splinevox;
 
@@ -115,6 +117,20 @@ void write_blur(const std::string& folder) {
   std::ofstream(folder + "/blur.json") << "[" << b.x - a.x << ", " << b.y - a.y << "]\n";
 }
 
+/// Four parts as Cryptomatte, and how much of every pixel each of them is.
+void write_mattes(const std::string& folder) {
+  const VoxelModel model = test::blob_model(24, {}, 1, 6);
+  run::PartMattes mattes(model, test::quarters(model), Device::cpu);
+  const Image alpha = render_image(model, camera(), 0.5).alpha;
+  ExrNotes notes;
+  notes.texts = mattes.attributes();
+  write_exr(folder + "/mattes.exr", mattes.layers(camera(), 0.5, alpha), notes);
+  std::ofstream out(folder + "/mattes.f32", std::ios::binary);
+  for (const Image& part : mattes.coverage(camera(), 0.5, alpha))
+    out.write(reinterpret_cast<const char*>(part.data.data()),
+              std::streamsize(part.data.size() * sizeof(float)));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -125,5 +141,6 @@ int main(int argc, char** argv) {
   write_still(folder);
   write_view(folder);
   write_blur(folder);
+  write_mattes(folder);
   return 0;
 }

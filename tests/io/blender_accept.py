@@ -199,6 +199,40 @@ def check_mesh():
     check(off < 2e-3, "it moves as the matter does: off by %.5f" % off)
 
 
+def check_mattes():
+    """The parts, by the compositor's Cryptomatte node, which finds them by name."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    scene = bpy.context.scene
+    with open(path("camera.json")) as f:
+        camera = json.load(f)
+    w, h = camera["w"], camera["h"]
+    scene.render.resolution_x, scene.render.resolution_y = w, h
+    scene.render.engine, scene.cycles.samples, scene.cycles.use_denoising = "CYCLES", 1, False
+    scene.camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))
+    scene.collection.objects.link(scene.camera)
+    scene.use_nodes = True
+    nodes, links = scene.node_tree.nodes, scene.node_tree.links
+    nodes.clear()
+    matte, out = nodes.new("CompositorNodeCryptomatteV2"), nodes.new("CompositorNodeOutputFile")
+    matte.source, matte.image = "IMAGE", bpy.data.images.load(path("mattes.exr"))
+    out.base_path, out.format.file_format, out.format.color_depth = path("mattes"), "OPEN_EXR", "32"
+    links.new(matte.outputs["Matte"], out.inputs[0])
+    links.new(matte.outputs["Image"], nodes.new("CompositorNodeComposite").inputs[0])
+    check(matte.layer_name == "crypto_part", "Blender finds the layer of mattes: " + matte.layer_name)
+    mine = array.array("f")
+    with open(path("mattes.f32"), "rb") as f:
+        mine.frombytes(f.read())
+    for part in range(4):
+        matte.matte_id = "cluster_%d" % part
+        out.file_slots[0].path = matte.matte_id + "_"
+        bpy.ops.render.render()
+        theirs = [p[0] for p in pixels("mattes/%s_%04d.exr" % (matte.matte_id, scene.frame_current))[2]]
+        coverage = mine[part * w * h:(part + 1) * w * h]
+        off = max(abs(a - b) for a, b in zip(theirs, coverage))
+        check(max(coverage) > 0.5 and off < 1e-6, "its matte of %s is our coverage: off by %.1g" % (
+            matte.matte_id, off))
+
+
 def check_smoke():
     """The blob of check_view as smoke: as much is hidden as before, and all of its light is the scene's."""
     seen = pixels("mean.exr")
@@ -233,6 +267,7 @@ check_sequence()
 check_clusters()
 check_view()
 check_mesh()
+check_mattes()
 check_smoke()
 check_fire()
 check_blur()

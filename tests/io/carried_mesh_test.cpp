@@ -196,7 +196,7 @@ TEST_SUITE("io/carried_mesh") {
   }
 
   TEST_CASE("colours are linear, of 16 bits") {
-    const CarriedMesh carried{triangle(), {triangle().points}, 0};
+    const CarriedMesh carried{triangle(), {triangle().points}, {}, 0};
     const Glb glb(glb_bytes(carried, {.name = "triangle", .frames = {"one"}, .seconds = {0}}));
     const Json& a = glb.accessor(glb.primitive()["attributes"]["COLOR_0"]);
     CHECK(a["normalized"] == true);

@@ -3,8 +3,10 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <regex>
 
+#include "io/export/usd_text.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
@@ -27,6 +29,31 @@ int count(const std::string& text, const std::string& what) {
   int n = 0;
   for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + what.size())) ++n;
   return n;
+}
+
+/// Numbers behind an attribute in USD's text: its one value, or that of a frame.
+std::vector<double> numbers(const std::string& text, const std::string& attribute, int frame = -1) {
+  std::size_t at = text.find("    " + attribute + (frame < 0 ? " = " : ".timeSamples = {"));
+  REQUIRE(at != std::string::npos);
+  if (frame >= 0) at = text.find("\n        " + std::to_string(frame) + ": ", at) + 1;
+  at = text.find('[', frame < 0 ? text.find('=', at) : at);
+  std::vector<double> out;
+  for (const char *c = text.data() + at, *end = text.data() + text.find(']', at); c < end;) {
+    char* behind = nullptr;
+    const double value = std::strtod(c, &behind);
+    if (behind != c) out.push_back(value);
+    c = behind != c ? behind : c + 1;
+  }
+  return out;
+}
+
+std::vector<Vec3> vectors(const std::string& text, const std::string& attribute, int frame = -1) {
+  const std::vector<double> flat = numbers(text, attribute, frame);
+  REQUIRE(flat.size() % 3 == 0);
+  std::vector<Vec3> out;
+  for (std::size_t i = 0; i < flat.size(); i += 3)
+    out.push_back({float(flat[i]), float(flat[i + 1]), float(flat[i + 2])});
+  return out;
 }
 
 }  // namespace
@@ -95,6 +122,116 @@ TEST_SUITE("io/export_usd") {
     CHECK(count(text, "velocity\"") == 0);
     CHECK(count(text, "rel field:") == 2);
     CHECK(count(text, "{") == count(text, "}"));
+  }
+
+  TEST_CASE("a stage with a mesh and points: one topology, which goes as fast and as far as the matter") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(32);
+    ExportOptions options = options_for("usd", 4, 6);
+    options.mesh = true;
+    options.points.chosen = 40;
+    const ExportResult result = export_vdb(model, scratch.folder(), options);
+    REQUIRE(result.carried.size() == 2);
+    const std::vector<FileCheck> checks = verify(scratch.folder());
+    CHECK(checks.size() == 6);
+    CHECK(std::all_of(checks.begin(), checks.end(), [](const FileCheck& c) { return c.ok; }));
+    const std::string stage = slurp(scratch.path("sequence.usda"));
+    for (const char* part :
+         {"def Xform \"splinevox\"\n", "    def Volume \"volume\"\n", "</splinevox/volume/density>",
+          "    def Mesh \"mesh\" (\n        prepend references = @./mesh.usda@\n    )\n",
+          "    def Points \"points\" (\n        prepend references = @./points.usda@\n    )\n"})
+      CHECK_MESSAGE(stage.find(part) != std::string::npos, part);
+
+    const std::string mesh = slurp(scratch.path("mesh.usda")), points = slurp(scratch.path("points.usda"));
+    for (const char* part : {"defaultPrim = \"mesh\"", "startTimeCode = 4", "endTimeCode = 6",
+                             "upAxis = \"Z\"", "uniform token subdivisionScheme = \"none\"",
+                             "uniform token orientation = \"rightHanded\"", "uniform bool doubleSided = 1"})
+      CHECK_MESSAGE(mesh.find(part) != std::string::npos, part);
+    const std::vector<Vec3> first = vectors(mesh, "point3f[] points", 4);
+    REQUIRE(first.size() > 300);
+    const std::vector<double> counts = numbers(mesh, "int[] faceVertexCounts"),
+                              corners = numbers(mesh, "int[] faceVertexIndices");
+    CHECK(std::all_of(counts.begin(), counts.end(), [](double n) { return n == 3; }));
+    CHECK(corners.size() == 3 * counts.size());
+    CHECK(*std::max_element(corners.begin(), corners.end()) == double(first.size() - 1));
+    CHECK(double(counts.size()) == result.carried[1].figures.at("triangles"));
+    const float spacing = model.radiance.raw.topology->lattice.spacing;
+    const Vec3 whole = -1.0f * Vec3{-0.5f, 0.1f, 0.2f};
+    for (const auto& [text, count] : {std::pair(mesh, first.size()), std::pair(points, std::size_t(40))}) {
+      const std::vector<Vec3> start = vectors(text, "point3f[] points", 4);
+      CHECK(vectors(text, "color3f[] primvars:displayColor").size() == count);
+      for (int f = 0; f < 3; ++f) {
+        const std::vector<Vec3> places = vectors(text, "point3f[] points", 4 + f),
+                                speeds = vectors(text, "vector3f[] velocities", 4 + f),
+                                box = vectors(text, "float3[] extent", 4 + f);
+        REQUIRE(places.size() == count);
+        REQUIRE(speeds.size() == count);
+        double far = 0, fast = 0, outside = 0;
+        for (std::size_t v = 0; v < count; ++v) {
+          far = std::max<double>(far, length(places[v] - start[v] - 0.5f * float(f) * whole));
+          fast = std::max<double>(fast, length(speeds[v] - float(1 / options.length()) * whole));
+          for (int a = 0; a < 3; ++a)
+            outside = std::max<double>({outside, box[0][a] - places[v][a], places[v][a] - box[1][a]});
+        }
+        CHECK(far < 0.05 * spacing);
+        CHECK(fast < 0.02 * length(whole) / options.length());
+        CHECK(outside <= 0);
+      }
+    }
+    CHECK(numbers(points, "int64[] ids").back() == 39);
+    CHECK(float(numbers(points, "float[] widths").at(0)) == spacing);
+    for (const Vec3& p : vectors(points, "point3f[] points", 4))
+      CHECK(std::find(first.begin(), first.end(), p) != first.end());
+    CHECK(points.find("primvars:folded") == std::string::npos);
+  }
+
+  TEST_CASE("parts have a mesh each, and what stands still has one value for all time") {
+    const Scratch scratch;
+    ExportOptions options = options_for("usd", 1, 3);
+    options.mesh = true;
+    export_vdb(blob_model(32, {.moves = false}), scratch.path("still"), options);
+    const std::string still = slurp(scratch.path("still/mesh.usda"));
+    CHECK(vectors(still, "point3f[] points").size() > 300);
+    CHECK(vectors(still, "float3[] extent").size() == 2);
+    CHECK(count(still, "velocities") == 0);
+    CHECK(count(still, "timeSamples") == 0);
+    options.clusters = 2;
+    export_vdb(blob_model(32), scratch.path("parts"), options);
+    const std::string stage = slurp(scratch.path("parts/sequence.usda"));
+    CHECK(count(stage, "def Volume \"cluster_1\"") == 1);
+    CHECK(count(stage, "def Mesh \"cluster_1_mesh\"") == 1);
+    CHECK(count(slurp(scratch.path("parts/cluster_1_mesh.usda")), "def Mesh \"cluster_1_mesh\"") == 1);
+  }
+
+  TEST_CASE("points of a table are there at their own times, with their own numbers") {
+    const Scratch scratch;
+    ExportOptions options = options_for("houdini", 1, 3);
+    const Vec3 begin{0.1f, -0.05f, 0.3f}, whole = -1.0f * Vec3{-0.5f, 0.1f, 0.2f};
+    options.points.position = {begin, begin + whole};
+    options.points.time = {0, 1};
+    options.points.id = {70, -8};
+    export_vdb(blob_model(32), scratch.folder(), options);
+    const std::string points = slurp(scratch.path("points.usda"));
+    CHECK(numbers(points, "int64[] ids") == std::vector<double>{70, -8});
+    for (int f = 0; f < 3; ++f)
+      for (const Vec3& p : vectors(points, "point3f[] points", 1 + f))
+        CHECK(length(p - begin - 0.5f * float(f) * whole) < 2e-3f);
+  }
+
+  TEST_CASE("a frame is left out only if it is like both beside it") {
+    const std::vector<int> values{5, 5, 5, 7, 7, 7, 8, 8};
+    CHECK(usd_samples(values.size(), [&](std::size_t i, std::size_t j) { return values[i] == values[j]; }) ==
+          std::vector<std::size_t>{0, 2, 3, 5, 6});
+  }
+
+  TEST_CASE("a mesh per frame is no part of the stage") {
+    const Scratch scratch;
+    ExportOptions options = options_for("usd", 1, 1);
+    options.mesh = true;
+    options.mesh_format = "ply";
+    export_vdb(blob_model(24), scratch.folder(), options);
+    CHECK(slurp(scratch.path("mesh_0001.ply")).starts_with("ply"));
+    CHECK(count(slurp(scratch.path("sequence.usda")), "def Volume \"splinevox\"") == 1);
   }
 
   TEST_CASE("Unreal gets four channels, in files numbered without a gap") {

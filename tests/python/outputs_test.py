@@ -26,6 +26,12 @@ def test_an_export_is_the_same_files(run, tmp_path):
     assert manifests[0] == manifests[1]
 
 
+def test_points_of_an_export_are_chosen_or_given(model, tmp_path):
+    for points in (2, [[0, 0, 0], [0.1, 0, 0]]):
+        sv.export(model, str(tmp_path), profile="usd", frames=(1, 1), points=points, afresh=True)
+        assert "int64[] ids = [0, 1]" in (tmp_path / "points.usda").read_text()
+
+
 def test_an_export_that_is_stopped_goes_on(model, tmp_path):
     first = sv.export(model, str(tmp_path), frames=(1, 4), callback=lambda f: False)
     assert 1 <= len(first) < 4 and not (tmp_path / "manifest.json").exists()

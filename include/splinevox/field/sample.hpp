@@ -69,8 +69,15 @@ struct TrackedPoint {
 std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<const Vec3> points,
                                              double from, std::span<const double> times);
 
+/// The same for points of times of their own. @param from  [points]
+std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<const Vec3> points,
+                                             std::span<const double> from, std::span<const double> times);
+
 /// The canonical places x + Delta(x, t) of points of one time; `folded` where the warp there is no longer one
 /// to one.
 std::vector<TrackedPoint> to_canonical(const VoxelModel& model, std::span<const Vec3> points, double time);
+/// The same for points of times of their own. @param time  [points]
+std::vector<TrackedPoint> to_canonical(const VoxelModel& model, std::span<const Vec3> points,
+                                       std::span<const double> time);
 
 }  // namespace splinevox

@@ -22,6 +22,16 @@ struct Share {
   bool holds(std::int64_t piece) const { return piece % count == index; }
 };
 
+/// Points that the matter carries through all frames.
+struct ExportPoints {
+  int chosen = 0;                ///< how many of the first frame's surface; 0: those that follow
+  std::vector<Vec3> position;    ///< [points] scene units
+  std::vector<double> time;      ///< [points] model time at which it is there; empty: that of the first frame
+  std::vector<std::int64_t> id;  ///< [points]; empty: 0, 1, ...
+
+  bool any() const { return chosen > 0 || !position.empty(); }
+};
+
 /// Settings of an animated VDB sequence.
 struct ExportOptions : FrameRange {
   std::string profile = "blender";  ///< see export_profiles()
@@ -37,9 +47,11 @@ struct ExportOptions : FrameRange {
   double min_alpha = 1e-3;  ///< voxels below this opacity over one voxel are dropped, (0, 1)
   bool controls = false;    ///< motion.vdb beside the sequence
   bool mesh = false;        ///< a coloured surface
-  std::string mesh_format = "ply";  ///< "ply" or "obj": one of every frame beside it; "glb": mesh.glb, that
-                                    ///< of the first frame, which the matter carries through all of them
-  double mesh_alpha = 0.25;         ///< it runs where a voxel has this opacity, (min_alpha, 1)
+  std::string mesh_format = "auto";  ///< "ply" or "obj": one of every frame beside it; "glb" or "usd": one of
+                                     ///< the first frame, which the matter carries through all of them;
+                                     ///< "auto": usd in the profile usd, else ply
+  ExportPoints points;               ///< points.usda
+  double mesh_alpha = 0.25;          ///< it runs where a voxel has this opacity, (min_alpha, 1)
   std::optional<int>
       clusters;  ///< files of their own for each part that moves alike: how many, 2..16, 0 to choose
   int frames_at_once =
@@ -50,7 +62,11 @@ struct ExportOptions : FrameRange {
                        ///< false: write them again, in place of those of an export with other settings, too
   std::string run;     ///< where the model came from, for the manifest; empty: not said
 
-  bool mesh_per_frame() const { return mesh && mesh_format != "glb"; }
+  std::string mesh_kind() const {
+    return mesh_format != "auto" ? mesh_format : profile == "usd" ? "usd" : "ply";
+  }
+  bool mesh_carried() const { return mesh && (mesh_kind() == "glb" || mesh_kind() == "usd"); }
+  bool mesh_per_frame() const { return mesh && !mesh_carried(); }
 };
 
 /// One file that a manifest vouches for.
@@ -78,7 +94,8 @@ using ExportProgress = std::function<bool(const ExportedFrame& frame, int done, 
 struct ExportResult {
   std::vector<ExportedFrame> frames;
   std::vector<MotionClusters::Cluster> clusters;  ///< if the options ask for them
-  std::vector<ManifestFile> carried;  ///< moving meshes, with figures: frames, vertices, untracked_share, ...
+  std::vector<ManifestFile>
+      carried;  ///< moving meshes and points, with figures: frames, vertices or points, untracked_share, ...
   std::vector<int> in_folder;  ///< numbers of all frames of the sequence, those of earlier exports included
   std::vector<std::string>
       others;  ///< names of frames in the folder that an earlier export left and this sequence does not have

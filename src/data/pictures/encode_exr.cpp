@@ -125,6 +125,7 @@ void add_notes(Imf::Header& header, const ExrNotes& notes) {
   if (notes.fps > 0) Imf::addFramesPerSecond(header, Imf::guessExactFps(notes.fps));
   if (notes.frame) header.insert("imageCounter", Imf::IntAttribute(*notes.frame));
   if (notes.time) header.insert("modelTime", Imf::FloatAttribute(float(*notes.time)));
+  for (const auto& [name, text] : notes.texts) header.insert(name, Imf::StringAttribute(text));
   if (notes.color_space.empty()) return;
   header.insert("colorInteropID", Imf::StringAttribute(notes.color_space));
   Imf::addChromaticities(header, Imf::Chromaticities());

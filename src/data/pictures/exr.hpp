@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,6 +32,7 @@ struct ExrNotes {
   /// colorInteropID, the name of the colour space (ASWF Color Interop Forum), with chromaticities of Rec.
   /// 709; empty: not said.
   std::string color_space;
+  std::map<std::string, std::string> texts{};  ///< further attributes
 };
 
 /// Largest picture read_exr_layers accepts, checked before anything is allocated for it.

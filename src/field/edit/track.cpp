@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "core/parallel.hpp"
+#include "field/warp_velocity.hpp"
 #include "math/inverse_warp.hpp"
 #include "splinevox/field/sample.hpp"
 
@@ -16,12 +18,6 @@ constexpr double kJump =
     4;  ///< march steps a correction may go beyond the predicted way before it counts as a jump
 constexpr int kChunk = 256;  ///< points per task
 
-MaterialVelocity<double> velocity_of(const FrameSampler::Warp& w) {
-  const Vec3d gradient[3] = {cast<double>(w.gradient[0]), cast<double>(w.gradient[1]),
-                             cast<double>(w.gradient[2])};
-  return material_velocity(gradient, cast<double>(w.velocity_to_canonical));
-}
-
 /// Moves points, all at `now`, to `next` in one step.
 void advance(const FrameSampler& at_now, const FrameSampler& at_next, double dt, float step,
              const std::vector<Vec3d>& canonical, std::vector<TrackedPoint>& points) {
@@ -29,7 +25,7 @@ void advance(const FrameSampler& at_now, const FrameSampler& at_next, double dt,
     for (std::size_t i = std::size_t(chunk) * kChunk;
          i < std::min(points.size(), std::size_t(chunk + 1) * kChunk); ++i) {
       TrackedPoint& p = points[i];
-      const Vec3d velocity = velocity_of(at_now.warp(p.position)).velocity;
+      const Vec3d velocity = material_velocity(at_now.warp(p.position)).velocity;
       const Vec3d predicted = cast<double>(p.position) + dt * velocity;
       const auto found = invert_warp([&](const Vec3d& x) { return at_next.warp(cast<float>(x)); },
                                      canonical[i], predicted, double(kTolerance * step));
@@ -38,6 +34,18 @@ void advance(const FrameSampler& at_now, const FrameSampler& at_next, double dt,
                   length(found.x - predicted) > std::abs(dt) * length(velocity) + kJump * step;
     }
   });
+}
+
+/// Calls work(time, rows, their points) for the points of every time, and each time once.
+template <class Work>
+void for_each_time(std::span<const Vec3> points, std::span<const double> time, const Work& work) {
+  std::map<double, std::vector<std::size_t>> groups;
+  for (std::size_t i = 0; i < points.size(); ++i) groups[time[i]].push_back(i);
+  for (const auto& [t, rows] : groups) {
+    std::vector<Vec3> part;
+    for (const std::size_t i : rows) part.push_back(points[i]);
+    work(t, rows, part);
+  }
 }
 
 }  // namespace
@@ -54,7 +62,7 @@ std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<
   std::vector<TrackedPoint> origin(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const FrameSampler::Warp w = start->warp(points[i]);
-    origin[i] = {points[i], velocity_of(w).folded};
+    origin[i] = {points[i], material_velocity(w).folded};
     canonical[i] = cast<double>(points[i]) + cast<double>(w.displacement);
   }
   const double longest = 1.0 / (kStepsPerPoint * model.motion.points);
@@ -94,7 +102,28 @@ std::vector<TrackedPoint> to_canonical(const VoxelModel& model, std::span<const 
   std::vector<TrackedPoint> out(points.size());
   parallel_for(int(points.size()), [&](int i) {
     const FrameSampler::Warp w = sampler.warp(points[std::size_t(i)]);
-    out[std::size_t(i)] = {points[std::size_t(i)] + w.displacement, velocity_of(w).folded};
+    out[std::size_t(i)] = {points[std::size_t(i)] + w.displacement, material_velocity(w).folded};
+  });
+  return out;
+}
+
+std::vector<std::vector<TrackedPoint>> track(const VoxelModel& model, std::span<const Vec3> points,
+                                             std::span<const double> from, std::span<const double> times) {
+  std::vector<std::vector<TrackedPoint>> out(times.size(), std::vector<TrackedPoint>(points.size()));
+  for_each_time(points, from, [&](double time, const auto& rows, const std::vector<Vec3>& part) {
+    const auto found = track(model, part, time, times);
+    for (std::size_t k = 0; k < out.size(); ++k)
+      for (std::size_t j = 0; j < rows.size(); ++j) out[k][rows[j]] = found[k][j];
+  });
+  return out;
+}
+
+std::vector<TrackedPoint> to_canonical(const VoxelModel& model, std::span<const Vec3> points,
+                                       std::span<const double> time) {
+  std::vector<TrackedPoint> out(points.size());
+  for_each_time(points, time, [&](double at, const auto& rows, const std::vector<Vec3>& part) {
+    const auto found = to_canonical(model, part, at);
+    for (std::size_t j = 0; j < rows.size(); ++j) out[rows[j]] = found[j];
   });
   return out;
 }

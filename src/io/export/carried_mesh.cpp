@@ -174,11 +174,10 @@ int target_of(Glb& glb, const ColorMesh& mesh, const std::vector<Vec3>& places, 
   return glb.accessor(what);
 }
 
-/// follow_neighbours, with the neighbours found once for all frames.
-void follow(const Neighbours& beside, const ColorMesh& mesh, std::vector<bool> known,
-            std::vector<Vec3>& places) {
+/// Gives values that are not `known` the mean of their known neighbours, from those outwards.
+void fill(const Neighbours& beside, std::vector<bool> known, std::vector<Vec3>& values) {
   std::vector<std::uint32_t> open;
-  for (std::uint32_t v = 0; v < places.size(); ++v)
+  for (std::uint32_t v = 0; v < values.size(); ++v)
     if (!known[v]) open.push_back(v);
   while (!open.empty()) {
     std::vector<std::uint32_t> filled, left;
@@ -187,11 +186,11 @@ void follow(const Neighbours& beside, const ColorMesh& mesh, std::vector<bool> k
       int count = 0;
       for (const std::uint32_t n : beside.of(v))
         if (known[n]) {
-          sum = sum + (cast<double>(places[n]) - cast<double>(mesh.points[n]));
+          sum = sum + cast<double>(values[n]);
           ++count;
         }
       (count > 0 ? filled : left).push_back(v);
-      if (count > 0) places[v] = cast<float>(cast<double>(mesh.points[v]) + (1.0 / count) * sum);
+      if (count > 0) values[v] = cast<float>((1.0 / count) * sum);
     }
     if (filled.empty()) return;
     for (const std::uint32_t v : filled) known[v] = true;
@@ -199,17 +198,28 @@ void follow(const Neighbours& beside, const ColorMesh& mesh, std::vector<bool> k
   }
 }
 
-}  // namespace
-
-void follow_neighbours(const ColorMesh& mesh, std::vector<bool> known, std::vector<Vec3>& places) {
-  follow(Neighbours(mesh), mesh, std::move(known), places);
+/// follow_neighbours, with the neighbours found once for all frames.
+void follow(const Neighbours& beside, const ColorMesh& mesh, const std::vector<bool>& known,
+            std::vector<Vec3>& places) {
+  std::vector<Vec3> by(places.size());
+  for (std::size_t v = 0; v < by.size(); ++v) by[v] = places[v] - mesh.points[v];
+  fill(beside, known, by);
+  for (std::size_t v = 0; v < by.size(); ++v)
+    if (!known[v]) places[v] = mesh.points[v] + by[v];
 }
 
-CarriedMesh carry_mesh(const VoxelModel& model, ColorMesh mesh, double from,
-                       const std::vector<double>& times) {
+}  // namespace
+
+void follow_neighbours(const ColorMesh& mesh, const std::vector<bool>& known, std::vector<Vec3>& places) {
+  follow(Neighbours(mesh), mesh, known, places);
+}
+
+CarriedMesh carry_mesh(const VoxelModel& model, ColorMesh mesh, double from, const FrameTimes& frames) {
+  const std::vector<double>& times = frames.times;
   const auto tracks = track(model, mesh.points, from, times);
   CarriedMesh out{std::move(mesh),
-                  std::vector(times.size(), std::vector<Vec3>(tracks.empty() ? 0 : tracks[0].size()))};
+                  std::vector(times.size(), std::vector<Vec3>(tracks.empty() ? 0 : tracks[0].size())),
+                  std::vector(times.size(), std::vector<Vec3>())};
   const Neighbours beside(out.mesh);
   std::vector<std::size_t> lost(times.size(), 0);
   parallel_for(int(times.size()), [&](int frame) {
@@ -220,7 +230,10 @@ CarriedMesh carry_mesh(const VoxelModel& model, ColorMesh mesh, double from,
       known[v] = !tracks[f][v].folded;
       lost[f] += !known[v];
     }
-    follow(beside, out.mesh, std::move(known), out.places[f]);
+    follow(beside, out.mesh, known, out.places[f]);
+    if (frames.rates.empty()) return;
+    out.velocities[f] = velocities_at(model, times[f], frames.rates[f], out.places[f]);
+    fill(beside, known, out.velocities[f]);
   });
   std::size_t all = 0;
   for (const std::size_t n : lost) all += n;

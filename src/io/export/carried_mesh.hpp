@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "io/export/carried_points.hpp"
 #include "io/export/export_mesh.hpp"
 #include "splinevox/field/model.hpp"
 
@@ -12,20 +13,19 @@ namespace splinevox {
 
 /// A surface of one topology that the matter carries along.
 struct CarriedMesh {
-  ColorMesh mesh;                         ///< of one frame
-  std::vector<std::vector<Vec3>> places;  ///< [frames][vertices], scene units
+  ColorMesh mesh;                                     ///< of one frame
+  std::vector<std::vector<Vec3>> places, velocities;  ///< [frames][vertices], scene units, and those a second
   double untracked = 0;  ///< share of the places that no way leads to: they go with their neighbours
 };
 
 /// Displaces vertices that are not `known` as the mean of their known neighbours, from those outwards; pieces
 /// without any stay where they are. @param places  [vertices] of another frame, scene units
-void follow_neighbours(const ColorMesh& mesh, std::vector<bool> known, std::vector<Vec3>& places);
+void follow_neighbours(const ColorMesh& mesh, const std::vector<bool>& known, std::vector<Vec3>& places);
 
 /// Carries the vertices of a frame's surface to other frames (field/sample.hpp, track). Vertices whose way is
 /// not to be trusted follow their neighbours.
-/// @param from  model time of the surface  @param times  [frames] model times
-CarriedMesh carry_mesh(const VoxelModel& model, ColorMesh mesh, double from,
-                       const std::vector<double>& times);
+/// @param from  model time of the surface  @param frames  without rates no velocities are worked out
+CarriedMesh carry_mesh(const VoxelModel& model, ColorMesh mesh, double from, const FrameTimes& frames);
 
 /// How it is played.
 struct MeshPlay {

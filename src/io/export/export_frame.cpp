@@ -5,10 +5,10 @@
 #include <cmath>
 #include <optional>
 
+#include "field/warp_velocity.hpp"
 #include "io/export/leaf_grid.hpp"
 #include "math/activation.hpp"
 #include "math/srgb.hpp"
-#include "math/velocity.hpp"
 
 namespace splinevox {
 namespace {
@@ -142,9 +142,7 @@ BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice,
   const auto dense_masks = [&](std::size_t l) -> const LeafMask& { return dense.masks()[l]; };
   for_each_voxel(dense.leaves(), dense_masks, [&](std::size_t l, int i, Int3 v) {
     const FrameSampler::Warp warp = sampler.warp(lattice.position(v));
-    const Vec3d gradient[3] = {cast<double>(warp.gradient[0]), cast<double>(warp.gradient[1]),
-                               cast<double>(warp.gradient[2])};
-    const auto moving = material_velocity(gradient, cast<double>(warp.velocity_to_canonical));
+    const auto moving = material_velocity(warp);
     const Vec3d velocity = per_second * moving.velocity;
     for (int a = 0; a < 3; ++a) core.at(l, i)[a] = float(velocity[a]);
     fastest[l] = std::max(fastest[l], length(velocity));

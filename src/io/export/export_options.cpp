@@ -25,13 +25,15 @@ void validate(const ExportOptions& o) {
   check_option(o.shutter >= 0 && o.shutter <= 2, "--shutter", "a number in [0, 2]", option_text(o.shutter));
   check_option(o.min_alpha > 0 && o.min_alpha < 1, "--min-alpha", "a number in (0, 1)",
                option_text(o.min_alpha));
-  check_option(!o.mesh || (o.mesh_alpha > o.min_alpha && o.mesh_alpha < 1), "--mesh-alpha",
-               "a number between --min-alpha and 1", option_text(o.mesh_alpha));
+  check_option(!(o.mesh || o.points.chosen > 0) || (o.mesh_alpha > o.min_alpha && o.mesh_alpha < 1),
+               "--mesh-alpha", "a number between --min-alpha and 1", option_text(o.mesh_alpha));
   check_option(o.colorspace == "display" || o.colorspace == "linear", "--colorspace", "display or linear",
                "'" + o.colorspace + "'");
   ViewBake(o.bake_view, 0);
-  check_option(!o.mesh_per_frame() || o.mesh_format == "ply" || o.mesh_format == "obj", "--mesh-format",
-               "ply, obj or glb", "'" + o.mesh_format + "'");
+  check_option(!o.mesh_per_frame() || o.mesh_kind() == "ply" || o.mesh_kind() == "obj", "--mesh-format",
+               "auto, ply, obj, glb or usd", "'" + o.mesh_format + "'");
+  check_option(o.points.chosen >= 0, "--points", "a number of points, or a table of them",
+               std::to_string(o.points.chosen));
   check_option(!o.sh || o.bake_view == "mean" || o.bake_view == "none", "--bake-view",
                "no direction beside --sh, which leaves the view to the renderer", "'" + o.bake_view + "'");
   check_option(!o.sh || o.colorspace == "display", "--colorspace",

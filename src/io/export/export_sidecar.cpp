@@ -5,10 +5,12 @@
 
 #include "core/atomic_file.hpp"
 #include "io/export/blender_script.hpp"
-#include "io/export/usd_stage.hpp"
+#include "io/export/export_folder.hpp"
 
 namespace splinevox {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr const char* kScriptName = "load_in_blender.py";
 constexpr const char* kStageName = "sequence.usda";
@@ -31,8 +33,13 @@ std::string script(const SequenceFacts& facts) {
 }
 
 std::string stage(const ExportProfile& profile, const SequenceFacts& facts) {
-  UsdSequence sequence{
-      .frames = facts.frames, .fps = facts.fps, .volumes = {}, .fields = {}, .lo = facts.lo, .hi = facts.hi};
+  UsdSequence sequence{.frames = facts.frames,
+                       .fps = facts.fps,
+                       .volumes = {},
+                       .fields = {},
+                       .layers = facts.layers,
+                       .lo = facts.lo,
+                       .hi = facts.hi};
   for (const std::string& prefix : part_prefixes(facts.clusters)) {
     UsdVolume volume{prefix.substr(0, prefix.size() - (prefix.empty() ? 0 : 1)), {}};
     for (const int f : facts.frames) volume.files.push_back(prefix + frame_name(f, profile));
@@ -75,8 +82,22 @@ std::vector<ManifestFile> write_sidecar(const std::string& folder, const ExportP
   if (profile.sidecar == ExportSidecar::none) return {};
   const bool blender = profile.sidecar == ExportSidecar::blender_script;
   const std::string name = blender ? kScriptName : kStageName;
-  const std::string text = blender ? script(facts) : stage(profile, facts);
-  return {{name, write_file((std::filesystem::path(folder) / name).string(), {text}), {}}};
+  std::string text = blender ? script(facts) : stage(profile, facts);
+  if (!blender && fs::exists(fs::path(folder) / kCamerasUsd)) text = with_cameras(text);
+  return {{name, write_file((fs::path(folder) / name).string(), {text}), {}}};
+}
+
+bool show_cameras(const std::string& folder) {
+  std::optional<Manifest> list = export_list(folder, kManifestName);
+  if (!list) return false;
+  for (ManifestFile& file : list->files) {
+    if (file.name != kStageName || !intact(folder, file)) continue;
+    const std::string path = (fs::path(folder) / kStageName).string();
+    file.digest = write_file(path, {with_cameras(read_file(path))});
+    write_manifest(folder, *list);
+    return true;
+  }
+  return false;
 }
 
 }  // namespace splinevox

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/export/export_profiles.hpp"
+#include "io/export/usd_stage.hpp"
 #include "splinevox/io/export_vdb.hpp"
 
 namespace splinevox {
@@ -21,16 +22,21 @@ struct SequenceFacts {
   std::vector<int> frames;  ///< their numbers, in order, at least one
   int clusters = 0;         ///< parts, 0: the whole
   double fps = 24;
-  bool linear = false;       ///< colours are scene-linear
-  bool velocity = false;     ///< frames hold one
-  bool flame = false;        ///< frames hold one
-  int sh_order = -1;         ///< of the harmonics that frames hold; -1: none
-  Vec3 background{1, 1, 1};  ///< display values
-  Vec3 lo{}, hi{};           ///< a box around everything that is shown, scene units
+  bool linear = false;             ///< colours are scene-linear
+  bool velocity = false;           ///< frames hold one
+  bool flame = false;              ///< frames hold one
+  int sh_order = -1;               ///< of the harmonics that frames hold; -1: none
+  Vec3 background{1, 1, 1};        ///< display values
+  Vec3 lo{}, hi{};                 ///< a box around everything that is shown, scene units
+  std::vector<UsdLayer> layers{};  ///< what is carried
 };
 
 /// Writes what the profile wants beside the frames. @return an entry for it, or none.
 std::vector<ManifestFile> write_sidecar(const std::string& folder, const ExportProfile& profile,
                                         const SequenceFacts& facts);
+
+/// Makes the stage of a finished export show cameras.usda beside it. @return false: the folder has no such
+/// stage, or it is not as it was written
+bool show_cameras(const std::string& folder);
 
 }  // namespace splinevox

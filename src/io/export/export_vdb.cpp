@@ -13,7 +13,7 @@
 #include "core/in_order.hpp"
 #include "core/parallel.hpp"
 #include "core/process.hpp"
-#include "io/export/carried_mesh.hpp"
+#include "io/export/export_carried.hpp"
 #include "io/export/export_controls.hpp"
 #include "io/export/export_folder.hpp"
 #include "io/export/export_frame.hpp"
@@ -32,7 +32,6 @@ constexpr int kExportVersion = 1;  ///< raise it when the same model and options
 constexpr const char* kControlsName = "motion.vdb";
 constexpr double kCopies =
     5;  ///< of a frame's values, at most at once: while it is baked; its grids, OpenVDB's trees, the file
-constexpr float kStillMesh = 1e-3f;   ///< voxels by which a vertex of a moving mesh may be off
 constexpr double kMemoryShare = 0.5;  ///< of the free memory that frames in the making may take
 
 using Clock = std::chrono::steady_clock;
@@ -89,11 +88,6 @@ ExportInfo describe(const VoxelModel& model, const ExportOptions& o, double spac
   return info;
 }
 
-void add_size(std::map<std::string, double>& figures, const ColorMesh& mesh) {
-  figures["vertices"] = double(mesh.points.size());
-  figures["triangles"] = double(mesh.triangles.size());
-}
-
 /// How many frames may be in the making, if one takes `bytes`: more than threads would be of no use.
 int frames_that_fit(double bytes) {
   const double room = kMemoryShare * free_memory();
@@ -128,32 +122,7 @@ class Sequence {
     }
     return files;
   }
-  /// The surface of the first of these frames, carried through all of them: a file per part.
-  std::vector<ManifestFile> write_carried(const VoxelModel& model, const std::vector<int>& frames) const {
-    const double from = options_.time_at(frames.front());
-    const std::vector<std::string> prefixes = part_prefixes(clusters());
-    std::vector<double> times;
-    MeshPlay play{.name = "", .still = kStillMesh * lattice_.spacing};
-    for (const int f : frames) {
-      times.push_back(options_.time_at(f));
-      play.frames.push_back("frame_" + std::to_string(f));
-      play.seconds.push_back((f - frames.front()) / options_.fps);
-    }
-    std::vector<ManifestFile> files;
-    std::vector<BakedPart> parts = baker_.bake(from, 0, true);
-    for (std::size_t c = 0; c < parts.size(); ++c) {
-      play.name = prefixes[c] + "mesh";
-      const CarriedMesh carried = carry_mesh(model, std::move(parts[c].mesh), from, times);
-      const std::string name = play.name + ".glb";
-      files.push_back({name, write_file(path(name), {glb_bytes(carried, play)}), {}});
-      auto& figures = files.back().figures;
-      if (parts_) figures["cluster"] = double(c);
-      figures["frames"] = double(frames.size());
-      figures["untracked_share"] = carried.untracked;
-      add_size(figures, carried.mesh);
-    }
-    return files;
-  }
+  const FrameBaker& baker() const { return baker_; }
   double frame_bytes() const { return frame_bytes_; }  ///< memory that the last written frame took
 
   ExportedFrame frame(int i) {
@@ -187,9 +156,9 @@ class Sequence {
           write_frame(profile_, path(name), std::move(part.file), sh_order_, part.figures);
       files.push_back({name, digest, std::move(part.figures)});
       if (!options_.mesh_per_frame()) continue;
-      const std::string mesh = prefixes[c] + mesh_name(out.frame, options_.mesh_format);
+      const std::string mesh = prefixes[c] + mesh_name(out.frame, options_.mesh_kind());
       files.push_back({mesh,
-                       write_file(path(mesh), {options_.mesh_format == "obj" ? obj_text(part.mesh)
+                       write_file(path(mesh), {options_.mesh_kind() == "obj" ? obj_text(part.mesh)
                                                                              : ply_bytes(part.mesh)}),
                        which});
       auto& figures = files.back().figures;
@@ -215,7 +184,7 @@ class Sequence {
     std::vector<ManifestFile> files;
     for (const std::string& prefix : part_prefixes(clusters()))
       for (const std::string& name :
-           {frame_name(out.frame, profile_), mesh_name(out.frame, options_.mesh_format)}) {
+           {frame_name(out.frame, profile_), mesh_name(out.frame, options_.mesh_kind())}) {
         if (!options_.mesh_per_frame() && name != frame_name(out.frame, profile_)) continue;
         const auto found = std::find_if(before_.begin(), before_.end(), [&](const ManifestFile& f) {
           return f.name == prefix + name && intact(folder_, f);
@@ -317,15 +286,16 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   if (options.controls)
     manifest.files.push_back(
         {kControlsName, write_controls((fs::path(folder) / kControlsName).string(), model), {}});
-  if (options.mesh && !options.mesh_per_frame())
-    result.carried = sequence.write_carried(model, frames_in(manifest));
+  result.carried =
+      write_carried(model, folder, options, sequence.baker(), sequence.clusters(), frames_in(manifest));
   manifest.files.insert(manifest.files.end(), result.carried.begin(), result.carried.end());
   sort_by_frame(manifest.files);
   int padding = 1;  // colour reaches a voxel beyond the lattice, velocity further
   for (const ManifestFile& file : manifest.files)
     if (const auto reach = file.figures.find("velocity_padding"); reach != file.figures.end())
       padding = std::max(padding, int(reach->second));
-  const SequenceFacts facts = facts_of(model, options, frames_in(manifest), sequence, padding);
+  SequenceFacts facts = facts_of(model, options, frames_in(manifest), sequence, padding);
+  facts.layers = usd_layers(result.carried);
   for (ManifestFile& file : write_sidecar(folder, find_profile(options.profile), facts))
     manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);

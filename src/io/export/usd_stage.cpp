@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/export/usd_stage.hpp"
 
+#include "io/export/usd_text.hpp"
 #include "io/model/exact_text.hpp"
 
 namespace splinevox {
@@ -49,26 +50,34 @@ std::string volume_prim(const UsdSequence& s, const UsdVolume& volume, const std
   return text + "}\n";
 }
 
+std::string reference(const UsdLayer& layer) {
+  return "def " + layer.type + " \"" + layer.name + "\" (\n    prepend references = @./" + layer.file +
+         "@\n)\n{\n}\n";
+}
+
 }  // namespace
 
 std::string usd_stage(const UsdSequence& s) {
-  const std::string fps = exact_text<double>({s.fps}), last = std::to_string(s.frames.back());
-  std::string text = "#usda 1.0\n(\n    defaultPrim = \"" + std::string(kRoot) + "\"\n";
-  text +=
-      "    doc = \"Density is extinction per scene unit, colour is emitted per density, velocity is in scene "
-      "units ";
-  text += "per second.\"\n";
-  text += "    endTimeCode = " + last + "\n    framesPerSecond = " + fps + "\n    metersPerUnit = 1\n";
-  text +=
-      "    startTimeCode = " + std::to_string(s.frames.front()) + "\n    timeCodesPerSecond = " + fps + "\n";
-  text += "    upAxis = \"Z\"\n)\n\n";
-  if (s.volumes.size() == 1) return text + volume_prim(s, s.volumes[0], kRoot, "");
+  std::string text = usd_head(
+      kRoot, {s.frames.front(), s.frames.back(), s.fps},
+      "Density is extinction per scene unit, colour is emitted per density, velocity is in scene units "
+      "per second.");
+  if (s.volumes.size() == 1 && s.layers.empty()) return text + volume_prim(s, s.volumes[0], kRoot, "");
   text += "def Xform \"" + std::string(kRoot) + "\"\n{\n";
   for (std::size_t v = 0; v < s.volumes.size(); ++v) {
     if (v > 0) text += "\n";
-    text += indented(volume_prim(s, s.volumes[v], s.volumes[v].name, std::string("/") + kRoot));
+    const std::string& name = s.volumes[v].name;
+    text += indented(volume_prim(s, s.volumes[v], name.empty() ? "volume" : name, std::string("/") + kRoot));
   }
+  for (const UsdLayer& layer : s.layers) text += "\n" + indented(reference(layer));
   return text + "}\n";
+}
+
+std::string with_cameras(const std::string& stage) {
+  const std::string line = std::string("    subLayers = [@./") + kCamerasUsd + "@]\n";
+  const std::size_t before = stage.find("    timeCodesPerSecond");
+  if (stage.find(line) < before) return stage;
+  return stage.substr(0, before) + line + stage.substr(before);
 }
 
 }  // namespace splinevox

@@ -254,8 +254,8 @@ def export(
     source: Union[Run, Model], folder: str, profile: str = "blender", frames: tuple[int, int] = (1, 120), fps: float = 24.0,
     seconds: float = 0.0, at: Optional[int] = None, voxel_size: float = 0.0, half: bool = True, bake_view: str = "mean",
     sh: bool = False, flame: bool = False, colorspace: str = "display", shutter: float = 0.5, min_alpha: float = 0.001,
-    controls: bool = False, mesh: bool = False, mesh_format: str = "ply", mesh_alpha: float = 0.25,
-    clusters: Optional[int] = None, afresh: bool = False, callback: Optional[Callable[[dict[str, Any]], Optional[bool]]] = None,
+    controls: bool = False, mesh: bool = False, mesh_format: str = "auto", mesh_alpha: float = 0.25,
+    points: Union[int, ArrayLike] = 0, clusters: Optional[int] = None, afresh: bool = False, callback: Optional[Callable[[dict[str, Any]], Optional[bool]]] = None,
 ) -> list[dict[str, Any]]: ...
 def edit(run: RunLike, out: str, operations: Sequence[Union[str, tuple[str, object]]]) -> Run: ...
 def view(
