@@ -25,6 +25,7 @@ constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the b
 constexpr double kFarShare = 0.0015;   // of the visible cells
 constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
 
+constexpr double kClearSpread = 0.06;  // of gains that nothing is known to gain by
 constexpr double kLeastApart =
     0.035;  // logarithms: exposures that agree come to 0.03 (docs/experiments/effects.md)
 // whole_share of a film's exposures: glossy scenes that are lit steadily come to 0.92, drifts of a quarter to
@@ -140,7 +141,7 @@ EffectVerdict Ladder::judge_exposure(const EffectSet& all) {
   judge_gains(Effect::exposure, all, spread_of);
   EffectVerdict& v = out_.verdicts.back();
   // What stands still behind opaque pictures tells by itself.
-  if (v.decision != EffectDecision::undecided || *v.spread < kLeastSpread || all.has(Effect::background))
+  if (v.decision != EffectDecision::undecided || *v.spread < kClearSpread || all.has(Effect::background))
     return v;
   v.apart = by_brightness(all.without(Effect::exposure), cameras_apart);
   if (*v.apart > kLeastApart) v.decision = EffectDecision::on;
