@@ -5,39 +5,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
-#include <regex>
 
 #include "app/ball_scene.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
+#include "support/usd_numbers.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
 using Json = nlohmann::json;
-
-namespace {
-
-/// Numbers behind `name` in USD's text: one value, or that of a frame.
-std::vector<double> usd_numbers(const std::string& text, const std::string& name, int frame) {
-  const std::size_t at = text.find(" " + name);
-  REQUIRE(at != std::string::npos);
-  std::size_t begin = text.find('=', at) + 1, end = text.find('\n', begin);
-  if (text.compare(at + 1 + name.size(), 12, ".timeSamples") == 0) {
-    begin = text.find("        " + std::to_string(frame) + ": ", at);
-    REQUIRE(begin != std::string::npos);
-    begin = text.find(':', begin) + 1;
-    end = text.find('\n', begin);
-  }
-  std::vector<double> numbers;
-  const std::string part = text.substr(begin, end - begin);
-  const std::regex number("-?[0-9.]+(e-?[0-9]+)?");
-  for (std::sregex_iterator i(part.begin(), part.end(), number), none; i != none; ++i)
-    numbers.push_back(std::stod(i->str()));
-  return numbers;
-}
-
-}  // namespace
 
 TEST_SUITE("cli/cameras") {
   TEST_CASE("cameras as files: JSON that render reads as the same, and USD that sees the same") {

@@ -3,7 +3,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <regex>
 
 #include "io/export/usd_text.hpp"
@@ -11,6 +10,7 @@
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
+#include "support/usd_numbers.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::Scratch, test::slurp;
@@ -31,20 +31,10 @@ int count(const std::string& text, const std::string& what) {
   return n;
 }
 
-/// Numbers behind an attribute in USD's text: its one value, or that of a frame.
+/// Numbers of an attribute that has one value for all time, or of a frame of one that has samples.
 std::vector<double> numbers(const std::string& text, const std::string& attribute, int frame = -1) {
-  std::size_t at = text.find("    " + attribute + (frame < 0 ? " = " : ".timeSamples = {"));
-  REQUIRE(at != std::string::npos);
-  if (frame >= 0) at = text.find("\n        " + std::to_string(frame) + ": ", at) + 1;
-  at = text.find('[', frame < 0 ? text.find('=', at) : at);
-  std::vector<double> out;
-  for (const char *c = text.data() + at, *end = text.data() + text.find(']', at); c < end;) {
-    char* behind = nullptr;
-    const double value = std::strtod(c, &behind);
-    if (behind != c) out.push_back(value);
-    c = behind != c ? behind : c + 1;
-  }
-  return out;
+  REQUIRE(count(text, "    " + attribute + (frame < 0 ? " = " : ".timeSamples = {")) == 1);
+  return test::usd_numbers(text, attribute, frame);
 }
 
 std::vector<Vec3> vectors(const std::string& text, const std::string& attribute, int frame = -1) {
