@@ -74,21 +74,22 @@ std::uint32_t crypto_id(std::string_view name) {
 PartMattes::PartMattes(const VoxelModel& model, const MotionClusters& clusters, Device device) {
   Json manifest = Json::object();
   for (std::size_t c = 0; c < clusters.clusters.size(); ++c) {
-    names_.push_back(fmt::format("cluster_{}", c));
-    manifest[names_[c]] = fmt::format("{:08x}", crypto_id(names_[c]));
+    const std::string name = fmt::format("cluster_{}", c);
+    const std::uint32_t id = crypto_id(name);
+    ids_.push_back(std::bit_cast<float>(id));
+    manifest[name] = fmt::format("{:08x}", id);
   }
   const std::string key = "cryptomatte/" + fmt::format("{:08x}", murmur3(kLayer)).substr(0, 7) + "/";
   attributes_ = {{key + "name", kLayer},
                  {key + "hash", "MurmurHash3_32"},
                  {key + "conversion", "uint32_to_float32"},
                  {key + "manifest", json_text(manifest)}};
-  for (int first = 0; first < int(names_.size()); first += 3)
-    masks_.push_back(mask_of(model, clusters, first));
+  for (int first = 0; first < int(ids_.size()); first += 3) masks_.push_back(mask_of(model, clusters, first));
   for (const VoxelModel& mask : masks_) renderers_.push_back(make_renderer(mask, device));
 }
 
 std::vector<Image> PartMattes::coverage(const Camera& camera, double time, const Image& alpha) {
-  std::vector<Image> out(names_.size(), Image(alpha.width, alpha.height, 1));
+  std::vector<Image> out(ids_.size(), Image(alpha.width, alpha.height, 1));
   for (std::size_t m = 0; m < renderers_.size(); ++m) {
     const Image shares = renderers_[m].render(camera, time).rgb;
     for (std::size_t c = 0; c < 3 && 3 * m + c < out.size(); ++c)
@@ -116,7 +117,7 @@ std::vector<ExrLayer> PartMattes::layers(const Camera& camera, double time, cons
                      [&](std::size_t a, std::size_t b) { return parts[a].data[p] > parts[b].data[p]; });
     for (std::size_t r = 0; r < order.size() && parts[order[r]].data[p] > 0; ++r) {
       float* pair = out[r / 2].image.data.data() + 4 * p + 2 * (r % 2);
-      pair[0] = std::bit_cast<float>(crypto_id(names_[order[r]]));
+      pair[0] = ids_[order[r]];
       pair[1] = parts[order[r]].data[p];
     }
   }

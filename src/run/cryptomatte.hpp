@@ -40,7 +40,7 @@ class PartMattes {
   const std::map<std::string, std::string>& attributes() const { return attributes_; }
 
  private:
-  std::vector<std::string> names_;
+  std::vector<float> ids_;  ///< [parts] that stand for their names
   std::map<std::string, std::string> attributes_;
   std::vector<VoxelModel> masks_;  ///< three parts each
   std::vector<Renderer> renderers_;
