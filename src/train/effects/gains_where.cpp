@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "math/median.hpp"
 #include "splinevox/math/metrics.hpp"
@@ -71,14 +70,10 @@ std::array<std::vector<double>, 3> ratios_of(const Image& truth, const Vec3& bac
   return out;
 }
 
-double mean(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
-}
-
 double variance(const std::vector<double>& values) {
-  const double middle = mean(values);
-  double squares = 0;
-  for (const double v : values) squares += (v - middle) * (v - middle) / double(values.size());
+  double sum = 0, squares = 0;
+  for (const double v : values) sum += v / double(values.size());
+  for (const double v : values) squares += (v - sum) * (v - sum) / double(values.size());
   return squares;
 }
 
@@ -118,27 +113,26 @@ double cameras_apart(const std::vector<Frame>& held_out, const Vec3& background,
       if (int(ratios[c].size()) >= kFewestTilesOfMany)
         medians[c][held_out[f].camera_id].push_back(median(ratios[c]));
   }
-  // Analysis of variance, one way, the channels together.
-  double between = 0, within = 0, pictures = 0, shares = 0, cameras = 0;
+  // Analysis of variance, one way, the channels together: sums of squares of all, and within cameras.
+  double all = 0, within = 0, pictures = 0, shares = 0, cameras = 0;
   for (const auto& channel : medians) {
-    double all = 0, count = 0;
+    std::vector<double> together;
+    double squares = 0;
     for (const auto& [camera, m] : channel) {
-      all += mean(m) * double(m.size());
-      count += double(m.size());
-    }
-    for (const auto& [camera, m] : channel) {
+      together.insert(together.end(), m.begin(), m.end());
       within += variance(m) * double(m.size());
-      between += double(m.size()) * std::pow(mean(m) - all / count, 2);
-      shares += double(m.size() * m.size()) / count;
+      squares += double(m.size() * m.size());
     }
-    pictures += count;
+    if (together.empty()) continue;
+    all += variance(together) * double(together.size());
+    pictures += double(together.size());
+    shares += squares / double(together.size());
     cameras += double(channel.size());
   }
   const double freedom = cameras - 3, left = pictures - cameras;  // a mean for each channel
   if (freedom < 3 || left < 3) return 0;
-  between /= freedom;
-  within /= left;
-  return between > kSureRatio * within ? std::sqrt((between - within) * freedom / (pictures - shares)) : 0;
+  const double between = (all - within) / freedom, chance = within / left;
+  return between > kSureRatio * chance ? std::sqrt((between - chance) * freedom / (pictures - shares)) : 0;
 }
 
 std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std::vector<Frame>& held_out,

@@ -24,10 +24,10 @@ constexpr double kFarGain = 0.3;    // dB, if it displaces something far, which 
 constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the box
 constexpr double kFarShare = 0.0015;   // of the visible cells
 constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
-
 constexpr double kClearSpread = 0.06;  // of gains that nothing is known to gain by
-constexpr double kLeastApart =
-    0.035;  // logarithms: exposures that agree come to 0.03 (docs/experiments/effects.md)
+constexpr double kLeastApart = 0.035;  // cameras_apart: exposures that agree come to 0.03 with alpha
+                                       // (docs/experiments/effects.md)
+
 // whole_share of a film's exposures: glossy scenes that are lit steadily come to 0.92, drifts of a quarter to
 // 0.94 and more (docs/experiments/effects.md).
 constexpr double kLeastWhole = 0.93;
