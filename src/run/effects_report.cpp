@@ -57,7 +57,7 @@ std::string latest(const Json& effect) {
   return fmt::format("{:+.2f} frames at most", most);
 }
 
-/// Of exposure how far cameras are apart by their pictures; empty: the gain decided.
+/// Of exposure how far cameras are apart by their pictures; empty: they were not asked.
 std::string brightness_apart(const Json& effect) {
   if (!effect.contains("apart")) return {};
   return fmt::format("cameras {:.0f}% apart in brightness", 100 * effect["apart"].get<double>());
@@ -208,7 +208,8 @@ std::vector<std::string> effects_lines(const Json& effects) {
     std::string& list = e.at("used").get<bool>() ? used : not_used;
     list += (list.empty() ? "" : ", ") + e.at("effect").get<std::string>();
     if (const std::string offset = latest(e); !offset.empty()) list += fmt::format(" ({})", offset);
-    if (const std::string apart = brightness_apart(e); !apart.empty() && e.at("used").get<bool>())
+    if (const std::string apart = brightness_apart(e);
+        !apart.empty() && e.at("decision") == name_of(EffectDecision::on))
       list += fmt::format(" ({})", apart);
     else if (e.contains("gain_db")) {
       const std::string decision = e.at("decision");
