@@ -119,10 +119,8 @@ Action render_command(CLI::App& verb) {
           "--layers", o->layers,
           "list of rgb, alpha, depth, flow (displacement to the canonical volume), rigidity (1 moves, 0 "
           "stays), cluster (parts by how they move), or all of these; with --format exr also RGBA (light "
-          "times "
-          "alpha, no background), Z, forward, backward (pixels to the next and the last frame), crypto "
-          "(parts "
-          "as Cryptomatte)")
+          "times alpha, no background), Z, forward, backward (pixels to the next and the last frame), "
+          "crypto (parts as Cryptomatte)")
       ->capture_default_str();
   verb.add_option(
           "--format", o->format,

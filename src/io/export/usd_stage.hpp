@@ -40,9 +40,8 @@ struct UsdSequence {
 inline constexpr const char* kCamerasUsd = "cameras.usda";
 
 /// Text of a .usda stage with one Volume, /splinevox, whose OpenVDBAsset fields name one file per time code
-/// (usdVol's schema). Several volumes (/splinevox/cluster_0), or a volume (/splinevox/volume) and other
-/// layers
-/// (/splinevox/mesh), lie below it. Z is up, a scene unit is a metre.
+/// (usdVol's schema). Several volumes (/splinevox/cluster_0), or a volume (/splinevox/volume) and
+/// layers (/splinevox/mesh), lie below it. Z is up, a scene unit is a metre.
 std::string usd_stage(const UsdSequence& sequence);
 
 /// The same stage with the cameras' layer as a layer of its own. @param stage  text of usd_stage
