@@ -139,7 +139,7 @@ TEST_SUITE("app/work") {
     const Ended again = train("1", {"--resume"});
     CHECK(contains(again.out + again.err, "there is nothing to go on with"));
     CHECK(train("0.5", {"--resume"}).code == 2);  // less than it had
-    e = train("6", {"--resume", "--json"});  // a second more held no step on a loaded machine
+    e = train("6", {"--resume", "--json"});       // a second more held no step on a loaded machine
     CAPTURE(e.err);
     REQUIRE(e.code == 0);
     CHECK(contains(e.out, "was measured with"));
