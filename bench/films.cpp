@@ -4,13 +4,14 @@
 //
 //   bench_films [--seeds 2] [--steps 400] [--size 96] [--frames 60] [--preset fast] [--only NAME]
 //               [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0] [--masks] [--told]
-//               [--depth metric|relative|inverse]
+//               [--depth metric|relative|inverse] [--tracks] [--track-noise 0] [--track-wrong 0]
 //
 // One JSON line per film: PSNR off and on the camera's way, of still pixels off it, how much of the still
 // surface that the film shows is displaced, and how far tracked points of moving surface end from the truth.
 // Then one line of means. With --masks a film is only looked at: what share of the pixels that show something
 // moving is found (found), and what share of those found do (right). With --told true masks say what moves.
-// With --depth every training picture has a depth map of that kind.
+// With --depth every training picture has a depth map of that kind, with --tracks points are followed through
+// them, exactly but for --track-noise pixels and a share --track-wrong that wanders off.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -20,6 +21,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -221,10 +223,41 @@ void tell(const SynthScene& scene, Dataset& data) {
   data.masks.emplace().use = "moving";
 }
 
-nlohmann::json measure(const Film& film, const Config& config, bool tried, bool told) {
+/// How bad tracks are made.
+struct TrackFaults {
+  double noise;  ///< of both coordinates, pixels
+  double wrong;  ///< share of the points that wander off, by a fiftieth of the picture a step
+};
+
+void spoil(Split& train, const TrackFaults& faults, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<float> normal;
+  std::map<int, std::optional<std::pair<float, float>>> strays;  // of each point, how far off it is
+  for (Frame& f : train.frames)
+    for (VisiblePoint& p : f.tracks) {
+      auto [at, is_new] = strays.try_emplace(p.point);
+      if (is_new && std::uniform_real_distribution<>()(random) < faults.wrong) at->second = {0.0f, 0.0f};
+      p.u += float(faults.noise) * normal(random);
+      p.v += float(faults.noise) * normal(random);
+      if (!at->second) continue;
+      const float by = 0.02f * float(f.camera.width);
+      at->second->first += by * normal(random);
+      at->second->second += by * normal(random);
+      p.u += at->second->first;
+      p.v += at->second->second;
+    }
+  for (Frame& f : train.frames)
+    std::erase_if(f.tracks, [&](const VisiblePoint& p) {
+      return !(p.u >= 0 && p.v >= 0 && p.u < float(f.camera.width) && p.v < float(f.camera.height));
+    });
+}
+
+nlohmann::json measure(const Film& film, const Config& config, bool tried, bool told,
+                       const TrackFaults& faults) {
   const SynthScene scene = SynthScene::open(film.scene, film.options.look);
   Dataset data = make_synth(film.scene, film.options);
   if (told) tell(scene, data);
+  spoil(*data.find("train"), faults, film.options.seed);
   const double start = processor_seconds();
   const Prepared ready =
       tried ? prepare_as_train(config, data) : prepare(config, data, {.effects = EffectPolicy::keep});
@@ -280,10 +313,14 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"auto", "all"}));
   app.add_option("--set", options.sets, "of the configuration");
   app.add_option("--threads", threads, "0: every core");
-  bool masks = false, told = false;
+  bool masks = false, told = false, tracks = false;
+  double noise = 0, wrong = 0;
   std::optional<DepthKind> depth;
   app.add_flag("--masks", masks, "only look at what moves, train nothing");
   app.add_flag("--told", told, "true masks say what moves");
+  app.add_flag("--tracks", tracks, "points are followed through the training pictures");
+  app.add_option("--track-noise", noise, "of both coordinates of tracks, pixels");
+  app.add_option("--track-wrong", wrong, "share of the tracks that wander off");
   app.add_option("--depth", depth, "training pictures have depth maps of this kind")
       ->transform(CLI::CheckedTransformer(std::map<std::string, DepthKind>{{"metric", DepthKind::metric},
                                                                            {"relative", DepthKind::relative},
@@ -299,12 +336,13 @@ int main(int argc, char** argv) {
       film.options.frames = frames;
       film.options.size = size;
       film.options.depth = depth;
+      film.options.tracks = tracks;
       for (int seed = 1; seed <= seeds; ++seed) {
         film.options.seed = std::uint64_t(seed);
         options.seed = film.options.seed;
         const Config config = run::effective_config(options);
-        const nlohmann::json j =
-            masks ? mask_figures(film, config) : measure(film, config, effects == "auto", told);
+        const nlohmann::json j = masks ? mask_figures(film, config)
+                                       : measure(film, config, effects == "auto", told, {noise, wrong});
         say(j);
         for (const auto& [name, value] : j.items())
           if (value.is_number() && name != "seed") sums[name] += value.get<double>();

@@ -60,6 +60,14 @@ struct RayTask {
   int first, last;
 };
 
+/// Rays through points that are followed through pictures, at several slots each.
+struct TrackRays {
+  std::span<const RayInput<float>> rays;  ///< grouped by slot
+  std::span<const RayTask> tasks;         ///< a fixed cut of them
+  std::span<const int> first;             ///< [points + 1] where each begins in `of_points`
+  std::span<const int> of_points;         ///< [rays] the rays of one point after those of another
+};
+
 /// Given the colours of all rays of a batch, fills d loss / d colour of each, which is 0 before.
 using ColourGradient = std::function<void(std::span<const Vec3> colours, std::span<Vec3> gradients)>;
 
@@ -69,6 +77,7 @@ struct StepInput {
   std::span<const Vec3> targets;
   std::span<const DepthTarget<float>> depths;  ///< [rays] how far away what they show is; empty: unknown
   std::span<const RayTask> tasks;              ///< a fixed cut of the rays
+  TrackRays tracks;                            ///< none: nothing is known of points
   std::span<const double> times;               ///< of the slots, model time in [0, 1]
   std::span<const int> occupancy;              ///< of the slots: which of StepModel::occupancy
   const Background* background;                ///< behind the rays
@@ -89,7 +98,7 @@ using BackgroundGradient = std::array<Vec3d, kMaxShCount>;
 
 /// What a step gave, summed over the rays of all ranks.
 struct StepSums {
-  double squared_error = 0, motion_loss = 0, depth_loss = 0;
+  double squared_error = 0, motion_loss = 0, depth_loss = 0, track_loss = 0;
   std::int64_t samples = 0;         ///< in stored bricks
   bool usable = true;               ///< every loss and gradient is; if not, no parameter was changed
   std::int64_t bad_rows = 0;        ///< rows whose gradient is not usable
@@ -119,6 +128,8 @@ class StepBackend {
   virtual StepSums run(const StepInput& input) = 0;
   /// Whether steps take StepInput::depths.
   virtual bool learns_depth() const { return false; }
+  /// Whether steps take StepInput::tracks.
+  virtual bool learns_tracks() const { return false; }
   /// Whether steps take StepInput::colour_gradient.
   virtual bool takes_colour_gradient() const { return false; }
   /// Rays of the last batch that this rank computed and that were not usable, in order.

@@ -92,6 +92,9 @@ class Steps final : public StepBackend {
     if (!in.depths.empty())
       fail({"loss.depth", "depth is not learned on a device", "--device cpu, or --set loss.depth=0",
             "rays with depth", ""});
+    if (!in.tracks.rays.empty())
+      fail({"loss.tracks", "tracks are not learned on a device", "--device cpu, or --set loss.tracks=0",
+            "rays of tracks", ""});
     const int slots = int(in.times.size());
     share_.take(in, ranks_);
     prepare(in, slots);

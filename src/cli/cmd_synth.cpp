@@ -90,6 +90,8 @@ Action synth_command(CLI::App& verb) {
   verb.add_flag("--masks", rig.masks, "a mask of every picture, white where the subject is (mask_path)");
   verb.add_flag("--movers", rig.movers, "with --masks: they are white where something moves at some time")
       ->needs("--masks");
+  verb.add_flag("--tracks", o->synth.tracks,
+                "tracks.npy: points of surfaces, followed through the training pictures (tracks_file_path)");
   verb.add_option(
           "--depth", o->synth.depth,
           "a depth map of every training picture (depth_file_path): metric is the true depth; relative and "

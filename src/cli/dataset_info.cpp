@@ -86,7 +86,8 @@ std::string text_of(const Json& corner) {
 }  // namespace
 
 Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixels) {
-  const Dataset data = load_dataset(path, {.rules = rules, .pixels = pixels, .depth = true, .keep = false});
+  const Dataset data =
+      load_dataset(path, {.rules = rules, .pixels = pixels, .depth = true, .tracks = true, .keep = false});
   Json splits = Json::array();
   for (const Split& s : data.splits) {
     std::set<double> times;
@@ -114,6 +115,11 @@ Json dataset_json(const std::string& path, const DatasetRules& rules, bool pixel
                   {"example", data.masks->example},
                   {"looked_at", data.masks->looked_at},
                   {"white", data.masks->white}};
+  if (data.tracks)
+    j["tracks"] = {{"file", data.tracks->file},
+                   {"points", data.tracks->points},
+                   {"pictures", data.tracks->pictures},
+                   {"visible", data.tracks->visible}};
   if (data.depth)
     j["depth"] = {{"kind", data.depth->kind},           {"pictures", data.depth->pictures},
                   {"frames", data.depth->frames},       {"example", data.depth->example},
@@ -166,6 +172,10 @@ void print_dataset(const Json& j) {
         j["masks"]["looked_at"].get<int>() > 0
             ? fmt::format("; white on average {:.1f}%", 100 * j["masks"]["white"].get<double>())
             : "");
+  if (j.contains("tracks"))
+    fmt::print("  tracks of {} points through {} pictures; {:.1f}% visible\n",
+               j["tracks"]["points"].get<int>(), j["tracks"]["pictures"].get<int>(),
+               100 * j["tracks"]["visible"].get<double>());
   if (j.contains("depth"))
     fmt::print("  depth  of {} of {} training pictures, {}{}\n", j["depth"]["pictures"].get<int>(),
                j["depth"]["frames"].get<int>(),

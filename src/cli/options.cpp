@@ -171,6 +171,11 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
           "and a shift of each picture), inverse (one over depth, but for such), or none (not used); not "
           "given: metric where depth_unit_scale_factor gives a unit, else relative")
       ->type_name("{metric,relative,inverse,none}");
+  verb.add_option(
+          "--tracks", rules.tracks,
+          "a .npy or .npz file of points that are followed through the pictures of one camera, or none (not "
+          "used); not given: the one that the data names (tracks_file_path)")
+      ->type_name("FILE|none");
   add_masks(verb, rules.masks);
 }
 

@@ -18,6 +18,7 @@
 #include "data/pictures/pictures.hpp"
 #include "data/scene_notes.hpp"
 #include "data/times/time_map.hpp"
+#include "data/tracks_read.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
@@ -232,6 +233,9 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
     for (std::size_t i = 0; options.pixels && i < maps.size(); ++i)
       dataset.splits[0].frames[i].depth = std::move(maps[i]);
   }
+  if (options.tracks && raw[0].name == "train")
+    dataset.tracks =
+        read_tracks(folder, open, options, plans[0].sizes, dataset.splits[0].frames, dataset.notes);
   if (!options.pixels || options.room) {
     const bool may = plans[0].alpha || open.mask_use.what == MaskUse::What::subject;
     try {

@@ -115,6 +115,15 @@ std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, cons
   return out;
 }
 
+std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, const std::string& where) {
+  const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestNpz);
+  std::map<std::string, NpyArray> out;
+  for (const Entry& e : read_directory(bytes, where))
+    out[e.name.substr(0, e.name.rfind(".npy"))] =
+        parse_npy(unpack(bytes, e, where), where + ", array " + in_quotes(e.name), true);
+  return out;
+}
+
 NpyArray read_npz_array(const std::filesystem::path& path, const std::string& where,
                         const std::string& name) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestNpz);

@@ -17,6 +17,9 @@ namespace splinevox::data {
 std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, const std::string& where,
                                          const std::vector<std::string>& names);
 
+/// All arrays, by name. Throws as read_npz, but numbers need not be finite.
+std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, const std::string& where);
+
 /// The array of that name, or the only one there is. Throws as read_npz, but numbers need not be finite.
 NpyArray read_npz_array(const std::filesystem::path& path, const std::string& where, const std::string& name);
 

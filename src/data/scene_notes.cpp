@@ -79,6 +79,11 @@ std::uint64_t fingerprint_of(const RawSplit& raw, const Split& split,
     if (!moving.empty()) hash.add(std::uint64_t(moving.factor));
     moving.squares.each_word([&](std::uint64_t word) { hash.add(word); });
     add_depth(split.frames[i].depth, hash);
+    for (const VisiblePoint& p : split.frames[i].tracks) {
+      hash.add(std::uint64_t(p.point));
+      hash.add(double(p.u));
+      hash.add(double(p.v));
+    }
   }
   return hash.value();
 }

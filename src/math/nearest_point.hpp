@@ -11,9 +11,10 @@ struct NearestPoint {
   Eigen::Matrix3d across = Eigen::Matrix3d::Zero();
   Eigen::Vector3d through = Eigen::Vector3d::Zero();
 
-  /// @param direction  d, of length 1 @param position  p, of any point of the line
-  void add(const Eigen::Vector3d& direction, const Eigen::Vector3d& position) {
-    const Eigen::Matrix3d off = Eigen::Matrix3d::Identity() - direction * direction.transpose();
+  /// @param direction  d, of length 1 @param position  p, of any point of the line @param weight  of its
+  /// squared distance
+  void add(const Eigen::Vector3d& direction, const Eigen::Vector3d& position, double weight = 1) {
+    const Eigen::Matrix3d off = weight * (Eigen::Matrix3d::Identity() - direction * direction.transpose());
     across += off;
     through += off * position;
   }

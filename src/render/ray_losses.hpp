@@ -14,7 +14,9 @@ struct RayLosses {
                                 ///< unit of brightness of the scene
   float transmittance = 0;      ///< weight of transmittance_prior
   MotionLoss<float> motion;
-  float depth = 0;  ///< weight of depth_error; 0: no depth is asked for
+  float depth = 0;        ///< weight of depth_error; 0: no depth is asked for
+  float tracks = 0;       ///< weight of track_error; 0: nothing is asked of tracks
+  float track_scale = 0;  ///< 1 / longest edge of the box, 1 / scene unit
   std::uint64_t probe_seed = 0;
 };
 

@@ -23,6 +23,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "train/learn_depth.hpp"
+#include "train/learn_tracks.hpp"
 
 namespace fs = std::filesystem;
 
@@ -55,8 +56,11 @@ DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
   if (rules.transfer.empty()) rules.transfer = record.rules.transfer;
   if (rules.layer.empty()) rules.layer = record.rules.layer;
   if (rules.depth.empty()) rules.depth = record.rules.depth;
+  if (rules.tracks.empty()) rules.tracks = record.rules.tracks;
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
     rules.times = fs::absolute(rules.times).lexically_normal().string();
+  if (!rules.tracks.empty() && rules.tracks != "none")
+    rules.tracks = fs::absolute(rules.tracks).lexically_normal().string();
   return rules;
 }
 
@@ -162,6 +166,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   load.if_there = {"val"};
   load.rules = rules_of(o, record);
   load.depth = config.loss.depth > 0;
+  load.tracks = config.loss.tracks > 0;
   load.cache = o.cache;
   const double bound = memory_bound(o.memory);
   MemoryNeeds needs;
@@ -171,6 +176,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   };
   Dataset data = load_dataset(o.dataset, load);
   check_learns_depth(*steps, config, *data.find("train"));
+  check_learns_tracks(*steps, config, *data.find("train"));
   if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
   if (finished) {
     progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));

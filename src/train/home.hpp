@@ -32,6 +32,7 @@ class Home {
 
   // What no backend changes needs no download.
   const Occupancy& occupancy() const { return volume_.occupancy; }
+  const Box& box() const { return volume_.lattices.model.box; }
   float march_step() const { return volume_.lattices.model.step; }
   double moving_share() const { return volume_.moving.share; }
   const Background& background() const { return volume_.lattices.model.background; }

@@ -8,6 +8,7 @@
 #include "math/schedule.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/film/moving_part.hpp"
+#include "train/film/moving_tracks.hpp"
 #include "train/ray_batch.hpp"
 #include "train/still/changing_cells.hpp"
 
@@ -77,7 +78,9 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
       sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
       cameras(setting.config.cameras, home.read().cameras, setting.unit),
       errors(config.sampling.hard_share > 0 ? ErrorMap(train) : ErrorMap()),
-      depths(starting_depth_fits(train, setting.config.loss.depth)) {
+      depths(starting_depth_fits(train, setting.config.loss.depth)),
+      followed(config.loss.tracks > 0 && config.motion.enabled ? points_that_move(train)
+                                                               : std::vector<char>()) {
   set_moving(moving_in(setting));
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
 }
@@ -120,6 +123,8 @@ void Trainer::State::draw() {
   const bool by_error = !errors.empty() && progress >= setting.config.sampling.hard_start;
   sampler.draw(clock.step, progress, home.march_step(), home.background(), home.surroundings(), batch,
                home.cameras(), depths, by_error ? &errors : nullptr);
+  if (!followed.empty())
+    draw_tracks(setting.train, batch, followed, moving, home.box(), home.march_step(), tracks);
   batch.grids.clear();
   for (const int f : batch.frames) batch.grids.push_back(home.occupancy().grid_of(f));
 }
@@ -139,6 +144,8 @@ RayLosses Trainer::State::ray_losses() const {
   losses.motion.divergence = float(c.loss.divergence * ramp);
   losses.motion.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
   losses.depth = depth_weight(setting.train, c.loss.depth);
+  losses.tracks = float(c.loss.tracks * cosine_decay(progress, 0.0));
+  losses.track_scale = 1 / home.box().longest_edge();
   losses.probe_seed = batch.draw;
   return losses;
 }
@@ -151,6 +158,7 @@ StepInput Trainer::State::step_input() {
   in.targets = batch.targets;
   in.depths = batch.depths;
   in.tasks = batch.tasks;
+  in.tracks = tracks.view();
   in.times = batch.times;
   in.occupancy = batch.grids;
   in.background = &home.background();

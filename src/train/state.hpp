@@ -13,6 +13,7 @@
 #include "train/learn_cameras.hpp"
 #include "train/learn_depth.hpp"
 #include "train/learn_surroundings.hpp"
+#include "train/learn_tracks.hpp"
 #include "train/plan.hpp"
 #include "train/run_clock.hpp"
 #include "train/setting.hpp"
@@ -30,13 +31,15 @@ struct Trainer::State {
   BatchSampler sampler;
   BackgroundLearner background;  ///< of the volume's background, if that is learned
   SurroundingsLearner surroundings;
-  CameraLearner cameras;  ///< of the volume's cameras
-  ErrorMap errors;        ///< of the training pictures; empty: rays are drawn evenly
-  DepthFits depths;       ///< empty: no depth is asked for
+  CameraLearner cameras;             ///< of the volume's cameras
+  ErrorMap errors;                   ///< of the training pictures; empty: rays are drawn evenly
+  DepthFits depths;                  ///< empty: no depth is asked for
+  const std::vector<char> followed;  ///< which points move, by their tracks; empty: no track is asked for
   RunClock clock;
   double progress = 0;  ///< of the last refine
   Plan plan;
   Batch batch;                        ///< of the last step
+  TrackBatch tracks;                  ///< of the same; nothing where no track is asked for
   std::vector<CoarseMask> moving;     ///< what moves in each frame; empty: nobody knows
   ColourLoss own_loss;                ///< in place of the photometric one; empty: that
   std::optional<double> lost;         ///< what it gave for the last step

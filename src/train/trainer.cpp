@@ -16,6 +16,7 @@ Trainer::Trainer(const Config& config, const Split& train, const TimeMap& time_m
                  Ranks* ranks, std::unique_ptr<StepBackend> backend) {
   validate(config);
   check_learns_depth(*backend, config, train);
+  check_learns_tracks(*backend, config, train);
   Stopwatch watch;
   state_ = std::make_unique<State>(config, train, time_map, ranks, std::move(backend));
   state_->refine(0);
@@ -82,8 +83,8 @@ StepReport Trainer::one_step() {
   lap(&PhaseSeconds::update);
 
   report.progress = s.clock.used(run);
-  report.loss =
-      (s.lost.value_or(sums.squared_error) + sums.motion_loss + sums.depth_loss) / double(report.rays);
+  report.loss = (s.lost.value_or(sums.squared_error) + sums.motion_loss + sums.depth_loss + sums.track_loss) /
+                double(report.rays);
   report.psnr = -10 * std::log10(std::max(1e-10, sums.squared_error / (3.0 * double(report.rays))));
   return report;
 }

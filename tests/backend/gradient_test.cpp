@@ -166,7 +166,7 @@ TEST_SUITE("backend/gradient") {
             const StepInput in = scene.input();
             const Channels* level = moves ? &model.motion.levels[0] : nullptr;
             const PassResult pass = make_engine(sh, moves, losses)
-                                        ->run(now, level, in, scene.batch.tasks, d_radiance,
+                                        ->run(now, level, in, {scene.batch.tasks, {}}, d_radiance,
                                               moves ? &d_motion : nullptr, {behind, errors, slopes});
             add_total_variation(model.radiance.raw, radiance.tv, 1, kShare, kDraw, d_radiance);
             if (moves) {
@@ -241,7 +241,7 @@ TEST_SUITE("backend/gradient") {
       now.active = &none;
       now.occupancy = {&scene.occupied, 1};
       make_engine(1, false, false)
-          ->run(now, nullptr, scene.input(), scene.batch.tasks, radiance, nullptr, {behind});
+          ->run(now, nullptr, scene.input(), {scene.batch.tasks, {}}, radiance, nullptr, {behind});
       int marked = 0;
       for (const RowMask& brick : visible)
         for (int i = 0; i < kBrickRows; ++i) marked += brick.test(i);

@@ -179,8 +179,8 @@ TEST_SUITE("hard/gradients") {
       in.losses = asked;
       std::vector<double> slopes(times.size());
       const PassResult pass = make_engine(1, true, true)
-                                  ->run(now, &model.motion.levels[0], in, batch.tasks, d_radiance, &d_motion,
-                                        {.behind = behind, .slopes = slopes});
+                                  ->run(now, &model.motion.levels[0], in, {batch.tasks, {}}, d_radiance,
+                                        &d_motion, {.behind = behind, .slopes = slopes});
       const Exact exact = exact_gradients<1>(model, batch, times, loss, 0, 77);
       CHECK(pass.squared_error + pass.motion_loss == doctest::Approx(exact.value).epsilon(1e-5));
       // The loss is quadratic in the colour behind a ray, so a central difference of any width is exact.
@@ -199,7 +199,7 @@ TEST_SUITE("hard/gradients") {
       Gradient d_rest(model.radiance.raw), d_rest_motion(model.motion.levels[0]);
       in.losses.motion = {};
       make_engine(1, true, true)
-          ->run(now, &model.motion.levels[0], in, batch.tasks, d_rest, &d_rest_motion,
+          ->run(now, &model.motion.levels[0], in, {batch.tasks, {}}, d_rest, &d_rest_motion,
                 {.behind = behind, .slopes = slopes});
       double steepest = 0;
       std::vector<double> slope_wanted(times.size());

@@ -15,6 +15,12 @@
 
 namespace splinevox {
 
+/// A point that is followed through pictures, where one of them shows it.
+struct VisiblePoint {
+  int point = 0;       ///< of the data set, from 0
+  float u = 0, v = 0;  ///< pixels of the frame's camera: the centre of the first is at (0.5, 0.5)
+};
+
 /// One posed picture. `time` is mapped by the train split's TimeMap: in [0, 1] on the train split,
 /// possibly outside on others.
 struct Frame {
@@ -27,6 +33,7 @@ struct Frame {
   CoarseMask moving = {};  ///< what shows something that moves, where that is known; else no size
   PixelMask inside = {};   ///< the white of a mask that is used for nothing else, if LoadOptions::inside
   DepthMap depth = {};     ///< how far away its pixels are, where that is known and LoadOptions::depth
+  std::vector<VisiblePoint> tracks = {};  ///< points that it shows, in order, if LoadOptions::tracks
 };
 
 /// Masks that lie beside the pictures of the splits that were read.
@@ -47,6 +54,14 @@ struct DatasetDepth {
   std::string example;       ///< path of the first, as the data has it
   std::size_t looked_at = 0;
   double known = 0;  ///< mean share of the pixels of those looked at whose depth is known, 0 to 1
+};
+
+/// Points that a file follows through pictures.
+struct DatasetTracks {
+  std::string file;          ///< as messages name it
+  std::size_t points = 0;    ///< in it
+  std::size_t pictures = 0;  ///< in it, held-out ones among them
+  double visible = 0;        ///< share of the places in training pictures where a point is seen, 0 to 1
 };
 
 /// A real camera that took two frames or more.
@@ -79,8 +94,9 @@ struct Dataset {
 
   std::vector<RigCamera> cameras = {};  ///< empty: every frame may be of another one
 
-  std::optional<DatasetMasks> masks = {};  ///< absent: no picture has one
-  std::optional<DatasetDepth> depth = {};  ///< absent: no picture has any, or nobody asked for it
+  std::optional<DatasetMasks> masks = {};    ///< absent: no picture has one
+  std::optional<DatasetDepth> depth = {};    ///< absent: no picture has any, or nobody asked for it
+  std::optional<DatasetTracks> tracks = {};  ///< absent: there are none, or nobody asked for them
 
   /// Colour of the plain ground that prepare (train/prepare.hpp) cut out of the train split's opaque
   /// pictures: their pixels of it have alpha 0.
@@ -117,6 +133,9 @@ struct DatasetRules {
   /// What depth maps (depth_file_path) say: the name of a DepthKind. "none": they are not read. Empty:
   /// metric where the data says their unit (depth_unit_scale_factor), else relative.
   std::string depth = {};
+  /// File of points that are followed through the pictures of one camera (.npy or .npz, docs/data.md). Empty:
+  /// the data's own (tracks_file_path); "none": no file is read.
+  std::string tracks = {};
 };
 
 struct LoadOptions {
@@ -128,6 +147,7 @@ struct LoadOptions {
   bool pixels = true;   ///< false: pictures are measured by their headers, not decoded; frames have none
   bool inside = false;  ///< masks that the rules do not speak of become Frame::inside
   bool depth = false;   ///< depth maps are read, as Frame::depth; without pixels only some are looked at
+  bool tracks = false;  ///< points that are followed are read, as Frame::tracks
   bool keep = true;     ///< false: pictures are decoded and looked at, and frames have none
   /// Bytes of memory that pictures may take. Asked once everything but them is known; more of them than that
   /// live in a file (docs/data.md). Empty: what the process may have.

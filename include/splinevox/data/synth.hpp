@@ -51,8 +51,9 @@ struct SynthOptions {
   /// Training pictures have depth of this kind, exact but for s and b, which are drawn for each of them; 0
   /// where nothing solid is hit. A scene of gas has none.
   std::optional<DepthKind> depth{};
-  double shake = 0;  ///< with film: the camera is held by hand. Each axis of its position wanders by this
-                     ///< share of its distance, its direction by so many radians about each axis; 0..0.2
+  bool tracks = false;  ///< points of surfaces are followed through the training pictures, exactly
+  double shake = 0;     ///< with film: the camera is held by hand. Each axis of its position wanders by this
+                        ///< share of its distance, its direction by so many radians about each axis; 0..0.2
   double drift = 0;  ///< with film or a rig: exposures of training cameras drift; every channel is at most so
                      ///< much brighter than the mean over time, and 1 over that darker; 0..0.5
   SynthLook look{};
@@ -168,6 +169,9 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options = {},
 ///
 /// Depth is in depth/train/NAME.exr, channel Z (depth_file_path); depth_unit_scale_factor is 1 where it is
 /// metric.
+///
+/// Tracks are in tracks.npy (tracks_file_path): places of shape (points, training pictures, 2), not a number
+/// where a point is not visible.
 ///
 /// Throws Error: Fault::input for the scene's name or an option out of range, Fault::output for anything that
 /// cannot be written. The transforms files are written last.

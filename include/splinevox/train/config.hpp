@@ -108,6 +108,7 @@ struct LossConfig {
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
   float depth = 1;      ///< of the relative error of a ray's distance, where a depth map tells it
+  float tracks = 0.1f;  ///< of how far apart rays of two moments see one tracked point (kTrackWidth)
   float transmittance = 0;           ///< of T (1 - T) of a ray: it ends on something or passes
   float transmittance_start = 0.3f;  ///< progress at which that begins
   float offset = 0;                  ///< lambda_off of Eq. 8

@@ -116,6 +116,8 @@ void visit_config(C& c, Visit&& visit) {
       "squared displacement along the ray, in voxels, where a picture is known to show something that moves",
       0, inf);
   visit("loss.depth", c.loss.depth, "relative error of a ray's distance, where a depth map tells it", 0, inf);
+  visit("loss.tracks", c.loss.tracks,
+        "how far apart rays of two moments see a tracked point, in hundredths of the box's edge", 0, inf);
   visit("loss.transmittance", c.loss.transmittance,
         "T (1 - T) of what a ray leaves of the light: it ends on something or passes; 0 of opaque pictures "
         "and of thin matter",

@@ -15,6 +15,7 @@
 #include "render/field_view.hpp"
 #include "render/scatter.hpp"
 #include "render/specialise.hpp"
+#include "render/track_sight.hpp"
 
 namespace splinevox {
 namespace {
@@ -27,7 +28,7 @@ class RayEngine final : public Engine {
   struct Worker {
     Kernel kernel;
     RayRecords<float, kWidth, Jet> records;
-    double squared_error, motion_loss, depth_loss;
+    double squared_error, motion_loss, depth_loss, track_loss;
     std::int64_t samples;
     /// Where a ray's records end, and what it lost.
     struct Ray {
@@ -36,6 +37,14 @@ class RayEngine final : public Engine {
     };
     std::vector<Ray> rays;
     int first;  ///< ray of the batch
+
+    void begin(const RayTask& task) {
+      records.clear();
+      squared_error = motion_loss = depth_loss = track_loss = 0;
+      samples = 0;
+      rays.clear();
+      first = task.first;
+    }
   };
 
   template <class Rec>
@@ -51,9 +60,8 @@ class RayEngine final : public Engine {
   }
 
  public:
-  PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
-                 std::span<const RayTask> batch, Gradient& d_radiance, Gradient* d_motion,
-                 const PassOutput& out) override {
+  PassResult run(const StepModel& model, const Channels* motion, const StepInput& in, const OwnTasks& own,
+                 Gradient& d_radiance, Gradient* d_motion, const PassOutput& out) override {
     PassResult result;
     Stopwatch watch;
     const Channels& radiance = *model.radiance.values;
@@ -70,27 +78,34 @@ class RayEngine final : public Engine {
       make_slices(columns, by, *motion, model.active->rows, in.times, !out.slopes.empty());
     result.slice_seconds = watch.lap();
 
-    const int tasks = int(batch.size());
+    const std::span<const RayTask> batch = own.rays;
+    const int ray_tasks = int(batch.size()), tasks = ray_tasks + (Moving ? int(own.tracks.size()) : 0);
     workers_.resize(tasks);
     radiance_scatter_.begin(tasks, radiance.topology->brick_count() + 1);
     const int motion_bricks = Moving ? motion->topology->brick_count() + 1 : 0;
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(in.times.size()));
     colours_.resize(in.colour_gradient ? in.rays.size() : 0);
     if (in.colour_gradient) {  // a loss may look at all rays together: their colours first
-      parallel_for(tasks,
+      parallel_for(ray_tasks,
                    [&](int t) { march(field, model, in, batch[t], workers_[t], out, colours_.data()); });
       given_.assign(in.rays.size(), Vec3{});
       (*in.colour_gradient)(colours_, given_);
     }
+    if constexpr (Moving) see_tracks(field, model, in);
     parallel_for(tasks, [&](int t) {
-      march(field, model, in, batch[t], workers_[t], out, nullptr);
+      const RayTask& task = t < ray_tasks ? batch[t] : own.tracks[t - ray_tasks];
+      if (t < ray_tasks)
+        march(field, model, in, task, workers_[t], out, nullptr);
+      else if constexpr (Moving)
+        follow(field, model, in, task, workers_[t]);
       radiance_scatter_.count(t, workers_[t].records.radiance, field.radiance, 0);
-      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, batch[t].slot);
+      if constexpr (Moving) motion_scatter_.count(t, workers_[t].records.motion, field.motion, task.slot);
     });
     for (const Worker& w : workers_) {
       result.squared_error += w.squared_error;
       result.motion_loss += w.motion_loss;
       result.depth_loss += w.depth_loss;
+      result.track_loss += w.track_loss;
       result.samples += w.samples;
     }
     watch.lap();
@@ -102,7 +117,7 @@ class RayEngine final : public Engine {
       if constexpr (Moving) motion_scatter_.fill(t, field.motion);
     });
     usable_ = std::isfinite(result.squared_error) && std::isfinite(result.motion_loss) &&
-              std::isfinite(result.depth_loss);
+              std::isfinite(result.depth_loss) && std::isfinite(result.track_loss);
     parallel_for(radiance.topology->brick_count() + 1, [&](int b) {
       if (radiance_scatter_.empty(b)) return;
       radiance_scatter_.reduce(b, d_radiance.values.row(std::size_t(b) * kBrickRows), d_radiance.touched[b]);
@@ -160,13 +175,8 @@ class RayEngine final : public Engine {
              Worker& w, const PassOutput& out, Vec3* colours) {
     const RayLosses& losses = in.losses;
     const std::span<RowMask> visible = model.radiance.visible;
-    w.records.clear();
-    w.squared_error = w.motion_loss = w.depth_loss = 0;
-    w.samples = 0;
-    w.rays.clear();
-    w.first = task.first;
-    const FrameView<float> frame{Moving ? slices_[task.slot].data() : nullptr,
-                                 model.occupancy[in.occupancy[task.slot]].view()};
+    w.begin(task);
+    const FrameView<float> frame = frame_of(model, in, task.slot);
     for (int i = task.first; i < task.last; ++i) {
       const RayInput<float>& ray = in.rays[i];
       const RayResult<float> result = w.kernel.forward(ray, field, frame, losses.stop);
@@ -201,6 +211,53 @@ class RayEngine final : public Engine {
                                losses.min_weight, first, w.records);
       w.motion_loss += motion;
       w.rays.push_back({w.records.radiance.size(), w.records.motion.size(), squared + motion + depth});
+    }
+  }
+
+  FrameView<float> frame_of(const StepModel& model, const StepInput& in, int slot) const {
+    return {Moving ? slices_[slot].data() : nullptr, model.occupancy[in.occupancy[slot]].view()};
+  }
+
+  /// Where the rays of tracks see their points, and what their places are asked: of each ray the mean over
+  /// the others of its point.
+  void see_tracks(const FieldView<float>& field, const StepModel& model, const StepInput& in) {
+    const TrackRays& tracks = in.tracks;
+    if (tracks.rays.empty()) return;
+    sightings_.resize(tracks.rays.size());
+    asked_.resize(tracks.rays.size());
+    lookers_.resize(tracks.tasks.size());
+    parallel_for(int(tracks.tasks.size()), [&](int t) {
+      const RayTask& task = tracks.tasks[t];
+      const FrameView<float> frame = frame_of(model, in, task.slot);
+      for (int i = task.first; i < task.last; ++i) {
+        lookers_[t].forward(tracks.rays[i], field, frame, in.losses.stop);
+        sightings_[i] = sighting_of(lookers_[t], tracks.rays[i], field.step);
+      }
+    });
+    parallel_for(int(tracks.first.size()) - 1, [&](int p) {
+      const std::span rays = tracks.of_points.subspan(tracks.first[p], tracks.first[p + 1] - tracks.first[p]);
+      const float share = in.losses.tracks / float(rays.size() - 1);
+      for (const int i : rays) {
+        asked_[i] = {};
+        for (const int j : rays) {
+          if (i == j) continue;
+          const TrackError<float> e = track_error(sightings_[i], sightings_[j], in.losses.track_scale);
+          asked_[i].value += share * e.value;
+          asked_[i].slope += (2 * share) * e.slope;  // from both ends
+        }
+      }
+    });
+  }
+
+  /// Forward and backward of rays of tracks.
+  void follow(const FieldView<float>& field, const StepModel& model, const StepInput& in, const RayTask& task,
+              Worker& w) {
+    w.begin(task);
+    const FrameView<float> frame = frame_of(model, in, task.slot);
+    for (int i = task.first; i < task.last; ++i) {
+      w.track_loss += asked_[i].value;
+      w.kernel.forward(in.tracks.rays[i], field, frame, in.losses.stop);
+      sighting_vjp(w.kernel, sightings_[i], asked_[i].slope, in.losses.min_weight, w.records);
     }
   }
 
@@ -252,7 +309,10 @@ class RayEngine final : public Engine {
   std::vector<AlignedVector<float>> slices_, slice_gradients_;
   std::vector<RowMask> contracted_;  ///< rows of slices_ that are made anew every step; the others are zero
   std::vector<BasisWeights<float>> weights_, weights_dt_;  ///< of the slots; the latter where it is wanted
-  std::vector<Worker> workers_;
+  std::vector<Worker> workers_;                            ///< of the rays' tasks, then of the tracks'
+  std::vector<Kernel> lookers_;                            ///< of all tasks of tracks
+  std::vector<Sighting<float>> sightings_;                 ///< of all rays of tracks
+  std::vector<TrackError<float>> asked_;                   ///< of the same
   std::vector<Vec3> colours_, given_;  ///< of all rays, and their gradients, for StepInput::colour_gradient
   std::atomic<bool> usable_ = true;
   Scatter<float, kWidth, false> radiance_scatter_;

@@ -15,6 +15,7 @@ struct PassResult {
   double squared_error = 0;  ///< summed over rays and colour channels
   double motion_loss = 0;    ///< offset and divergence losses, summed
   double depth_loss = 0;     ///< of the rays whose depth is known, summed
+  double track_loss = 0;     ///< of the rays of tracks, summed
   std::int64_t samples = 0;  ///< in stored bricks, forward and backward
   bool usable = true;        ///< losses are finite and every gradient is usable
   double slice_seconds = 0, scatter_seconds = 0;
@@ -27,19 +28,23 @@ struct PassOutput {
   std::span<double> slopes = {};  ///< [slots] d loss / d time of each, of the rays of the tasks
 };
 
+/// Which rays of a batch are one rank's.
+struct OwnTasks {
+  std::span<const RayTask> rays, tracks;  ///< of StepInput::tasks and of TrackRays::tasks
+};
+
 /// Forward and backward over one batch: slices, rays, scatter. Gradients are of the sum over rays of the
-/// squared colour error plus the losses of motion and depth. Keeps its buffers between steps. The same bits
-/// for any number of threads.
+/// squared colour error plus the losses of motion, depth and tracks. Keeps its buffers between steps. The
+/// same bits for any number of threads.
 class Engine {
  public:
   virtual ~Engine() = default;
   /// @param model     of its levels nothing is read. Rows of the motion that are not active get no gradient.
   /// @param motion    the sum of the levels, on the finest one's lattice; null: nothing changes over time
-  /// @param tasks     which of the batch's rays
   /// @param d_radiance  gradient of the radiance rows, accumulated; visible rows are marked
   /// @param d_motion  gradient of the sum of the levels, accumulated; null with `motion`
   virtual PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
-                         std::span<const RayTask> tasks, Gradient& d_radiance, Gradient* d_motion,
+                         const OwnTasks& own, Gradient& d_radiance, Gradient* d_motion,
                          const PassOutput& out) = 0;
   /// Rays of the last batch whose loss or gradient was not finite, in order.
   virtual std::vector<int> bad_rays() const = 0;

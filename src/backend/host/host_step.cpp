@@ -41,11 +41,11 @@ StepSums HostStep::run(const StepInput& in) {
   out.slice_seconds += watch.lap();
 
   // The finest level takes the gradient of the sum of all levels as it is.
-  const std::vector<RayTask> tasks = own(in.tasks);
+  const std::vector<RayTask> tasks = own(in.tasks), tracks = own(in.tracks.tasks);
   behind_.assign(in.background->learned() || !in.behind.empty() ? in.rays.size() : 0, Vec3{});
   if (in.errors) out.errors.resize(in.rays.size());
   if (in.slopes) out.slopes.resize(in.times.size());
-  PassResult pass = engine_->run(model_, moving() ? &sums_.sum() : nullptr, in, tasks, radiance_,
+  PassResult pass = engine_->run(model_, moving() ? &sums_.sum() : nullptr, in, {tasks, tracks}, radiance_,
                                  moving() ? &levels_.back() : nullptr, {behind_, out.errors, out.slopes});
   watch.lap();
   out.slice_seconds += pass.slice_seconds;
@@ -68,6 +68,7 @@ StepSums HostStep::run(const StepInput& in) {
   out.squared_error = pass.squared_error;
   out.motion_loss = pass.motion_loss;
   out.depth_loss = pass.depth_loss;
+  out.track_loss = pass.track_loss;
   out.samples = pass.samples;
   // What the losses of Eq. 9 add is no larger than their weights, so only very large ones need another look.
   out.usable = pass.usable && !(model_.may_spoil && unusable_rows() > 0);

@@ -21,6 +21,7 @@ class HostStep final : public StepBackend {
   void download() override {}
   StepSums run(const StepInput& in) override;
   bool learns_depth() const override { return true; }
+  bool learns_tracks() const override { return true; }
   bool takes_colour_gradient() const override { return !ranks_; }
   std::vector<int> bad_rays() override { return engine_->bad_rays(); }
 

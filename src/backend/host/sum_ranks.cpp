@@ -12,8 +12,8 @@ namespace splinevox {
 static_assert(sizeof(RowMask) == kBrick * sizeof(std::uint64_t), "masks are sent as they lie in memory");
 
 PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
-  double numbers[] = {mine.squared_error, mine.motion_loss, double(mine.samples), mine.usable ? 0.0 : 1.0,
-                      mine.depth_loss};
+  double numbers[] = {mine.squared_error,      mine.motion_loss, double(mine.samples),
+                      mine.usable ? 0.0 : 1.0, mine.depth_loss,  mine.track_loss};
   sum_over_ranks(ranks, std::span<double>(numbers));
   PassResult sum = mine;
   sum.squared_error = numbers[0];
@@ -21,6 +21,7 @@ PassResult sum_over_ranks(Ranks& ranks, const PassResult& mine) {
   sum.samples = std::int64_t(numbers[2]);
   sum.usable = numbers[3] == 0;
   sum.depth_loss = numbers[4];
+  sum.track_loss = numbers[5];
   return sum;
 }
 

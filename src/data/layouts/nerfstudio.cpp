@@ -52,7 +52,7 @@ RawScene by_lists(RawSplit all, const std::map<std::string, std::string>& split_
   RawScene scene;
   std::size_t nowhere = 0;
   for (const char* name : {"train", "val", "test"}) {
-    RawSplit split{name, all.file, all.timed, {}};
+    RawSplit split{name, all.file, all.timed, {}, {}, all.tracks};
     for (const RawFrame& frame : all.frames)
       if (const auto found = split_of.find(as_listed(frame.file_path));
           found != split_of.end() && found->second == name)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/layouts/npy_file.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -73,7 +75,9 @@ constexpr NumberKind kNumberKinds[] = {{"'<f8'", 8, read_as<double>},
                                        {"'<f4'", 4, read_as<float>},
                                        {"'<f2'", 2, read_half},
                                        {"'<i8'", 8, read_as<std::int64_t>},
-                                       {"'<i4'", 4, read_as<std::int32_t>}};
+                                       {"'<i4'", 4, read_as<std::int32_t>},
+                                       {"'|u1'", 1, read_as<std::uint8_t>},
+                                       {"'|b1'", 1, read_as<std::uint8_t>}};
 
 }  // namespace
 
@@ -94,7 +98,8 @@ NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where
                                  [&](const NumberKind& k) { return k.name == name; });
   if (kind == std::end(kNumberKinds))
     fail({where, "the numbers are of a kind that is not read",
-          "'<f8' or '<f4', little-endian floats; also '<f2', '<i8' and '<i4'", in_quotes(name), ""});
+          "'<f8' or '<f4', little-endian floats; also '<f2', '<i8', '<i4', '|u1' and '|b1'", in_quotes(name),
+          ""});
   NpyArray out;
   out.shape = read_shape(field(header, "'shape'", where), where);
   // The order of the axes says nothing where only one is longer than 1.
@@ -118,6 +123,22 @@ NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where
                 std::to_string(out.shape.empty() ? 0 : i * out.shape[0] / out.values.size()),
             ""});
   }
+  return out;
+}
+
+std::string npy_bytes(const std::vector<std::size_t>& shape, std::span<const float> values) {
+  constexpr std::size_t kBefore = 10,
+                        kAligned = 64;  // bytes before the header, and of what is before numbers
+  std::string header =
+      fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({},), }}", fmt::join(shape, ", "));
+  header.resize((kBefore + header.size() + kAligned) / kAligned * kAligned - kBefore, ' ');
+  header.back() = '\n';
+  std::string out = "\x93NUMPY\x01";
+  out += '\0';
+  out += char(header.size() & 0xff);
+  out += char(header.size() >> 8);
+  out += header;
+  out.append(reinterpret_cast<const char*>(values.data()), values.size_bytes());
   return out;
 }
 

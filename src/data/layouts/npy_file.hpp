@@ -15,10 +15,13 @@ struct NpyArray {
   std::vector<double> values;      ///< the last axis fastest
 };
 
-/// The bytes of a .npy file of little-endian floats (16, 32 or 64 bits) or signed integers (32 or 64) in C
-/// order, at most 8 axes. Throws Error (Fault::input) for anything else, for a file that is shorter or longer
-/// than its header says, and for a number that is not finite, unless `any` will do.
+/// The bytes of a .npy file of little-endian floats (16, 32 or 64 bits) or signed integers (32 or 64), bytes
+/// and truths in C order, at most 8 axes. Throws Error (Fault::input) for anything else, for a file that is
+/// shorter or longer than its header says, and for a number that is not finite, unless `any` will do.
 NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where, bool any = false);
+
+/// The bytes of a .npy file of 32-bit floats. @pre as many values as the shape has
+std::string npy_bytes(const std::vector<std::size_t>& shape, std::span<const float> values);
 
 /// A table of numbers as numpy.save writes it.
 struct NpyTable {

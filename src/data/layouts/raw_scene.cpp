@@ -118,7 +118,7 @@ void hold_out(RawScene& scene) {
   if (cameras.empty()) tests = every_eighth(all);
   for (std::size_t i = 0; i < n && !cameras.empty(); ++i)
     tests[i] = std::binary_search(cameras.begin(), cameras.end(), all.frames[i].camera_id);
-  RawSplit train{"train", all.file, all.timed, {}}, test{"test", all.file, all.timed, {}};
+  RawSplit train{"train", all.file, all.timed, {}, {}, all.tracks}, test{"test", all.file, all.timed, {}};
   for (std::size_t i = 0; i < n; ++i) (tests[i] ? test : train).frames.push_back(std::move(all.frames[i]));
   scene.splits = {std::move(train)};
   if (test.frames.empty()) return;

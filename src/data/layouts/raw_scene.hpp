@@ -36,6 +36,7 @@ struct RawFrame {
   std::optional<double> depth_unit = {};  ///< scene units of one of its numbers, where the data says that
   std::string camera = {};                ///< the name of the camera that took it, where the data names one
   int camera_id = -1;                     ///< which of Dataset::cameras, by settle_cameras
+  std::size_t order = 0;                  ///< in time among all pictures of all splits, by open_scene
 };
 
 /// Sets a frame's matrix and pose. A matrix that is no camera becomes the frame's fault.
@@ -48,6 +49,7 @@ struct RawSplit {
   bool timed = true;  ///< whether the data gives its frames times
   std::vector<RawFrame> frames;
   std::vector<std::string> notes = {};  ///< what its file made one wonder about
+  std::string tracks = {};              ///< path of the tracks that its file names; empty: none
 
   /// "lego/transforms_train.json, frame 12"
   std::string where(std::size_t frame) const {

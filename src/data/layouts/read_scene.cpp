@@ -176,6 +176,17 @@ void note_repeats(RawScene& scene) {
         fmt::format("{} of {} frames have a picture that another frame has, such as {}", again, all, first));
 }
 
+/// Sets RawFrame::order. @return how many there are
+std::size_t number_in_time(std::vector<RawSplit>& splits) {
+  std::vector<RawFrame*> all;
+  for (RawSplit& split : splits)
+    for (RawFrame& frame : split.frames) all.push_back(&frame);
+  std::stable_sort(all.begin(), all.end(),
+                   [](const RawFrame* a, const RawFrame* b) { return a->time < b->time; });
+  for (std::size_t i = 0; i < all.size(); ++i) all[i]->order = i;
+  return all.size();
+}
+
 }  // namespace
 
 namespace data {
@@ -203,9 +214,10 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   scene.cameras = settle_cameras(scene.splits);
   if (layout.read)
     for (RawSplit& split : scene.splits) sort_by_time(split);
+  const std::size_t pictures = layout.read ? number_in_time(scene.splits) : 0;
   if (scene.one_list) hold_out(scene);
   val_as_test(scene, options);
-  OpenScene open{layout.name, {}, {}, mask_use, masks};
+  OpenScene open{layout.name, {}, {}, mask_use, masks, pictures};
   open.scene.box = scene.box;
   open.scene.cameras = scene.cameras;
   open.scene.notes = scene.notes;

@@ -15,6 +15,7 @@ struct OpenScene {
       train;  ///< the train split where it was not asked for but times must be mapped by it
   MaskUse mask_use = {};
   MaskSearch masks = {};
+  std::size_t pictures = 0;  ///< of all splits in one list, as RawFrame::order counts them; 0: not known
 };
 
 /// Recognises a folder and reads the splits that options ask for. Throws Error (Fault::input).

@@ -166,6 +166,12 @@ RawSplit read_frames(const json& file, const std::string& where) {
   for (const json& frame : frames) unread.look_at(frame);
   const Lens shared = read_lens(file, split.file);
   const std::optional<double> depth_unit = read_depth_unit(file, split.file);
+  if (const auto tracks = file.find("tracks_file_path"); tracks != file.end()) {
+    if (!tracks->is_string())
+      fail({split.file, "'tracks_file_path' is not a path",
+            "the path of a .npy or .npz file within the folder", shown(*tracks), ""});
+    split.tracks = tracks->get<std::string>();
+  }
   std::vector<std::array<double, 16>> matrices;
   for (const json& frame : frames) {
     const std::string at = split.where(split.frames.size());

@@ -50,6 +50,11 @@ Drawn draw(const SynthMoment& moment, const Camera& camera, bool opaque, const V
 /// numbers of a depth map of that kind. @param draw  of the picture's scale and shift
 Image draw_depth(const SynthMoment& moment, const Camera& camera, DepthKind kind, std::uint64_t draw);
 
+/// Points of surfaces that training pictures show, on a grid of each of a few of them, followed through all:
+/// of each shot those that it shows; none of shots of other splits.
+std::vector<std::vector<VisiblePoint>> follow_points(const SynthScene& scene,
+                                                     const std::vector<SynthShot>& shots);
+
 /// The layers of a truth file: one ray through each pixel's centre.
 std::vector<ExrLayer> draw_truth(const SynthMoment& moment, const Camera& camera);
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -11,6 +13,7 @@
 #include "core/parallel.hpp"
 #include "core/rng.hpp"
 #include "data/fingerprint.hpp"
+#include "data/layouts/npy_file.hpp"
 #include "data/synth/view.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -69,9 +72,37 @@ Image depth_of(const SynthScene& world, const SynthShot& shot, std::size_t numbe
                           hash64(options.seed ^ hash64(number)));
 }
 
-void check_depth(const SynthScene& world, const SynthOptions& options) {
+/// What gas alone, or several cameras, cannot have.
+void check_solid(const SynthScene& world, const SynthOptions& options) {
   if (options.depth && world.at(0).bodies() == 0)
     fail({"--depth", "this scene is gas alone, which has no depth", "a scene with something solid", "", ""});
+  if (options.tracks && world.at(0).bodies() == 0)
+    fail({"--tracks", "this scene is gas alone, which has no points to follow",
+          "a scene with something solid", "", ""});
+  if (options.tracks && options.rig.cameras > 0)
+    fail({"--tracks", "points are followed through the pictures of one camera", "no --cameras",
+          std::to_string(options.rig.cameras) + " cameras", ""});
+}
+
+constexpr const char* kTracks = "tracks.npy";
+
+/// Points by pictures in the order of time; not a number where a point is not seen.
+void write_tracks(const fs::path& folder, const SynthScene& world, const std::vector<SynthShot>& shots) {
+  const std::vector<std::vector<VisiblePoint>> seen = data::follow_points(world, shots);
+  std::vector<std::size_t> train;
+  std::size_t points = 0;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    if (shots[i].split == "train") train.push_back(i);
+    if (!seen[i].empty()) points = std::max(points, std::size_t(seen[i].back().point) + 1);
+  }
+  std::vector<float> places(points * train.size() * 2, std::numeric_limits<float>::quiet_NaN());
+  for (std::size_t t = 0; t < train.size(); ++t)
+    for (const VisiblePoint& p : seen[train[t]]) {
+      const std::size_t at = 2 * (std::size_t(p.point) * train.size() + t);
+      places[at] = p.u;
+      places[at + 1] = p.v;
+    }
+  write_file((folder / kTracks).string(), {data::npy_bytes({points, train.size(), 2}, places)});
 }
 
 nlohmann::ordered_json frame_json(const SynthShot& shot, const SynthOptions& options) {
@@ -94,6 +125,7 @@ void write_transforms(const fs::path& folder, const std::string& split, const st
   for (const SynthShot& shot : shots)
     if (shot.split == split) frames.push_back(frame_json(shot, options));
   nlohmann::ordered_json file{{"camera_angle_x", data::camera_angle(options.look)}};
+  if (options.tracks && split == "train") file["tracks_file_path"] = kTracks;
   if (options.depth == DepthKind::metric) file["depth_unit_scale_factor"] = 1.0;
   file["frames"] = frames;
   const std::string text = dump_json(file, 1) + "\n";
@@ -165,7 +197,7 @@ std::uint64_t fingerprint_of(const std::string& scene, const Split& train) {
 Dataset make_synth(const std::string& scene, const SynthOptions& options, const SynthProgress& progress) {
   const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
-  check_depth(world, options);
+  check_solid(world, options);
   std::vector<Picture> images(shots.size());
   std::vector<DepthMap> depths(shots.size());
   for_each_shot(shots.size(), progress, [&](std::size_t i) {
@@ -174,6 +206,8 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options, const 
     const Image depth = depth_of(world, shots[i], i, options);
     depths[i] = {depth.width, depth.height, depth.data, *options.depth};
   });
+  std::vector<std::vector<VisiblePoint>> tracks(shots.size());
+  if (options.tracks) tracks = data::follow_points(world, shots);
   Dataset dataset;
   dataset.path = "synth:" + scene;
   for (std::size_t i = 0; i < shots.size(); ++i) {
@@ -182,6 +216,7 @@ Dataset make_synth(const std::string& scene, const SynthOptions& options, const 
     dataset.splits.back().frames.push_back(
         {shots[i].name, shots[i].camera, shots[i].time, std::move(images[i]), shots[i].camera_id});
     dataset.splits.back().frames.back().depth = std::move(depths[i]);
+    dataset.splits.back().frames.back().tracks = std::move(tracks[i]);
   }
   dataset.cameras = rig_of(shots);
   dataset.has_alpha = !options.look.opaque && !options.look.room;
@@ -193,7 +228,7 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
                  const SynthProgress& progress) {
   const SynthScene world = SynthScene::open(scene, options.look);
   const std::vector<SynthShot> shots = data::plan_shots(options);
-  check_depth(world, options);
+  check_solid(world, options);
   const fs::path root(folder);
   const bool solid = world.at(0).bodies() > 0;  // gas has no surface
   for (const char* name : {"train", "val", "test"}) make_folder(root / name);
@@ -216,6 +251,7 @@ void write_synth(const std::string& scene, const std::string& folder, const Synt
   });
   if (options.rig.cameras > 0) write_truth(root, options, world, shots);
   if (options.drift > 0) write_gains(root, shots);
+  if (options.tracks) write_tracks(root, world, shots);
   for (const char* split : {"train", "val", "test"}) write_transforms(root, split, shots, options);
 }
 

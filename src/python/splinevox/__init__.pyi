@@ -234,7 +234,8 @@ RunLike = Union[Run, str, os.PathLike[str]]
 
 def load_dataset(
     path: str, downscale: int = 1, splits: Sequence[str] = (), times: str = "", missing: str = "", masks: str = "",
-    transfer: str = "", layer: str = "", depth: Optional[str] = None, memory: str = "", cache: str = "",
+    transfer: str = "", layer: str = "", depth: Optional[str] = None,
+    tracks: Optional[str] = None, memory: str = "", cache: str = "",
 ) -> Dataset: ...
 def make_synth(scene: str = "dancer", frames: int = 100, size: int = 200, seed: int = 1) -> Dataset: ...
 def write_synth(scene: str, folder: str, frames: int = 100, size: int = 200, seed: int = 1) -> None: ...

@@ -31,6 +31,7 @@ inline constexpr LossTerm kLossTerms[] = {
     {"loss.along", &LossConfig::along, 2, 0, false, true},
     {"loss.transmittance", &LossConfig::transmittance, 2, 0, false, false},
     {"loss.depth", &LossConfig::depth, 2, 0, false, true},
+    {"loss.tracks", &LossConfig::tracks, 2, 0, false, true},
     {"loss.offset", &LossConfig::offset, 2, 0, false, true},
     {"loss.offset_rigidity", &LossConfig::offset_rigidity, 0, 0, false, true},
     {"loss.divergence", &LossConfig::divergence, 2, 0, false, true},

@@ -111,6 +111,7 @@ Config published() {
   c.loss.tv_final = 1;
   c.loss.tv_places = 0;
   c.loss.depth = 0;
+  c.loss.tracks = 0;
   c.radiance.opaque_alpha = 0;
   c.sampling.growth = 1;
   c.sampling.carve = 0;

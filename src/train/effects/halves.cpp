@@ -29,6 +29,11 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
                      area_downscale(f.image, factor), f.camera_id};
     out.frames[i].ignored = area_downscale(f.ignored, factor);
     out.frames[i].depth = f.depth;
+    out.frames[i].tracks = f.tracks;
+    for (VisiblePoint& p : out.frames[i].tracks) {
+      p.u /= float(factor);
+      p.v /= float(factor);
+    }
   });
   const std::vector<Frame> all = std::exchange(out.frames, {});
   std::vector<int> left;

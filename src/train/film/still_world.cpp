@@ -2,6 +2,8 @@
 #include "train/film/still_world.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <utility>
 
 #include "core/parallel.hpp"
 #include "core/squares.hpp"
@@ -14,6 +16,7 @@
 #include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
 #include "train/effects/rig.hpp"
+#include "train/film/moving_tracks.hpp"
 #include "train/film/unexplained.hpp"
 #include "train/start.hpp"
 
@@ -83,6 +86,13 @@ void leave_out(const PixelMask& ignored, std::vector<char>& known) {
     if (ignored.test(i)) known[i] = 0;
 }
 
+PixelMask either(PixelMask a, const PixelMask& b) {
+  std::vector<std::uint64_t> words = a.words();
+  for (std::size_t i = 0; i < words.size(); ++i) words[i] |= b.words()[i];
+  a.set_words(std::move(words));
+  return a;
+}
+
 /// None: no masks are for that.
 std::optional<FilmEvidence> given_motion(const Split& train) {
   FilmEvidence out;
@@ -132,6 +142,7 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
   const VoxelModel still = trainer.finish();
   const float unit = brightness(config, picture_stats(train));
   const std::size_t n = train.frames.size();
+  const std::vector<char> followed = points_that_move(train);
   std::vector<double> psnrs(n), shares(n), coloured(n);
   moving.resize(n);
   parallel_for(int(n), [&](int i) {
@@ -145,13 +156,14 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
     const PixelMask ignored = area_downscale(frame.ignored, factor);
     std::vector<char> known = known_pixels(still, shown, camera, train);
     leave_out(ignored, known);
-    moving[std::size_t(i)] = {
-        clear_errors(unexplained(picture, expected), known, camera.width, camera.height, unit), factor};
+    const PixelMask tracked = squares_of_moving(frame, followed, factor);  // no highlight is
+    const auto clear = [&](const std::vector<float>& error) {
+      return either(clear_errors(error, known, camera.width, camera.height, unit), tracked);
+    };
+    moving[std::size_t(i)] = {clear(unexplained(picture, expected)), factor};
     const PixelMask& squares = moving[std::size_t(i)].squares;
     coloured[std::size_t(i)] =
-        double(clear_errors(unexplained_hue(picture, expected), known, camera.width, camera.height, unit)
-                   .count()) /
-        double(squares.pixels());
+        double(clear(unexplained_hue(picture, expected)).count()) / double(squares.pixels());
     shares[std::size_t(i)] = double(squares.count()) / double(squares.pixels());
     psnrs[std::size_t(i)] = capped_psnr(psnr(expected, picture, ignored));
   });
