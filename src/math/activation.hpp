@@ -104,6 +104,12 @@ SPLINEVOX_INLINE Activated<T> softplus(T x) {
 /// The x at which softplus(x) = y, y > 0. The plain log(exp(y) - 1) is infinite from 710 on.
 inline double inverse_softplus(double y) { return y + std::log(-std::expm1(-y)); }
 
+/// The raw value at which a scale of density that is `by` times as large gives the same density as raw did.
+/// Grows with raw; nothing overflows: far below it is raw - log(by), far above raw / by.
+inline double raw_at_scale(double raw, double shift, double by) {
+  return inverse_softplus(softplus(raw + shift).value / by) - shift;
+}
+
 /// The optical depth, density times length, that has this alpha in [0, 1): the inverse of one_minus_exp_neg.
 inline double optical_depth(double alpha) { return -std::log1p(-alpha); }
 

@@ -2,6 +2,7 @@
 #include "train/lattices.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "backend/host/level_sums.hpp"
@@ -27,6 +28,20 @@ BitGrid moved(const BitGrid& grid, const Offset& offset) {
     if (grid.test(grid.index(grid.cell_of(x + offset.at(x))))) out.set(i);
   }
   return out;
+}
+
+/// Density stays as it is, and so many times as much of it lies between raw values as far apart as before.
+/// What is empty stays that (kEmptyDensity).
+void steepen(RadianceField& radiance, float by) {
+  DensityActivation& activation = radiance.activation;
+  parallel_for(int(radiance.raw.topology->bricks.size()), [&](int b) {
+    for (int i = 0; i < kBrickRows; ++i) {
+      float& raw = radiance.raw.row(std::size_t(b) * kBrickRows + i)[0];
+      raw = raw > kEmptyDensity ? std::max(kEmptyDensity, float(raw_at_scale(raw, activation.shift, by)))
+                                : kEmptyDensity;
+    }
+  });
+  activation.scale *= by;
 }
 
 }  // namespace
@@ -72,7 +87,10 @@ void Lattices::refine_radiance(const Setting& setting, int cells, const BitGrid&
   else
     raw = resample(raw, bricks_near(lattice, matter));
   if (prune && prune_empty(raw)) raw.values.shrink_to_fit();
-  model.step = setting.config.sampling.step * lattice.spacing;
+  const float step = setting.config.sampling.step * lattice.spacing, power = setting.config.radiance.steepen;
+  // Presence is added to raw values, and would become something else.
+  if (power > 0 && !model.motion.presence) steepen(model.radiance, std::pow(model.step / step, power));
+  model.step = step;
   radiance = Learner(raw);
   forget_visible(setting);
 }

@@ -67,6 +67,19 @@ TEST_SUITE("math/activation") {
     CHECK(one_minus_exp_neg(0.0f) == 0.0f);
     CHECK(one_minus_exp_neg(200.0f) == 1.0f);
   }
+  TEST_CASE("raw density at another scale gives the same density, from nothing to opaque") {
+    for (const double by : {0.5, 1.0, 1.3, 6.4}) {
+      CAPTURE(by);
+      double before = -1e9;
+      for (double raw = -60; raw < 2000; raw += 0.37) {
+        const double at = raw_at_scale(raw, -4.6, by);
+        CHECK(softplus(at - 4.6).value * by == doctest::Approx(softplus(raw - 4.6).value).epsilon(1e-9));
+        CHECK(at > before);
+        before = at;
+      }
+      CHECK(raw_at_scale(1e30, 0, by) == doctest::Approx(1e30 / by));
+    }
+  }
   TEST_CASE("slopes equal dual-number derivatives") {
     for (const double x : {-30.0, -2.0, -0.1, 0.3, 5.0, 40.0}) {
       CHECK(sigmoid(x).slope == doctest::Approx(sigmoid(Dual{x, 1}).value.b).epsilon(1e-12));

@@ -7,6 +7,7 @@
 #include <string>
 #include <type_traits>
 
+#include "math/emission.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/config_keys.hpp"
 
@@ -121,6 +122,42 @@ TEST_SUITE("train/plan") {
       CHECK(l.radiance.m.size() == l.model.radiance.raw.values.size());
       CHECK(l.model.motion.levels.size() == 1);
       CHECK(l.model.motion.levels[0].width == l.model.motion.width());
+    }
+  }
+
+  TEST_CASE(
+      "density is steeper on a finer lattice and stays what it was; with presence it is as steep as before") {
+    for (const bool presence : {false, true}) {
+      CAPTURE(presence);
+      Config config = eventful();
+      config.motion.presence = presence;
+      config.grid.prune_alpha = 0;
+      config.radiance.steepen = 0;
+      Course plain(config);
+      config.radiance.steepen = 1;
+      Course steep(config);
+      for (Course* course : {&plain, &steep}) {
+        course->reach(0);
+        Channels& raw = course->volume.lattices.model.radiance.raw;
+        for (std::size_t i = kBrickRows; i < raw.topology->rows(); ++i)
+          raw.row(i)[0] = float(i * 7919 % 1000) / 1000 * 40 - 10;  // from nothing to opaque
+        course->reach(0.31);
+      }
+      const VoxelModel &a = plain.volume.lattices.model, &b = steep.volume.lattices.model;
+      CHECK(a.radiance.activation.scale == doctest::Approx(1 / a.step * 12 / 16));
+      CHECK(b.radiance.activation.scale == doctest::Approx(1 / b.step * (presence ? 12 / 16. : 1)));
+      REQUIRE(a.radiance.raw.topology->rows() == b.radiance.raw.topology->rows());
+      double apart = 0;
+      float lowest = 0;
+      const auto density = [](const RadianceField& r, std::size_t i) {
+        return density_of(r.raw.row(i)[0], r.activation.scale, r.activation.shift).value;
+      };
+      for (std::size_t i = 0; i < a.radiance.raw.topology->rows(); ++i) {
+        apart = std::max(apart, double(std::abs(density(a.radiance, i) - density(b.radiance, i))) * a.step);
+        lowest = std::min(lowest, b.radiance.raw.row(i)[0]);
+      }
+      CHECK(apart < 1e-4);  // of optical depths up to 40 * 12 / 16
+      CHECK(lowest == -10.0f);
     }
   }
 

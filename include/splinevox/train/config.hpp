@@ -58,7 +58,9 @@ struct RadianceConfig {
                                 ///< that follow; empty: at the start
   float initial_alpha = 0.01f;  ///< alpha of one step of the first lattice before training
   float opaque_alpha = 0.05f;   ///< the same behind opaque pictures, if it is more
-  float outer_alpha = 0.02f;    ///< of each of a ray's samples in the surroundings before training
+  float steepen = 0;  ///< power of a lattice's fineness by which its density is steeper than the first's; not
+                      ///< where there is presence (Lattices::refine_radiance)
+  float outer_alpha = 0.02f;  ///< of each of a ray's samples in the surroundings before training
   float initial_sh = 0;  ///< band 0 at the start: the view factor begins at 1 - sigmoid(Y00 * initial_sh) / 2
 };
 

@@ -57,6 +57,9 @@ void visit_config(C& c, Visit&& visit) {
   visit("radiance.initial_alpha", c.radiance.initial_alpha, "alpha per step before training", 1e-8, 0.5);
   visit("radiance.opaque_alpha", c.radiance.opaque_alpha,
         "alpha per step before training behind opaque pictures, if it is more", 0, 0.5);
+  visit("radiance.steepen", c.radiance.steepen,
+        "power of a lattice's fineness by which its density is steeper than the first's; not with presence",
+        0, 1);
   visit("radiance.outer_alpha", c.radiance.outer_alpha,
         "alpha per sample of the surroundings before training", 1e-8, 0.5);
   visit("radiance.initial_sh", c.radiance.initial_sh, "band 0 of the view rescale before training", -20, 20);

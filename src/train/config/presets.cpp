@@ -22,6 +22,7 @@ Config ours() {
   c.optimiser.lr_sh = 0.05f;
   c.radiance.sh_order = 2;
   c.radiance.sh_start = {0, .55f};
+  c.radiance.steepen = 1;
   c.motion.halve_start = {.3f};
   c.grid.empty_start = {.54f, .7f, .8f};
   c.grid.few_cells = 144;

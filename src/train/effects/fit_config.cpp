@@ -20,6 +20,7 @@ Config fit_config(const Config& config, const EffectSet& effects) {
   c.grid.surroundings_start = {0, 0.4f};
   c.radiance.sh_order = order_at(c.radiance, 0);
   c.radiance.sh_start.clear();
+  c.radiance.steepen = 0;  // fits with presence have none
   c.motion.rest = 0;
   c.motion.elevate_points.clear();
   c.motion.elevate_start.clear();
