@@ -157,7 +157,7 @@ TEST_SUITE("train/plan") {
         lowest = std::min(lowest, b.radiance.raw.row(i)[0]);
       }
       CHECK(apart < 1e-4);  // of optical depths up to 40 * 12 / 16
-      CHECK(lowest == -10.0f);
+      CHECK(lowest == doctest::Approx(-10));
     }
   }
 
