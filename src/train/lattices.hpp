@@ -36,7 +36,8 @@ struct Lattices {
   float edge() const { return model.box.longest_edge(); }
 
   void start_radiance(const Setting& setting, const BitGrid& cells);
-  /// Puts the radiance on another lattice, in bricks near the cells, and forgets its moments.
+  /// Puts the radiance on another lattice, in bricks near the cells, and forgets its moments. Density is as
+  /// steep there as RadianceConfig::steepen says.
   /// @param cells   along the longest edge. @param offset  at which the old lattice is resampled, if any
   /// @param prune   drop the bricks in which nothing is left
   void refine_radiance(const Setting& setting, int cells, const BitGrid& matter,
