@@ -75,6 +75,9 @@ std::vector<std::uint8_t> inflated(Bytes packed, std::uint32_t size, const std::
   return out;
 }
 
+/// What numpy calls the entry's array.
+std::string array_name(const Entry& entry) { return entry.name.substr(0, entry.name.rfind(".npy")); }
+
 std::vector<std::uint8_t> unpack(Bytes bytes, const Entry& entry, const std::string& where) {
   constexpr std::uint32_t kLocal = 0x04034b50, kStored = 0, kDeflated = 8;
   if (number_at(bytes, entry.at, 4, where) != kLocal)
@@ -105,8 +108,7 @@ std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, cons
         std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.name == name + ".npy"; });
     if (entry == entries.end()) {
       std::string all, wanted;
-      for (const Entry& e : entries)
-        all += (all.empty() ? "" : ", ") + printable(e.name.substr(0, e.name.rfind(".npy")));
+      for (const Entry& e : entries) all += (all.empty() ? "" : ", ") + printable(array_name(e));
       for (const std::string& each : names) wanted += (wanted.empty() ? "" : ", ") + each;
       fail({where, "there is no array '" + name + "' in it", wanted, all, ""});
     }
@@ -119,8 +121,7 @@ std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, cons
   const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestNpz);
   std::map<std::string, NpyArray> out;
   for (const Entry& e : read_directory(bytes, where))
-    out[e.name.substr(0, e.name.rfind(".npy"))] =
-        parse_npy(unpack(bytes, e, where), where + ", array " + in_quotes(e.name), true);
+    out[array_name(e)] = parse_npy(unpack(bytes, e, where), where + ", array " + in_quotes(e.name), true);
   return out;
 }
 
@@ -132,7 +133,7 @@ NpyArray read_npz_array(const std::filesystem::path& path, const std::string& wh
   for (const Entry& e : entries) {
     if (entries.size() == 1 || e.name == name + ".npy")
       return parse_npy(unpack(bytes, e, where), where, true);
-    all += (all.empty() ? "" : ", ") + printable(e.name.substr(0, e.name.rfind(".npy")));
+    all += (all.empty() ? "" : ", ") + printable(array_name(e));
   }
   fail({where, "it is not clear which array is meant", "one array, or one named '" + name + "'",
         all.empty() ? "none" : all, ""});

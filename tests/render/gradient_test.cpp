@@ -167,16 +167,7 @@ void kernel_gradients(const TinyScene<Sh>& scene, const MotionLoss<double>& loss
   constexpr int kWidth = TinyScene<Sh>::kWidth;
   const std::vector<Real> rows(scene.rows.begin(), scene.rows.end()),
       slice(scene.slice.begin(), scene.slice.end());
-  FieldView<Real> field;
-  field.radiance = BrickView<Real>(*scene.radiance);
-  field.motion = BrickView<Real>(*scene.motion);
-  field.radiance_rows = rows.data();
-  field.moving = scene.field.moving;
-  field.rigidity = scene.field.rigidity;
-  field.rigidity_offset = Real(scene.field.rigidity_offset);
-  field.density_scale = Real(scene.field.density_scale);
-  field.density_shift = Real(scene.field.density_shift);
-  field.step = Real(kStep);
+  const FieldView<Real> field = scene.field_in(rows);
   FrameView<Real> frame;
   frame.slice = slice.data();
   const MotionLoss<Real> losses{Real(loss.offset), Real(loss.offset_rigidity), Real(loss.offset_softening),

@@ -69,6 +69,22 @@ struct TinyScene {
       depths.push_back({float(0.2 + 0.3 * i), i == 2 ? 0.0 : 0.25});  // one unknown, one behind the box
     }
   }
+
+  /// `field` in another scalar, over rows that the caller keeps.
+  template <class Real>
+  FieldView<Real> field_in(const std::vector<Real>& its_rows) const {
+    FieldView<Real> out;
+    out.radiance = BrickView<Real>(*radiance);
+    out.motion = BrickView<Real>(*motion);
+    out.radiance_rows = its_rows.data();
+    out.moving = field.moving;
+    out.rigidity = field.rigidity;
+    out.rigidity_offset = Real(field.rigidity_offset);
+    out.density_scale = Real(field.density_scale);
+    out.density_shift = Real(field.density_shift);
+    out.step = Real(field.step);
+    return out;
+  }
 };
 
 }  // namespace splinevox::test

@@ -55,15 +55,7 @@ std::vector<Real> kernel_gradient(const TinyScene<Sh>& scene, double scale,
                                   std::vector<RayKernel<Real, Sh>>& kernels) {
   const std::vector<Real> rows(scene.rows.begin(), scene.rows.end()),
       slice(scene.slice.begin(), scene.slice.end());
-  FieldView<Real> field;
-  field.radiance = BrickView<Real>(*scene.radiance);
-  field.motion = BrickView<Real>(*scene.motion);
-  field.radiance_rows = rows.data();
-  field.moving = field.rigidity = true;
-  field.rigidity_offset = Real(scene.field.rigidity_offset);
-  field.density_scale = Real(scene.field.density_scale);
-  field.density_shift = Real(scene.field.density_shift);
-  field.step = Real(kStep);
+  const FieldView<Real> field = scene.field_in(rows);
   FrameView<Real> frame;
   frame.slice = slice.data();
   kernels.resize(scene.rays.size());
