@@ -100,6 +100,7 @@ nlohmann::json describe(const EffectChoice& choice) {
     if (v.spread) j["spread"][to_string(v.effect)] = *v.spread;
     if (v.apart) j["apart"][to_string(v.effect)] = *v.apart;
     if (v.whole) j["whole"][to_string(v.effect)] = *v.whole;
+    if (v.least_matter) j["least_matter"] = *v.least_matter;
     for (const ClockDoubt& d : v.clocks)
       j["clocks"].push_back(fmt::format("{:.2f} [{:.2f}, {:.2f}]", d.offset.mean, d.offset.lo, d.offset.hi));
   }

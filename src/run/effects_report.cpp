@@ -173,6 +173,7 @@ Json effects_json(const Prepared& prepared) {
       if (v->whole) e["whole"] = *v->whole;
       if (v->where < 1) e["where"] = v->where;
       if (v->far) e["far"] = *v->far;
+      if (v->least_matter) e["least_matter"] = *v->least_matter;
       e["beside"] = to_string(v->with.without(effect));
     } else if (effect == Effect::motion && choice.film && !choice.film->unexplained()) {
       e["decision"] = name_of(EffectDecision::off);

@@ -133,11 +133,13 @@ struct EffectVerdict {
                                       ///< brightness of the cameras' pictures is apart, as spread
   std::optional<double> whole = {};   ///< of drift in a film: how far pictures are brighter or darker as a
                                       ///< whole, not in parts, in [0, 1]
-  std::vector<ClockDoubt> clocks = {};  ///< of clock: of each camera
-  std::optional<double> far = {};       ///< of motion in a film: share of the visible cells whose mean
-                                        ///< displacement is large
-  double time_ratio = 1;                ///< seconds of the fit with it over without
-  double bytes_ratio = 1;               ///< size of the model with it over without
+  std::vector<ClockDoubt> clocks = {};      ///< of clock: of each camera
+  std::optional<double> far = {};           ///< of motion in a film: share of the visible cells whose mean
+                                            ///< displacement is large
+  std::optional<double> least_matter = {};  ///< of presence of solid matter that gains: how much of what
+                                            ///< changes is there when there is least, as a share of the most
+  double time_ratio = 1;                    ///< seconds of the fit with it over without
+  double bytes_ratio = 1;                   ///< size of the model with it over without
 };
 
 /// What the more control points of two fits of a stretch of time gained over the fewer.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -25,11 +26,16 @@ namespace {
 constexpr int kFewestViews = 8;  // to hold some out
 constexpr double kShortest = 8;  // steps of training for one of a fit, on coarser lattices and with fewer
                                  // rays: all fits cost under a tenth
-constexpr double kShortestTime = 25;   // seconds of training, for the same reason
-constexpr int kShortestFit = 100;      // steps of a fit: fewer were never tried (docs/experiments/effects.md)
-constexpr float kPresenceGain = 1.5f;  // dB of solid matter: what moves fast gains up to 1.25 by a presence
-                                       // that stands in for it (docs/experiments/effects.md)
+constexpr double kShortestTime = 25;  // seconds of training, for the same reason
+constexpr int kShortestFit = 100;     // steps of a fit: fewer were never tried (docs/experiments/effects.md)
+constexpr float kThinLoss = 1.5f;  // dB: a fit too short for the points of presence loses up to 1.7 by them
 constexpr double kPresenceChance = 0.1;  // of a gain that is none
+/// What solid matter must gain by presence, dB, where so little of it is left at some time (least_matter).
+/// What only moves keeps three quarters and more if it is large, half if it is small, and gains up to 2.2 by
+/// a presence that stands in for its motion (docs/experiments/effects.md).
+float least_presence_gain(double left) {
+  return left < 0.5 ? 0.6f : left < 0.75 ? 1.5f : std::numeric_limits<float>::infinity();
+}
 /// Of effects that nobody tried out: what can stand in for others is not taken on trust.
 constexpr const char* kTrusted = "every effect of the preset but presence and drift stays";
 
@@ -208,29 +214,44 @@ class Trials {
     return false;
   }
 
-  /// Whether matter comes and goes. Thin matter does, unless presence surely gains nothing. Solid matter
-  /// needs a gain far beyond what presence has by standing in for a motion that so short a fit has not found
-  /// yet. In a film it could stand in for anything.
+  /// Whether matter comes and goes. In a film presence could stand in for anything.
   bool comes_and_goes() {
     if (brief_ || is_film(out_.view_told_by_time)) return false;
-    const auto enough = [&](const EffectVerdict& v) {
-      return thin_ ? v.decision != EffectDecision::off
-                   : v.gain.mean > std::max(config_.effects.min_gain, kPresenceGain) &&
-                         v.gain.p < kPresenceChance;
-    };
     const int points = points_for_moments(config_, train_, 0);  // a fit halves nothing
-    bool on = enough(whole_.judge(Effect::presence, beside(), points));
-    if (!on && !thin_ && !changing_.empty()) {  // it may be a small part
-      out_.verdicts.pop_back();
-      on = enough(whole_.judge_where_changing(Effect::presence, beside(), changing_, points));
-    }
+    const bool on = thin_ ? thin_comes_and_goes(points) : solid_comes_and_goes(points);
     if (on)
       out_.points = std::max(out_.points, points_for_moments(config_, train_, halvings_to_come(config_)));
-    if (on && thin_)  // it fits the cameras instead (docs/experiments/matter.md)
-      leave_out(out_, Effect::view, "thin matter that comes and goes: no view dependence");
-    if (EffectVerdict& v = out_.verdicts.back(); !on && v.decision == EffectDecision::on)
-      v.decision = EffectDecision::confounded;
+    EffectVerdict& v = out_.verdicts.back();
+    if (!on && v.decision == EffectDecision::on) v.decision = EffectDecision::confounded;
+    if (on && v.decision == EffectDecision::off) v.decision = EffectDecision::proved;
     return on;
+  }
+  /// Thin matter does, unless presence surely gains nothing. Where still cameras prove that it changes, it
+  /// must surely lose more than so short a fit may.
+  bool thin_comes_and_goes(int points) {
+    const EffectVerdict v = whole_.judge(Effect::presence, beside(), points);
+    if (v.decision == EffectDecision::off && (changing_.empty() || v.gain.hi < -kThinLoss)) return false;
+    // It fits the cameras instead (docs/experiments/matter.md).
+    leave_out(out_, Effect::view, "thin matter that comes and goes: no view dependence");
+    return true;
+  }
+  /// Solid matter does if presence gains and there is not as much of it at all times. Presence can also stand
+  /// in for a motion that so short a fit has not found yet; then what changes keeps its amount.
+  bool solid_comes_and_goes(int points) {
+    const EffectSet with = beside();
+    if (gains_by_presence(whole_.judge(Effect::presence, with, points), with, points)) return true;
+    if (changing_.empty()) return false;
+    out_.verdicts.pop_back();  // it may be a small part
+    return gains_by_presence(whole_.judge_where_changing(Effect::presence, with, changing_, points), with,
+                             points);
+  }
+  bool gains_by_presence(const EffectVerdict& v, const EffectSet& with, int points) {
+    if (!(v.gain.mean > std::max(config_.effects.min_gain, least_presence_gain(0))) ||
+        v.gain.p > kPresenceChance)
+      return false;
+    const double left = whole_.least_matter(with, points);
+    out_.verdicts.back().least_matter = left;
+    return v.gain.mean > least_presence_gain(left);
   }
 
   const Config& config_;

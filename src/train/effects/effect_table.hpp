@@ -23,7 +23,8 @@ enum class Trial {
   exposure,  ///< it stays if it is sure to gain and its gains differ
   drift,     ///< the same, of the gains of one camera
   clock,     ///< beside motion: it stays if a camera's pictures are sure to show another moment
-  presence   ///< last, beside all that stays: only if it is sure to gain, and never in a film
+  presence   ///< last, beside all that stays, and never in a film: of solid matter only if it gains and there
+             ///< is less of it at some time
 };
 
 struct EffectFacts {

@@ -10,6 +10,7 @@
 #include "splinevox/train/trainer.hpp"
 #include "train/effects/film.hpp"
 #include "train/effects/fit_config.hpp"
+#include "train/effects/least_matter.hpp"
 #include "train/effects/moving_cells.hpp"
 
 namespace splinevox {
@@ -116,6 +117,10 @@ bool Ladder::judge_film(const EffectSet& all, bool proved) {
   const bool moves = v.gain.mean > std::max(least, *v.far > kFarShare ? kFarGain : kFilmGain);
   if (!moves && v.gain.mean > least) v.decision = EffectDecision::confounded;
   return moves;
+}
+
+double Ladder::least_matter(const EffectSet& effects, int points) const {
+  return splinevox::least_matter(fits_[std::size_t(find(effects, points))].model);
 }
 
 EffectVerdict Ladder::judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&)) {

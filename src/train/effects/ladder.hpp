@@ -49,6 +49,8 @@ class Ladder {
   EffectVerdict judge_drift(const EffectSet& all, bool film);
   /// Judges whether cameras have clocks of their own, by the fit without them. @param train  the whole split
   EffectVerdict judge_clock(const EffectSet& all, const Split& train);
+  /// Of a fit that judge made: how much matter of what changes is left when there is least.
+  double least_matter(const EffectSet& effects, int points) const;
   /// Compares two numbers of control points.
   PointsVerdict judge(const EffectSet& effects, int more, int fewer);
 
