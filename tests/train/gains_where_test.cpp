@@ -79,23 +79,34 @@ TEST_SUITE("train/gains_where") {
     const auto of_rig = [](const std::function<double(int camera, int picture)>& gain, int cameras = 4) {
       Film film = film_of([&](int p, int, int) { return gain(p % cameras, p); });
       for (int p = 0; p < kPictures; ++p) film.frames[std::size_t(p)].camera_id = p % cameras;
-      return cameras_apart(film.frames, kWhite, film.shown);
+      return cameras_spread(film.frames, kWhite, film.shown);
     };
     const auto of_camera = [](int camera) { return std::exp(0.1 * (camera % 2 ? 1 : -1)); };
     const double sd = 0.1 * std::sqrt(4.0 / 3);
-    CHECK(of_rig([&](int c, int) { return of_camera(c); }) == doctest::Approx(sd).epsilon(0.03));
-    CHECK(of_rig([&](int c, int p) { return of_camera(c) * (1 + 0.02 * std::sin(5.0 * p)); }) ==
+    const CameraSpread steady = of_rig([&](int c, int) { return of_camera(c); });
+    CHECK(steady.apart == doctest::Approx(sd).epsilon(0.03));
+    CHECK(steady.drift < 0.01);
+    CHECK(of_rig([&](int c, int p) { return of_camera(c) * (1 + 0.02 * std::sin(5.0 * p)); }).apart ==
           doctest::Approx(sd).epsilon(0.1));
-    CHECK(of_rig([](int, int p) { return drift(p); }) == 0);
-    CHECK(of_rig([&](int c, int) { return of_camera(c); }, 1) == 0);
+    const CameraSpread drifting = of_rig([](int, int p) { return drift(p); });
+    CHECK(drifting.apart == 0);
+    double squares = 0, sum = 0;
+    for (int p = 0; p < kPictures; ++p) {
+      sum += std::log(drift(p)) / kPictures;
+      squares += std::pow(std::log(drift(p)), 2) / kPictures;
+    }
+    CHECK(drifting.drift == doctest::Approx(std::sqrt(squares - sum * sum)).epsilon(0.15));
+    CHECK(of_rig([&](int c, int) { return of_camera(c); }, 1).apart == 0);
   }
   TEST_CASE("what moves and is shown in a wrong place sets no cameras apart") {
     Film film = film_of([](int p, int x, int y) { return std::hypot(x - 12 - 3 * p, y - 30) < 8 ? 0.2 : 1; });
     for (int p = 0; p < kPictures; ++p) film.frames[std::size_t(p)].camera_id = p % 4;
-    CHECK(cameras_apart(film.frames, kWhite, film.shown) < 0.01);
+    CHECK(cameras_spread(film.frames, kWhite, film.shown).apart < 0.01);
+    CHECK(cameras_spread(film.frames, kWhite, film.shown).drift < 0.01);
   }
   TEST_CASE("without pictures, or with nothing in them, there is no share") {
-    CHECK(cameras_apart({}, kWhite, {}) == 0);
+    CHECK(cameras_spread({}, kWhite, {}).apart == 0);
+    CHECK(cameras_spread({}, kWhite, {}).drift == 0);
     CHECK(share_of({}) == 0);
     Film film = film_of([](int, int, int) { return 1.0; });
     for (Frame& f : film.frames)

@@ -28,7 +28,8 @@ Image picked(const Image& picture, const Image& mask) {
 constexpr int kTile = 8;               // pixels
 constexpr int kFewestTiles = 8;        // of a picture, to compare them
 constexpr int kFewestTilesOfMany = 4;  // of a picture, where a camera's pictures are compared as well
-constexpr double kSureRatio = 2.7;     // of variances: chance alone comes to it once in a hundred times
+constexpr double kMedianError = 1.4826 * 1.2533;  // of a normal sample's median, in its median deviation
+constexpr double kSureRatio = 2.7;  // of variances: chance alone comes to it once in a hundred times
 constexpr std::size_t kApart = 10;  // one tile in so many may show what moves: those furthest from the median
 constexpr float kContrast = 0.02f;  // of a pixel's value to the background, from which it shows something
 
@@ -104,14 +105,20 @@ double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
   return int(count) >= 3 * kFewestPictures && between > 0 ? between / (between + within) : 0;
 }
 
-double cameras_apart(const std::vector<Frame>& held_out, const Vec3& background,
-                     const std::vector<Image>& shown) {
+CameraSpread cameras_spread(const std::vector<Frame>& held_out, const Vec3& background,
+                            const std::vector<Image>& shown) {
   std::array<std::map<int, std::vector<double>>, 3> medians;
+  double noise = 0;  // of the medians, sum of variances
   for (std::size_t f = 0; f < held_out.size(); ++f) {
-    const auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
-    for (std::size_t c = 0; c < 3; ++c)
-      if (int(ratios[c].size()) >= kFewestTilesOfMany)
-        medians[c][held_out[f].camera_id].push_back(median(ratios[c]));
+    auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::vector<double>& r = ratios[c];
+      if (int(r.size()) < kFewestTilesOfMany) continue;
+      const double middle = median(r);
+      medians[c][held_out[f].camera_id].push_back(middle);
+      for (double& v : r) v = std::abs(v - middle);
+      noise += std::pow(kMedianError * median(r), 2) / double(r.size());
+    }
   }
   // Analysis of variance, one way, the channels together: sums of squares of all, and within cameras.
   double all = 0, within = 0, pictures = 0, shares = 0, cameras = 0;
@@ -130,9 +137,10 @@ double cameras_apart(const std::vector<Frame>& held_out, const Vec3& background,
     cameras += double(channel.size());
   }
   const double freedom = cameras - 3, left = pictures - cameras;  // a mean for each channel
-  if (freedom < 3 || left < 3) return 0;
+  if (freedom < 3 || left < 3) return {};
   const double between = (all - within) / freedom, chance = within / left;
-  return between > kSureRatio * chance ? std::sqrt((between - chance) * freedom / (pictures - shares)) : 0;
+  return {between > kSureRatio * chance ? std::sqrt((between - chance) * freedom / (pictures - shares)) : 0,
+          std::sqrt(std::max(0.0, chance - noise / pictures))};
 }
 
 std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std::vector<Frame>& held_out,

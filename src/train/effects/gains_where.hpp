@@ -31,12 +31,15 @@ std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std
 double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
                    const std::vector<Image>& shown);
 
-/// How far the cameras of a rig are apart in brightness, by held-out pictures and a fit without gains: the
-/// standard deviation of the cameras' logarithms of truth over shown, less what the pictures of one camera
-/// differ by. Of each picture and channel the median over tiles of 8x8 pixels counts, so what moves and is
-/// shown in a wrong place hardly does. 0 where it may be chance, or where hardly a picture shows enough.
-/// @param shown  pictures of the fit
-double cameras_apart(const std::vector<Frame>& held_out, const Vec3& background,
-                     const std::vector<Image>& shown);
+/// How brightness differs between the pictures of a rig, by held-out ones and a fit without gains: standard
+/// deviations of the logarithms of truth over shown. Of each picture and channel the median over tiles of 8x8
+/// pixels counts, so what moves and is shown in a wrong place hardly does.
+struct CameraSpread {
+  double apart = 0;  ///< of the cameras, less what the pictures of one camera differ by; 0: it may be chance
+  double drift = 0;  ///< of the pictures of one camera, less what their medians err by
+};
+/// Zeros where hardly a picture shows enough. @param shown  pictures of the fit
+CameraSpread cameras_spread(const std::vector<Frame>& held_out, const Vec3& background,
+                            const std::vector<Image>& shown);
 
 }  // namespace splinevox

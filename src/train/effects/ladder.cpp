@@ -26,8 +26,9 @@ constexpr float kFar = 3;           // voxels of a fit's lattice, of 40 to the b
 constexpr double kFarShare = 0.0015;   // of the visible cells
 constexpr double kLeastSpread = 0.03;  // of gains: less is not seen, and a fit this short errs as much
 constexpr double kClearSpread = 0.06;  // of gains that nothing is known to gain by
-constexpr double kLeastApart = 0.035;  // cameras_apart: exposures that agree come to 0.03 with alpha
-                                       // (docs/experiments/effects.md)
+// CameraSpread. Exposures that agree come to 0.03 with alpha, those that are steady to 0
+// (docs/experiments/effects.md).
+constexpr double kLeastApart = 0.035, kLeastDrift = 0.04;
 
 // whole_share of a film's exposures: glossy scenes that are lit steadily come to 0.92, drifts of a quarter to
 // 0.94 and more (docs/experiments/effects.md).
@@ -131,9 +132,10 @@ EffectVerdict Ladder::judge_gains(Effect effect, const EffectSet& all, double (*
   return v;
 }
 
-double Ladder::by_brightness(const EffectSet& effects,
-                             double (*measure)(const std::vector<Frame>&, const Vec3&,
-                                               const std::vector<Image>&)) const {
+template <class Measured>
+Measured Ladder::by_brightness(const EffectSet& effects,
+                               Measured (*measure)(const std::vector<Frame>&, const Vec3&,
+                                                   const std::vector<Image>&)) const {
   const VoxelModel& model = fits_[std::size_t(find(effects, config_.motion.points))].model;
   const std::vector<Frame>& frames = halves_.held_out.frames;
   Renderer renderer(model);
@@ -148,7 +150,7 @@ EffectVerdict Ladder::judge_exposure(const EffectSet& all) {
   // What stands still behind opaque pictures tells by itself.
   if (v.decision != EffectDecision::undecided || *v.spread < kClearSpread || all.has(Effect::background))
     return v;
-  v.apart = by_brightness(all.without(Effect::exposure), cameras_apart);
+  v.apart = by_brightness(all.without(Effect::exposure), cameras_spread).apart;
   if (*v.apart > kLeastApart) v.decision = EffectDecision::on;
   return v;
 }
@@ -156,7 +158,13 @@ EffectVerdict Ladder::judge_exposure(const EffectSet& all) {
 EffectVerdict Ladder::judge_drift(const EffectSet& all, bool film) {
   judge_gains(Effect::drift, all, drift_of);
   EffectVerdict& v = out_.verdicts.back();
-  if (!film) return v;
+  if (!film) {
+    if (v.decision != EffectDecision::undecided || *v.spread < kLeastSpread || all.has(Effect::background))
+      return v;
+    v.apart = by_brightness(all.without(Effect::drift), cameras_spread).drift;
+    if (*v.apart > kLeastDrift) v.decision = EffectDecision::on;
+    return v;
+  }
   v.whole = by_brightness(all, whole_share);
   if (v.decision == EffectDecision::on && *v.whole < kLeastWhole) v.decision = EffectDecision::confounded;
   return v;

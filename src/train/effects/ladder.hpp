@@ -45,7 +45,7 @@ class Ladder {
   /// errors hide what gains give. There the pictures' own brightness decides.
   EffectVerdict judge_exposure(const EffectSet& all);
   /// The same of gains that change over time. @param film  of one camera that moves: a highlight changes as
-  /// it goes by, so pictures must be brighter or darker as a whole
+  /// it goes by, so pictures must be brighter or darker as a whole. Otherwise of a rig.
   EffectVerdict judge_drift(const EffectSet& all, bool film);
   /// Judges whether cameras have clocks of their own, by the fit without them. @param train  the whole split
   EffectVerdict judge_clock(const EffectSet& all, const Split& train);
@@ -63,9 +63,10 @@ class Ladder {
   };
   void decide(EffectVerdict& v) const;
   /// A measure of the held-out frames beside what a fit that was made shows of them without its gains.
-  double by_brightness(const EffectSet& effects,
-                       double (*measure)(const std::vector<Frame>& held_out, const Vec3& background,
-                                         const std::vector<Image>& shown)) const;
+  template <class Measured>
+  Measured by_brightness(const EffectSet& effects,
+                         Measured (*measure)(const std::vector<Frame>& held_out, const Vec3& background,
+                                             const std::vector<Image>& shown)) const;
   EffectVerdict judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&));
   /// Index among its own fits, -1: not made yet.
   int find(const EffectSet& effects, int points) const;
