@@ -130,12 +130,12 @@ struct EffectVerdict {
   std::optional<double> spread = {};  ///< of exposure: how far the gains of the cameras are apart; of drift:
                                       ///< those of each camera. The standard deviation of their logarithms
   std::optional<double> apart = {};   ///< of exposure, or drift of a rig, where motion hides what it gains:
-                                     ///< how far the brightness of the pictures is apart, as spread
-  std::optional<double> whole = {};     ///< of drift in a film: how far pictures are brighter or darker as a
-                                        ///< whole, not in parts, in [0, 1]
-  std::vector<ClockDoubt> clocks = {};  ///< of clock: of each camera
-  std::optional<double> far = {};       ///< of motion in a film: share of the visible cells whose mean
-                                        ///< displacement is large
+                                      ///< how far the brightness of the pictures is apart, as spread
+  std::optional<double> whole = {};   ///< of drift in a film: how far pictures are brighter or darker as a
+                                      ///< whole, not in parts, in [0, 1]
+  std::vector<ClockDoubt> clocks = {};      ///< of clock: of each camera
+  std::optional<double> far = {};           ///< of motion in a film: share of the visible cells whose mean
+                                            ///< displacement is large
   std::optional<double> least_matter = {};  ///< of presence of solid matter that gains: how much of what
                                             ///< changes is there when there is least, as a share of the most
   double time_ratio = 1;                    ///< seconds of the fit with it over without
