@@ -239,19 +239,19 @@ class Trials {
   /// in for a motion that so short a fit has not found yet; then what changes keeps its amount.
   bool solid_comes_and_goes(int points) {
     const EffectSet with = beside();
-    if (gains_by_presence(whole_.judge(Effect::presence, with, points), with, points)) return true;
+    std::optional<double> left;  // of the one fit, wherever its gain is asked
+    const auto enough = [&](const EffectVerdict& v) {
+      if (!(v.gain.mean > std::max(config_.effects.min_gain, least_presence_gain(0))) ||
+          !(v.gain.p < kPresenceChance))
+        return false;
+      if (!left) left = whole_.least_matter(with, points);
+      out_.verdicts.back().least_matter = left;
+      return v.gain.mean > least_presence_gain(*left);
+    };
+    if (enough(whole_.judge(Effect::presence, with, points))) return true;
     if (changing_.empty()) return false;
     out_.verdicts.pop_back();  // it may be a small part
-    return gains_by_presence(whole_.judge_where_changing(Effect::presence, with, changing_, points), with,
-                             points);
-  }
-  bool gains_by_presence(const EffectVerdict& v, const EffectSet& with, int points) {
-    if (!(v.gain.mean > std::max(config_.effects.min_gain, least_presence_gain(0))) ||
-        v.gain.p > kPresenceChance)
-      return false;
-    const double left = whole_.least_matter(with, points);
-    out_.verdicts.back().least_matter = left;
-    return v.gain.mean > least_presence_gain(left);
+    return enough(whole_.judge_where_changing(Effect::presence, with, changing_, points));
   }
 
   const Config& config_;

@@ -144,29 +144,31 @@ Measured Ladder::by_brightness(const EffectSet& effects,
   return measure(frames, model.background.color, neutral);
 }
 
+void Ladder::ask_brightness(EffectVerdict& v, double least_spread, double CameraSpread::*apart,
+                            double least) const {
+  // What stands still behind opaque pictures tells by itself.
+  if (v.decision != EffectDecision::undecided || *v.spread < least_spread || v.with.has(Effect::background))
+    return;
+  v.apart = by_brightness(v.with.without(v.effect), cameras_spread).*apart;
+  if (*v.apart > least) v.decision = EffectDecision::on;
+}
+
 EffectVerdict Ladder::judge_exposure(const EffectSet& all) {
   judge_gains(Effect::exposure, all, spread_of);
   EffectVerdict& v = out_.verdicts.back();
-  // What stands still behind opaque pictures tells by itself.
-  if (v.decision != EffectDecision::undecided || *v.spread < kClearSpread || all.has(Effect::background))
-    return v;
-  v.apart = by_brightness(all.without(Effect::exposure), cameras_spread).apart;
-  if (*v.apart > kLeastApart) v.decision = EffectDecision::on;
+  ask_brightness(v, kClearSpread, &CameraSpread::apart, kLeastApart);
   return v;
 }
 
 EffectVerdict Ladder::judge_drift(const EffectSet& all, bool film) {
   judge_gains(Effect::drift, all, drift_of);
   EffectVerdict& v = out_.verdicts.back();
-  if (!film) {
-    if (v.decision != EffectDecision::undecided || *v.spread < kLeastSpread || all.has(Effect::background))
-      return v;
-    v.apart = by_brightness(all.without(Effect::drift), cameras_spread).drift;
-    if (*v.apart > kLeastDrift) v.decision = EffectDecision::on;
-    return v;
+  if (film) {
+    v.whole = by_brightness(all, whole_share);
+    if (v.decision == EffectDecision::on && *v.whole < kLeastWhole) v.decision = EffectDecision::confounded;
+  } else {
+    ask_brightness(v, kLeastSpread, &CameraSpread::drift, kLeastDrift);
   }
-  v.whole = by_brightness(all, whole_share);
-  if (v.decision == EffectDecision::on && *v.whole < kLeastWhole) v.decision = EffectDecision::confounded;
   return v;
 }
 

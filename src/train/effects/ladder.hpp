@@ -68,6 +68,9 @@ class Ladder {
                          Measured (*measure)(const std::vector<Frame>& held_out, const Vec3& background,
                                              const std::vector<Image>& shown)) const;
   EffectVerdict judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&));
+  /// Of gains that judge_gains left undecided, and that are apart by least_spread: what the brightness of a
+  /// rig's pictures says. They are on if `apart` of it is above `least`.
+  void ask_brightness(EffectVerdict& v, double least_spread, double CameraSpread::*apart, double least) const;
   /// Index among its own fits, -1: not made yet.
   int find(const EffectSet& effects, int points) const;
   PairedGain gain(const EffectTrial& more, const EffectTrial& less) const;

@@ -2,10 +2,10 @@
 #include "train/effects/least_matter.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/parallel.hpp"
+#include "math/composite.hpp"
 #include "render/occupancy.hpp"
 #include "splinevox/field/sample.hpp"
 
@@ -24,7 +24,7 @@ double least_matter(const VoxelModel& model) {
   parallel_for(kMoments, [&](int m) {
     const FrameSampler sampler(model, double(m) / (kMoments - 1));
     for (std::size_t c = 0; c < grid.cells(); ++c)
-      alpha[std::size_t(m)][c] = -std::expm1(-sampler.density(grid.center(grid.cell_at(c))) * grid.cell);
+      alpha[std::size_t(m)][c] = opacity_of(sampler.density(grid.center(grid.cell_at(c))), grid.cell).alpha;
   });
   std::vector<double> matter(kMoments, 0.0);
   for (std::size_t c = 0; c < grid.cells(); ++c) {
