@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "app/program.hpp"
+#include "data/layouts.hpp"
 #include "run/support.hpp"
 #include "splinevox/data/scene.hpp"
 
@@ -135,6 +136,44 @@ TEST_SUITE("app/capture program") {
     const Ended refused = program(other);
     CHECK(refused.code == 2);
     CHECK(contains(refused.err, "--fresh begins anew"));
+  }
+
+  TEST_CASE("a lens whose distortion ran away: cameras are found again without one") {
+    const TempFolder folder;
+    const std::string root = folder.str(), in = root + "/models/straight/images";
+    const Cameras cameras = true_cameras();
+    write_colmap_binary(root + "/models/straight", cameras, {"SIMPLE_RADIAL", 2, {11, 6, 4, 0}, "00"});
+    write_colmap_binary(root + "/models/bent", cameras, {"SIMPLE_RADIAL", 2, {11, 6, 4, -40}, "00"});
+    // A COLMAP that finds these: the second wherever it may choose the distortion.
+    write_text(root + "/bin/colmap",
+               "#!/bin/sh\ncase \"$*\" in\n*-h)\n  echo 'COLMAP 3.8'\n"
+               "  for o in database_path image_path image_list_path output_path "
+               "ImageReader.camera_model ImageReader.single_camera "
+               "SiftExtraction.use_gpu SiftExtraction.num_threads "
+               "SiftExtraction.max_num_features SiftMatching.use_gpu "
+               "SiftMatching.num_threads ExhaustiveMatching.block_size "
+               "Mapper.num_threads Mapper.extract_colors Mapper.min_model_size "
+               "Mapper.init_min_tri_angle Mapper.ba_global_function_tolerance "
+               "Mapper.ba_refine_extra_params; do echo \"  --$o arg\"; done ;;\n"
+               "*sparse_straight*refine_extra_params\\ 0*) cp -r " +
+                   root + "/models/straight/sparse/0 " + root +
+                   "/out/work/sparse_straight ;;\nmapper*) cp -r " + root + "/models/bent/sparse/0 " + root +
+                   "/out/work/sparse ;;\nesac\n");
+    fs::permissions(root + "/bin/colmap", fs::perms::owner_all);
+    const std::string command = "PATH=" + root + "/bin:$PATH " SPLINEVOX_PROGRAM " capture " + in +
+                                " --out " + root + "/out > " + root + "/said 2>&1";
+    const auto placed_all = [&] {
+      const bool well = std::system(command.c_str()) == 0;
+      CAPTURE(slurp(root + "/said"));
+      CHECK(well);
+      CHECK(contains(slurp(root + "/said"), "16 of 16 pictures placed"));
+    };
+    placed_all();
+    CHECK(contains(slurp(root + "/said"), "cameras are found again without distortion"));
+    CHECK(load_dataset(root + "/out").find("train")->frames.size() > 0);
+    const auto written = fs::last_write_time(root + "/out/work/sparse_straight/0");
+    placed_all();
+    CHECK(fs::last_write_time(root + "/out/work/sparse_straight/0") == written);
   }
 
   TEST_CASE("pictures of nothing: an error that says what to film differently") {

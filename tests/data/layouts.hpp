@@ -176,11 +176,12 @@ inline std::array<double, 3> translation_of(const TrueCamera& c) {
   return t;
 }
 
-/// A model's name, number and parameters.
+/// A model's name, number and parameters, and how names of its pictures begin.
 struct ColmapLens {
   std::string name;
   int id;
   std::vector<double> params;
+  std::string stem = "frame_";
 };
 
 inline void write_colmap_text(const fs::path& folder, const Cameras& cameras, const ColmapLens& lens) {
@@ -203,7 +204,7 @@ inline void write_colmap_text(const fs::path& folder, const Cameras& cameras, co
 }
 
 inline void write_colmap_binary(const fs::path& folder, const Cameras& cameras, const ColmapLens& lens) {
-  write_pictures(folder / "images", int(cameras.size()));
+  write_pictures(folder / "images", int(cameras.size()), lens.stem);
   Bytes list, images, points;
   append(list, std::uint64_t(1));
   append(list, std::uint32_t(1));
@@ -217,7 +218,7 @@ inline void write_colmap_binary(const fs::path& folder, const Cameras& cameras, 
     for (const double v : quaternion_of(cameras[i])) append(images, v);
     for (const double v : translation_of(cameras[i])) append(images, v);
     append(images, std::uint32_t(1));
-    const std::string name = "frame_" + padded(int(i)) + ".png";
+    const std::string name = lens.stem + padded(int(i)) + ".png";
     images.insert(images.end(), name.begin(), name.end());
     images.push_back(0);
     append(images, std::uint64_t(i % 3));

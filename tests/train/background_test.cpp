@@ -119,7 +119,7 @@ TEST_SUITE("train/background") {
   }
   TEST_CASE("behind opaque pictures the sky is learned, and the scene before it") {
     const Dataset data = before_sky(40, 40);
-    Config config = small_config(400);
+    Config config = small_config(250);
     const VoxelModel model = train(config, data);
     config.run.background_order = -1;
     const VoxelModel fog = train(config, data);
@@ -173,7 +173,7 @@ TEST_SUITE("train/background") {
   }
   TEST_CASE("a device's steps learn the same background") {
     const Dataset data = before_sky(12, 24);
-    const Config config = small_config(60);
+    const Config config = small_config(30);
     const VoxelModel cpu = train(config, data);
     Trainer trainer(config, *data.find("train"), data.time_map, 0, nullptr, make_host_step(false));
     while (!trainer.done()) trainer.step();

@@ -240,7 +240,7 @@ TEST_SUITE("train/ranks") {
   TEST_CASE(
       "devices add up their gradients: no rank parts, as many give the same bits again, and against one only "
       "rounding differs") {
-    const Config config = small_config(40);
+    const Config config = small_config(16);
     const Trained one = train(config, nullptr, scene(), By::device);
     const std::vector<Trained> two = train_with(2, config, scene(), By::device),
                                again = train_with(2, config, scene(), By::device);
@@ -249,14 +249,15 @@ TEST_SUITE("train/ranks") {
     CHECK(two[0].loss[0] == doctest::Approx(one.loss[0]).epsilon(1e-7));  // in units of 2^-32
     for (std::size_t i = 1; i < 10; ++i) CHECK(two[0].loss[i] == doctest::Approx(one.loss[i]).epsilon(1e-2));
     CHECK(two[0].loss.back() == doctest::Approx(one.loss.back()).epsilon(0.2));
-    const std::vector<Trained> three = train_with(3, config, scene(), By::device);  // shares of unequal size
+    // Shares of unequal size.
+    const std::vector<Trained> three = train_with(3, small_config(6), scene(), By::device);
     CHECK(same_bits(three[0], three[1]));
     CHECK(same_bits(three[0], three[2]));
     CHECK(three[0].loss[0] == doctest::Approx(one.loss[0]).epsilon(1e-7));
   }
 
   TEST_CASE("a background is learned from the rays of all devices") {
-    const Config config = small_config(20);
+    const Config config = small_config(10);
     const std::vector<Trained> two = train_with(2, config, scene(true), By::device);
     const Background one = train(config, nullptr, scene(true), By::device).model.background,
                      &both = two[0].model.background;

@@ -79,16 +79,16 @@ class Capture {
     stage(3, "matches", [&] { match_features(folder_, state_, options_, colmap, false); });
     stage(4, "cameras", [&] { find_cameras(folder_, state_, options_, colmap); });
     std::optional<Solved> solved = solve();
-    const bool few_placed = !solved || solved->scene.placed < kMost * solved->scene.asked;
-    if (few_placed && !state_.of_rig() && !state_.wide && int(state_.frames.size()) > kAllCompared) {
+    if (few(solved) && !state_.of_rig() && !state_.wide && int(state_.frames.size()) > kAllCompared) {
       talk_.note(fmt::format("{} of {} pictures were placed: they are compared with more of the others",
-                             solved ? solved->scene.placed : 0, state_.frames.size()));
+                             placed(solved), state_.frames.size()));
       state_.wide = true;
       state_.done = 2;
       stage(3, "matches", [&] { match_features(folder_, state_, options_, colmap, true); });
       stage(4, "cameras", [&] { find_cameras(folder_, state_, options_, colmap); });
       solved = solve();
     }
+    if (few(solved) && solved && solved->scene.odd_lenses > 0) try_straight(solved, colmap);
     if (!solved) fail_placing(state_, "no model; " + colmap.last_lines());
     return finish(*solved, colmap.version());
   }
@@ -101,6 +101,31 @@ class Capture {
     int models = 0;
     CapturedScene scene;
   };
+
+  static int placed(const std::optional<Solved>& solved) { return solved ? solved->scene.placed : 0; }
+  static bool few(const std::optional<Solved>& solved) {
+    return !solved || placed(solved) < kMost * solved->scene.asked;
+  }
+
+  /// A lens whose distortion ran away takes the cameras with it: once more without any, if that places more.
+  void try_straight(std::optional<Solved>& solved, ColmapProgram& colmap) {
+    if (options_.lens == "pinhole" || state_.straight) return;
+    state_.straight = true;
+    std::error_code ignored;
+    if (fs::exists(folder_ / state_.models(), ignored)) {  // an earlier call has: it placed no more
+      state_.straight = false;
+      return;
+    }
+    talk_.note(fmt::format("{} got a lens that no camera has: cameras are found again without distortion",
+                           solved->scene.odd_lenses));
+    state_.done = 3;
+    write_capture_state(folder_, state_);
+    stage(4, "cameras", [&] { find_cameras(folder_, state_, options_, colmap); });
+    std::optional<Solved> straight = solve();
+    state_.straight = placed(straight) > placed(solved);
+    if (state_.straight) solved = std::move(straight);
+    write_capture_state(folder_, state_);
+  }
 
   CaptureCamera find_walk(const std::vector<CaptureCamera>& cameras) const {
     std::vector<CaptureCamera> walk = find_capture_input({options_.walk});
@@ -177,7 +202,7 @@ class Capture {
   }
 
   std::optional<Solved> solve() const {
-    const auto found = largest_model(folder_ / "work/sparse");
+    const auto found = largest_model(folder_ / state_.models());
     if (!found) return {};
     Solved solved{data::read_colmap_binary(found->first), found->second, {}};
     solved.scene = place_frames(solved.model, state_.frames, state_.rig);

@@ -148,7 +148,7 @@ void match_features(const fs::path& folder, const CaptureState& state, const Cap
 
 void find_cameras(const fs::path& folder, const CaptureState& state, const CaptureOptions& options,
                   ColmapProgram& colmap) {
-  const fs::path models = folder / "work/sparse";
+  const fs::path models = folder / state.models();
   fs::remove_all(models);
   fs::create_directories(models);
   std::vector<ColmapOption> words{{"database_path", (folder / "work/database.db").string()},
@@ -159,6 +159,7 @@ void find_cameras(const fs::path& folder, const CaptureState& state, const Captu
                                   {"Mapper.min_model_size", "3"},
                                   {"Mapper.init_min_tri_angle", "4"},
                                   {"Mapper.ba_global_function_tolerance", "1e-6"}};
+  if (state.straight) words.push_back({"Mapper.ba_refine_extra_params", "0"});
   if (state.of_rig()) {
     words.push_back({"Mapper.init_min_num_inliers", "40"});
     words.push_back({"Mapper.abs_pose_min_num_inliers", "15"});
@@ -196,6 +197,7 @@ CaptureState read_capture_state(const fs::path& folder) {
     state.request = json.at("request");
     state.done = json.at("done").get<int>();
     state.wide = json.at("wide").get<bool>();
+    state.straight = json.value("straight", false);
     state.rig = json.at("rig").get<std::vector<std::string>>();
     state.notes = json.at("notes").get<std::vector<std::string>>();
     state.seconds = json.at("seconds");
@@ -213,9 +215,9 @@ void write_capture_state(const fs::path& folder, const CaptureState& state) {
   Json frames = Json::array();
   for (const CaptureFrame& f : state.frames)
     frames.push_back({{"name", f.name}, {"camera", f.camera}, {"time", f.time}, {"mask", f.mask}});
-  const Json json{{"request", state.request}, {"done", state.done},   {"wide", state.wide},
-                  {"rig", state.rig},         {"notes", state.notes}, {"seconds", state.seconds},
-                  {"frames", frames}};
+  const Json json{{"request", state.request},   {"done", state.done}, {"wide", state.wide},
+                  {"straight", state.straight}, {"rig", state.rig},   {"notes", state.notes},
+                  {"seconds", state.seconds},   {"frames", frames}};
   write_file((folder / "work/state.json").string(), {json_text(json, 1) + "\n"});
 }
 

@@ -15,6 +15,7 @@ struct CaptureState {
   Json request;       ///< what was asked for; another one is another data set
   int done = 0;       ///< stages that are finished
   bool wide = false;  ///< pictures were compared with more of the others, since too few were placed at first
+  bool straight = false;  ///< lenses have no distortion, since with one no camera's lens was found
   std::vector<CaptureFrame> frames;
   std::vector<std::string> rig;  ///< names of cameras that stand still
   std::vector<std::string> notes;
@@ -26,6 +27,8 @@ struct CaptureState {
     return of_rig() && std::size_t(frame.camera) >= rig.size();
   }
   bool has_walk() const { return !frames.empty() && of_walk(frames.back()); }
+  /// Where COLMAP's models lie, in the folder of the data set.
+  const char* models() const { return straight ? "work/sparse_straight" : "work/sparse"; }
 };
 /// Empty if there is none. Throws Error (Fault::input) naming the file.
 CaptureState read_capture_state(const std::filesystem::path& folder);
