@@ -95,7 +95,7 @@ TEST_SUITE("app/capture program") {
     }
     const TempFolder folder;
     const std::string root = folder.str(), scene = root + "/scene", out = root + "/out";
-    REQUIRE(program({"synth", "static", "--out", scene, "--orbit", "0.2", "--room", "--frames", "16",
+    REQUIRE(program({"synth", "static", "--out", scene, "--orbit", "0.35", "--room", "--frames", "16",
                      "--size", "240", "--quiet"})
                 .code == 0);
     REQUIRE(shell("ffmpeg -v error -framerate 8 -i " + scene +

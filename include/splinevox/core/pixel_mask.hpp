@@ -33,6 +33,11 @@ class PixelMask {
   const std::vector<std::uint64_t>& words() const { return words_; }
   /// @pre as many as there are
   void set_words(std::vector<std::uint64_t> words) { words_ = std::move(words); }
+  /// @pre of the same size
+  PixelMask& operator|=(const PixelMask& other) {
+    for (std::size_t i = 0; i < words_.size(); ++i) words_[i] |= other.words_[i];
+    return *this;
+  }
   /// Calls visit(bits) for 64 pixels after 64, the first in the lowest bit.
   template <class Visit>
   void each_word(const Visit& visit) const {

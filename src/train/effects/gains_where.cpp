@@ -71,6 +71,17 @@ std::array<std::vector<double>, 3> ratios_of(const Image& truth, const Vec3& bac
   return out;
 }
 
+/// Calls visit(picture, channel, median, ratios) wherever a channel of a picture has that many tiles.
+template <class Visit>
+void each_median(const std::vector<Frame>& held_out, const Vec3& background, const std::vector<Image>& shown,
+                 int fewest, const Visit& visit) {
+  for (std::size_t f = 0; f < held_out.size(); ++f) {
+    auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
+    for (std::size_t c = 0; c < 3; ++c)
+      if (std::vector<double>& r = ratios[c]; int(r.size()) >= fewest) visit(held_out[f], c, median(r), r);
+  }
+}
+
 double variance(const std::vector<double>& values) {
   double sum = 0, squares = 0;
   for (const double v : values) sum += v / double(values.size());
@@ -84,19 +95,14 @@ double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
                    const std::vector<Image>& shown) {
   std::array<std::vector<double>, 3> medians;
   double within = 0, between = 0;
-  for (std::size_t f = 0; f < held_out.size(); ++f) {
-    auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
-    for (std::size_t c = 0; c < 3; ++c) {
-      std::vector<double>& r = ratios[c];
-      if (int(r.size()) < kFewestTiles) continue;
-      const double middle = median(r);
-      medians[c].push_back(middle);
-      std::sort(r.begin(), r.end(),
-                [&](double a, double b) { return std::abs(a - middle) < std::abs(b - middle); });
-      r.resize(r.size() - r.size() / kApart);
-      within += variance(r);
-    }
-  }
+  each_median(held_out, background, shown, kFewestTiles,
+              [&](const Frame&, std::size_t c, double middle, std::vector<double>& r) {
+                medians[c].push_back(middle);
+                std::sort(r.begin(), r.end(),
+                          [&](double a, double b) { return std::abs(a - middle) < std::abs(b - middle); });
+                r.resize(r.size() - r.size() / kApart);
+                within += variance(r);
+              });
   std::size_t count = 0;
   for (const auto& m : medians) {
     between += variance(m) * double(m.size());
@@ -109,17 +115,12 @@ CameraSpread cameras_spread(const std::vector<Frame>& held_out, const Vec3& back
                             const std::vector<Image>& shown) {
   std::array<std::map<int, std::vector<double>>, 3> medians;
   double noise = 0;  // of the medians, sum of variances
-  for (std::size_t f = 0; f < held_out.size(); ++f) {
-    auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
-    for (std::size_t c = 0; c < 3; ++c) {
-      std::vector<double>& r = ratios[c];
-      if (int(r.size()) < kFewestTilesOfMany) continue;
-      const double middle = median(r);
-      medians[c][held_out[f].camera_id].push_back(middle);
-      for (double& v : r) v = std::abs(v - middle);
-      noise += std::pow(kMedianError * median(r), 2) / double(r.size());
-    }
-  }
+  each_median(held_out, background, shown, kFewestTilesOfMany,
+              [&](const Frame& picture, std::size_t c, double middle, std::vector<double>& r) {
+                medians[c][picture.camera_id].push_back(middle);
+                for (double& v : r) v = std::abs(v - middle);
+                noise += std::pow(kMedianError * median(r), 2) / double(r.size());
+              });
   // Analysis of variance, one way, the channels together: sums of squares of all, and within cameras.
   double all = 0, within = 0, pictures = 0, shares = 0, cameras = 0;
   for (const auto& channel : medians) {

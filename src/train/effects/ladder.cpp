@@ -132,16 +132,12 @@ EffectVerdict Ladder::judge_gains(Effect effect, const EffectSet& all, double (*
   return v;
 }
 
-template <class Measured>
-Measured Ladder::by_brightness(const EffectSet& effects,
-                               Measured (*measure)(const std::vector<Frame>&, const Vec3&,
-                                                   const std::vector<Image>&)) const {
+Ladder::Neutral Ladder::without_gains(const EffectSet& effects) const {
   const VoxelModel& model = fits_[std::size_t(find(effects, config_.motion.points))].model;
-  const std::vector<Frame>& frames = halves_.held_out.frames;
   Renderer renderer(model);
-  std::vector<Image> neutral;
-  for (const Frame& f : frames) neutral.push_back(shown_by({}, f, model, renderer));
-  return measure(frames, model.background.color, neutral);
+  Neutral out{model.background.color, {}};
+  for (const Frame& f : halves_.held_out.frames) out.pictures.push_back(shown_by({}, f, model, renderer));
+  return out;
 }
 
 void Ladder::ask_brightness(EffectVerdict& v, double least_spread, double CameraSpread::*apart,
@@ -149,7 +145,8 @@ void Ladder::ask_brightness(EffectVerdict& v, double least_spread, double Camera
   // What stands still behind opaque pictures tells by itself.
   if (v.decision != EffectDecision::undecided || *v.spread < least_spread || v.with.has(Effect::background))
     return;
-  v.apart = by_brightness(v.with.without(v.effect), cameras_spread).*apart;
+  const Neutral less = without_gains(v.with.without(v.effect));
+  v.apart = cameras_spread(halves_.held_out.frames, less.background, less.pictures).*apart;
   if (*v.apart > least) v.decision = EffectDecision::on;
 }
 
@@ -164,7 +161,8 @@ EffectVerdict Ladder::judge_drift(const EffectSet& all, bool film) {
   judge_gains(Effect::drift, all, drift_of);
   EffectVerdict& v = out_.verdicts.back();
   if (film) {
-    v.whole = by_brightness(all, whole_share);
+    const Neutral with = without_gains(all);
+    v.whole = whole_share(halves_.held_out.frames, with.background, with.pictures);
     if (v.decision == EffectDecision::on && *v.whole < kLeastWhole) v.decision = EffectDecision::confounded;
   } else {
     ask_brightness(v, kLeastSpread, &CameraSpread::drift, kLeastDrift);

@@ -62,11 +62,12 @@ class Ladder {
     std::size_t trial;            ///< which of out_'s it is
   };
   void decide(EffectVerdict& v) const;
-  /// A measure of the held-out frames beside what a fit that was made shows of them without its gains.
-  template <class Measured>
-  Measured by_brightness(const EffectSet& effects,
-                         Measured (*measure)(const std::vector<Frame>& held_out, const Vec3& background,
-                                             const std::vector<Image>& shown)) const;
+  /// What a fit that was made shows of the held-out frames without its gains.
+  struct Neutral {
+    Vec3 background;
+    std::vector<Image> pictures;
+  };
+  Neutral without_gains(const EffectSet& effects) const;
   EffectVerdict judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&));
   /// Of gains that judge_gains left undecided, and that are apart by least_spread: what the brightness of a
   /// rig's pictures says. They are on if `apart` of it is above `least`.

@@ -86,13 +86,6 @@ void leave_out(const PixelMask& ignored, std::vector<char>& known) {
     if (ignored.test(i)) known[i] = 0;
 }
 
-PixelMask either(PixelMask a, const PixelMask& b) {
-  std::vector<std::uint64_t> words = a.words();
-  for (std::size_t i = 0; i < words.size(); ++i) words[i] |= b.words()[i];
-  a.set_words(std::move(words));
-  return a;
-}
-
 /// None: no masks are for that.
 std::optional<FilmEvidence> given_motion(const Split& train) {
   FilmEvidence out;
@@ -158,7 +151,7 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
     leave_out(ignored, known);
     const PixelMask tracked = squares_of_moving(frame, followed, factor);  // no highlight is
     const auto clear = [&](const std::vector<float>& error) {
-      return either(clear_errors(error, known, camera.width, camera.height, unit), tracked);
+      return clear_errors(error, known, camera.width, camera.height, unit) |= tracked;
     };
     moving[std::size_t(i)] = {clear(unexplained(picture, expected)), factor};
     const PixelMask& squares = moving[std::size_t(i)].squares;
