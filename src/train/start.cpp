@@ -154,6 +154,7 @@ Config for_silhouettes(const PictureStats& stats, Config config) {
 Config for_thin(const PictureStats& stats, Config config) {
   if (!config.motion.presence || !stats.thin()) return config;
   SamplingConfig& sampling = config.sampling;
+  config.grid.box_alpha *= 0.01f;
   sampling.occupancy_alpha *= 0.1f;
   sampling.min_weight *= 0.1f;
   config.loss.tv_color *= 30;

@@ -51,7 +51,7 @@ Config for_places(const PictureStats& stats, Config config);
 Config for_silhouettes(const PictureStats& stats, Config config);
 
 /// Of thin matter that comes and goes hardly any sample is worth nothing: skipped and left alone is a tenth
-/// of what solid bodies can do without. Its colours vary little.
+/// of what solid bodies can do without, and the box cuts off a hundredth. Its colours vary little.
 Config for_thin(const PictureStats& stats, Config config);
 
 /// Alpha of one step of the first lattice before training. Behind opaque pictures matter is everywhere and is

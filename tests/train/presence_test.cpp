@@ -67,6 +67,7 @@ TEST_SUITE("train/presence") {
     Config c = preset("fast");
     c.motion.presence = true;
     CHECK(for_thin(stats, c).sampling.occupancy_alpha < 0.2f * c.sampling.occupancy_alpha);
+    CHECK(for_thin(stats, c).grid.box_alpha < 0.2f * c.grid.box_alpha);
     c.motion.presence = false;
     CHECK(for_thin(stats, c).sampling.occupancy_alpha == c.sampling.occupancy_alpha);
   }
