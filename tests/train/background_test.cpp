@@ -119,7 +119,7 @@ TEST_SUITE("train/background") {
   }
   TEST_CASE("behind opaque pictures the sky is learned, and the scene before it") {
     const Dataset data = before_sky(40, 40);
-    Config config = small_config(250);
+    Config config = small_config(400);
     const VoxelModel model = train(config, data);
     config.run.background_order = -1;
     const VoxelModel fog = train(config, data);
