@@ -145,25 +145,29 @@ TEST_SUITE("app/capture program") {
     write_colmap_binary(root + "/models/straight", cameras, {"SIMPLE_RADIAL", 2, {11, 6, 4, 0}, "00"});
     write_colmap_binary(root + "/models/bent", cameras, {"SIMPLE_RADIAL", 2, {11, 6, 4, -40}, "00"});
     // A COLMAP that finds these: the second wherever it may choose the distortion.
-    write_text(root + "/bin/colmap",
-               "#!/bin/sh\ncase \"$*\" in\n*-h)\n  echo 'COLMAP 3.8'\n"
-               "  for o in database_path image_path image_list_path output_path "
-               "ImageReader.camera_model ImageReader.single_camera "
-               "SiftExtraction.use_gpu SiftExtraction.num_threads "
-               "SiftExtraction.max_num_features SiftMatching.use_gpu "
-               "SiftMatching.num_threads ExhaustiveMatching.block_size "
-               "Mapper.num_threads Mapper.extract_colors Mapper.min_model_size "
-               "Mapper.init_min_tri_angle Mapper.ba_global_function_tolerance "
-               "Mapper.ba_refine_extra_params; do echo \"  --$o arg\"; done ;;\n"
-               "*sparse_straight*refine_extra_params\\ 0*) cp -r " +
-                   root + "/models/straight/sparse/0 " + root +
-                   "/out/work/sparse_straight ;;\nmapper*) cp -r " + root + "/models/bent/sparse/0 " + root +
-                   "/out/work/sparse ;;\nesac\n");
+    write_text(root + "/bin/colmap", R"(#!/bin/sh
+root=$(dirname "$0")/..
+case "$*" in
+*-h)
+  echo 'COLMAP 3.8'
+  for option in database_path image_path image_list_path output_path \
+      ImageReader.camera_model ImageReader.single_camera \
+      SiftExtraction.use_gpu SiftExtraction.num_threads SiftExtraction.max_num_features \
+      SiftMatching.use_gpu SiftMatching.num_threads ExhaustiveMatching.block_size \
+      Mapper.num_threads Mapper.extract_colors Mapper.min_model_size Mapper.init_min_tri_angle \
+      Mapper.ba_global_function_tolerance Mapper.ba_refine_extra_params; do
+    echo "  --$option arg"
+  done ;;
+*sparse_straight*refine_extra_params\ 0*)
+  cp -r "$root/models/straight/sparse/0" "$root/out/work/sparse_straight" ;;
+mapper*) cp -r "$root/models/bent/sparse/0" "$root/out/work/sparse" ;;
+esac
+)");
     fs::permissions(root + "/bin/colmap", fs::perms::owner_all);
     const std::string command = "PATH=" + root + "/bin:$PATH " SPLINEVOX_PROGRAM " capture " + in +
-                                " --out " + root + "/out > " + root + "/said 2>&1";
+                                " --out " + root + "/out > " + root + "/said 2>&1; test $? = 0";
     const auto placed_all = [&] {
-      const bool well = std::system(command.c_str()) == 0;
+      const bool well = shell(command);
       CAPTURE(slurp(root + "/said"));
       CHECK(well);
       CHECK(contains(slurp(root + "/said"), "16 of 16 pictures placed"));

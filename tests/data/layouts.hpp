@@ -185,14 +185,14 @@ struct ColmapLens {
 };
 
 inline void write_colmap_text(const fs::path& folder, const Cameras& cameras, const ColmapLens& lens) {
-  write_pictures(folder / "images", int(cameras.size()));
+  write_pictures(folder / "images", int(cameras.size()), lens.stem);
   std::string list = "# Camera list\n1 " + lens.name + " 12 8", images = "# Image list\n";
   for (const double p : lens.params) list.append(" ").append(exactly(p));
   for (int i = int(cameras.size()) - 1; i >= 0; --i) {  // COLMAP's order is that of registration
     images += std::to_string(i + 1);
     for (const double v : quaternion_of(cameras[std::size_t(i)])) images.append(" ").append(exactly(v));
     for (const double v : translation_of(cameras[std::size_t(i)])) images.append(" ").append(exactly(v));
-    images += " 1 frame_" + padded(i) + ".png\n" + (i % 2 ? "1.5 2.5 -1 3 4 7\n" : "\n");
+    images += " 1 " + lens.stem + padded(i) + ".png\n" + (i % 2 ? "1.5 2.5 -1 3 4 7\n" : "\n");
   }
   std::string points = "# 3D point list\n";
   for (int i = 0; i < 20; ++i)

@@ -88,7 +88,7 @@ class Capture {
       stage(4, "cameras", [&] { find_cameras(folder_, state_, options_, colmap); });
       solved = solve();
     }
-    if (few(solved) && solved && solved->scene.odd_lenses > 0) try_straight(solved, colmap);
+    if (solved && few(solved) && may_try_straight(solved->scene)) try_straight(solved, colmap);
     if (!solved) fail_placing(state_, "no model; " + colmap.last_lines());
     return finish(*solved, colmap.version());
   }
@@ -107,17 +107,18 @@ class Capture {
     return !solved || placed(solved) < kMost * solved->scene.asked;
   }
 
+  /// Not where an earlier call has, whether it placed more or not.
+  bool may_try_straight(const CapturedScene& scene) const {
+    std::error_code ignored;
+    return scene.odd_lenses > 0 && options_.lens != "pinhole" &&
+           !fs::exists(folder_ / CaptureState::kStraightModels, ignored);
+  }
+
   /// A lens whose distortion ran away takes the cameras with it: once more without any, if that places more.
   void try_straight(std::optional<Solved>& solved, ColmapProgram& colmap) {
-    if (options_.lens == "pinhole" || state_.straight) return;
-    state_.straight = true;
-    std::error_code ignored;
-    if (fs::exists(folder_ / state_.models(), ignored)) {  // an earlier call has: it placed no more
-      state_.straight = false;
-      return;
-    }
     talk_.note(fmt::format("{} got a lens that no camera has: cameras are found again without distortion",
                            solved->scene.odd_lenses));
+    state_.straight = true;
     state_.done = 3;
     write_capture_state(folder_, state_);
     stage(4, "cameras", [&] { find_cameras(folder_, state_, options_, colmap); });

@@ -28,7 +28,8 @@ struct CaptureState {
   }
   bool has_walk() const { return !frames.empty() && of_walk(frames.back()); }
   /// Where COLMAP's models lie, in the folder of the data set.
-  const char* models() const { return straight ? "work/sparse_straight" : "work/sparse"; }
+  const char* models() const { return straight ? kStraightModels : "work/sparse"; }
+  static constexpr const char* kStraightModels = "work/sparse_straight";
 };
 /// Empty if there is none. Throws Error (Fault::input) naming the file.
 CaptureState read_capture_state(const std::filesystem::path& folder);
