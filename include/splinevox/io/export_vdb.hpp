@@ -118,8 +118,9 @@ void validate(const ExportOptions& options);
 ///             does not darken;
 ///   velocity  Vec3s, scene units per second, v = -(I + grad Delta)^-1 dDelta/dt (math/velocity.hpp),
 ///   continued beyond the
-///             density by max|v| * shutter / (2 fps) plus a voxel, because a renderer asks for it where the
-///             ray is; absent if the model does not move, and for unreal;
+///             density, from each place by |v| * shutter / (2 fps) there plus a voxel, at most 64 voxels,
+///             because a renderer asks for it where the ray is; absent if the model does not move, and for
+///             unreal;
 /// with background 0, under the profile's names; with `mesh`, beside it mesh_0001.ply and so on: the surface
 /// where density is -log(1 - mesh_alpha) / voxel size, in scene units (no profile shifts it), with the colour
 /// there.

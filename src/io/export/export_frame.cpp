@@ -7,14 +7,12 @@
 
 #include "field/warp_velocity.hpp"
 #include "io/export/leaf_grid.hpp"
+#include "io/export/velocity_band.hpp"
 #include "math/activation.hpp"
 #include "math/srgb.hpp"
 
 namespace splinevox {
 namespace {
-
-constexpr int kMaxPadding =
-    64;  ///< voxels; a velocity that asks for more is an outlier, and memory has an end
 
 /// Density on the voxels of at least min_density, found among the candidate leaves.
 LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice,
@@ -129,9 +127,8 @@ LeafValues bake_flame(LeafValues& density, LeafValues& color) {
 }
 
 struct BakedVelocity {
-  LeafValues values;
+  VelocityBand band;
   double max_speed = 0, folded = 0;  ///< scene units per second; share of the density's voxels
-  int padding = 0, wanted = 0;       ///< voxels beyond the density; what the fastest matter asks for
 };
 
 BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice, const LeafSet& dense,
@@ -152,29 +149,8 @@ BakedVelocity bake_velocity(const FrameSampler& sampler, const Lattice& lattice,
   for (const double s : fastest) max_speed = std::max(max_speed, s);
   for (const std::uint64_t n : folds) folded += double(n);
   const std::uint64_t voxels = dense.count();
-  const int wanted = int(std::min(1e6, std::ceil(max_speed * half_shutter / lattice.spacing) + 1)),
-            padding = std::min(kMaxPadding, wanted);
-
-  LeafValues out(dense.grown(padding), 3);
-  for_each_voxel(dense.leaves(), dense_masks,
-                 [&](std::size_t l, int i, Int3 v) { std::copy_n(core.at(l, i), 3, out.find(v)); });
-  LeafSet known = dense;
-  for (int layer = 0; layer < padding; ++layer) {
-    LeafSet next = known.grown(1);
-    std::vector<LeafMask> fresh = next.masks();
-    for (std::size_t l = 0; l < fresh.size(); ++l)
-      if (const std::int32_t k = known.find(next.leaves()[l]); k >= 0)
-        for (std::size_t x = 0; x < kBrick; ++x) fresh[l][x] &= ~known.masks()[std::size_t(k)][x];
-    for_each_voxel(
-        next.leaves(), [&](std::size_t l) -> const LeafMask& { return fresh[l]; },
-        [&](std::size_t, int, Int3 v) {
-          const Vec3 mean = neighbour_mean(out, known, v);
-          float* p = out.find(v);
-          for (int a = 0; a < 3; ++a) p[a] = mean[a];
-        });
-    known = std::move(next);
-  }
-  return {std::move(out), max_speed, voxels ? folded / double(voxels) : 0, padding, wanted};
+  return {spread_velocity(std::move(core), half_shutter / lattice.spacing), max_speed,
+          voxels ? folded / double(voxels) : 0};
 }
 
 /// The density that makes one voxel this opaque.
@@ -241,13 +217,13 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
   if (profile_.velocity && model_.motion.moves()) {
     BakedVelocity velocity =
         bake_velocity(sampler, lattice_, dense, per_second, options_.shutter / options_.fps / 2);
-    out.figures["velocity_voxels"] = double(velocity.values.set().count());
-    out.figures["velocity_padding"] = velocity.padding;
-    if (velocity.wanted > velocity.padding)
-      out.figures["velocity_padding_short"] = velocity.wanted - velocity.padding;
+    VelocityBand& band = velocity.band;
+    out.figures["velocity_voxels"] = double(band.values.set().count());
+    out.figures["velocity_padding"] = band.padding;
+    if (band.missing > 0) out.figures["velocity_padding_short"] = band.missing;
     out.figures["max_speed"] = velocity.max_speed;
     out.figures["folded_share"] = velocity.folded;
-    grids.push_back(to_grid(velocity.values, 3, profile_.velocity));
+    grids.push_back(to_grid(band.values, 3, profile_.velocity));
     grids.back().vector = VdbVector::contravariant_relative;
   }
   place_grids(grids, cast<double>(lattice_.origin), double(lattice_.spacing), options_.half, profile_,

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kExportVersion = 1;  ///< raise it when the same model and options give other bytes
+constexpr int kExportVersion = 2;  ///< raise it when the same model and options give other bytes
 constexpr const char* kControlsName = "motion.vdb";
 constexpr double kCopies =
     5;  ///< of a frame's values, at most at once: while it is baked; its grids, OpenVDB's trees, the file

@@ -27,6 +27,19 @@ class LeafSet {
     leaves_.push_back(leaf);
     masks_.push_back(mask);
   }
+  /// Adds voxels of a leaf, which may be there already. @pre inside the region
+  void unite(Int3 leaf, const LeafMask& mask) {
+    const std::int32_t l = find(leaf);
+    if (l < 0) return add(leaf, mask);
+    for (std::size_t x = 0; x < kBrick; ++x) masks_[std::size_t(l)][x] |= mask[x];
+  }
+  /// These leaves with other masks, [size()]; those without a voxel are left out.
+  LeafSet with_masks(const std::vector<LeafMask>& masks) const {
+    LeafSet out(lo_, dims_);
+    for (std::size_t l = 0; l < size(); ++l)
+      if (masks[l] != LeafMask{}) out.add(leaves_[l], masks[l]);
+    return out;
+  }
   /// Index of a leaf, or -1.
   std::int32_t find(Int3 leaf) const { return inside(leaf) ? table_[slot(leaf)] : -1; }
   bool active(Int3 voxel) const {

@@ -21,6 +21,11 @@ class LeafValues {
   float* at(std::size_t leaf, int voxel) {
     return values_.data() + (leaf * kBrickRows + std::size_t(voxel)) * std::size_t(width_);
   }
+  /// Adds voxels, with the value 0. @pre their leaf is in the set's region
+  void unite(Int3 leaf, const LeafMask& mask) {
+    set_.unite(leaf, mask);
+    values_.resize(set_.size() * kBrickRows * std::size_t(width_), 0.0f);
+  }
   /// The value of a voxel whose leaf is in the set, or null.
   float* find(Int3 v) {
     const std::int32_t l = set_.find({v.x >> 3, v.y >> 3, v.z >> 3});
