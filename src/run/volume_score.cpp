@@ -8,7 +8,8 @@
 #include <limits>
 
 #include "core/parallel.hpp"
-#include "io/export/export_reach.hpp"
+#include "field/lattice/slice.hpp"
+#include "field/matter_reach.hpp"
 #include "math/activation.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/field/sample.hpp"
@@ -98,7 +99,7 @@ class ModelDensity {
   /// Blocks of 8^3 voxels that may hold matter.
   std::vector<Int3> blocks_at(double time) const {
     std::vector<Int3> blocks;
-    for (const Int3& leaf : reach_.candidates(fine_, time)) {
+    for (const Int3& leaf : reach_.candidates(fine_, stored_weights(model_.motion, time))) {
       Int3 first{}, last{};
       for (int a = 0; a < 3; ++a) {
         first[a] = kBrick * leaf[a] / at_.samples / kBrick;
@@ -117,7 +118,7 @@ class ModelDensity {
   const VoxelModel& model_;
   const Extended& at_;
   float least_;  ///< 1 / scene unit
-  ExportReach reach_;
+  MatterReach reach_;
   Lattice fine_;
 };
 

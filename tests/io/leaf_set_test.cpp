@@ -7,7 +7,8 @@
 #include <set>
 #include <tuple>
 
-#include "io/export/export_reach.hpp"
+#include "field/lattice/slice.hpp"
+#include "field/matter_reach.hpp"
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
@@ -79,7 +80,8 @@ TEST_SUITE("io/leaf_set") {
     const Lattice& lattice = model.radiance.raw.topology->lattice;
     const double all = double(test::all_bricks(lattice).size());
     for (const double time : {0.0, 0.5, 1.0}) {
-      const double found = double(ExportReach(model, 0.05f).candidates(lattice, time).size());
+      const double found =
+          double(MatterReach(model, 0.05f).candidates(lattice, stored_weights(model.motion, time)).size());
       CAPTURE(found);
       CHECK(found > 0.02 * all);
       CHECK(found < 0.35 * all);

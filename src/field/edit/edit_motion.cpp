@@ -6,6 +6,7 @@
 
 #include "core/parallel.hpp"
 #include "field/lattice/slice.hpp"
+#include "field/matter_reach.hpp"
 #include "math/activation.hpp"
 #include "math/time_curve.hpp"
 
@@ -17,8 +18,12 @@ constexpr int kDifferenceTimes = 24;  ///< parameters at which motions are compa
 constexpr int kDifferenceStride = 2;  ///< vertices
 constexpr float kFaint = 1e-2f;       ///< opacity over a voxel below which a place is empty
 
-int vertices(const VoxelModel& model, int axis, int stride) {
-  return (model.radiance.raw.topology->lattice.size[axis] + stride - 1) / stride;
+/// Every `stride`th vertex of the radiance lattice.
+Lattice every(const VoxelModel& model, int stride) {
+  Lattice lattice = model.radiance.raw.topology->lattice;
+  lattice.spacing *= float(stride);
+  for (int a = 0; a < 3; ++a) lattice.size[a] = (lattice.size[a] + stride - 1) / stride;
+  return lattice;
 }
 
 }  // namespace
@@ -120,19 +125,30 @@ MotionField converted(const MotionField& motion, BasisKind basis, int points) {
       product(fit_matrix(basis, points, first, samples), design(motion.basis, motion.points, samples)));
 }
 
-int matter_slabs(const VoxelModel& model, int stride) { return vertices(model, 0, stride); }
+int matter_slabs(const VoxelModel& model, int stride) {
+  return (every(model, stride).size.x + kBrick - 1) / kBrick;
+}
 
 void visit_matter(const VoxelModel& model, double parameter, int stride,
                   const std::function<void(int, const MatterSample&)>& visit) {
   const FrameSampler sampler(model, FrameSampler::AtParameter{parameter});
-  const Lattice& lattice = model.radiance.raw.topology->lattice;
+  const Lattice& all = model.radiance.raw.topology->lattice;
+  const Lattice lattice = every(model, stride);
+  const std::vector<Int3> leaves = MatterReach(model, float(optical_depth(kFaint)) / all.spacing)
+                                       .candidates(lattice, parameter_weights(model.motion, parameter));
+  const auto below = [](const Int3& leaf, int x) { return leaf.x < x; };
   parallel_for(matter_slabs(model, stride), [&](int slab) {
-    for (int y = 0; y < vertices(model, 1, stride); ++y)
-      for (int z = 0; z < vertices(model, 2, stride); ++z) {
+    const auto from = std::lower_bound(leaves.begin(), leaves.end(), slab, below),
+               to = std::lower_bound(from, leaves.end(), slab + 1, below);
+    for (auto leaf = from; leaf != to; ++leaf)
+      for (int i = 0; i < kBrickRows; ++i) {
+        const Int3 v = kBrick * *leaf + Int3{i >> 6, i >> 3 & 7, i & 7};
+        if (v.x >= lattice.size.x || v.y >= lattice.size.y || v.z >= lattice.size.z) continue;
         MatterSample s;
-        s.x = lattice.position(stride * Int3{slab, y, z});
+        s.x = all.position(stride * v);
         s.warp = sampler.warp(s.x);
-        s.weight = one_minus_exp_neg(sampler.radiance(s.x + s.warp.displacement).density * lattice.spacing);
+        s.weight = one_minus_exp_neg(sampler.radiance(s.x + s.warp.displacement, s.warp.presence).density *
+                                     all.spacing);
         if (s.weight >= kFaint) visit(slab, s);
       }
   });

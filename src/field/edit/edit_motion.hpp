@@ -37,8 +37,8 @@ struct MatterSample {
 };
 
 /// Calls visit(slab, sample) for every `stride`th vertex of the radiance lattice, anywhere in the box, that
-/// has matter at a parameter of the curves. Slabs run in parallel; within one the order is fixed. There are
-/// `matter_slabs` slabs.
+/// has matter at a parameter of the curves. Slabs of 8 along x run in parallel; within one the order is
+/// fixed. There are `matter_slabs` slabs.
 void visit_matter(const VoxelModel& model, double parameter, int stride,
                   const std::function<void(int slab, const MatterSample&)>& visit);
 int matter_slabs(const VoxelModel& model, int stride);

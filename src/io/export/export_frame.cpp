@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "field/lattice/slice.hpp"
 #include "field/warp_velocity.hpp"
 #include "io/export/leaf_grid.hpp"
 #include "io/export/velocity_band.hpp"
@@ -183,7 +184,7 @@ FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options, co
 
 std::vector<BakedPart> FrameBaker::bake(double time, double per_second, bool mesh) const {
   const FrameSampler sampler(model_, time);
-  LeafValues density = bake_density(sampler, lattice_, reach_.candidates(lattice_, time), min_density_);
+  LeafValues density = bake_density(sampler, lattice_, reach_.candidates(lattice_, stored_weights(model_.motion, time)), min_density_);
   std::vector<BakedPart> parts;
   if (!clusters_)
     parts.push_back(bake_part(sampler, std::move(density), per_second, mesh));

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "field/matter_reach.hpp"
 #include "io/export/export_mesh.hpp"
 #include "io/export/export_profiles.hpp"
-#include "io/export/export_reach.hpp"
 #include "io/export/view_bake.hpp"
 #include "io/vdb/leaf_values.hpp"
 #include "io/vdb/vdb_file.hpp"
@@ -48,7 +48,7 @@ class FrameBaker {
   const ExportProfile& profile_;
   Lattice lattice_;
   float min_density_;  ///< 1 / scene unit
-  ExportReach reach_;
+  MatterReach reach_;
   ViewBake view_;
 };
 

@@ -5,21 +5,24 @@
 #include <vector>
 
 #include "splinevox/field/model.hpp"
+#include "splinevox/math/basis.hpp"
 
 namespace splinevox {
 
-/// Finds where on an output lattice a model can have matter, without sampling every voxel of its box.
-class ExportReach {
+/// Finds where on a lattice in observed space a model can have matter, without sampling every voxel of its
+/// box.
+class MatterReach {
  public:
   /// @param min_density  1 / scene unit; less than that counts as empty.
-  ExportReach(const VoxelModel& model, float min_density);
+  MatterReach(const VoxelModel& model, float min_density);
 
-  /// Leaves (coordinates: voxel / 8) of the lattice that may hold a voxel of at least min_density at a time:
+  /// Leaves (coordinates: voxel / 8) of the lattice that may hold a voxel of at least min_density at the time
+  /// that weights are of:
   /// those whose box, moved by anything the motion field can do inside it, touches a canonical brick that is
   /// dense enough. Conservative: Delta = r * D, both trilinear, so inside a leaf it lies within the product
   /// of their ranges over the motion vertices around it, and presence below its largest there. In the order
   /// of the coordinates, x slowest.
-  std::vector<Int3> candidates(const Lattice& out, double time) const;
+  std::vector<Int3> candidates(const Lattice& out, const BasisWeights<float>& weights) const;
 
  private:
   /// Any brick that is dense enough with so much presence, and that a sample in this canonical box reads?

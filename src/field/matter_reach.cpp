@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "io/export/export_reach.hpp"
+#include "field/matter_reach.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -68,7 +68,7 @@ float displacement_ranges(const MotionField& motion, const MotionSlice& slice, V
 
 }  // namespace
 
-ExportReach::ExportReach(const VoxelModel& model, float min_density) : model_(model) {
+MatterReach::MatterReach(const VoxelModel& model, float min_density) : model_(model) {
   const RadianceField& field = model.radiance;
   const Topology& t = *field.raw.topology;
   bricks_ = t.dims - Int3{2, 2, 2};
@@ -95,11 +95,11 @@ ExportReach::ExportReach(const VoxelModel& model, float min_density) : model_(mo
                       at(x - 1, y - 1, z - 1);
 }
 
-float ExportReach::peak(Int3 brick) const {
+float MatterReach::peak(Int3 brick) const {
   return peaks_[std::size_t(model_.radiance.raw.topology->brick_at(brick))];
 }
 
-bool ExportReach::occupied(Vec3 lo, Vec3 hi, float presence) const {
+bool MatterReach::occupied(Vec3 lo, Vec3 hi, float presence) const {
   const Lattice& lattice = model_.radiance.raw.topology->lattice;
   Int3 first, last;
   for (int a = 0; a < 3; ++a) {
@@ -125,10 +125,10 @@ bool ExportReach::occupied(Vec3 lo, Vec3 hi, float presence) const {
   return slab(last[0]) - slab(first[0]) > 0;
 }
 
-std::vector<Int3> ExportReach::candidates(const Lattice& out, double time) const {
+std::vector<Int3> MatterReach::candidates(const Lattice& out, const BasisWeights<float>& weights) const {
   const MotionField& motion = model_.motion;
   MotionSlice slice;
-  if (!motion.levels.empty()) slice = make_slice(motion, stored_weights(motion, time));
+  if (!motion.levels.empty()) slice = make_slice(motion, weights);
   Int3 leaves{};
   for (int a = 0; a < 3; ++a) leaves[a] = (out.size[a] + kBrick - 1) / kBrick;
   std::vector<std::vector<Int3>> found(std::size_t(leaves.x));
