@@ -13,7 +13,7 @@ namespace splinevox::run {
 std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
   uLongf size = compressBound(uLong(bytes.size()));
   std::vector<std::uint8_t> out(size);
-  if (compress2(out.data(), &size, bytes.data(), uLong(bytes.size()), Z_BEST_COMPRESSION) != Z_OK)
+  if (compress2(out.data(), &size, bytes.data(), uLong(bytes.size()), Z_DEFAULT_COMPRESSION) != Z_OK)
     fail_output({"the page", "its data could not be compressed", "", "zlib ran out of memory", ""});
   out.resize(size);
   return out;
