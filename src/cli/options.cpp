@@ -154,6 +154,10 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
           "or FILE (a name and a number per line)")
       ->type_name("WHEN");
   verb.add_option(
+          "--between", rules.between,
+          "only pictures taken from FROM to TO, in times as the data has them: a long sequence in parts")
+      ->type_name("FROM:TO");
+  verb.add_option(
           "--missing", rules.missing,
           "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "
           "skipped up to a tenth of all")

@@ -67,11 +67,11 @@ std::string record_text(const RunRecord& record) {
       "\n[record]  # written by the program, not read as configuration\n"
       "splinevox = {}\ncompiler = {}\ndataset = {}\nfingerprint = \"{:016x}\"\n"
       "time_origin = {}\ntime_scale = {}\ntimes = {}\nmissing = {}\nmasks = {}\ntransfer = {}\nlayer = "
-      "{}\ndepth = {}\ntracks = {}\n{}",
+      "{}\ndepth = {}\ntracks = {}\nbetween = {}\n{}",
       quoted(record.version), quoted(record.compiler), quoted(record.dataset), record.fingerprint,
       record.time_map.origin, record.time_map.scale, quoted(record.rules.times), quoted(record.rules.missing),
       quoted(record.rules.masks), quoted(record.rules.transfer), quoted(record.rules.layer),
-      quoted(record.rules.depth), quoted(record.rules.tracks), parallax);
+      quoted(record.rules.depth), quoted(record.rules.tracks), quoted(record.rules.between), parallax);
 }
 
 void read_run_config(const std::string& run, Config& config, RunRecord& record) {
@@ -93,7 +93,7 @@ void read_run_config(const std::string& run, Config& config, RunRecord& record) 
             0,
             {number("time_origin"), number("time_scale")},
             {text("times"), text("missing"), text("masks"), text("transfer"), text("layer"), text("depth"),
-             text("tracks")},
+             text("tracks"), text("between")},
             table["parallax"].value<double>()};
   record.fingerprint = std::strtoull(text("fingerprint").c_str(), nullptr, 16);
 }

@@ -57,6 +57,7 @@ DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
   if (rules.layer.empty()) rules.layer = record.rules.layer;
   if (rules.depth.empty()) rules.depth = record.rules.depth;
   if (rules.tracks.empty()) rules.tracks = record.rules.tracks;
+  if (rules.between.empty()) rules.between = record.rules.between;
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
     rules.times = fs::absolute(rules.times).lexically_normal().string();
   if (!rules.tracks.empty() && rules.tracks != "none")

@@ -136,6 +136,9 @@ struct DatasetRules {
   /// File of points that are followed through the pictures of one camera (.npy or .npz, docs/data.md). Empty:
   /// the data's own (tracks_file_path); "none": no file is read.
   std::string tracks = {};
+  /// "FROM:TO": only pictures taken then, both ends included, in the data's own times, which become 0 to 1.
+  /// Empty: all.
+  std::string between = {};
 };
 
 struct LoadOptions {

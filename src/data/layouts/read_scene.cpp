@@ -11,6 +11,7 @@
 #include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
 #include "data/rig_cameras.hpp"
+#include "data/times/between.hpp"
 #include "data/times/settle.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -193,6 +194,7 @@ namespace data {
 
 OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   const TimesChoice times = parse_times(options.rules.times);
+  const std::optional<Between> between = parse_between(options.rules.between);
   const MaskUse mask_use = parse_masks(options.rules.masks);
   const Layout& layout = recognise(folder);
   RawScene scene = layout.read ? layout.read(folder) : read_dnerf(folder, options, times);
@@ -215,6 +217,7 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   if (layout.read)
     for (RawSplit& split : scene.splits) sort_by_time(split);
   const std::size_t pictures = layout.read ? number_in_time(scene.splits) : 0;
+  if (between) keep_between(*between, options.splits, scene.splits, scene.notes);
   if (scene.one_list) hold_out(scene);
   val_as_test(scene, options);
   OpenScene open{layout.name, {}, {}, mask_use, masks, pictures};

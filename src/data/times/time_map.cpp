@@ -26,19 +26,19 @@ std::vector<double> times_of(const RawSplit& split) {
 
 }  // namespace
 
-TimeMap fit_time_map(const std::vector<double>& raw) {
+TimeMap fit_time_map(const std::vector<double>& raw, bool part) {
   if (raw.empty()) return {};
   const auto [lo, hi] = std::minmax_element(raw.begin(), raw.end());
   if (*hi - *lo < 1e-9) return {*lo, 0};
-  if (in_unit(*lo) && in_unit(*hi) && *hi - *lo >= kSmallPart) return {};
+  if (!part && in_unit(*lo) && in_unit(*hi) && *hi - *lo >= kSmallPart) return {};
   return {*lo, 1 / (*hi - *lo)};
 }
 
-TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits,
+TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits, bool part,
                         std::vector<std::string>& notes) {
   if (train != nullptr) {
     const std::vector<double> times = times_of(*train);
-    const TimeMap map = fit_time_map(times);
+    const TimeMap map = fit_time_map(times, part);
     const auto [lo, hi] = std::minmax_element(times.begin(), times.end());
     if (map.scale == 0)
       notes.push_back("train: every frame has the time " + number(*lo) + "; nothing can move");

@@ -12,12 +12,14 @@ namespace splinevox::data {
 /// The map a train split's raw times call for: the identity if they lie in [0, 1] already and fill a quarter
 /// of it or more (the convention of D-NeRF), else their range onto [0, 1]. A range below 1e-9 gives scale 0:
 /// nothing moves. (numerics H6)
-TimeMap fit_time_map(const std::vector<double>& raw);
+/// @param part  they are a part of the data's times: their range is mapped in any case
+TimeMap fit_time_map(const std::vector<double>& raw, bool part = false);
 
 /// The map of a data set, from its train split.
 /// @param train   null if the folder has none: then the identity, and the splits' times must lie in [0, 1].
-/// @param splits  those that were read, for that check. Throws Error (Fault::input).
-TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits,
+/// @param splits  those that were read, for that check. @param part  as fit_time_map. Throws Error
+/// (Fault::input).
+TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits, bool part,
                         std::vector<std::string>& notes);
 
 /// A frame's time in the model's [0, 1].
