@@ -6,12 +6,13 @@
 //               [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0] [--masks] [--told]
 //               [--depth metric|relative|inverse] [--tracks] [--track-noise 0] [--track-wrong 0]
 //
-// One JSON line per film: PSNR off and on the camera's way, of still pixels off it, how much of the still
-// surface that the film shows is displaced, and how far tracked points of moving surface end from the truth.
-// Then one line of means. With --masks a film is only looked at: what share of the pixels that show something
-// moving is found (found), and what share of those found do (right). With --told true masks say what moves.
-// With --depth every training picture has a depth map of that kind, with --tracks points are followed through
-// them, exactly but for --track-noise pixels and a share --track-wrong that wanders off.
+// One JSON line per film: PSNR off and on the camera's way, of still pixels off it and of surface that the
+// film shows (off_seen), how much of the still surface that the film shows is displaced, and how far tracked
+// points of moving surface end from the truth. Then one line of means. With --masks a film is only looked at:
+// what share of the pixels that show something moving is found (found), and what share of those found do
+// (right). With --told true masks say what moves. With --depth every training picture has a depth map of that
+// kind, with --tracks points are followed through them, exactly but for --track-noise pixels and a share
+// --track-wrong that wanders off.
 #include <fmt/core.h>
 #include <tbb/global_control.h>
 
@@ -169,13 +170,52 @@ PixelMask moving_pixels(const SynthScene& scene, const Frame& frame) {
   return out;
 }
 
-/// Mean PSNR of pixels that show only what stands still, dB.
-double still_psnr(const VoxelModel& model, const SynthScene& scene, const Split& split) {
+/// Which surface the pictures of a film show, at any of its times.
+class Shown {
+ public:
+  Shown(const SynthScene& scene, const Split& film) : scene_(scene), film_(film) {
+    for (const Frame& f : film.frames) moments_.push_back(scene.at(f.time));
+  }
+
+  /// The pixels of a view that show a surface which none of them does.
+  PixelMask unseen(const Frame& frame) const {
+    const SynthMoment now = scene_.at(frame.time);
+    const int w = frame.camera.width, h = frame.camera.height;
+    PixelMask out(w, h);
+    for (int y = 0; y < h; ++y)
+      for (int x = 0; x < w; ++x)
+        if (const auto hit = now.trace(camera_ray(frame.camera, x + 0.5, y + 0.5)); hit && !shows(*hit))
+          out.set(std::size_t(y) * std::size_t(w) + std::size_t(x));
+    return out;
+  }
+
+ private:
+  bool shows(const SynthHit& point) const {
+    constexpr double kNear = 0.02;  // share of the distance: the same surface, not what hides it
+    for (std::size_t i = 0; i < moments_.size(); ++i) {
+      const Camera& camera = film_.frames[i].camera;
+      const Vec3d place = moments_[i].world_from_rest(point.body, point.rest);
+      const Projection p = project(camera, place);
+      if (!(p.depth > 0 && p.u >= 0 && p.v >= 0 && p.u < camera.width && p.v < camera.height)) continue;
+      const auto hit = moments_[i].trace(camera_ray(camera, p.u, p.v));
+      if (hit && length(hit->position - place) < kNear * hit->along) return true;
+    }
+    return false;
+  }
+
+  const SynthScene& scene_;
+  const Split& film_;
+  std::vector<SynthMoment> moments_;
+};
+
+/// Mean PSNR of pixels beside those that `left_out` says of a view, dB.
+template <class LeftOut>
+double psnr_without(const VoxelModel& model, const Split& split, const LeftOut& left_out) {
   Renderer renderer(model);
   double db = 0;
   for (const Frame& f : split.frames)
     db += capped_psnr(psnr(clamped(renderer.render(f.camera, f.time).rgb),
-                           composite(f.image, model.background.color), moving_pixels(scene, f)));
+                           composite(f.image, model.background.color), left_out(f)));
   return db / double(split.frames.size());
 }
 
@@ -266,12 +306,16 @@ nlohmann::json measure(const Film& film, const Config& config, bool tried, bool 
   while (!trainer.done()) trainer.step();
   const VoxelModel model = trainer.finish();
   const double trained = processor_seconds();
-  nlohmann::json j{{"film", film.name},
-                   {"seed", film.options.seed},
-                   {"effects", to_string(ready.used)},
-                   {"off", mean_psnr(model, *data.find("test"))},
-                   {"off_still", still_psnr(model, scene, *data.find("test"))},
-                   {"on", mean_psnr(model, *data.find("val"))}};
+  const Split& test = *data.find("test");
+  const Shown shown(scene, *data.find("train"));
+  nlohmann::json j{
+      {"film", film.name},
+      {"seed", film.options.seed},
+      {"effects", to_string(ready.used)},
+      {"off", mean_psnr(model, test)},
+      {"off_still", psnr_without(model, test, [&](const Frame& f) { return moving_pixels(scene, f); })},
+      {"off_seen", psnr_without(model, test, [&](const Frame& f) { return shown.unseen(f); })},
+      {"on", mean_psnr(model, *data.find("val"))}};
   j.update(motion_figures(model, scene, *data.find("train")));
   Renderer renderer(model);
   const double asked = processor_seconds();
