@@ -158,7 +158,8 @@ int eval_run(const EvalOptions& o) {
     truth = read_truth(data.path, *data.find(o.split), float(kSilhouette) * run.model.box.longest_edge());
   }
   std::optional<TruthVolumes> volumes;
-  if (!o.truth_volume.empty()) volumes = open_truth_volumes(o.truth_volume, run.model.time_map);
+  if (!o.truth_volume.empty())
+    volumes = open_truth_volumes(o.truth_volume, run.model.time_map, !run.record.rules.between.empty());
   std::vector<std::string> notes = volumes ? volumes->notes : std::vector<std::string>();
   notes.insert(notes.end(), data.notes.begin(), data.notes.end());
   if (!o.json) print_scores_head(o.split, notes);

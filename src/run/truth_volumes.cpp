@@ -165,7 +165,8 @@ std::string found(const fs::path& folder, const std::string& name, const std::st
   fail({where, "a volume is not there", in.string(), "no such file", "copy the folder again"});
 }
 
-TruthVolumes from_json(const std::string& folder, const std::string& path, const TimeMap& time_map) {
+TruthVolumes from_json(const std::string& folder, const std::string& path, const TimeMap& time_map,
+                       bool part) {
   const nlohmann::json json = data::read_json(path, path);
   const Fields fields(json, path);
   TruthVolumes out;
@@ -185,11 +186,15 @@ TruthVolumes from_json(const std::string& folder, const std::string& path, const
     const double own = volume.number("time"), time = time_map.scale == 0 ? 0 : time_map(own);
     if (!(time >= -kTimeSlack && time <= 1 + kTimeSlack)) {
       const double end = time_map.raw(1);
+      if (part && (i + 1 < volumes.size() || !out.moments.empty())) continue;
       volume.wrong("time", fmt::format("within the run's time, {:g} to {:g}", time_map.origin, end),
                    fmt::format("{:g}", own));
     }
     out.moments.push_back({found(folder, volume.text("file"), path), std::clamp(time, 0.0, 1.0)});
   }
+  if (out.moments.size() < volumes.size())
+    out.notes.push_back(fmt::format("{} of {} true volumes lie in the run's part of the time",
+                                    out.moments.size(), volumes.size()));
   std::stable_sort(out.moments.begin(), out.moments.end(),
                    [](const auto& a, const auto& b) { return a.time < b.time; });
   return out;
@@ -255,14 +260,14 @@ TruthVolumes from_files(const std::string& folder, std::vector<std::string> file
 
 }  // namespace
 
-TruthVolumes open_truth_volumes(const std::string& folder, const TimeMap& time_map) {
+TruthVolumes open_truth_volumes(const std::string& folder, const TimeMap& time_map, bool part) {
   std::error_code error;
   const char* const hint = "splinevox synth smoke makes such a folder";
   if (!fs::is_directory(folder, error))
     fail({folder, "there is no such folder", "a folder with truth.json and volumes, or with volumes alone",
           fs::exists(folder, error) ? "a file" : "nothing", hint});
   const fs::path json = fs::path(folder) / "truth.json";
-  if (fs::exists(json, error)) return from_json(folder, json.string(), time_map);
+  if (fs::exists(json, error)) return from_json(folder, json.string(), time_map, part);
   std::vector<std::string> vdb, npz;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (entry.path().extension() == ".vdb") vdb.push_back(entry.path().string());

@@ -36,9 +36,10 @@ struct TruthVolumes {
 /// in the order of their names and spread evenly over all time, which a note says; the lattice is that of the
 /// first, as large as all need.
 /// @param time_map  from the times of truth.json to the model's
+/// @param part      the model is of a part of the time: volumes outside it are left out, which a note says
 /// Throws Error (Fault::input): no such folder, nothing in it, a field that is absent or wrong, a time
-/// outside the model's.
-TruthVolumes open_truth_volumes(const std::string& folder, const TimeMap& time_map);
+/// outside the model's, of all where it is of a part.
+TruthVolumes open_truth_volumes(const std::string& folder, const TimeMap& time_map, bool part = false);
 
 /// A moment's densities on the lattice [x][y][z], extinction per scene unit: as stored, or interpolated
 /// trilinearly where the file has another lattice. Throws Error (Fault::input): no such grid, a number that
