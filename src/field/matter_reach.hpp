@@ -16,12 +16,12 @@ class MatterReach {
   /// @param min_density  1 / scene unit; less than that counts as empty.
   MatterReach(const VoxelModel& model, float min_density);
 
-  /// Leaves (coordinates: voxel / 8) of the lattice that may hold a voxel of at least min_density at the time
-  /// that weights are of:
-  /// those whose box, moved by anything the motion field can do inside it, touches a canonical brick that is
-  /// dense enough. Conservative: Delta = r * D, both trilinear, so inside a leaf it lies within the product
-  /// of their ranges over the motion vertices around it, and presence below its largest there. In the order
-  /// of the coordinates, x slowest.
+  /// Leaves (coordinates: voxel / 8) of the lattice that may hold a voxel of at least min_density: those
+  /// whose box, moved by anything the motion field can do inside it, touches a canonical brick that is dense
+  /// enough. Conservative: Delta = r * D, both trilinear, so inside a leaf it lies within the product of
+  /// their ranges over the motion vertices around it, and presence below its largest there. In the order of
+  /// the coordinates, x slowest.
+  /// @param weights  of the control points at the time
   std::vector<Int3> candidates(const Lattice& out, const BasisWeights<float>& weights) const;
 
  private:

@@ -184,7 +184,8 @@ FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options, co
 
 std::vector<BakedPart> FrameBaker::bake(double time, double per_second, bool mesh) const {
   const FrameSampler sampler(model_, time);
-  LeafValues density = bake_density(sampler, lattice_, reach_.candidates(lattice_, stored_weights(model_.motion, time)), min_density_);
+  LeafValues density = bake_density(
+      sampler, lattice_, reach_.candidates(lattice_, stored_weights(model_.motion, time)), min_density_);
   std::vector<BakedPart> parts;
   if (!clusters_)
     parts.push_back(bake_part(sampler, std::move(density), per_second, mesh));
