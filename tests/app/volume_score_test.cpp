@@ -185,7 +185,7 @@ TEST_SUITE("app/volume_score") {
     expect_error([&] { open_truth_volumes(path, {0, 3}); }, {"'time'", "within the run's time", "0.5"});
     const TruthVolumes part = open_truth_volumes(path, {0, 3}, true);
     CHECK(part.moments.size() == 1);
-    CHECK(part.notes.back() == "1 of 2 true volumes lie in the run's part of the time");
+    CHECK(part.notes.back() == "1 of 3 true volumes lie in the run's part of the time");
     expect_error([&] { open_truth_volumes(path, {5, 3}, true); }, {"'time'", "within the run's time"});
     std::filesystem::remove(folder.path() / "v1.npz");
     expect_error(opened, {"a volume is not there", "v1.npz"});
