@@ -33,10 +33,8 @@ using namespace data;
 TimeMap map_of(const OpenScene& open, const LoadOptions& options, std::vector<std::string>& notes) {
   if (options.time_map) return *options.time_map;
   const std::vector<RawSplit>& raw = open.scene.splits;
-  return choose_time_map(open.train               ? &*open.train
-                         : raw[0].name == "train" ? &raw[0]
-                                                  : nullptr,
-                         raw, !options.rules.between.empty(), notes);
+  const RawSplit* const train = open.train ? &*open.train : raw[0].name == "train" ? &raw[0] : nullptr;
+  return choose_time_map(train, raw, notes, !options.rules.between.empty());
 }
 
 Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {

@@ -81,7 +81,7 @@ Dataset dataset_of(std::vector<PosedSplit> splits, const std::string& name, std:
   dataset.box = scene.box;
   dataset.cameras = scene.cameras;
   dataset.notes = scene.notes;
-  dataset.time_map = choose_time_map(&scene.splits[0], scene.splits, false, dataset.notes);
+  dataset.time_map = choose_time_map(&scene.splits[0], scene.splits, dataset.notes);
   for (const RawSplit& raw : scene.splits) {
     Split split{raw.name, {}};
     std::vector<PictureFacts> facts;

@@ -186,7 +186,8 @@ TruthVolumes from_json(const std::string& folder, const std::string& path, const
     const double own = volume.number("time"), time = time_map.scale == 0 ? 0 : time_map(own);
     if (!(time >= -kTimeSlack && time <= 1 + kTimeSlack)) {
       const double end = time_map.raw(1);
-      if (part && (i + 1 < volumes.size() || !out.moments.empty())) continue;
+      const bool one_is_left = i + 1 < volumes.size() || !out.moments.empty();
+      if (part && one_is_left) continue;
       volume.wrong("time", fmt::format("within the run's time, {:g} to {:g}", time_map.origin, end),
                    fmt::format("{:g}", own));
     }

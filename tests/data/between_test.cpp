@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "data/expect_error.hpp"
+#include "data/timed_split.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/data/synth.hpp"
 #include "support/tiny_dataset.hpp"
@@ -13,19 +14,7 @@
 using namespace splinevox;
 using namespace splinevox::data;
 using test::expect_error;
-
-namespace {
-
-RawSplit split_of(const std::string& name, const std::vector<double>& times) {
-  RawSplit split{name, "s/transforms_" + name + ".json", true, {}};
-  for (const double t : times) {
-    split.frames.emplace_back();
-    split.frames.back().time = t;
-  }
-  return split;
-}
-
-}  // namespace
+using test::split_of;
 
 TEST_SUITE("data/between") {
   TEST_CASE("a part of time is two numbers in order") {

@@ -4,21 +4,14 @@
 #include <doctest/doctest.h>
 
 #include "data/expect_error.hpp"
+#include "data/timed_split.hpp"
 
 namespace {
 
 using namespace splinevox;
 using namespace splinevox::data;
+using test::split_of;
 using Notes = std::vector<std::string>;
-
-RawSplit split_of(const std::string& name, const std::vector<double>& times) {
-  RawSplit split{name, "s/transforms_" + name + ".json", true, {}};
-  for (const double t : times) {
-    split.frames.emplace_back();
-    split.frames.back().time = t;
-  }
-  return split;
-}
 
 TEST_SUITE("data/time_map") {
   TEST_CASE("times within [0, 1] are taken as they are, even if they do not fill it") {
@@ -44,7 +37,7 @@ TEST_SUITE("data/time_map") {
   TEST_CASE("the train split's map serves the others and is noted") {
     Notes notes;
     const RawSplit train = split_of("train", {10, 20}), test = split_of("test", {15, 25});
-    const TimeMap map = choose_time_map(&train, {train, test}, false, notes);
+    const TimeMap map = choose_time_map(&train, {train, test}, notes);
     CHECK(model_time(test, 0, map) == 0.5);
     CHECK(model_time(test, 1, map) == 1.5);
     REQUIRE(notes.size() == 1);
@@ -58,11 +51,11 @@ TEST_SUITE("data/time_map") {
 
   TEST_CASE("without a train split, times must lie in [0, 1]") {
     Notes notes;
-    CHECK(choose_time_map(nullptr, {split_of("test", {0, 1})}, false, notes) == TimeMap{});
+    CHECK(choose_time_map(nullptr, {split_of("test", {0, 1})}, notes) == TimeMap{});
     CHECK(notes.size() == 1);
     test::expect_error(
         [&] {
-          choose_time_map(nullptr, {split_of("test", {0, 1.5})}, false, notes);
+          choose_time_map(nullptr, {split_of("test", {0, 1.5})}, notes);
         },
         {"s/transforms_test.json, frame 1: 'time' is outside [0, 1]", "got:      1.5",
          "add transforms_train.json"});

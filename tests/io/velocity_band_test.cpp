@@ -24,7 +24,7 @@ LeafValues block(Int3 lo, Int3 hi, const Of& of) {
   };
   each([&] {
     LeafMask one{};
-    one[std::size_t(v.x & 7)] = std::uint64_t(1) << ((v.y & 7) * 8 + (v.z & 7));
+    add_voxel(one, (v.x & 7) << 6 | (v.y & 7) << 3 | (v.z & 7));
     set.unite({v.x >> 3, v.y >> 3, v.z >> 3}, one);
   });
   LeafValues out(std::move(set), 3);

@@ -34,8 +34,8 @@ TimeMap fit_time_map(const std::vector<double>& raw, bool part) {
   return {*lo, 1 / (*hi - *lo)};
 }
 
-TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits, bool part,
-                        std::vector<std::string>& notes) {
+TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits,
+                        std::vector<std::string>& notes, bool part) {
   if (train != nullptr) {
     const std::vector<double> times = times_of(*train);
     const TimeMap map = fit_time_map(times, part);

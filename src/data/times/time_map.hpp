@@ -19,8 +19,8 @@ TimeMap fit_time_map(const std::vector<double>& raw, bool part = false);
 /// @param train   null if the folder has none: then the identity, and the splits' times must lie in [0, 1].
 /// @param splits  those that were read, for that check. @param part  as fit_time_map. Throws Error
 /// (Fault::input).
-TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits, bool part,
-                        std::vector<std::string>& notes);
+TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& splits,
+                        std::vector<std::string>& notes, bool part = false);
 
 /// A frame's time in the model's [0, 1].
 inline double model_time(const RawSplit& split, std::size_t frame, const TimeMap& map) {

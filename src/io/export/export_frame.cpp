@@ -28,7 +28,7 @@ LeafValues bake_density(const FrameSampler& sampler, const Lattice& lattice,
       const float density = sampler.density(lattice.position(v));
       if (!(density >= min_density)) continue;
       blocks[l * kBrickRows + std::size_t(i)] = density;
-      masks[l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
+      add_voxel(masks[l], i);
     }
   });
   Int3 dims{};
@@ -56,7 +56,7 @@ std::vector<LeafValues> split(LeafValues& density, const FrameSampler& sampler, 
       dense.leaves(), [&](std::size_t l) -> const LeafMask& { return dense.masks()[l]; },
       [&](std::size_t l, int i, Int3 v) {
         const int label = std::max(0, clusters.at(sampler.canonical(lattice.position(v))));
-        masks[std::size_t(label)][l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
+        add_voxel(masks[std::size_t(label)][l], i);
       });
   Int3 dims{};
   for (int a = 0; a < 3; ++a) dims[a] = (lattice.size[a] + kBrick - 1) / kBrick;
@@ -93,7 +93,7 @@ BakedColor bake_color(const FrameSampler& sampler, const Lattice& lattice, const
     const FrameSampler::Warp warp = sampler.warp(x);
     const auto radiance = sampler.radiance(x + warp.displacement, warp.presence);
     if (radiance.density == 0) {  // nothing is stored there
-      missing[l][std::size_t(i >> 6)] |= std::uint64_t(1) << (i & 63);
+      add_voxel(missing[l], i);
       return;
     }
     const Vec3 color = (warp.light * view.factor(radiance.sh)) * radiance.color;

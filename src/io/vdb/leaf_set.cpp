@@ -69,14 +69,27 @@ LeafMask LeafSet::grown_mask(Int3 leaf) const {
   return out;
 }
 
-LeafSet LeafSet::grown_once() const {
-  if (leaves_.empty()) return *this;
-  Int3 lo = leaves_[0], hi = leaves_[0];
+LeafSet LeafSet::without(const LeafSet& other) const {
+  std::vector<LeafMask> masks = masks_;
+  for (std::size_t l = 0; l < size(); ++l)
+    if (const std::int32_t o = other.find(leaves_[l]); o >= 0)
+      for (std::size_t x = 0; x < kBrick; ++x) masks[l][x] &= ~other.masks_[std::size_t(o)][x];
+  return with_masks(masks);
+}
+
+LeafSet LeafSet::around(int margin) const {
+  Int3 lo = leaves_[0], hi = lo;
   for (const Int3& leaf : leaves_) {
     lo = min(lo, leaf);
     hi = max(hi, leaf);
   }
-  LeafSet out(lo - Int3{1, 1, 1}, hi - lo + Int3{3, 3, 3});
+  const Int3 by{margin, margin, margin};
+  return {lo - by, hi - lo + 2 * by + Int3{1, 1, 1}};
+}
+
+LeafSet LeafSet::grown_once() const {
+  if (leaves_.empty()) return *this;
+  LeafSet out = around(1);
   std::vector<char> near(out.table_.size(), 0);
   for (const Int3& leaf : leaves_)
     for (int i = 0; i < 27; ++i) near[out.slot(leaf + Int3{i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1})] = 1;

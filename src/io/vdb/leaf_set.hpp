@@ -13,6 +13,11 @@ namespace splinevox {
 /// Voxels of one 8^3 leaf as bits: word x, bit 8 y + z. OpenVDB's own order.
 using LeafMask = std::array<std::uint64_t, kBrick>;
 
+/// Sets the bit of a voxel, numbered as rows of a brick are.
+inline void add_voxel(LeafMask& mask, int voxel) {
+  mask[std::size_t(voxel >> 6)] |= std::uint64_t(1) << (voxel & 63);
+}
+
 /// A sparse set of voxels: leaves of a bounded region, each with a mask. Leaf coordinate l holds voxels 8 l
 /// .. 8 l + 7.
 class LeafSet {
@@ -40,6 +45,10 @@ class LeafSet {
       if (masks[l] != LeafMask{}) out.add(leaves_[l], masks[l]);
     return out;
   }
+  /// These voxels but for those of another set.
+  LeafSet without(const LeafSet& other) const;
+  /// An empty set whose region reaches so many leaves further than these, to all sides. @pre size() > 0
+  LeafSet around(int margin) const;
   /// Index of a leaf, or -1.
   std::int32_t find(Int3 leaf) const { return inside(leaf) ? table_[slot(leaf)] : -1; }
   bool active(Int3 voxel) const {
