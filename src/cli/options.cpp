@@ -177,9 +177,10 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
       ->type_name("{metric,relative,inverse,none}");
   verb.add_option(
           "--tracks", rules.tracks,
-          "a .npy or .npz file of points that are followed through the pictures of one camera, or none (not "
-          "used); not given: the one that the data names (tracks_file_path)")
-      ->type_name("FILE|none");
+          "points that are followed through the pictures of one camera: a .npy or .npz file, or a folder of "
+          "optical flow from each picture to the next; or none (not used); not given: what the data names "
+          "(tracks_file_path)")
+      ->type_name("FILE|FOLDER|none");
   add_masks(verb, rules.masks);
 }
 

@@ -18,7 +18,7 @@
 #include "data/pictures/pictures.hpp"
 #include "data/scene_notes.hpp"
 #include "data/times/time_map.hpp"
-#include "data/tracks_read.hpp"
+#include "data/tracks/tracks_read.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"

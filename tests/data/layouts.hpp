@@ -122,7 +122,8 @@ inline std::string lens_fields(const TrueLens& l) {
 }
 
 /// One file; every frame its own lens.
-inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras) {
+/// @param fields  further ones of the file, each with a comma after it
+inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras, const std::string& fields = "") {
   write_pictures(folder / "images", int(cameras.size()));
   std::vector<std::string> frames;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -130,9 +131,10 @@ inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras) {
                                    matrix_text(cameras[i].to_world));
     frames.push_back(frame.insert(1, lens_fields(cameras[i].lens)));
   }
-  write_text(folder / "transforms.json",
-             transforms_text(frames,
-                             "\"applied_transform\": [[0,1,0,0],[1,0,0,0],[0,0,-1,0]], \"aabb_scale\": 16,"));
+  write_text(
+      folder / "transforms.json",
+      transforms_text(
+          frames, "\"applied_transform\": [[0,1,0,0],[1,0,0,0],[0,0,-1,0]], \"aabb_scale\": 16," + fields));
 }
 
 inline void write_gibson(const fs::path& folder, const Cameras& cameras) {

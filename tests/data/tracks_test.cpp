@@ -45,12 +45,8 @@ struct Followed {
   explicit Followed(const std::string& name, const std::string& bytes, const std::string& field = "") {
     Cameras cameras = true_cameras({}, kCount);
     for (int i = 0; i < kCount; ++i) cameras[std::size_t(i)].time = double(i) / (kCount - 1);
-    write_nerfstudio(folder.path(), cameras);
+    write_nerfstudio(folder.path(), cameras, field.empty() ? "" : "\"tracks_file_path\": " + field + ", ");
     write_text(folder.path() / name, bytes);
-    if (field.empty()) return;
-    std::ifstream in(folder.path() / "transforms.json");
-    std::string text{std::istreambuf_iterator<char>(in), {}};
-    write_text(folder.path() / "transforms.json", text.insert(1, "\"tracks_file_path\": " + field + ", "));
   }
   Dataset load(const std::string& file = "", int downscale = 1, bool tracks = true) const {
     LoadOptions options;

@@ -56,11 +56,11 @@ struct DatasetDepth {
   double known = 0;  ///< mean share of the pixels of those looked at whose depth is known, 0 to 1
 };
 
-/// Points that a file follows through pictures.
+/// Points that are followed through pictures.
 struct DatasetTracks {
-  std::string file;          ///< as messages name it
-  std::size_t points = 0;    ///< in it
-  std::size_t pictures = 0;  ///< in it, held-out ones among them
+  std::string file;          ///< or the folder of flow, as messages name it
+  std::size_t points = 0;    ///< in it, or followed by it
+  std::size_t pictures = 0;  ///< the same, held-out ones among them
   double visible = 0;        ///< share of the places in training pictures where a point is seen, 0 to 1
 };
 
@@ -133,8 +133,8 @@ struct DatasetRules {
   /// What depth maps (depth_file_path) say: the name of a DepthKind. "none": they are not read. Empty:
   /// metric where the data says their unit (depth_unit_scale_factor), else relative.
   std::string depth = {};
-  /// File of points that are followed through the pictures of one camera (.npy or .npz, docs/data.md). Empty:
-  /// the data's own (tracks_file_path); "none": no file is read.
+  /// File of points that are followed through the pictures of one camera (.npy or .npz), or folder of optical
+  /// flow between them (docs/data.md). Empty: the data's own (tracks_file_path); "none": nothing is read.
   std::string tracks = {};
   /// "FROM:TO": only pictures taken then, both ends included, in the data's own times, which become 0 to 1.
   /// Empty: all.

@@ -25,6 +25,17 @@ bool any_of(std::string_view text, std::initializer_list<std::string_view> words
   return std::find(words.begin(), words.end(), text) != words.end();
 }
 
+/// What is of that path in a folder, links resolved; none if there is nothing, or it lies elsewhere.
+std::optional<fs::path> within(const fs::path& root, const std::string& path) {
+  if (path.find('\0') != std::string::npos) return {};
+  std::error_code error;
+  const fs::path found = fs::weakly_canonical(root / path, error);
+  if (error || !fs::exists(found, error)) return {};
+  const fs::path relative = found.lexically_relative(root);
+  if (relative.empty() || *relative.begin() == "..") return {};
+  return found;
+}
+
 }  // namespace
 
 std::string lower_case(std::string_view text) {
@@ -141,13 +152,15 @@ std::vector<std::string> without_masks(const std::vector<std::string>& names) {
 }
 
 std::optional<fs::path> file_within(const fs::path& root, const std::string& path) {
-  if (path.find('\0') != std::string::npos) return {};
-  std::error_code error;
-  const fs::path file = fs::weakly_canonical(root / path, error);
-  if (error || !fs::is_regular_file(file, error)) return {};
-  const fs::path relative = file.lexically_relative(root);
-  if (relative.empty() || *relative.begin() == "..") return {};
-  return file;
+  const std::optional<fs::path> inside = within(root, path);
+  std::error_code ignored;
+  return inside && fs::is_regular_file(*inside, ignored) ? inside : std::nullopt;
+}
+
+std::optional<fs::path> folder_within(const fs::path& root, const std::string& path) {
+  const std::optional<fs::path> inside = within(root, path);
+  std::error_code ignored;
+  return inside && fs::is_directory(*inside, ignored) ? inside : std::nullopt;
 }
 
 std::string list_of(const std::vector<std::string>& names) {

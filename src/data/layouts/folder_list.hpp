@@ -56,9 +56,13 @@ bool all_named_masks(const std::vector<std::string>& names);
 /// The names without those that are masks.
 std::vector<std::string> without_masks(const std::vector<std::string>& names);
 
-/// The regular file of that path in a folder, links resolved; none if there is none, or it lies elsewhere.
+/// The regular file, or the folder, of that path in a folder, links resolved; none if there is none, or it
+/// lies elsewhere.
 /// @param root  the folder in canonical form
+/// @{
 std::optional<std::filesystem::path> file_within(const std::filesystem::path& root, const std::string& path);
+std::optional<std::filesystem::path> folder_within(const std::filesystem::path& root, const std::string& path);
+/// @}
 
 /// Names for a message: the first few in quotes, and how many there are.
 std::string list_of(const std::vector<std::string>& names);

@@ -118,12 +118,6 @@ Numbers read_numbers(const fs::path& path, const std::string& where) {
         start.empty() ? "an empty file" : "something else", kWithout});
 }
 
-/// Whether both show the same, but for the size.
-bool same_shape(const PictureSize& a, const PictureSize& b) {
-  const std::int64_t off = std::int64_t(a.width) * b.height - std::int64_t(b.width) * a.height;
-  return std::abs(off) <= std::max(a.width, b.width);  // a size was rounded to whole pixels
-}
-
 std::string share_text(double part) { return fmt::format("{:.0f}%", 100 * part); }
 
 }  // namespace

@@ -36,6 +36,11 @@ std::string size_text(const PictureSize& size) {
   return std::to_string(size.width) + " x " + std::to_string(size.height);
 }
 
+bool same_shape(const PictureSize& a, const PictureSize& b) {
+  const std::int64_t off = std::int64_t(a.width) * b.height - std::int64_t(b.width) * a.height;
+  return std::abs(off) <= std::max(a.width, b.width);
+}
+
 namespace {
 
 /// How far a lens is from being that of a picture of this size; 0 fits. Nothing if the lens does not say.

@@ -34,6 +34,8 @@ std::vector<std::string> frame_names(const RawSplit& raw, const PicturePlan& pla
 
 /// "400 x 300".
 std::string size_text(const PictureSize& size);
+/// Whether both may be of one picture, of which one is smaller: sides were rounded to whole pixels.
+bool same_shape(const PictureSize& a, const PictureSize& b);
 
 /// Reads the headers of a split's pictures, which were found. Throws Error (Fault::input) for the first frame
 /// whose picture is not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame

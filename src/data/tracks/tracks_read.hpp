@@ -13,10 +13,9 @@
 namespace splinevox::data {
 
 /// Reads the tracks of points that the data names, or DatasetRules::tracks, and gives each frame of the train
-/// split those that it shows. A file is .npy or .npz with an array `tracks` of places in pixels, (points,
-/// pictures, 2) or (pictures, points, 2), and in .npz perhaps one that says which are seen. Its pictures are
-/// those of the split in the order of time, or all of the scene. Of pictures that are held out nothing is
-/// taken. Adds a note that says how it is understood.
+/// split those that it shows: a file (read_track_table), or a folder of optical flow (follow_flow). Its
+/// pictures are those of the split in the order of time, or all of the scene. Of pictures that are held out
+/// nothing is taken. Adds a note that says how it is understood.
 ///
 /// Throws Error (Fault::input) for a file that is not there, of another shape, or of other pictures, and
 /// where two pictures are of one moment: tracks are of one camera.
