@@ -50,7 +50,7 @@ struct Flowing {
   explicit Flowing(const std::string& field = "") {
     Cameras cameras = true_cameras({}, kCount);
     for (int i = 0; i < kCount; ++i) cameras[std::size_t(i)].time = double(i) / (kCount - 1);
-    write_nerfstudio(folder.path(), cameras, field);
+    write_nerfstudio_with(folder.path(), cameras, field);
     std::filesystem::create_directory(flow());
   }
   std::filesystem::path flow() const { return folder.path() / "flow"; }

@@ -123,7 +123,7 @@ inline std::string lens_fields(const TrueLens& l) {
 
 /// One file; every frame its own lens.
 /// @param fields  further ones of the file, each with a comma after it
-inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras, const std::string& fields = "") {
+inline void write_nerfstudio_with(const fs::path& folder, const Cameras& cameras, const std::string& fields) {
   write_pictures(folder / "images", int(cameras.size()));
   std::vector<std::string> frames;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -135,6 +135,10 @@ inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras, con
       folder / "transforms.json",
       transforms_text(
           frames, "\"applied_transform\": [[0,1,0,0],[1,0,0,0],[0,0,-1,0]], \"aabb_scale\": 16," + fields));
+}
+
+inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras) {
+  write_nerfstudio_with(folder, cameras, "");
 }
 
 inline void write_gibson(const fs::path& folder, const Cameras& cameras) {

@@ -45,7 +45,8 @@ struct Followed {
   explicit Followed(const std::string& name, const std::string& bytes, const std::string& field = "") {
     Cameras cameras = true_cameras({}, kCount);
     for (int i = 0; i < kCount; ++i) cameras[std::size_t(i)].time = double(i) / (kCount - 1);
-    write_nerfstudio(folder.path(), cameras, field.empty() ? "" : "\"tracks_file_path\": " + field + ", ");
+    write_nerfstudio_with(folder.path(), cameras,
+                          field.empty() ? "" : "\"tracks_file_path\": " + field + ", ");
     write_text(folder.path() / name, bytes);
   }
   Dataset load(const std::string& file = "", int downscale = 1, bool tracks = true) const {

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// What other layouts of data sets are made of: JPEG, tables of numpy, models of COLMAP.
+// What other layouts of data sets are made of: JPEG, tables of numpy, models of COLMAP, tracks and flow.
 #include "core/atomic_file.hpp"
 #include "data/jpeg_bytes.hpp"
 #include "data/layouts.hpp"
 #include "data/rig_layouts.hpp"
+#include "data/tracks/flow_file.hpp"
+#include "data/tracks/table_read.hpp"
 #include "fuzz/seeds.hpp"
 #include "fuzz/targets.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
+#include "support/numpy_file.hpp"
 
 namespace splinevox::fuzz {
 namespace {
@@ -76,6 +79,32 @@ std::vector<std::string> npy_seeds() {
   return seeds;
 }
 
+constexpr int kHighFlow = 3, kWideFlow = 4;
+const std::vector<float> kFlow(2 * kHighFlow * kWideFlow, 0.5f);
+
+int flow(const std::uint8_t* data, std::size_t size) {
+  const std::string path = put("flow", data, size);
+  return verdict([&] { data::read_flow(path, path); });
+}
+
+std::vector<std::string> flow_seeds() {
+  const std::string table = test::numpy("<f4", "(3, 4, 2)", test::bytes_of(kFlow));
+  const std::string sides = test::bytes_of(std::vector<std::int32_t>{kWideFlow, kHighFlow});
+  return {"PIEH" + sides + test::bytes_of(kFlow), table, test::npz({{"flow.npy", table}}, true)};
+}
+
+/// Two points through three pictures.
+int tracks(const std::uint8_t* data, std::size_t size) {
+  const std::string path = put("tracks", data, size);
+  return verdict([&] { data::read_track_table(path, path, {3}); });
+}
+
+std::vector<std::string> track_seeds() {
+  const std::string table = test::numpy("<f4", "(2, 3, 2)", test::bytes_of(std::vector<float>(12, 0.5f)));
+  const std::string seen = test::numpy("|b1", "(2, 3)", std::string(6, '\1'));
+  return {table, test::npz({{"tracks.npy", table}, {"visible.npy", seen}}, true)};
+}
+
 template <const Layout& L>
 constexpr Target target{L.name, read_with<L>, seeds_of<L>};
 
@@ -93,6 +122,8 @@ std::vector<std::string> jpeg_seeds() {
 
 std::vector<Target> layout_targets() {
   return {{"npy", read_with<kLlff>, npy_seeds},
+          {"flow", flow, flow_seeds},
+          {"tracks", tracks, track_seeds},
           target<kNrnerf>,
           target<kNerfstudio>,
           target<kGibson>,
