@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -18,6 +19,7 @@ namespace splinevox::data {
 namespace {
 
 constexpr int kAcross = 48;                             ///< squares of the grid along the longer side
+constexpr int kCrowded = 4;                             ///< times as many, each with at most one point
 constexpr int kLongest = 32;                            ///< pictures of one point
 constexpr double kShareBack = 0.01, kPixelsBack = 0.5;  ///< eq. 5, of squared pixels of the flow
 
@@ -27,13 +29,16 @@ struct Between {
   std::optional<FlowField> backward;
 };
 
+bool inside(PixelPlace at, const PictureSize& size) {
+  return at.u >= 0 && at.v >= 0 && at.u < size.width && at.v < size.height;
+}
+
 /// Where flow leads a point; none: it is lost.
 std::optional<PixelPlace> next_place(const Between& flow, PixelPlace at) {
   const auto way = flow.forward.at(at);
   if (!way) return {};
   const PixelPlace next{at.u + way->u, at.v + way->v};
-  if (!(next.u >= 0 && next.v >= 0 && next.u < flow.forward.size.width && next.v < flow.forward.size.height))
-    return {};
+  if (!inside(next, flow.forward.size)) return {};
   if (!flow.backward) return next;
   const auto back = flow.backward->at(next);
   if (!back) return {};
@@ -44,66 +49,66 @@ std::optional<PixelPlace> next_place(const Between& flow, PixelPlace at) {
   return next;
 }
 
-/// The points that are in a picture, in pixels of its flow, at most one a square.
-class PointsInPicture {
+/// Squares of a picture, and which have a point.
+class Squares {
  public:
-  explicit PointsInPicture(const PictureSize& size)
-      : side_(double(std::max(size.width, size.height)) / kAcross),
-        across_(std::max(1, int(size.width / side_))),
-        down_(std::max(1, int(size.height / side_))),
-        size_(size) {}
+  /// @param across  along the longer side
+  Squares(const PictureSize& size, int across)
+      : size_(size),
+        side_(double(std::max(size.width, size.height)) / across),
+        across_(int(std::ceil(size.width / side_))),
+        down_(int(std::ceil(size.height / side_))),
+        taken_(std::size_t(across_) * std::size_t(down_), 0) {}
 
-  /// A point of its own in every square that has none. Those of the first picture do not all end at once.
-  void fill(std::size_t& points) {
-    std::vector<char> taken(squares(), 0);
-    for (const Point& p : points_) taken[square_of(p.at)] = 1;
-    const bool first = points == 0;
-    for (std::size_t s = 0; s < taken.size(); ++s)
-      if (!taken[s])
-        points_.push_back({int(points++), first ? 1 + int(s % (kLongest / 2)) : 1, center_of(s)});
+  /// Whether the square of a place in the picture was free until now.
+  bool take(PixelPlace at) {
+    const int x = std::min(int(at.u / side_), across_ - 1), y = std::min(int(at.v / side_), down_ - 1);
+    return !std::exchange(taken_[std::size_t(y) * std::size_t(across_) + std::size_t(x)], 1);
   }
-  /// Goes on to the next picture.
-  void follow(const Between& flow) {
-    std::vector<char> taken(squares(), 0);
-    std::vector<Point> kept;
-    for (const Point& p : points_) {  // older ones first
-      const auto next = p.pictures < kLongest ? next_place(flow, p.at) : std::nullopt;
-      if (!next || taken[square_of(*next)]) continue;
-      taken[square_of(*next)] = 1;
-      kept.push_back({p.point, p.pictures + 1, *next});
-    }
-    points_ = std::move(kept);
-  }
-  /// @param size  of the picture
-  std::vector<VisiblePoint> seen(const PictureSize& size) const {
-    std::vector<VisiblePoint> out;
-    for (const Point& p : points_)
-      out.push_back(
-          {p.point, float(p.at.u * size.width / size_.width), float(p.at.v * size.height / size_.height)});
+  /// Centres of squares that are free, inside the picture.
+  std::vector<PixelPlace> free() const {
+    std::vector<PixelPlace> out;
+    for (int y = 0; y < down_; ++y)
+      for (int x = 0; x < across_; ++x) {
+        const PixelPlace center{(x + 0.5) * side_, (y + 0.5) * side_};
+        if (!taken_[std::size_t(y) * std::size_t(across_) + std::size_t(x)] && inside(center, size_))
+          out.push_back(center);
+      }
     return out;
   }
 
  private:
-  struct Point {
-    int point, pictures;
-    PixelPlace at;
-  };
-  std::size_t squares() const { return std::size_t(across_) * std::size_t(down_); }
-  std::size_t square_of(PixelPlace at) const {
-    const int x = std::min(int(at.u / size_.width * across_), across_ - 1),
-              y = std::min(int(at.v / size_.height * down_), down_ - 1);
-    return std::size_t(y) * std::size_t(across_) + std::size_t(x);
-  }
-  PixelPlace center_of(std::size_t square) const {
-    return {(double(square % std::size_t(across_)) + 0.5) * size_.width / across_,
-            (double(square / std::size_t(across_)) + 0.5) * size_.height / down_};
-  }
-
+  PictureSize size_;
   double side_;
   int across_, down_;
-  PictureSize size_;
-  std::vector<Point> points_;  ///< in the order of their numbers
+  std::vector<char> taken_;
 };
+
+struct Followed {
+  int point, pictures;  ///< in which it was seen
+  PixelPlace at;
+};
+
+/// A point of its own in every square that has none. Those of the first picture do not all end at once.
+void fill(std::vector<Followed>& points, const PictureSize& size, std::size_t& count) {
+  Squares squares(size, kAcross);
+  for (const Followed& p : points) squares.take(p.at);
+  const bool first = count == 0;
+  for (const PixelPlace& at : squares.free()) {
+    points.push_back({int(count), first ? 1 + int(count % (kLongest / 2)) : 1, at});
+    ++count;
+  }
+}
+
+/// Those that are in the next picture, the older ones first.
+std::vector<Followed> follow(const std::vector<Followed>& points, const Between& flow) {
+  Squares squares(flow.forward.size, kCrowded * kAcross);
+  std::vector<Followed> out;
+  for (const Followed& p : points)
+    if (const auto next = p.pictures < kLongest ? next_place(flow, p.at) : std::nullopt)
+      if (squares.take(*next)) out.push_back({p.point, p.pictures + 1, *next});
+  return out;
+}
 
 }  // namespace
 
@@ -134,8 +139,15 @@ FollowedPoints follow_flow(const std::filesystem::path& folder, const std::strin
         "names, "
         "from each picture to the one before, would tell");
   FollowedPoints out{0, std::vector<std::vector<VisiblePoint>>(pairs + 1)};
-  std::optional<PointsInPicture> points;
+  std::vector<Followed> points;
   PictureSize flow_size;
+  const auto seen = [&] {
+    std::vector<VisiblePoint> places;
+    for (const auto& [point, pictures, at] : points)
+      places.push_back(
+          {point, float(at.u * size.width / flow_size.width), float(at.v * size.height / flow_size.height)});
+    return places;
+  };
   std::vector<Between> flows(pairs);
   in_order(
       int(pairs), 2 * thread_count(),
@@ -144,21 +156,20 @@ FollowedPoints follow_flow(const std::filesystem::path& folder, const std::strin
         flow.forward = read(files.forward[std::size_t(k)]);
         if (!files.backward.empty()) flow.backward = read(files.backward[std::size_t(k)]);
       },
-      [&](int i) {
-        const std::size_t k = std::size_t(i);
-        Between& flow = flows[k];
-        if (!points) points.emplace(flow_size = flow.forward.size);
+      [&](int k) {
+        Between& flow = flows[std::size_t(k)];
+        if (k == 0) flow_size = flow.forward.size;
         for (const FlowField* field : {&flow.forward, flow.backward ? &*flow.backward : &flow.forward})
           if (field->size != flow_size)
             fail({where, "flow is not all of one size", size_text(flow_size), size_text(field->size),
                   kWithoutTracks});
-        points->fill(out.points);
-        out.seen[k] = points->seen(size);
-        points->follow(flow);
+        fill(points, flow_size, out.points);
+        out.seen[std::size_t(k)] = seen();
+        points = follow(points, flow);
         flow = {};
         return true;
       });
-  out.seen[pairs] = points->seen(size);
+  out.seen[pairs] = seen();
   return out;
 }
 
