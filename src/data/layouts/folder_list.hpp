@@ -61,7 +61,8 @@ std::vector<std::string> without_masks(const std::vector<std::string>& names);
 /// @param root  the folder in canonical form
 /// @{
 std::optional<std::filesystem::path> file_within(const std::filesystem::path& root, const std::string& path);
-std::optional<std::filesystem::path> folder_within(const std::filesystem::path& root, const std::string& path);
+std::optional<std::filesystem::path> folder_within(const std::filesystem::path& root,
+                                                   const std::string& path);
 /// @}
 
 /// Names for a message: the first few in quotes, and how many there are.
