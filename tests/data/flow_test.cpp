@@ -117,6 +117,41 @@ TEST_SUITE("data/flow") {
     CHECK(data.tracks->points == ways(data).rbegin()->first + 1u);
   }
 
+  TEST_CASE("of a file with flow both ways the layer of that way is taken") {
+    const Flowing set, unclear;
+    const auto image_of = [](float u, float v) {
+      Image image(kWide, kHigh, 2);
+      const std::vector<float> values = everywhere(u, v);
+      image.data.assign(values.begin(), values.end());
+      return image;
+    };
+    const Image there = image_of(kRight, kDown), back = image_of(-kRight, -kDown);
+    for (int k = 0; k + 1 < kCount; ++k) {
+      for (const char* name : {"_fwd.exr", "_bwd.exr"})
+        write_exr((set.flow() / (std::to_string(k) + name)).string(),
+                  {{"backward", back, {"u", "v"}}, {"forward", there, {"u", "v"}}});
+      write_exr((unclear.flow() / (std::to_string(k) + ".exr")).string(),
+                {{"a", back, {"u", "v"}}, {"b", there, {"u", "v"}}});
+    }
+    check_ways(set.load());
+    expect_error([&] { unclear.load(); }, {"which layer", "forward", "a. b."});
+  }
+
+  TEST_CASE("files are taken in the order in which people count, each for its own picture") {
+    Flowing set;  // 2 ... 10: as text "10" would come first
+    for (int k = 0; k + 1 < kCount; ++k) set.put_one(k + 2, "k.flo", flo(everywhere(0.1f * float(k), 0)));
+    const Dataset data = set.load();
+    std::size_t steps = 0;
+    for (const auto& [point, seen] : ways(data))
+      for (const auto& [picture, at] : seen) {
+        const int first = seen.begin()->first;
+        const float expected = 0.05f * float(picture * (picture - 1) - first * (first - 1));
+        CHECK(at.u - seen.begin()->second.u == doctest::Approx(expected).epsilon(1e-3));
+        steps += picture > first;
+      }
+    CHECK(steps > 1000);
+  }
+
   TEST_CASE("flow of smaller pictures of the same shape is stretched, and shrunk with the pictures") {
     const std::string half = flo(everywhere(kRight, kDown, kWide / 2, kHigh / 2), kWide / 2, kHigh / 2);
     check_ways(Flowing().put("k.flo", half).load(), 2);

@@ -84,7 +84,7 @@ const std::vector<float> kFlow(2 * kHighFlow * kWideFlow, 0.5f);
 
 int flow(const std::uint8_t* data, std::size_t size) {
   const std::string path = put("flow", data, size);
-  return verdict([&] { data::read_flow(path, path); });
+  return verdict([&] { data::read_flow(path, path, data::FlowWay::forward); });
 }
 
 std::vector<std::string> flow_seeds() {

@@ -71,8 +71,9 @@ struct ExrChannel {
   float at(std::size_t pixel) const { return layer->image.data[pixel * layer->channels.size() + index]; }
 };
 
-/// Channels u and v before red and green, of no layer before those of one.
-FlowField read_exr_flow(const fs::path& path, const std::string& where) {
+/// Channels u and v before red and green; those of no layer before those of the layer called as the way that
+/// is asked for, and these before those of the only layer that has any.
+FlowField read_exr_flow(const fs::path& path, const std::string& where, FlowWay way) {
   const std::vector<ExrLayer> layers = read_exr_layers(path.string());
   std::map<std::string, ExrChannel> channels;
   for (const ExrLayer& layer : layers)
@@ -81,17 +82,30 @@ FlowField read_exr_flow(const fs::path& path, const std::string& where) {
       const bool both = !layer.name.empty() && !letter.empty();
       channels.emplace(lower_case(layer.name + (both ? "." : "") + letter), ExrChannel{&layer, c});
     }
-  for (const auto& [right, down] : {std::pair{'u', 'v'}, {'r', 'g'}})
-    for (const auto& [name, u] : channels) {
-      if (name.back() != right || (name.size() > 1 && name[name.size() - 2] != '.')) continue;
-      const auto v = channels.find(name.substr(0, name.size() - 1) + down);
-      if (v == channels.end()) continue;
-      const Image& image = u.layer->image;
-      FlowField out{{image.width, image.height}, {}};
-      for (std::size_t i = 0; i < image.pixels(); ++i)
-        out.values.insert(out.values.end(), {u.at(i), v->second.at(i)});
-      return out;
+  const std::string named = way == FlowWay::forward ? "forward." : "backward.";
+  for (const auto& [right, down] : {std::pair{"u", "v"}, {"r", "g"}}) {
+    std::vector<std::string> of;  // layers, with a dot after each
+    for (const auto& [name, channel] : channels) {
+      const std::string layer = name.substr(0, name.size() - std::min<std::size_t>(1, name.size()));
+      if (name == layer + right && (layer.empty() || layer.back() == '.') && channels.contains(layer + down))
+        of.push_back(layer);
     }
+    const auto has = [&](const std::string& layer) {
+      return std::find(of.begin(), of.end(), layer) != of.end();
+    };
+    if (of.empty()) continue;
+    if (!has("") && !has(named) && of.size() > 1)
+      fail({where, "it is not clear which layer is the flow",
+            fmt::format("one layer, or one named {}", named.substr(0, named.size() - 1)),
+            printable(fmt::format("{}", fmt::join(of, " "))), kWithoutTracks});
+    const std::string layer = has("") ? "" : has(named) ? named : of[0];
+    const ExrChannel &u = channels.at(layer + right), &v = channels.at(layer + down);
+    const Image& image = u.layer->image;
+    FlowField out{{image.width, image.height}, {}};
+    out.values.reserve(2 * image.pixels());
+    for (std::size_t i = 0; i < image.pixels(); ++i) out.values.insert(out.values.end(), {u.at(i), v.at(i)});
+    return out;
+  }
   std::vector<std::string> names;
   for (const auto& [name, channel] : channels) names.push_back(printable(name));
   fail({where, "there are no channels of flow in it", "channels u and v, or R and G",
@@ -118,7 +132,7 @@ std::optional<PixelPlace> FlowField::at(PixelPlace place) const {
   return out;
 }
 
-FlowField read_flow(const fs::path& path, const std::string& where) {
+FlowField read_flow(const fs::path& path, const std::string& where, FlowWay way) {
   const std::vector<std::uint8_t> start = read_bytes(path, where, kLargestFile, 8);
   const auto begins = [&](std::string_view with) {
     return start.size() >= with.size() && std::memcmp(start.data(), with.data(), with.size()) == 0;
@@ -127,7 +141,7 @@ FlowField read_flow(const fs::path& path, const std::string& where) {
   if (begins("\x93NUMPY"))
     return of_array(parse_npy(read_bytes(path, where, kLargestFile), where, true), where);
   if (begins("PK\x03\x04")) return of_array(read_npz_array(path, where, "flow"), where);
-  if (begins("\x76\x2f\x31\x01")) return read_exr_flow(path, where);
+  if (begins("\x76\x2f\x31\x01")) return read_exr_flow(path, where, way);
   fail({where, "flow of this kind is not read", "a .flo, .npy, .npz or OpenEXR file",
         start.empty() ? "an empty file" : "something else", kWithoutTracks});
 }

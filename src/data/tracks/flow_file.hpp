@@ -25,10 +25,16 @@ struct FlowField {
   std::optional<PixelPlace> at(PixelPlace place) const;
 };
 
+enum class FlowWay {
+  forward,  ///< to the next picture
+  backward  ///< to the one before
+};
+
 /// A file of flow: .flo of the Middlebury benchmark; .npy or .npz with an array `flow` or no other, of shape
-/// (height, width, 2) or (2, height, width); OpenEXR with channels u and v, or R and G. Throws Error
+/// (height, width, 2) or (2, height, width); OpenEXR with channels u and v, or R and G, of no layer, of
+/// one called `forward` or `backward` as `way` is, or of the only one that has any. Throws Error
 /// (Fault::input) for another file, a damaged one, or another shape.
-FlowField read_flow(const std::filesystem::path& path, const std::string& where);
+FlowField read_flow(const std::filesystem::path& path, const std::string& where, FlowWay way);
 
 /// Files of flow in a folder, by the pictures they lead from and to.
 struct FlowFiles {

@@ -125,9 +125,9 @@ FollowedPoints follow_flow(const std::filesystem::path& folder, const std::strin
                       fmt::join(wanted, " or ")),
           fmt::format("{}", pairs), kWithoutTracks});
   }
-  const auto read = [&](const std::string& name) {
+  const auto read = [&](const std::string& name, FlowWay way) {
     const std::string file = where + "/" + printable(name);
-    FlowField flow = read_flow(folder / name, file);
+    FlowField flow = read_flow(folder / name, file, way);
     if (!same_shape(flow.size, size))
       fail({file, "the flow is of another shape than the pictures", size_text(size), size_text(flow.size),
             "make flow of whole pictures, upright; " + std::string(kWithoutTracks)});
@@ -153,8 +153,8 @@ FollowedPoints follow_flow(const std::filesystem::path& folder, const std::strin
       int(pairs), 2 * thread_count(),
       [&](int k) {
         Between& flow = flows[std::size_t(k)];
-        flow.forward = read(files.forward[std::size_t(k)]);
-        if (!files.backward.empty()) flow.backward = read(files.backward[std::size_t(k)]);
+        flow.forward = read(files.forward[std::size_t(k)], FlowWay::forward);
+        if (!files.backward.empty()) flow.backward = read(files.backward[std::size_t(k)], FlowWay::backward);
       },
       [&](int k) {
         Between& flow = flows[std::size_t(k)];

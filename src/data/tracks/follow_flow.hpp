@@ -14,8 +14,9 @@ namespace splinevox::data {
 /// Every square of a grid that no point is in gets one at its centre. A point is lost where flow is not known
 /// or leads outside, where flow backward does not lead back (Sundaram, Brox and Keutzer 2010, eq. 5), where
 /// an older one comes as near as a quarter of a square, and after kLongest pictures, since errors add up.
-/// Reads a file at a time. Throws Error (Fault::input) as find_flow and read_flow, for flow of another shape
-/// than the pictures or not all of one size, and for a number of files that is none of `counts` less 1.
+/// A few files are in memory at a time. Throws Error (Fault::input) as find_flow and read_flow, for flow of
+/// another shape than the pictures or not all of one size, and for a number of files that is none of `counts`
+/// less 1.
 /// @param counts  of pictures that it may be of, those that train first. @param size  of the pictures
 FollowedPoints follow_flow(const std::filesystem::path& folder, const std::string& where,
                            const std::vector<std::size_t>& counts, const PictureSize& size,

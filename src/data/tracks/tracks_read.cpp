@@ -85,8 +85,16 @@ std::optional<DatasetTracks> read_tracks(const fs::path& folder, const OpenScene
   const std::vector<TrackPictures> choices = pictures_told(open);
   std::vector<std::size_t> counts;
   for (const TrackPictures& pictures : choices) counts.push_back(pictures.count);
-  const FollowedPoints followed = fs::is_directory(path) ? follow_flow(path, where, counts, sizes[0], notes)
-                                                         : read_track_table(path, where, counts);
+  const bool flow = fs::is_directory(path);
+  if (const auto other =
+          std::find_if(sizes.begin(), sizes.end(), [&](const PictureSize& size) { return size != sizes[0]; });
+      flow && other != sizes.end())
+    fail({where, "flow is of pictures of one size", size_text(sizes[0]),
+          fmt::format("{} is {}", in_quotes(train.frames[std::size_t(other - sizes.begin())].file_path),
+                      size_text(*other)),
+          kWithoutTracks});
+  const FollowedPoints followed =
+      flow ? follow_flow(path, where, counts, sizes[0], notes) : read_track_table(path, where, counts);
   const TrackPictures& pictures =
       *std::find_if(choices.begin(), choices.end(),
                     [&](const TrackPictures& choice) { return choice.count == followed.seen.size(); });
