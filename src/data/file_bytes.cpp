@@ -15,12 +15,18 @@ namespace {
 /// What `git clone` leaves in place of a large file if Git LFS was not there.
 void check_no_pointer(const std::vector<std::uint8_t>& bytes, const std::string& where) {
   constexpr std::string_view kStart = "version https://git-lfs";
-  if (bytes.size() < kStart.size() || !std::equal(kStart.begin(), kStart.end(), bytes.begin())) return;
+  if (!begins_with(bytes, kStart)) return;
   fail({where, "this is a pointer of Git LFS, not the file itself", "the file's own bytes",
         "a text that names the file", "run git lfs pull where the data was cloned"});
 }
 
 }  // namespace
+
+bool begins_with(std::span<const std::uint8_t> bytes, std::string_view mark) {
+  return bytes.size() >= mark.size() &&
+         std::equal(mark.begin(), mark.end(), bytes.begin(),
+                    [](char a, std::uint8_t b) { return std::uint8_t(a) == b; });
+}
 
 std::uintmax_t file_size_of(const fs::path& path, const std::string& where) {
   std::error_code error;

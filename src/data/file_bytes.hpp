@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace splinevox::data {
@@ -20,5 +22,11 @@ std::uintmax_t file_size_of(const std::filesystem::path& path, const std::string
 /// than `limit` bytes, or is a pointer of Git LFS (for which at least 23 bytes must be read).
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path, const std::string& where,
                                      std::uintmax_t limit, std::uintmax_t first = UINTMAX_MAX);
+
+/// How files of numpy, archives (.npz) and OpenEXR files begin.
+inline constexpr std::string_view kNpyMark = "\x93NUMPY", kZipMark = "PK\x03\x04",
+                                  kExrMark = "\x76\x2f\x31\x01";
+/// Whether a file, or its start, begins like that.
+bool begins_with(std::span<const std::uint8_t> bytes, std::string_view mark);
 
 }  // namespace splinevox::data

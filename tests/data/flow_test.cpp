@@ -38,6 +38,12 @@ std::string flo(const std::vector<float>& values, int width = kWide, int height 
   return "PIEH" + bytes_of(sides) + bytes_of(values);
 }
 
+Image image_of(const std::vector<float>& values) {
+  Image image(kWide, kHigh, 2);
+  image.data = values;
+  return image;
+}
+
 std::vector<float> planes(const std::vector<float>& pairs) {
   std::vector<float> out;
   for (std::size_t a = 0; a < 2; ++a)
@@ -49,9 +55,7 @@ std::vector<float> planes(const std::vector<float>& pairs) {
 struct Flowing {
   TempFolder folder;
   explicit Flowing(const std::string& field = "") {
-    Cameras cameras = true_cameras({}, kCount);
-    for (int i = 0; i < kCount; ++i) cameras[std::size_t(i)].time = double(i) / (kCount - 1);
-    write_nerfstudio_with(folder.path(), cameras, field);
+    write_nerfstudio_with(folder.path(), film_cameras(kCount), field);
     std::filesystem::create_directory(flow());
   }
   std::filesystem::path flow() const { return folder.path() / "flow"; }
@@ -106,8 +110,7 @@ TEST_SUITE("data/flow") {
     const std::string mask = numpy("<f4", "(8, 12)", bytes_of(std::vector<float>(96, 1.0f)));
     check_ways(Flowing().put("k_fwd.npz", npz({{"flow.npy", table}, {"mask.npy", mask}}, true)).load());
     const Flowing exr;
-    Image image(kWide, kHigh, 2);
-    image.data.assign(values.begin(), values.end());
+    const Image image = image_of(values);
     for (int k = 0; k + 1 < kCount; ++k)
       write_exr((exr.flow() / (std::to_string(k) + ".exr")).string(), {{"", image, {"u", "v"}}});
     check_ways(exr.load());
@@ -119,13 +122,7 @@ TEST_SUITE("data/flow") {
 
   TEST_CASE("of a file with flow both ways the layer of that way is taken") {
     const Flowing set, unclear;
-    const auto image_of = [](float u, float v) {
-      Image image(kWide, kHigh, 2);
-      const std::vector<float> values = everywhere(u, v);
-      image.data.assign(values.begin(), values.end());
-      return image;
-    };
-    const Image there = image_of(kRight, kDown), back = image_of(-kRight, -kDown);
+    const Image there = image_of(everywhere(kRight, kDown)), back = image_of(everywhere(-kRight, -kDown));
     for (int k = 0; k + 1 < kCount; ++k) {
       for (const char* name : {"_fwd.exr", "_bwd.exr"})
         write_exr((set.flow() / (std::to_string(k) + name)).string(),

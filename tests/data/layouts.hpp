@@ -141,6 +141,13 @@ inline void write_nerfstudio(const fs::path& folder, const Cameras& cameras) {
   write_nerfstudio_with(folder, cameras, "");
 }
 
+/// Cameras of a film: one a moment, from 0 to 1.
+inline Cameras film_cameras(int count) {
+  Cameras cameras = true_cameras({}, count);
+  for (int i = 0; i < count; ++i) cameras[std::size_t(i)].time = double(i) / (count - 1);
+  return cameras;
+}
+
 inline void write_gibson(const fs::path& folder, const Cameras& cameras) {
   write_pictures(folder / "train", int(cameras.size()));
   std::vector<std::string> frames;

@@ -43,9 +43,7 @@ std::string npy_of(const std::vector<float>& values, const std::string& shape) {
 struct Followed {
   TempFolder folder;
   explicit Followed(const std::string& name, const std::string& bytes, const std::string& field = "") {
-    Cameras cameras = true_cameras({}, kCount);
-    for (int i = 0; i < kCount; ++i) cameras[std::size_t(i)].time = double(i) / (kCount - 1);
-    write_nerfstudio_with(folder.path(), cameras,
+    write_nerfstudio_with(folder.path(), film_cameras(kCount),
                           field.empty() ? "" : "\"tracks_file_path\": " + field + ", ");
     write_text(folder.path() / name, bytes);
   }

@@ -82,7 +82,7 @@ constexpr NumberKind kNumberKinds[] = {{"'<f8'", 8, read_as<double>},
 }  // namespace
 
 NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where, bool any) {
-  if (bytes.size() < 12 || std::memcmp(bytes.data(), "\x93NUMPY", 6) != 0)
+  if (bytes.size() < 12 || !begins_with(bytes, kNpyMark))
     fail({where, "this is no .npy file", "a table that numpy.save wrote",
           std::to_string(bytes.size()) + " bytes that begin otherwise", ""});
   const std::size_t wide = bytes[6] == 1 ? 2 : 4;
@@ -124,6 +124,15 @@ NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where
             ""});
   }
   return out;
+}
+
+std::string axes_text(const std::vector<std::size_t>& shape) {
+  return fmt::format("({})", fmt::join(shape, ", "));
+}
+
+std::vector<std::size_t> without_batch(std::vector<std::size_t> shape, std::size_t axes) {
+  while (shape.size() > axes && shape[0] == 1) shape.erase(shape.begin());
+  return shape;
 }
 
 std::string npy_bytes(const std::vector<std::size_t>& shape, std::span<const float> values) {

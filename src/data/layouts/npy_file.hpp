@@ -20,6 +20,11 @@ struct NpyArray {
 /// shorter or longer than its header says, and for a number that is not finite, unless `any` will do.
 NpyArray parse_npy(std::span<const std::uint8_t> bytes, const std::string& where, bool any = false);
 
+/// "(2, 3)".
+std::string axes_text(const std::vector<std::size_t>& shape);
+/// Axes of length 1 before the last `axes` are left out: a batch of one.
+std::vector<std::size_t> without_batch(std::vector<std::size_t> shape, std::size_t axes);
+
 /// The bytes of a .npy file of 32-bit floats. @pre as many values as the shape has
 std::string npy_bytes(const std::vector<std::size_t>& shape, std::span<const float> values);
 

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <string_view>
 #include <utility>
 
 #include "core/in_order.hpp"
@@ -93,11 +91,10 @@ Numbers read_exr_numbers(const fs::path& path, const std::string& where) {
 }
 
 Numbers of_array(NpyArray array, const std::string& where) {
-  std::string shape;
-  for (const std::size_t n : array.shape) shape += (shape.empty() ? "" : ", ") + std::to_string(n);
+  const std::string shape = axes_text(array.shape);
   std::erase(array.shape, std::size_t(1));
   if (array.shape.size() != 2 || array.values.size() > kMostPixels)
-    fail({where, "the depth map has not two axes", "(height, width)", "(" + shape + ")", kWithout});
+    fail({where, "the depth map has not two axes", "(height, width)", shape, kWithout});
   Numbers out{{int(array.shape[1]), int(array.shape[0])}, {}, false};
   for (const double v : array.values) out.values.push_back(float(v));
   return out;
@@ -105,14 +102,11 @@ Numbers of_array(NpyArray array, const std::string& where) {
 
 Numbers read_numbers(const fs::path& path, const std::string& where) {
   const std::vector<std::uint8_t> start = read_bytes(path, where, kLargestFile, 8);
-  const auto begins = [&](std::string_view with) {
-    return start.size() >= with.size() && std::memcmp(start.data(), with.data(), with.size()) == 0;
-  };
-  if (begins("\x89PNG")) return read_png_numbers(path, where);
-  if (begins("\x76\x2f\x31\x01")) return read_exr_numbers(path, where);
-  if (begins("\x93NUMPY"))
+  if (begins_with(start, "\x89PNG")) return read_png_numbers(path, where);
+  if (begins_with(start, kExrMark)) return read_exr_numbers(path, where);
+  if (begins_with(start, kNpyMark))
     return of_array(parse_npy(read_bytes(path, where, std::uintmax_t(1) << 31), where, true), where);
-  if (begins("PK\x03\x04")) return of_array(read_npz_array(path, where, "depth"), where);
+  if (begins_with(start, kZipMark)) return of_array(read_npz_array(path, where, "depth"), where);
   fail({where, "the depth map is of a kind that is not read",
         "a grey PNG of 16 bits, OpenEXR, or a .npy or .npz file of floats",
         start.empty() ? "an empty file" : "something else", kWithout});

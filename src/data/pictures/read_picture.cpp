@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/pictures/read_picture.hpp"
 
-#include <algorithm>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,13 +18,11 @@ enum class Format { png, jpeg, exr, tiff };
 /// By the first bytes, whatever the file is called. What is none of them is told by the reader of PNG.
 Format format_of(const std::filesystem::path& path, const std::string& where) {
   const std::vector<std::uint8_t> start = read_bytes(path, where, kLargestFile, 4);
-  const auto is = [&](const std::vector<std::uint8_t>& mark) {
-    return start.size() >= mark.size() && std::equal(mark.begin(), mark.end(), start.begin());
-  };
-  if (is({0xff, 0xd8, 0xff})) return Format::jpeg;
-  if (is({0x76, 0x2f, 0x31, 0x01})) return Format::exr;
-  if (is({'I', 'I', 42, 0}) || is({'M', 'M', 0, 42}) || is({'I', 'I', 43, 0}) || is({'M', 'M', 0, 43}))
-    return Format::tiff;
+  using namespace std::string_view_literals;
+  if (begins_with(start, "\xff\xd8\xff")) return Format::jpeg;
+  if (begins_with(start, kExrMark)) return Format::exr;
+  for (const std::string_view tiff : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv})
+    if (begins_with(start, tiff)) return Format::tiff;
   return Format::png;
 }
 

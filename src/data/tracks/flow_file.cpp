@@ -9,7 +9,6 @@
 #include <cstring>
 #include <limits>
 #include <map>
-#include <string_view>
 #include <utility>
 
 #include "data/file_bytes.hpp"
@@ -49,13 +48,11 @@ FlowField parse_flo(const std::vector<std::uint8_t>& bytes, const std::string& w
   return out;
 }
 
-FlowField of_array(NpyArray array, const std::string& where) {
-  std::vector<std::size_t>& shape = array.shape;
-  const std::string found = fmt::format("({})", fmt::join(shape, ", "));
-  while (shape.size() > 3 && shape[0] == 1) shape.erase(shape.begin());
+FlowField of_array(const NpyArray& array, const std::string& where) {
+  const std::vector<std::size_t> shape = without_batch(array.shape, 3);
   const bool last = shape.size() == 3 && shape[2] == 2, first = shape.size() == 3 && shape[0] == 2;
   if (last == first || array.values.empty() || array.values.size() / 2 > kMostPixels)
-    fail({where, "the flow is of another shape", kFlowShape, found, kWithoutTracks});
+    fail({where, "the flow is of another shape", kFlowShape, axes_text(array.shape), kWithoutTracks});
   const std::size_t height = shape[last ? 0 : 1], width = shape[last ? 1 : 2], pixels = height * width;
   FlowField out{{int(width), int(height)}, std::vector<float>(2 * pixels)};
   for (std::size_t i = 0; i < pixels; ++i)
@@ -86,9 +83,9 @@ FlowField read_exr_flow(const fs::path& path, const std::string& where, FlowWay 
   for (const auto& [right, down] : {std::pair{"u", "v"}, {"r", "g"}}) {
     std::vector<std::string> of;  // layers, with a dot after each
     for (const auto& [name, channel] : channels) {
-      const std::string layer = name.substr(0, name.size() - std::min<std::size_t>(1, name.size()));
-      if (name == layer + right && (layer.empty() || layer.back() == '.') && channels.contains(layer + down))
-        of.push_back(layer);
+      if (!name.ends_with(right)) continue;
+      const std::string layer = name.substr(0, name.size() - 1);
+      if ((layer.empty() || layer.ends_with('.')) && channels.contains(layer + down)) of.push_back(layer);
     }
     const auto has = [&](const std::string& layer) {
       return std::find(of.begin(), of.end(), layer) != of.end();
@@ -134,14 +131,11 @@ std::optional<PixelPlace> FlowField::at(PixelPlace place) const {
 
 FlowField read_flow(const fs::path& path, const std::string& where, FlowWay way) {
   const std::vector<std::uint8_t> start = read_bytes(path, where, kLargestFile, 8);
-  const auto begins = [&](std::string_view with) {
-    return start.size() >= with.size() && std::memcmp(start.data(), with.data(), with.size()) == 0;
-  };
-  if (begins("PIEH")) return parse_flo(read_bytes(path, where, kLargestFile), where);
-  if (begins("\x93NUMPY"))
+  if (begins_with(start, "PIEH")) return parse_flo(read_bytes(path, where, kLargestFile), where);
+  if (begins_with(start, kNpyMark))
     return of_array(parse_npy(read_bytes(path, where, kLargestFile), where, true), where);
-  if (begins("PK\x03\x04")) return of_array(read_npz_array(path, where, "flow"), where);
-  if (begins("\x76\x2f\x31\x01")) return read_exr_flow(path, where, way);
+  if (begins_with(start, kZipMark)) return of_array(read_npz_array(path, where, "flow"), where);
+  if (begins_with(start, kExrMark)) return read_exr_flow(path, where, way);
   fail({where, "flow of this kind is not read", "a .flo, .npy, .npz or OpenEXR file",
         start.empty() ? "an empty file" : "something else", kWithoutTracks});
 }

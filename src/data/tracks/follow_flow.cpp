@@ -136,11 +136,15 @@ FollowedPoints follow_flow(const std::filesystem::path& folder, const std::strin
   if (files.backward.empty())
     notes.push_back(
         "flow leads forward alone, so points go on where something hides them; files with 'bwd' in their "
-        "names, "
-        "from each picture to the one before, would tell");
+        "names, from each picture to the one before, would tell");
   FollowedPoints out{0, std::vector<std::vector<VisiblePoint>>(pairs + 1)};
   std::vector<Followed> points;
   PictureSize flow_size;
+  const auto check_size = [&](const FlowField& field) {
+    if (field.size != flow_size)
+      fail({where, "flow is not all of one size", size_text(flow_size), size_text(field.size),
+            kWithoutTracks});
+  };
   const auto seen = [&] {
     std::vector<VisiblePoint> places;
     for (const auto& [point, pictures, at] : points)
@@ -159,10 +163,8 @@ FollowedPoints follow_flow(const std::filesystem::path& folder, const std::strin
       [&](int k) {
         Between& flow = flows[std::size_t(k)];
         if (k == 0) flow_size = flow.forward.size;
-        for (const FlowField* field : {&flow.forward, flow.backward ? &*flow.backward : &flow.forward})
-          if (field->size != flow_size)
-            fail({where, "flow is not all of one size", size_text(flow_size), size_text(field->size),
-                  kWithoutTracks});
+        check_size(flow.forward);
+        if (flow.backward) check_size(*flow.backward);
         fill(points, flow_size, out.points);
         out.seen[std::size_t(k)] = seen();
         points = follow(points, flow);

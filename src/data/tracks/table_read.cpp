@@ -5,10 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <optional>
-#include <string_view>
 #include <utility>
 
 #include "data/file_bytes.hpp"
@@ -28,10 +26,6 @@ const std::vector<std::string> kPlaceNames = {"tracks", "pred_tracks", "trajecto
                                kSeenNames = {"visibility", "visible", "visibles", "pred_visibility"},
                                kHiddenNames = {"occluded", "occlusion", "pred_occluded"};
 constexpr double kYes = 0.5;  ///< from which on a number says yes
-
-std::string axes_text(const std::vector<std::size_t>& shape) {
-  return fmt::format("({})", fmt::join(shape, ", "));
-}
 
 /// Without axes of length 1: a batch of one film, or of one number.
 std::vector<std::size_t> without_ones(const std::vector<std::size_t>& shape) {
@@ -56,12 +50,9 @@ std::optional<std::string> one_of(const std::map<std::string, NpyArray>& arrays,
 
 TrackArrays read_track_arrays(const fs::path& path, const std::string& where) {
   const std::vector<std::uint8_t> start = read_bytes(path, where, std::uintmax_t(1) << 40, 8);
-  const auto begins = [&](std::string_view with) {
-    return start.size() >= with.size() && std::memcmp(start.data(), with.data(), with.size()) == 0;
-  };
-  if (begins("\x93NUMPY"))
+  if (begins_with(start, kNpyMark))
     return {parse_npy(read_bytes(path, where, std::uintmax_t(1) << 31), where, true), {}, false};
-  if (!begins("PK\x03\x04"))
+  if (!begins_with(start, kZipMark))
     fail({where, "tracks of this kind are not read", "a .npy or .npz file, as numpy writes it",
           start.empty() ? "an empty file" : "something else", kWithoutTracks});
   std::map<std::string, NpyArray> all = read_npz(path, where);
@@ -85,8 +76,7 @@ class TrackTable {
   TrackTable(const TrackArrays& arrays, const std::vector<std::size_t>& counts, const std::string& where)
       : arrays_(arrays) {
     const std::vector<std::size_t>& shape = arrays.places.shape;
-    std::vector<std::size_t> axes = shape;
-    while (axes.size() > 3 && axes[0] == 1) axes.erase(axes.begin());
+    const std::vector<std::size_t> axes = without_batch(shape, 3);
     if (axes.size() != 3 || axes[2] != 2)
       fail({where, "the tracks are of another shape", kTrackShape, axes_text(shape), kWithoutTracks});
     const auto is_count = [&](std::size_t length) {

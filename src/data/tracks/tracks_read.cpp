@@ -65,12 +65,21 @@ std::optional<std::pair<fs::path, std::string>> file_of(const fs::path& folder, 
     return std::pair{fs::path(rules.tracks), printable(rules.tracks)};
   }
   if (train.tracks.empty()) return {};
-  std::optional<fs::path> file = file_within(fs::canonical(folder), train.tracks);
-  if (!file) file = folder_within(fs::canonical(folder), train.tracks);
+  const fs::path root = fs::canonical(folder);
+  std::optional<fs::path> file = file_within(root, train.tracks);
+  if (!file) file = folder_within(root, train.tracks);
   if (!file)
     fail({train.file, "'tracks_file_path' names nothing in the data set", "a path inside it, links resolved",
           in_quotes(train.tracks), kWithoutTracks});
   return std::pair{*file, printable((folder / train.tracks).string())};
+}
+
+void check_one_size(const RawSplit& train, const std::vector<PictureSize>& sizes, const std::string& where) {
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    if (sizes[i] != sizes[0])
+      fail({where, "flow is of pictures of one size", size_text(sizes[0]),
+            fmt::format("{} is {}", in_quotes(train.frames[i].file_path), size_text(sizes[i])),
+            kWithoutTracks});
 }
 
 }  // namespace
@@ -86,13 +95,7 @@ std::optional<DatasetTracks> read_tracks(const fs::path& folder, const OpenScene
   std::vector<std::size_t> counts;
   for (const TrackPictures& pictures : choices) counts.push_back(pictures.count);
   const bool flow = fs::is_directory(path);
-  if (const auto other =
-          std::find_if(sizes.begin(), sizes.end(), [&](const PictureSize& size) { return size != sizes[0]; });
-      flow && other != sizes.end())
-    fail({where, "flow is of pictures of one size", size_text(sizes[0]),
-          fmt::format("{} is {}", in_quotes(train.frames[std::size_t(other - sizes.begin())].file_path),
-                      size_text(*other)),
-          kWithoutTracks});
+  if (flow) check_one_size(train, sizes, where);
   const FollowedPoints followed =
       flow ? follow_flow(path, where, counts, sizes[0], notes) : read_track_table(path, where, counts);
   const TrackPictures& pictures =
