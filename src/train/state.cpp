@@ -58,9 +58,10 @@ void archive_masks(Archive& a, const Split& train, std::vector<CoarseMask>& mask
 Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
   MovingPart moving;
-  if (freezes(setting.config)) moving.cells = changing_cells(setting.still, setting.train, bounds.box);
-  if (freezes(setting.config) && moving.cells.cells() == 0)
-    moving.cells = cells_that_move(moving_in(setting), setting.train, bounds.box);
+  // What cameras that stand still see change is no mask of all that moves: they alone say what is static.
+  if (freezes(setting.config))
+    moving.cells = setting.still.empty() ? cells_that_move(moving_in(setting), setting.train, bounds.box)
+                                         : changing_cells(setting.still, setting.train, bounds.box);
   moving.proved = moving.cells.cells() > 0;
   return {Lattices(setting, time_map, bounds.box),
           {bounds.hull, {}, {}},

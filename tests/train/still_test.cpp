@@ -232,6 +232,14 @@ TEST_SUITE("train/still") {
     CHECK(some < all);
     config.motion.rest = 0;
     CHECK(bricks(config, train_of(data)) == all);
+    // A plume is most of its pictures: no camera is steady before it, and where a difference is sure is not
+    // all that changes.
+    config.motion.rest = 0.5f;
+    const Dataset smoke = make_synth("smoke", {.frames = 8, .size = 48, .rig = {.cameras = 5}});
+    Split unnamed = train_of(smoke);
+    for (Frame& f : unnamed.frames) f.camera_id = -1;
+    REQUIRE(still_cameras(train_of(smoke)).size() == 5);
+    CHECK(bricks(config, train_of(smoke)) == bricks(config, unnamed));
   }
 
   TEST_CASE("a share of the rays is drawn where a camera that stands still sees a change") {

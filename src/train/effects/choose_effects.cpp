@@ -214,9 +214,10 @@ class Trials {
     return false;
   }
 
-  /// Whether matter comes and goes. In a film presence could stand in for anything.
+  /// Whether matter comes and goes. In a film presence could stand in for anything, and of solid matter brief
+  /// fits tell too little.
   bool comes_and_goes() {
-    if (brief_ || is_film(out_.view_told_by_time)) return false;
+    if ((brief_ && !thin_) || is_film(out_.view_told_by_time)) return false;
     const int points = points_for_moments(config_, train_, 0);  // a fit halves nothing
     const bool on = thin_ ? thin_comes_and_goes(points) : solid_comes_and_goes(points);
     if (on)
