@@ -241,6 +241,7 @@ TEST_SUITE("data/flow") {
     refused(Flowing().put("k.flo", "{}"), {"0.flo", "not read", ".npy"});
     refused(Flowing().put("k.npy", numpy("<f4", "(8, 12)", bytes_of(std::vector<float>(96)))),
             {"0.npy", "another shape", "(height, width, 2)", "(8, 12)"});
+    refused(Flowing().put("k.exr", "\x76\x2f\x31\x01"), {"0.exr"});
     const Flowing exr;
     write_exr((exr.flow() / "0.exr").string(), {{"depth", Image(kWide, kHigh, 1), {}}});
     for (int k = 1; k + 1 < kCount; ++k)

@@ -56,15 +56,8 @@ std::optional<int> rank_of(const ExrLayer& layer, const std::string& letter) {
 }
 
 Numbers read_exr_numbers(const fs::path& path, const std::string& where) {
-  std::vector<ExrLayer> layers;
-  try {
-    layers = read_exr_layers(path.string());
-  } catch (const Error& error) {
-    Problem problem = error.problem;
-    problem.where = where;
-    problem.hint = kWithout;
-    fail(problem);
-  }
+  const std::vector<ExrLayer> layers =
+      called(where, kWithout, [&] { return read_exr_layers(path.string()); });
   const ExrLayer* layer = nullptr;
   std::size_t channel = 0, channels = 0;
   int best = 100;

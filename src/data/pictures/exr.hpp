@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "splinevox/core/camera.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/core/image.hpp"
 
 namespace splinevox {
@@ -48,6 +49,20 @@ inline constexpr std::size_t kExrMaxBytes = std::size_t(2) << 30;  ///< width * 
 /// truncated, subsampled, or larger than the limits above.
 std::vector<ExrLayer> read_exr_layers(const std::string& path,
                                       const std::function<void(std::vector<ExrLayer>&)>& choose = {});
+
+/// Runs `work`; its errors are of `where`, the name that a user knows the file by. @param hint  instead of
+/// theirs; null: theirs
+template <class Work>
+auto called(const std::string& where, const char* hint, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& e) {
+    Problem problem = e.problem;
+    problem.where = where;
+    if (hint) problem.hint = hint;
+    fail(problem);
+  }
+}
 
 /// What the header of an OpenEXR file says.
 struct ExrHeader {

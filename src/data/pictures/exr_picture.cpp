@@ -52,23 +52,11 @@ std::string choose_layer(const std::map<std::string, Letters>& layers, const std
   fail({where, "several layers hold colours", "one of them, by --layer NAME", known, ""});
 }
 
-/// Errors of a file under another name.
-template <class Work>
-auto named(const std::string& where, const Work& work) {
-  try {
-    return work();
-  } catch (const Error& e) {
-    Problem problem = e.problem;
-    problem.where = where;
-    fail(problem);
-  }
-}
-
 }  // namespace
 
 PictureHeader exr_picture_header(const std::filesystem::path& path, const std::string& where,
                                  const std::string& layer) {
-  const ExrHeader header = named(where, [&] { return read_exr_header(path.string()); });
+  const ExrHeader header = called(where, nullptr, [&] { return read_exr_header(path.string()); });
   const std::map<std::string, Letters> layers = layers_of(header.channels);
   const Letters& letters = layers.at(choose_layer(layers, layer, where));
   if (!header.whole)
@@ -84,7 +72,7 @@ PictureHeader exr_picture_header(const std::filesystem::path& path, const std::s
 
 Image read_exr_picture(const std::filesystem::path& path, const std::string& where,
                        const std::string& layer) {
-  return named(where, [&] {
+  return called(where, nullptr, [&] {
     const std::vector<ExrLayer> read = read_exr_layers(path.string(), [&](std::vector<ExrLayer>& all) {
       std::map<std::string, Letters> layers;
       for (const ExrLayer& l : all) layers[l.name] = Letters(l.channels.begin(), l.channels.end());

@@ -71,7 +71,8 @@ struct ExrChannel {
 /// Channels u and v before red and green; those of no layer before those of the layer called as the way that
 /// is asked for, and these before those of the only layer that has any.
 FlowField read_exr_flow(const fs::path& path, const std::string& where, FlowWay way) {
-  const std::vector<ExrLayer> layers = read_exr_layers(path.string());
+  const std::vector<ExrLayer> layers =
+      called(where, kWithoutTracks, [&] { return read_exr_layers(path.string()); });
   std::map<std::string, ExrChannel> channels;
   for (const ExrLayer& layer : layers)
     for (std::size_t c = 0; c < layer.channels.size(); ++c) {
