@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/process.hpp"
 #include "splinevox/core/error.hpp"
 #include "train/bounds/ground.hpp"
@@ -70,6 +72,11 @@ std::optional<double> settle_ground(Config& config, Dataset& data,
   return explained;
 }
 
+/// Step of raw density, at most, where matter is thin and comes and goes: there density is nearly the
+/// exponential of its raw value, and follows every step's noise. Trials of effects are too short for it
+/// (docs/experiments/matter.md).
+constexpr float kThinRate = 0.05f;
+
 EffectChoice kept(const Config& config) {
   EffectChoice out;
   out.chosen = effects_of(config);
@@ -131,7 +138,8 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
   }
   if (data.has_alpha && out.config.grid.box.empty()) check_silhouettes(train, note, explained);
   out.parallax = check_parallax(out.config, train, note);
-  out.brightness = brightness(out.config, picture_stats(train));
+  const PictureStats stats = picture_stats(train);
+  out.brightness = brightness(out.config, stats);
   if (out.brightness < 1)
     note(fmt::format("dark pictures: colours are trained in units of {:.3g}", out.brightness));
   if (options.effects == EffectPolicy::keep) {
@@ -146,6 +154,8 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     apply(out.effects.chosen, out.config);
     out.config.motion.points = out.effects.points;
   }
+  if (out.config.motion.presence && stats.thin())
+    out.config.optimiser.lr_density = std::min(out.config.optimiser.lr_density, kThinRate);
   if (out.config.motion.enabled && freezes(out.config)) know_film(out, data, options);
   out.used = learnable_in(effects_of(out.config), !data.has_alpha, taken_by(train));
   return out;

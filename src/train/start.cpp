@@ -158,7 +158,6 @@ Config for_thin(const PictureStats& stats, Config config) {
   sampling.occupancy_alpha *= 0.1f;
   sampling.min_weight *= 0.1f;
   config.loss.tv_color *= 30;
-  config.optimiser.lr_density *= 0.2f;  // where little is opaque, density follows every step's noise
   return config;
 }
 

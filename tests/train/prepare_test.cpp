@@ -119,6 +119,18 @@ TEST_SUITE("train/prepare") {
     CHECK(ready.notes[0].find("dark pictures") == 0);
     CHECK(kept(small_config(), boxed()).brightness == 1);
   }
+  TEST_CASE("thin matter that comes and goes learns its density slowly, once however often it is prepared") {
+    const Dataset smoke = make_synth("smoke", {.frames = 6, .size = 32, .rig = {.cameras = 4}});
+    Config c = small_config();
+    c.motion.presence = false;
+    CHECK(kept(c, smoke).config.optimiser.lr_density == c.optimiser.lr_density);
+    c.motion.presence = true;
+    const Config slow = kept(c, smoke).config;
+    CHECK(slow.optimiser.lr_density < 0.5f * c.optimiser.lr_density);
+    CHECK(kept(slow, smoke).config.optimiser.lr_density == slow.optimiser.lr_density);
+    CHECK(kept(c, boxed(false)).config.optimiser.lr_density == c.optimiser.lr_density);
+  }
+
   TEST_CASE("without training pictures there is nothing to prepare for") {
     Dataset data = boxed();
     data.splits.erase(data.splits.begin());

@@ -68,7 +68,6 @@ TEST_SUITE("train/presence") {
     c.motion.presence = true;
     CHECK(for_thin(stats, c).sampling.occupancy_alpha < 0.2f * c.sampling.occupancy_alpha);
     CHECK(for_thin(stats, c).grid.box_alpha < 0.2f * c.grid.box_alpha);
-    CHECK(for_thin(stats, c).optimiser.lr_density < c.optimiser.lr_density);
     c.motion.presence = false;
     CHECK(for_thin(stats, c).sampling.occupancy_alpha == c.sampling.occupancy_alpha);
   }
