@@ -23,9 +23,9 @@ std::uintmax_t file_size_of(const std::filesystem::path& path, const std::string
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path, const std::string& where,
                                      std::uintmax_t limit, std::uintmax_t first = UINTMAX_MAX);
 
-/// How files of numpy, archives (.npz) and OpenEXR files begin.
+/// How files of numpy, archives (.npz), OpenEXR files and JPEGs begin.
 inline constexpr std::string_view kNpyMark = "\x93NUMPY", kZipMark = "PK\x03\x04",
-                                  kExrMark = "\x76\x2f\x31\x01";
+                                  kExrMark = "\x76\x2f\x31\x01", kJpegMark = "\xff\xd8\xff";
 /// Whether a file, or its start, begins like that.
 bool begins_with(std::span<const std::uint8_t> bytes, std::string_view mark);
 

@@ -119,6 +119,7 @@ TEST_SUITE("train/prepare") {
     CHECK(ready.notes[0].find("dark pictures") == 0);
     CHECK(kept(small_config(), boxed()).brightness == 1);
   }
+
   TEST_CASE("thin matter that comes and goes learns its density slowly, once however often it is prepared") {
     const Dataset smoke = make_synth("smoke", {.frames = 6, .size = 32, .rig = {.cameras = 4}});
     Config c = small_config();

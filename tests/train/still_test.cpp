@@ -31,6 +31,12 @@ double mean_share(const Split& split) {
   return proof.evidence ? proof.evidence->share : -1;
 }
 
+/// Of no known camera.
+Split nameless(Split split) {
+  for (Frame& f : split.frames) f.camera_id = -1;
+  return split;
+}
+
 StillVerdict verdict_on(const Split& split) {
   const StillProof proof = prove(split);
   return proof.evidence ? proof.evidence->verdict : StillVerdict::unsure;
@@ -181,10 +187,10 @@ TEST_SUITE("train/still") {
 
   TEST_CASE("only cameras that are known, stand still and have three moments say anything") {
     const Dataset data = make_synth("ball", rig());
-    Split nameless = train_of(data), moved = nameless, few = nameless;
-    for (Frame& f : nameless.frames) f.camera_id = -1;
-    CHECK(still_cameras(nameless).empty());
-    CHECK_FALSE(prove(nameless).evidence);
+    Split moved = train_of(data), few = moved;
+    const Split unnamed = nameless(moved);
+    CHECK(still_cameras(unnamed).empty());
+    CHECK_FALSE(prove(unnamed).evidence);
     for (Frame& f : moved.frames)
       if (f.camera_id == 1 && f.time > 0.5) f.camera.position.x += 0.1;
     CHECK(still_cameras(moved).size() == 4);
@@ -217,8 +223,6 @@ TEST_SUITE("train/still") {
 
   TEST_CASE("motion is stored from the first step on only where something may change") {
     const Dataset data = make_synth("toy", {.frames = 6, .size = 48, .rig = {.cameras = 5}});
-    Split nameless = train_of(data);
-    for (Frame& f : nameless.frames) f.camera_id = -1;
     Config config = tiny();
     config.run.max_steps = 2;
     config.grid.motion = {32};
@@ -228,7 +232,7 @@ TEST_SUITE("train/still") {
       while (!trainer.done()) trainer.step();
       return trainer.model().motion.levels.back().topology->bricks.size();
     };
-    const std::size_t all = bricks(config, nameless), some = bricks(config, train_of(data));
+    const std::size_t all = bricks(config, nameless(train_of(data))), some = bricks(config, train_of(data));
     CHECK(some < all);
     config.motion.rest = 0;
     CHECK(bricks(config, train_of(data)) == all);
@@ -236,10 +240,8 @@ TEST_SUITE("train/still") {
     // all that changes.
     config.motion.rest = 0.5f;
     const Dataset smoke = make_synth("smoke", {.frames = 8, .size = 48, .rig = {.cameras = 5}});
-    Split unnamed = train_of(smoke);
-    for (Frame& f : unnamed.frames) f.camera_id = -1;
     REQUIRE(still_cameras(train_of(smoke)).size() == 5);
-    CHECK(bricks(config, train_of(smoke)) == bricks(config, unnamed));
+    CHECK(bricks(config, train_of(smoke)) == bricks(config, nameless(train_of(smoke))));
   }
 
   TEST_CASE("a share of the rays is drawn where a camera that stands still sees a change") {

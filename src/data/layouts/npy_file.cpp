@@ -142,7 +142,8 @@ std::string npy_bytes(const std::vector<std::size_t>& shape, std::span<const flo
       fmt::format("{{'descr': '<f4', 'fortran_order': False, 'shape': ({},), }}", fmt::join(shape, ", "));
   header.resize((kBefore + header.size() + kAligned) / kAligned * kAligned - kBefore, ' ');
   header.back() = '\n';
-  std::string out = "\x93NUMPY\x01";
+  std::string out(kNpyMark);
+  out += '\1';  // version 1.0
   out += '\0';
   out += char(header.size() & 0xff);
   out += char(header.size() >> 8);

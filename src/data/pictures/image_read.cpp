@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "data/file_bytes.hpp"
@@ -16,24 +16,15 @@ constexpr std::uint64_t kLongestSide = 1u << 16;
 constexpr std::uint64_t kDeflateBound = 1100;  ///< raw bytes per file byte; 1032 is possible
 constexpr std::size_t kPngHeaderBytes = 33;    ///< signature and IHDR
 
-constexpr std::array<std::uint8_t, 16> kStart = {0x89, 'P', 'N', 'G', 13,  10,  26,  10,
-                                                 0,    0,   0,   13,  'I', 'H', 'D', 'R'};
-
-bool starts_with(Bytes bytes, Bytes start) {
-  if (bytes.size() < start.size()) return false;
-  for (std::size_t i = 0; i < start.size(); ++i)
-    if (bytes[i] != start[i]) return false;
-  return true;
-}
+constexpr std::string_view kStart("\x89PNG\r\n\x1a\n\0\0\0\rIHDR", 16);
 
 /// What a file that is no PNG seems to be, and what to do with it.
 struct Guess {
   std::string format, hint = "convert it to PNG";
 };
 Guess guess_format(Bytes bytes) {
-  constexpr std::array<std::uint8_t, 3> jpeg = {0xff, 0xd8, 0xff};
   if (bytes.empty()) return {"an empty file", "copy the file again"};
-  if (starts_with(bytes, jpeg)) return {"a JPEG"};
+  if (data::begins_with(bytes, data::kJpegMark)) return {"a JPEG"};
   return {"something else (" + std::to_string(bytes.size()) + " bytes looked at)"};
 }
 
@@ -52,14 +43,14 @@ int samples_of(int colour_type, int bits) {
 }
 
 PngHeader check_png(Bytes head, std::uintmax_t file_size, const std::string& where) {
-  if (!starts_with(head, Bytes(kStart).first(8))) {
+  if (!data::begins_with(head, kStart.substr(0, 8))) {
     const Guess guess = guess_format(head);
     fail({where, "the image is not a PNG", "a PNG file", guess.format, guess.hint});
   }
   if (head.size() < kPngHeaderBytes)
     fail({where, "the image is truncated", "a whole PNG", std::to_string(file_size) + " bytes",
           "copy the file again"});
-  if (!starts_with(head, kStart))
+  if (!data::begins_with(head, kStart))
     fail({where, "the image is damaged", "a PNG that begins with its header", "another chunk",
           "copy the file again"});
   const std::uint64_t width = be32(head, 16), height = be32(head, 20);

@@ -19,7 +19,7 @@ enum class Format { png, jpeg, exr, tiff };
 Format format_of(const std::filesystem::path& path, const std::string& where) {
   const std::vector<std::uint8_t> start = read_bytes(path, where, kLargestFile, 4);
   using namespace std::string_view_literals;
-  if (begins_with(start, "\xff\xd8\xff")) return Format::jpeg;
+  if (begins_with(start, kJpegMark)) return Format::jpeg;
   if (begins_with(start, kExrMark)) return Format::exr;
   for (const std::string_view tiff : {"II*\0"sv, "MM\0*"sv, "II+\0"sv, "MM\0+"sv})
     if (begins_with(start, tiff)) return Format::tiff;
