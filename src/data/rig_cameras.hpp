@@ -11,7 +11,8 @@ namespace splinevox::data {
 ///
 /// A camera is told by its name where every frame has one (RawFrame::camera), else by pose and lens: frames
 /// that agree in both are of one camera that stands still. Where no camera has two moments there is no rig:
-/// every id is -1 and there are no cameras.
+/// every id is -1 and there are no cameras. Neither is one where poses that repeat have less than a quarter
+/// of the frames: a way that closes.
 /// @pre frames have their times
 std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits);
 

@@ -64,4 +64,21 @@ TEST_SUITE("data/rig_cameras") {
     auto moment = scene({frame("1.png", 0, 0), frame("2.png", 0.1, 0), frame("3.png", 0.1, 0)});
     CHECK(settle_cameras(moment).empty());
   }
+
+  TEST_CASE("a way that closes is no rig, one camera that stands beside one that moves is") {
+    std::vector<RawFrame> way, beside;
+    for (int i = 0; i < 12; ++i) {
+      way.push_back(frame("r_" + std::to_string(i) + ".png", i % 11, i));
+      beside.push_back(frame("s_" + std::to_string(i) + ".png", i % 3 ? i : 0, i));
+    }
+    auto closed = scene(way);
+    CHECK(settle_cameras(closed).empty());
+    auto mixed = scene(beside);
+    const auto cameras = settle_cameras(mixed);
+    REQUIRE(cameras.size() == 9);
+    CHECK(cameras[0].still);
+    for (RawFrame& f : way) f.camera = f.file_path == "r_11.png" ? "r_0.png" : f.file_path;
+    auto named = scene(way);
+    CHECK(settle_cameras(named).size() == 11);
+  }
 }
