@@ -2,9 +2,10 @@
 // What a film of one moving camera gives, where the truth is known: built-in scenes, filmed half around and
 // held by hand along a short arc, before a plain wall and in a room. Effects are chosen as `train` does.
 //
-//   bench_films [--seeds 2] [--steps 400] [--size 96] [--frames 60] [--preset fast] [--only NAME]
-//               [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0] [--masks] [--told]
-//               [--depth metric|relative|inverse] [--tracks] [--track-noise 0] [--track-wrong 0]
+//   bench_films [--seeds 2] [--first 1] [--steps 400] [--size 96] [--frames 60] [--preset fast] [--only NAME]
+//               [--scenes toy,garden,ball] [--effects auto|all] [--set GROUP.KEY=VALUE].. [--threads 0]
+//               [--masks] [--told] [--depth metric|relative|inverse] [--tracks]
+//               [--track-noise 0] [--track-wrong 0]
 //
 // One JSON line per film: PSNR off and on the camera's way, of still pixels off it and of surface that the
 // film shows (off_seen), how much of the still surface that the film shows is displaced, and how far tracked
@@ -47,13 +48,13 @@ struct Film {
   SynthOptions options;
 };
 
-std::vector<Film> films() {
+std::vector<Film> films(const std::vector<std::string>& scenes) {
   const SynthOptions half{.orbit = 0.5, .film = true}, hand{.orbit = 0.12, .film = true, .shake = 0.03};
   std::vector<Film> out;
-  for (const char* scene : {"toy", "garden", "ball"})
+  for (const std::string& scene : scenes)
     for (const auto& [way, options] : {std::pair{"half", half}, {"hand", hand}})
       for (const bool room : {false, true}) {
-        if (!room && std::string(scene) == "ball") continue;  // nothing stands still but a plain wall
+        if (!room && scene == "ball") continue;  // nothing stands still but a plain wall
         Film film{fmt::format("{}-{}-{}", scene, way, room ? "room" : "wall"), scene, options};
         film.options.look.room = room;
         film.options.look.opaque = !room;
@@ -304,17 +305,22 @@ void say(const nlohmann::json& j) {
 
 int main(int argc, char** argv) {
   CLI::App app("what a film of one moving camera gives, where the truth is known");
-  int seeds = 2, size = 96, frames = 60, threads = 0;
+  int seeds = 2, first = 1, size = 96, frames = 60, threads = 0;
   std::string only, effects = "auto";
+  std::vector<std::string> scenes{"toy", "garden", "ball"};
   run::TrainOptions options;
   options.preset = "fast";
   options.max_time = 0;
   options.max_steps = 400;
   app.add_option("--seeds", seeds);
+  app.add_option("--first", first, "the first seed; the others follow it");
   app.add_option("--steps", options.max_steps);
   app.add_option("--size", size);
   app.add_option("--frames", frames);
   app.add_option("--preset", options.preset);
+  app.add_option("--scenes", scenes,
+                 "built-in scenes that are filmed; static: what could be had if all stood still")
+      ->delimiter(',');
   app.add_option("--only", only, "films whose names hold this");
   app.add_option("--effects", effects, "auto: tried out; all: those of the preset, motion among them")
       ->check(CLI::IsMember({"auto", "all"}));
@@ -338,13 +344,13 @@ int main(int argc, char** argv) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
     std::map<std::string, double> sums;
     int count = 0;
-    for (Film film : films()) {
+    for (Film film : films(scenes)) {
       if (film.name.find(only) == std::string::npos) continue;
       film.options.frames = frames;
       film.options.size = size;
       film.options.depth = depth;
       film.options.tracks = tracks;
-      for (int seed = 1; seed <= seeds; ++seed) {
+      for (int seed = first; seed < first + seeds; ++seed) {
         film.options.seed = std::uint64_t(seed);
         options.seed = film.options.seed;
         const Config config = run::effective_config(options);
