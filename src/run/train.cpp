@@ -84,12 +84,12 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
   options.on_note = [&](const std::string& text) { progress.note(text); };
   options.on_trial = [&](const EffectTrial& t) {
-    progress.note(fmt::format("  {:<32} {:.2f} dB on held-out pictures after {} steps, {:.1f} s",
+    progress.note(fmt::format("  {:<39} {:.2f} dB held-out, {} steps, {:.1f} s",
                               to_string(t.effects), t.mean(), t.steps, t.seconds));
   };
   options.on_film = [&](const FilmEvidence& f) {
     progress.note(
-        fmt::format("  {:<32} {:.2f} dB in the film's pictures, but for {:.2f}% of their pixels; {:.1f} s",
+        fmt::format("  {:<39} {:.2f} dB in the film's pictures, but for {:.2f}% of their pixels; {:.1f} s",
                     "a still world", f.psnr, 100 * f.share, f.seconds));
   };
   Prepared prepared = prepare(asked, data, options);
