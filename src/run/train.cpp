@@ -84,8 +84,8 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
   options.on_note = [&](const std::string& text) { progress.note(text); };
   options.on_trial = [&](const EffectTrial& t) {
-    progress.note(fmt::format("  {:<39} {:.2f} dB held-out, {} steps, {:.1f} s",
-                              to_string(t.effects), t.mean(), t.steps, t.seconds));
+    progress.note(fmt::format("  {:<39} {:.2f} dB held-out, {} steps, {:.1f} s", to_string(t.effects),
+                              t.mean(), t.steps, t.seconds));
   };
   options.on_film = [&](const FilmEvidence& f) {
     progress.note(
