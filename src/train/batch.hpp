@@ -85,7 +85,9 @@ class BatchSampler {
   /// What moves, of each frame; none: nothing is known.
   /// @param rest  weight of Rest of rays before which nothing does, for a voxel of length 1
   /// @param along  the same of rays before which something does
-  void set_moving(const std::vector<CoarseMask>& moving, float rest, float along);
+  /// @param fades  the share of the rays drawn there falls to nothing, with the square of what is left of the
+  /// run: of a film, whose one camera cannot place what moves (docs/experiments/effects.md)
+  void set_moving(const std::vector<CoarseMask>& moving, float rest, float along, bool fades);
   /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
@@ -101,15 +103,16 @@ class BatchSampler {
   bool whole(double progress) const { return config_.window >= 1 || progress >= config_.window_full; }
 
  private:
-  /// Share of a frame's patches that are drawn where something moves.
-  float changing_share(int frame) const;
+  /// Share of a frame's patches that are drawn where something moves. @param most  the largest, of this step
+  float changing_share(int frame, float most) const;
   /// The chance that a patch of a frame is drawn. @param by_error  of the frame; null: drawn evenly
-  float chance(const Patch& patch, const ErrorDraw* by_error) const;
+  float chance(const Patch& patch, float changing, const ErrorDraw* by_error) const;
   /// The patch of one number of a step. @param by_error  of the frame; null: drawn evenly
-  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame, const ErrorDraw* by_error) const;
+  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame, float changing,
+                   const ErrorDraw* by_error) const;
   /// The patches of a slot, in order, and the weights of their rays, 1 on the mean.
   /// @param first  number of the first in the step. @param views  of the moment, in turn
-  void draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views,
+  void draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views, float changing,
                     const ErrorMap* errors, std::span<Patch> out, std::span<float> weights) const;
   /// Where slots' moments begin in by_time_, by what is known of the cameras.
   const std::vector<std::size_t>& moments(const CameraFits& cameras) const;
@@ -127,6 +130,7 @@ class BatchSampler {
   std::vector<SilhouetteBlocks> shown_;      ///< per frame
   std::vector<ChangingBlocks> changing_;     ///< per frame; none: nothing is known
   float rest_ = 0, along_ = 0;               ///< of set_moving
+  bool fades_ = false;                       ///< the same
 };
 
 }  // namespace splinevox

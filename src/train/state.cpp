@@ -91,7 +91,7 @@ void Trainer::State::set_moving(std::vector<CoarseMask> masks) {
   // Of a rig other cameras see what one does not. Its cells are known better, and need no prior.
   const LossConfig& loss = setting.config.loss;
   const bool rig = !setting.still.empty();
-  sampler.set_moving(moving, rig ? 0 : loss.still, rig ? 0 : loss.along);
+  sampler.set_moving(moving, rig ? 0 : loss.still, rig ? 0 : loss.along, !rig);
 }
 
 bool Trainer::State::refine(double progress_now) {
