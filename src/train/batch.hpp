@@ -86,7 +86,8 @@ class BatchSampler {
   /// @param rest  weight of Rest of rays before which nothing does, for a voxel of length 1
   /// @param along  the same of rays before which something does
   /// @param fades  the share of the rays drawn there falls to nothing, with the square of what is left of the
-  /// run: of a film, whose one camera cannot place what moves (docs/experiments/effects.md)
+  /// run: where no camera stands still, as in a film, whose one camera cannot place what moves
+  /// (docs/experiments/effects.md)
   void set_moving(const std::vector<CoarseMask>& moving, float rest, float along, bool fades);
   /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
   /// step, scene units.
