@@ -53,7 +53,6 @@ std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
   each([&](const RawFrame& f) { named &= !f.camera.empty(); });
   std::vector<RigCamera> cameras;
   std::vector<std::set<double>> moments;
-  std::vector<std::size_t> frames;
   std::vector<Stand> stands;
   std::vector<std::set<std::string>> files;
   std::map<std::string, int> by_name;
@@ -71,21 +70,19 @@ std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
     if (fresh) {
       cameras.push_back({f.camera, true});
       moments.emplace_back();
-      frames.push_back(0);
       stands.push_back(stand);
       files.emplace_back();
     }
     const auto c = std::size_t(at);
     cameras[c].still &= stand == stands[c];
     moments[c].insert(f.time);
-    ++frames[c];
     files[c].insert(file_name_of(f));
   });
   std::size_t all = 0, lasting = 0;  // frames, and those of cameras that took several moments
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    all += frames[c];
-    if (moments[c].size() > 1) lasting += frames[c];
-  }
+  each([&](const RawFrame& f) {
+    ++all;
+    lasting += moments[std::size_t(f.camera_id)].size() > 1;
+  });
   if (lasting == 0 || (!named && double(lasting) < kLeastLasting * double(all))) {
     each([](RawFrame& f) { f.camera_id = -1; });
     return {};

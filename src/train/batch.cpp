@@ -118,10 +118,10 @@ std::vector<int> BatchSampler::frames_of_moment(std::size_t first, std::size_t e
   return out;
 }
 
-float BatchSampler::changing_share(int frame, float most) const {
+float BatchSampler::changing_share(int frame, float changing) const {
   const Picture& image = train_.frames[std::size_t(frame)].image;
   const float blocks = float(blocks_along(image.width)) * float(blocks_along(image.height));
-  return std::min(most, kMostOften * float(changing_[std::size_t(frame)].count()) / blocks);
+  return std::min(changing, kMostOften * float(changing_[std::size_t(frame)].count()) / blocks);
 }
 
 float BatchSampler::chance(const Patch& patch, float changing, const ErrorDraw* by_error) const {

@@ -104,8 +104,10 @@ class BatchSampler {
   bool whole(double progress) const { return config_.window >= 1 || progress >= config_.window_full; }
 
  private:
-  /// Share of a frame's patches that are drawn where something moves. @param most  the largest, of this step
-  float changing_share(int frame, float most) const;
+  // What follows takes `changing`: the largest share of a frame's patches that is drawn where something
+  // moves, at this step.
+  /// That share of a frame.
+  float changing_share(int frame, float changing) const;
   /// The chance that a patch of a frame is drawn. @param by_error  of the frame; null: drawn evenly
   float chance(const Patch& patch, float changing, const ErrorDraw* by_error) const;
   /// The patch of one number of a step. @param by_error  of the frame; null: drawn evenly
