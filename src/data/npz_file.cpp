@@ -17,6 +17,8 @@ namespace splinevox::data {
 namespace {
 
 constexpr std::uintmax_t kLargestNpz = std::uintmax_t(2) << 30;  ///< bytes, packed or not
+/// Bytes that deflate can make of one: at best two bits, a length and a distance, repeat 258 bytes.
+constexpr std::uintmax_t kMostInflation = 1032;
 
 using Bytes = std::span<const std::uint8_t>;
 
@@ -89,6 +91,8 @@ std::vector<std::uint8_t> unpack(Bytes bytes, const Entry& entry, const std::str
   const Bytes packed = bytes.subspan(from, entry.packed);
   if (entry.method != kStored && entry.method != kDeflated)
     fail_npz(where, "it is packed in a way that numpy does not use");
+  if (entry.method == kDeflated && entry.size > kMostInflation * packed.size())
+    fail_npz(where, "an entry is said to be larger than it can be");  // before memory is asked for
   std::vector<std::uint8_t> out = entry.method == kStored
                                       ? std::vector<std::uint8_t>(packed.begin(), packed.end())
                                       : inflated(packed, entry.size, where);

@@ -77,6 +77,10 @@ TEST_SUITE("data/tracks") {
     check_places(Followed("a.npy", by_points).load("a.npy"));
     check_places(Followed("a.npy", by_pictures).load("a.npy"));
     check_places(Followed("a.npz", npz({{"tracks.npy", by_points}}, true)).load("a.npz"));
+    const std::string zeros =
+        numpy("<f4", "(1000000,)", std::string(4000000, '\0'));  // packed as well as can be
+    check_places(
+        Followed("a.npz", npz({{"tracks.npy", by_points}, {"zeros.npy", zeros}}, true)).load("a.npz"));
     const Dataset named =
         Followed("a.npz", npz({{"pred_tracks.npy", by_pictures}}, false), "\"a.npz\"").load();
     check_places(named);
@@ -153,6 +157,12 @@ TEST_SUITE("data/tracks") {
                  {"visible.npy", numpy("|b1", "(9, 5)", std::string(45, '\1'))}},
                 false),
             {"what is visible is of another shape", "(5, 9)", "(9, 5)"});
+    // Half a gigabyte is said to be in some hundred bytes. The directory is one entry; its size is four
+    // numbers from its end.
+    const std::size_t end = 22, name = std::string("tracks.npy").size(), size = name + 22;
+    std::string swollen = npz({{"tracks.npy", npy_of(places(kCount, true), "(5, 9, 2)")}}, true);
+    swollen.replace(swollen.size() - end - size, 4, std::string("\0\0\0\x20", 4));
+    refused("a.npz", swollen, {"this .npz file is damaged", "larger than it can be"});
     refused("a.txt", "1 2 3", {"not read", ".npy or .npz"});
     const Followed set("a.npy", "", "\"b.npy\"");
     expect_error([&] { set.load(); }, {"tracks_file_path", "b.npy"});
