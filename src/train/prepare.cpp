@@ -96,8 +96,16 @@ void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options)
   const double told = view_told_by_time(prepared.config, train, *choice.middle);
   if (!choice.film)
     choice.film = motion_told(prepared.config, train, data.time_map, told, choice.moving, options.on_film);
-  // Motion that was asked for though a still world shows everything may be anywhere.
-  if (!choice.film || !choice.film->unexplained()) return;
+  if (!choice.film) return;
+  if (!choice.film->unexplained()) {
+    // What no fit could judge goes by the still world. Motion that was asked for may be anywhere.
+    if (options.effects == EffectPolicy::choose && prepared.config.effects.steps > 0) {
+      choice.chosen = unchanging(choice.chosen);
+      choice.note += "; but a still world shows all of the film, so nothing moves";
+      apply(choice.chosen, prepared.config);
+    }
+    return;
+  }
   if (!choice.film->given)
     for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
   else if (!is_film(told))

@@ -164,6 +164,27 @@ TEST_SUITE("train/film") {
     }
   }
 
+  TEST_CASE(
+      "a film that is trained too shortly for fits goes by the still world, unless nothing is to be tried") {
+    Config config = short_config();
+    config.run.max_steps = 300;
+    const auto prepared = [&](const char* scene) {
+      Dataset data = make_synth(scene, film_of());
+      return prepare(config, data);
+    };
+    const Prepared still = prepared("static");
+    CHECK(still.effects.verdicts.empty());
+    CHECK_FALSE(still.used.has(Effect::motion));
+    CHECK_FALSE(still.config.motion.enabled);
+    CHECK(still.effects.note.find("too short a run") == 0);
+    CHECK(still.effects.note.find("a still world shows all of the film") != std::string::npos);
+    const Prepared moving = prepared("toy");
+    CHECK(moving.used.has(Effect::motion));
+    CHECK(moving.effects.note.find("a still world") == std::string::npos);
+    config.effects.steps = 0;
+    CHECK(prepared("static").used.has(Effect::motion));
+  }
+
   TEST_CASE("what is known of a film is asked for neither of cameras that are anywhere nor without motion") {
     Config config = short_config();
     Dataset anywhere = make_synth("ball", {.frames = 20, .size = 32});
