@@ -26,20 +26,11 @@ SPLINEVOX_INLINE void displacement_vjp(const Vec3T<T>& d_delta, const Motion& mo
   gradient[3] = rigidity_slope * (d_delta.x * motion[0] + d_delta.y * motion[1] + d_delta.z * motion[2]);
 }
 
-/// What is asked of the displacement of what a ray shows, by what is known of its pixel.
+/// Prior on samples: weight * share * |Delta|^2. Its gradient by Delta; the share in the pixel is a constant,
+/// as in Eq. 6. @param weight  1 / scene unit^2
 template <class T>
-struct Rest {
-  T weight = 0;        ///< 1 / scene unit^2; 0: nothing is asked
-  bool along = false;  ///< only of the part along the ray, which its picture does not show
-};
-
-/// Prior on samples: weight * share * |Delta|^2, or of the part of Delta along the ray. Its gradient by
-/// Delta; the share in the pixel is a constant, as in Eq. 6.
-template <class T>
-SPLINEVOX_INLINE Vec3T<T> rest_vjp(const Rest<T>& rest, T share, const Vec3T<T>& displacement,
-                                   const Vec3T<T>& direction) {
-  const Vec3T<T> asked = rest.along ? dot(displacement, direction) * direction : displacement;
-  return (2 * rest.weight * share) * asked;
+SPLINEVOX_INLINE Vec3T<T> rest_vjp(T weight, T share, const Vec3T<T>& displacement) {
+  return (2 * weight * share) * displacement;
 }
 
 }  // namespace splinevox

@@ -64,7 +64,7 @@ struct RayInput {
   Vec3T<Real> origin, direction;  ///< direction of unit length
   int count = 0;
   Vec3T<Real> background;  ///< colour behind this ray
-  Rest<Real> rest;         ///< of the displacement of what it shows
+  Real rest = 0;           ///< weight of rest_vjp of what it shows, 1 / scene unit^2; 0: nothing is asked
   Real weight = 1;         ///< of its photometric loss, above 0
 };
 

@@ -90,15 +90,13 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
   std::iota(each_.begin(), each_.end(), std::size_t(0));
 }
 
-void BatchSampler::set_moving(const std::vector<CoarseMask>& moving, float rest, float along, bool fades) {
+void BatchSampler::set_moving(const std::vector<CoarseMask>& moving, float rest) {
   changing_.resize(moving.size());
   parallel_for(int(moving.size()), [&](int f) {
     if (!moving[std::size_t(f)].empty())
       changing_[std::size_t(f)] = ChangingBlocks(train_.frames[std::size_t(f)], moving[std::size_t(f)]);
   });
   rest_ = rest;
-  along_ = along;
-  fades_ = fades;
 }
 
 const std::vector<std::size_t>& BatchSampler::moments(const CameraFits& cameras) const {
@@ -118,13 +116,13 @@ std::vector<int> BatchSampler::frames_of_moment(std::size_t first, std::size_t e
   return out;
 }
 
-float BatchSampler::changing_share(int frame, float changing) const {
+float BatchSampler::changing_share(int frame) const {
   const Picture& image = train_.frames[std::size_t(frame)].image;
   const float blocks = float(blocks_along(image.width)) * float(blocks_along(image.height));
-  return std::min(changing, kMostOften * float(changing_[std::size_t(frame)].count()) / blocks);
+  return std::min(config_.changing, kMostOften * float(changing_[std::size_t(frame)].count()) / blocks);
 }
 
-float BatchSampler::chance(const Patch& patch, float changing, const ErrorDraw* by_error) const {
+float BatchSampler::chance(const Patch& patch, const ErrorDraw* by_error) const {
   const std::size_t f = std::size_t(patch.frame);
   const SilhouetteBlocks& shown = shown_[f];
   float out = 1 / float(shown.usable_count());
@@ -135,10 +133,10 @@ float BatchSampler::chance(const Patch& patch, float changing, const ErrorDraw* 
   }
   if (changing_.empty() || changing_[f].count() == 0) return out;
   const float there = changing_[f].has(patch.block) ? 1 / float(changing_[f].count()) : 0;
-  return out + changing_share(patch.frame, changing) * (there - out);
+  return out + changing_share(patch.frame) * (there - out);
 }
 
-Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame, float changing,
+Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame,
                                const ErrorDraw* by_error) const {
   const auto blocks = [&](int f) {
     const Picture& image = train_.frames[f].image;
@@ -159,8 +157,7 @@ Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int fra
     }
   }
   // One number decides on all: where nothing is known to change, pictures are drawn from as ever.
-  if (!changing_.empty() && changing_[frame].count() > 0 &&
-      patch.uniform(2 * number) < changing_share(frame, changing))
+  if (!changing_.empty() && changing_[frame].count() > 0 && patch.uniform(2 * number) < changing_share(frame))
     return {frame, changing_[frame].at(patch.below(2 * number + 1, changing_[frame].count()))};
   const SilhouetteBlocks& shown = shown_[frame];
   const bool near = shown.near_count() > 0 && patch.uniform(2 * number) < kBusyShare;
@@ -175,7 +172,7 @@ Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int fra
 }
 
 void BatchSampler::draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views,
-                                float changing, const ErrorMap* errors, std::span<Patch> out,
+                                const ErrorMap* errors, std::span<Patch> out,
                                 std::span<float> weights) const {
   std::map<int, ErrorDraw> by_error;
   if (errors)
@@ -187,7 +184,7 @@ void BatchSampler::draw_patches(std::uint64_t step, std::uint64_t first, const s
   };
   for (std::size_t p = 0; p < out.size(); ++p) {
     const int frame = views[p % views.size()];
-    out[p] = draw_patch(step, first + p, frame, changing, known(frame));
+    out[p] = draw_patch(step, first + p, frame, known(frame));
   }
   // Patches sorted along the pictures: neighbours in the list share what they fetch.
   std::sort(out.begin(), out.end());
@@ -195,9 +192,7 @@ void BatchSampler::draw_patches(std::uint64_t step, std::uint64_t first, const s
   int weighted = 0;
   for (std::size_t p = 0; p < out.size(); ++p) {
     const ErrorDraw* const draw = known(out[p].frame);
-    weights[p] =
-        draw ? std::pow(chance(out[p], changing, nullptr) / chance(out[p], changing, draw), config_.hard_undo)
-             : 0;
+    weights[p] = draw ? std::pow(chance(out[p], nullptr) / chance(out[p], draw), config_.hard_undo) : 0;
     sum += weights[p];
     weighted += draw != nullptr;
   }
@@ -231,8 +226,6 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
             frames = std::min(config_.frames, n), views = (config_.frames + frames - 1) / frames;
   const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
   const int patches = std::max(1, rays / (4 * frames));
-  const double left = fades_ ? 1 - progress : 1;
-  const float changing = config_.changing * float(left * left);
   out.frames.resize(frames);
   out.times.resize(frames);
   Deck deck(seed_, kDeck, n);
@@ -268,8 +261,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
     const Rng ray_rng(seed_, kRay + 16 * std::uint64_t(index));
     const std::span drawn = std::span(out.patches).subspan(std::size_t(f) * patches, patches);
     std::vector<float> weights(drawn.size());
-    draw_patches(std::uint64_t(index), std::uint64_t(f) * patches, of_slot[f], changing, errors, drawn,
-                 weights);
+    draw_patches(std::uint64_t(index), std::uint64_t(f) * patches, of_slot[f], errors, drawn, weights);
     for (int p = 0; p < patches; ++p)
       for (int k = 0; k < 4; ++k) {
         const std::size_t r = std::size_t(f) * per_frame + 4 * p + k;
@@ -296,10 +288,9 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
           out.depths[r] =
               now ? depth_target(frame, x, y, ray, depths[std::size_t(drawn[p].frame)], out.rays[r], step)
                   : DepthTarget<float>{};
-        if (!changing_.empty() && changing_[drawn[p].frame].known() && now) {
-          const bool moves = changing_[drawn[p].frame].near(x, y);
-          out.rays[r].rest = {in_voxels * (moves ? along_ : rest_), moves};
-        }
+        if (!changing_.empty() && changing_[drawn[p].frame].known() && now &&
+            !changing_[drawn[p].frame].near(x, y))
+          out.rays[r].rest = in_voxels * rest_;
         const float alpha = rgba[3] * (1 / 65535.0f);
         const Vec3 shown = (alpha * (1 / 65535.0f)) * Vec3{rgba[0], rgba[1], rgba[2]},
                    gain = cameras.gain_of(frame);

@@ -83,12 +83,8 @@ class BatchSampler {
                float brightest = 1);
   void set_box(const Box& box) { box_ = box; }
   /// What moves, of each frame; none: nothing is known.
-  /// @param rest  weight of Rest of rays before which nothing does, for a voxel of length 1
-  /// @param along  the same of rays before which something does
-  /// @param fades  the share of the rays drawn there falls to nothing, with the square of what is left of the
-  /// run: where no camera stands still, as in a film, whose one camera cannot place what moves
-  /// (docs/experiments/effects.md)
-  void set_moving(const std::vector<CoarseMask>& moving, float rest, float along, bool fades);
+  /// @param rest  weight of rest_vjp of rays before which nothing does, for a voxel of length 1
+  void set_moving(const std::vector<CoarseMask>& moving, float rest);
   /// @param progress    of the run, 0..1: how many rays are drawn and from which frames. @param step  march
   /// step, scene units.
   /// @param background  of every ray, if it is learned or the configuration asks for a fixed one; otherwise
@@ -104,18 +100,15 @@ class BatchSampler {
   bool whole(double progress) const { return config_.window >= 1 || progress >= config_.window_full; }
 
  private:
-  // What follows takes `changing`: the largest share of a frame's patches that is drawn where something
-  // moves, at this step.
-  /// That share of a frame.
-  float changing_share(int frame, float changing) const;
+  /// Share of a frame's patches that are drawn where something moves.
+  float changing_share(int frame) const;
   /// The chance that a patch of a frame is drawn. @param by_error  of the frame; null: drawn evenly
-  float chance(const Patch& patch, float changing, const ErrorDraw* by_error) const;
+  float chance(const Patch& patch, const ErrorDraw* by_error) const;
   /// The patch of one number of a step. @param by_error  of the frame; null: drawn evenly
-  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame, float changing,
-                   const ErrorDraw* by_error) const;
+  Patch draw_patch(std::uint64_t step, std::uint64_t number, int frame, const ErrorDraw* by_error) const;
   /// The patches of a slot, in order, and the weights of their rays, 1 on the mean.
   /// @param first  number of the first in the step. @param views  of the moment, in turn
-  void draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views, float changing,
+  void draw_patches(std::uint64_t step, std::uint64_t first, const std::vector<int>& views,
                     const ErrorMap* errors, std::span<Patch> out, std::span<float> weights) const;
   /// Where slots' moments begin in by_time_, by what is known of the cameras.
   const std::vector<std::size_t>& moments(const CameraFits& cameras) const;
@@ -132,8 +125,7 @@ class BatchSampler {
   std::vector<std::size_t> moments_, each_;  ///< where each moment, and each frame, begins in by_time_
   std::vector<SilhouetteBlocks> shown_;      ///< per frame
   std::vector<ChangingBlocks> changing_;     ///< per frame; none: nothing is known
-  float rest_ = 0, along_ = 0;               ///< of set_moving
-  bool fades_ = false;                       ///< the same
+  float rest_ = 0;                           ///< of set_moving
 };
 
 }  // namespace splinevox

@@ -110,8 +110,11 @@ void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options)
     for (std::size_t f = 0; f < train.frames.size(); ++f) train.frames[f].moving = choice.moving[f];
   else if (!is_film(told))
     return;
-  // Most of a film is static, and its first third shows too little of it (docs/experiments/effects.md).
-  prepared.config.sampling.window = 1;
+  // Most of a film is static, and its first third shows too little of it. One camera cannot place what moves:
+  // the more rays are drawn there, the more fog fits them (docs/experiments/effects.md).
+  SamplingConfig& sampling = prepared.config.sampling;
+  sampling.window = 1;
+  sampling.changing = sampling.hard_share = 0;
 }
 
 }  // namespace

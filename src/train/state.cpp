@@ -89,9 +89,8 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
 void Trainer::State::set_moving(std::vector<CoarseMask> masks) {
   moving = std::move(masks);
   // Of a rig other cameras see what one does not. Its cells are known better, and need no prior.
-  const LossConfig& loss = setting.config.loss;
   const bool rig = !setting.still.empty();
-  sampler.set_moving(moving, rig ? 0 : loss.still, rig ? 0 : loss.along, !rig);
+  sampler.set_moving(moving, rig ? 0 : setting.config.loss.still);
 }
 
 bool Trainer::State::refine(double progress_now) {

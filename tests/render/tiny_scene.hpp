@@ -23,7 +23,7 @@ struct TinyScene {
   FrameView<double> frame;
   std::vector<RayInput<double>> rays;
   std::vector<Vec3d> targets, probes;
-  Rest<double> rest;  ///< of every ray
+  double rest = 0;  ///< of every ray
   std::vector<DepthTarget<double>> depths;
   double depth_weight = 0;
   double prior = 0;  ///< weight of transmittance_prior

@@ -106,7 +106,6 @@ struct LossConfig {
   float tv_final = 0.003f;   ///< share of these weights that is left at the end; they decay exponentially
   float tv_share = 0.0625f;  ///< share of the bricks visited per step; the weight is divided by it
   float still = 0.03f;  ///< of the squared displacement, in voxels, where a pixel shows nothing that moves
-  float along = 0.01f;  ///< of that along the ray, where one shows something that moves
   int tv_places = 96;   ///< places of cameras that stand still, below which tv_density grows in proportion
                         ///< (for_places in train/start.hpp); 0: never
   float depth = 1;      ///< of the relative error of a ray's distance, where a depth map tells it

@@ -114,10 +114,6 @@ void visit_config(C& c, Visit&& visit) {
         "places of cameras that stand still below which tv_density grows in proportion, 0 = never", 0, 1000);
   visit("loss.still", c.loss.still,
         "squared displacement, in voxels, where a picture is known to show nothing that moves", 0, inf);
-  visit(
-      "loss.along", c.loss.along,
-      "squared displacement along the ray, in voxels, where a picture is known to show something that moves",
-      0, inf);
   visit("loss.depth", c.loss.depth, "relative error of a ray's distance, where a depth map tells it", 0, inf);
   visit("loss.tracks", c.loss.tracks,
         "how far apart rays of two moments see a tracked point, in hundredths of the box's edge", 0, inf);

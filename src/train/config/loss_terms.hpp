@@ -28,7 +28,6 @@ inline constexpr LossTerm kLossTerms[] = {
     {"loss.tv_light", &LossConfig::tv_light, 2, 0, true, true},
     {"loss.tv_presence", &LossConfig::tv_presence, 2, 0, true, true},
     {"loss.still", &LossConfig::still, 2, 0, false, true},
-    {"loss.along", &LossConfig::along, 2, 0, false, true},
     {"loss.transmittance", &LossConfig::transmittance, 2, 0, false, false},
     {"loss.depth", &LossConfig::depth, 2, 0, false, true},
     {"loss.tracks", &LossConfig::tracks, 2, 0, false, true},
