@@ -112,9 +112,8 @@ void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options)
     return;
   // Most of a film is static, and its first third shows too little of it. One camera cannot place what moves:
   // the more rays are drawn there, the more fog fits them (docs/experiments/effects.md).
-  SamplingConfig& sampling = prepared.config.sampling;
-  sampling.window = 1;
-  sampling.changing = sampling.hard_share = 0;
+  prepared.config.sampling.window = 1;
+  prepared.config.sampling.changing = 0;
 }
 
 }  // namespace

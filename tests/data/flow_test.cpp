@@ -104,6 +104,7 @@ TEST_SUITE("data/flow") {
   TEST_CASE("flow of every kind of file leads points the same way, through pictures held out too") {
     const std::vector<float> values = everywhere(kRight, kDown);
     check_ways(Flowing().put("k.flo", flo(values)).load());
+    check_ways(Flowing().put("k.flo", flo(values)).put("._k.flo", "of macOS").load());
     check_ways(Flowing().put("k.npy", numpy("<f4", "(8, 12, 2)", bytes_of(values))).load());
     check_ways(Flowing().put("k.npy", numpy("<f4", "(1, 2, 8, 12)", bytes_of(planes(values)))).load());
     const std::string table = numpy("<f4", "(8, 12, 2)", bytes_of(values));

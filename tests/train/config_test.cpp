@@ -108,6 +108,14 @@ TEST_SUITE("train/config") {
     CHECK(contains(in_file, "grid.radiance"));
   }
 
+  TEST_CASE("a file of an earlier version is read without its retired key, which nobody can set") {
+    const TemporaryFile file("preset = \"draft\"\n[loss]\nalong = 0.01\nstill = 0.5\n");
+    Config c;
+    read_config(c, file.path);
+    CHECK(c.loss.still == 0.5f);
+    CHECK(contains(message([&] { set_config(c, "loss.along=1", "--set"); }), "there is no setting"));
+  }
+
   TEST_CASE("a value out of range names the key, the range and what was given, and changes nothing") {
     Config c;
     CHECK(message([&] { set_config(c, "motion.points=257", "--set"); }) ==

@@ -158,6 +158,7 @@ TEST_SUITE("train/film") {
       CAPTURE(ready.effects.film->share);
       CHECK(ready.effects.film->unexplained());
       CHECK(ready.used.has(Effect::motion));
+      CHECK(ready.config.sampling.changing == 0);
       CHECK(share_of(ready.effects.moving) == doctest::Approx(ready.effects.film->share));
       for (std::size_t f = 0; f < data.find("train")->frames.size(); ++f)
         CHECK(data.find("train")->frames[f].moving == ready.effects.moving[f]);
@@ -222,6 +223,7 @@ TEST_SUITE("train/film") {
         CHECK(ready.effects.film->pictures == 19);
         CHECK(ready.effects.moving.empty());
         CHECK(ready.used.has(Effect::motion));
+        CHECK((ready.config.sampling.changing == 0) == (orbit > 0));
         for (std::size_t f = 0; f < given.size(); ++f) CHECK(train.frames[f].moving == given[f]);
       }
       for (Frame& f : train.frames) f.moving.squares = PixelMask(32, 32);

@@ -146,6 +146,7 @@ FlowFiles find_flow(const fs::path& folder, const std::string& where) {
   for (const std::string& name : files_in(folder)) {
     const std::string lower = lower_case(name), ending = lower_case(fs::path(name).extension().string());
     if (ending != ".flo" && ending != ".npy" && ending != ".npz" && ending != ".exr") continue;
+    if (name.starts_with('.')) continue;  // macOS leaves ._a.flo beside a.flo
     const bool back = lower.find("bwd") != std::string::npos || lower.find("backward") != std::string::npos;
     (back ? out.backward : out.forward).push_back(name);
   }

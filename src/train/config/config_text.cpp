@@ -2,6 +2,10 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
+#include <iterator>
+#include <string_view>
+
 #include "splinevox/train/config_keys.hpp"
 #include "train/config/config_value.hpp"
 #include "train/config/toml_text.hpp"
@@ -44,6 +48,9 @@ void assign(T& member, const toml::node& node, const Source& source) {
   }
 }
 
+/// Keys of earlier versions that mean nothing any more. Files that have them stay readable.
+constexpr std::string_view kRetired[] = {"loss.along"};
+
 void apply(Config& config, const std::string& key, const toml::node& node, const std::string& path) {
   bool found = false;
   visit_config(config, [&](const char* name, auto& member, const char*, double lo, double hi) {
@@ -51,7 +58,8 @@ void apply(Config& config, const std::string& key, const toml::node& node, const
     found = true;
     assign(member, node, {at(path, node), key, lo, hi});
   });
-  if (!found) config_value::unknown_key(at(path, node), key);
+  if (!found && std::find(std::begin(kRetired), std::end(kRetired), key) == std::end(kRetired))
+    config_value::unknown_key(at(path, node), key);
 }
 
 toml::table parse_file(const std::string& path) {
