@@ -64,6 +64,7 @@ std::vector<Entry> read_directory(Bytes bytes, const std::string& where) {
 }
 
 std::vector<std::uint8_t> inflated(Bytes packed, std::uint32_t size, const std::string& where) {
+  if (size > kMostInflation * packed.size()) fail_npz(where, "an entry is said to be larger than it can be");
   std::vector<std::uint8_t> out(size);
   z_stream stream{};
   if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) fail_npz(where, "it cannot be unpacked");
@@ -91,8 +92,6 @@ std::vector<std::uint8_t> unpack(Bytes bytes, const Entry& entry, const std::str
   const Bytes packed = bytes.subspan(from, entry.packed);
   if (entry.method != kStored && entry.method != kDeflated)
     fail_npz(where, "it is packed in a way that numpy does not use");
-  if (entry.method == kDeflated && entry.size > kMostInflation * packed.size())
-    fail_npz(where, "an entry is said to be larger than it can be");  // before memory is asked for
   std::vector<std::uint8_t> out = entry.method == kStored
                                       ? std::vector<std::uint8_t>(packed.begin(), packed.end())
                                       : inflated(packed, entry.size, where);
