@@ -65,9 +65,8 @@ void backward(const RayKernel<Real, Sh, Real, Moving>& ray, const RayInput<Real>
         dy += g[k] * v.dy;
         dz += g[k] * v.dz;
       }
-      Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)};
-      if (input.rest > 0)
-        d_delta = d_delta + rest_vjp(input.rest, w, displacement_of(s.warp.motion, ray.r[i]));
+      const Vec d_delta = field.radiance.inv_spacing * Vec{sum8(dx), sum8(dy), sum8(dz)} +
+                          rest_vjp(input.rest, w, displacement_of(s.warp.motion, ray.r[i]));
       auto& m = out.motion.emplace_back();
       m.cell = s.warp.cell;
       m.fraction = s.warp.fraction;

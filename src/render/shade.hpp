@@ -199,7 +199,8 @@ SPLINEVOX_INLINE SampleGradient<Sh> sample_vjp(const Shaded<Sh, Moving>& s, cons
     Vec3 delta;
     SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) delta[a] =
         field.radiance.inv_spacing * ((along[a][0] + along[a][2]) + (along[a][1] + along[a][3]));
-    if (ray.rest > 0) delta = delta + rest_vjp(ray.rest, share, displacement_of(s.motion, s.r));
+    // Without a branch, also where nothing is asked: with one, the longest rows spill on a device.
+    delta = delta + rest_vjp(ray.rest, share, displacement_of(s.motion, s.r));
     displacement_vjp(delta, s.motion, s.r, s.r_slope, out.motion);
     out.scalars[kLight] = d.light;
     out.scalars[kPresence] = d.density;
