@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "ball_scene.hpp"
 #include "math/camera.hpp"
+#include "run/support.hpp"
 #include "splinevox/field/sample.hpp"
 #include "support/blob_model.hpp"
 #include "support/blob_parts.hpp"
@@ -19,7 +19,7 @@
 
 using namespace splinevox;
 using namespace splinevox::test;
-using Json = nlohmann::json;
+using run::Json;
 
 namespace {
 

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "program.hpp"
+#include "run/support.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/render/render_image.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using run::Json;
 
 namespace {
 

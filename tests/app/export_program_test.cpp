@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "ball_scene.hpp"
+#include "run/support.hpp"
 
 using namespace splinevox::test;
-using Json = nlohmann::json;
+using splinevox::run::Json;
 
 TEST_SUITE("app/export_program") {
   TEST_CASE("a part of a shot says its times; info says what the folder holds and from which run") {

@@ -6,14 +6,14 @@
 #include <chrono>
 #include <csignal>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "program.hpp"
+#include "run/support.hpp"
 
 using namespace splinevox::test;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using splinevox::run::Json;
 
 namespace {
 

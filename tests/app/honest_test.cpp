@@ -5,7 +5,6 @@
 #include <sys/stat.h>
 
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "ball_scene.hpp"
 #include "run/support.hpp"
@@ -13,7 +12,7 @@
 
 using namespace splinevox::test;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using run::Json;
 
 namespace {
 

@@ -3,15 +3,14 @@
 
 #include <doctest/doctest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "program.hpp"
+#include "run/support.hpp"
 
 /// Data sets of other layouts on the command line.
 namespace {
 
 using namespace splinevox::test;
-using Json = nlohmann::json;
+using splinevox::run::Json;
 const TrueLens kBent{11, 12, 5.5, 4.25, -0.12, 0.03, -0.004, 0, 0.002, -0.003};
 
 TEST_SUITE("app/layouts") {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "ball_scene.hpp"
+#include "run/support.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using run::Json;
 
 namespace {
 

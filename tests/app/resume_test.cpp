@@ -3,15 +3,15 @@
 
 #include <chrono>
 #include <csignal>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "ball_scene.hpp"
+#include "run/support.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using run::Json;
 using Scene = BallScene;
 
 TEST_SUITE("app/resume") {

@@ -3,16 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "ball_scene.hpp"
 #include "data/pictures/exr.hpp"
+#include "run/support.hpp"
 #include "splinevox/data/image_io.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using run::Json;
 using Scene = BallScene;
 
 TEST_SUITE("app/run") {

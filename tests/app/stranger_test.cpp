@@ -5,17 +5,17 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "ball_scene.hpp"
 #include "report/page.hpp"
+#include "run/support.hpp"
 #include "run/sweep/sweep.hpp"
 #include "splinevox/core/error.hpp"
 #include "view/page.hpp"
 
 using namespace splinevox::test;
 namespace fs = std::filesystem;
-using Json = nlohmann::json;
+using run::Json;
 
 namespace {
 

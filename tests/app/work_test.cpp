@@ -3,15 +3,15 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "ball_scene.hpp"
 #include "run/progress.hpp"
+#include "run/support.hpp"
 #include "splinevox/train/config.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
-using Json = nlohmann::json;
+using run::Json;
 
 namespace {
 

@@ -18,7 +18,7 @@ namespace {
 using namespace splinevox;
 using namespace splinevox::test;
 
-constexpr int kCount = 4;
+constexpr int kMaps = 4;
 
 /// Depth of pixel (x, y) in millimetres; nothing is known of the first one.
 int depth_of(int x, int y) { return x + y == 0 ? 0 : 1000 + 100 * x + 10 * y; }
@@ -45,7 +45,7 @@ struct Deep {
   TempFolder folder;
   /// @param field  of the file, before its frames
   Deep(const std::string& name, const Bytes& bytes, const std::string& field = "") {
-    write_nerfstudio(folder.path(), true_cameras({}, kCount));
+    write_nerfstudio(folder.path(), true_cameras({}, kMaps));
     std::ifstream in(folder.path() / "transforms.json");
     std::string text{std::istreambuf_iterator<char>(in), {}};
     const std::string before = "{\"fl_x\"";
@@ -65,8 +65,6 @@ struct Deep {
     return load_dataset(folder.str(), options);
   }
 };
-
-const Frame& first(const Dataset& data) { return data.find("train")->frames[0]; }
 
 Bytes exr_of(const ExrLayer& layer) {
   const TempFolder folder;
@@ -93,7 +91,7 @@ TEST_SUITE("data/depth") {
     for (const auto& [name, bytes] : files) {
       CAPTURE(name);
       const Dataset data = Deep(name, bytes).load("metric");
-      const DepthMap& depth = first(data).depth;
+      const DepthMap& depth = first_frame(data).depth;
       REQUIRE_FALSE(depth.empty());
       CHECK(depth.kind() == DepthKind::metric);
       for (int y = 0; y < kHigh; ++y)
@@ -111,10 +109,10 @@ TEST_SUITE("data/depth") {
     const std::string unit = "\"depth_unit_scale_factor\": 0.01, ";
     const Dataset metric = Deep(".png", depth_png(), unit).load(), plain = Deep(".png", depth_png()).load(),
                   inverse = Deep(".png", depth_png(), unit).load("inverse");
-    CHECK(first(metric).depth.kind() == DepthKind::metric);
-    CHECK(first(metric).depth.at(3, 2, kWide, kHigh) == doctest::Approx(13.2).epsilon(5e-4));
-    CHECK(first(plain).depth.kind() == DepthKind::relative);
-    CHECK(first(inverse).depth.kind() == DepthKind::inverse);
+    CHECK(first_frame(metric).depth.kind() == DepthKind::metric);
+    CHECK(first_frame(metric).depth.at(3, 2, kWide, kHigh) == doctest::Approx(13.2).epsilon(5e-4));
+    CHECK(first_frame(plain).depth.kind() == DepthKind::relative);
+    CHECK(first_frame(inverse).depth.kind() == DepthKind::inverse);
     CHECK(metric.depth->kind == "metric");
     CHECK(plain.notes.back().find("no depth_unit_scale_factor gives a unit") != std::string::npos);
     CHECK(metric.fingerprint != plain.fingerprint);
@@ -127,7 +125,7 @@ TEST_SUITE("data/depth") {
     z[6] = std::numeric_limits<double>::infinity();
     z[7] = -2;
     const Deep deep(".npy", npy_bytes(kHigh, kWide, z));
-    const DepthMap depth = first(deep.load("relative")).depth;
+    const DepthMap depth = first_frame(deep.load("relative")).depth;
     CHECK(depth.value(5) == 0);
     CHECK(depth.value(6) == 0);
     CHECK(depth.value(7) == doctest::Approx(-2));
@@ -136,10 +134,10 @@ TEST_SUITE("data/depth") {
 
   TEST_CASE("smaller and larger maps of the picture's shape are taken, pixel by nearest pixel") {
     const Deep half(".npy", npy_bytes(kHigh / 2, kWide / 2, metres(kWide / 2, kHigh / 2)));
-    const DepthMap small = first(half.load("metric")).depth;
+    const DepthMap small = first_frame(half.load("metric")).depth;
     CHECK(small.width() == kWide / 2);
     CHECK(small.at(7, 5, kWide, kHigh) == doctest::Approx(1e-3 * depth_of(3, 2)).epsilon(5e-4));
-    const DepthMap reduced = first(Deep(".png", depth_png()).load("metric", 2)).depth;
+    const DepthMap reduced = first_frame(Deep(".png", depth_png()).load("metric", 2)).depth;
     CHECK(reduced.width() == kWide / 2);
     CHECK(reduced.at(3, 2, kWide / 2, kHigh / 2) == doctest::Approx(1e-3 * depth_of(7, 5)).epsilon(5e-4));
   }
@@ -147,9 +145,9 @@ TEST_SUITE("data/depth") {
   TEST_CASE("nothing is read where nobody asks, and nothing changes then") {
     const Deep deep(".png", depth_png());
     const Dataset asked = deep.load("none"), plain = deep.load("", 1, false);
-    CHECK(first(plain).depth.empty());
+    CHECK(first_frame(plain).depth.empty());
     CHECK_FALSE(plain.depth);
-    CHECK(first(asked).depth.empty());
+    CHECK(first_frame(asked).depth.empty());
     CHECK(asked.depth->kind == "none");
     CHECK(asked.fingerprint == plain.fingerprint);
     const Dataset absent = Deep(".png", {}).load();

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <functional>
 
+#include "splinevox/data/scene.hpp"
 #include "support/tiny_dataset.hpp"
 
 /// The same few cameras written in the layout of every program, each by formulas of its own, independent of
@@ -19,6 +20,10 @@ struct TrueLens {
   bool fisheye = false;
   int wide = kWide, high = kHigh;  ///< pixels
 };
+const TrueLens kBent{11, 12, 5.5, 4.25, -0.12, 0.03, -0.004, 0, 0.002, -0.003};  ///< in every way
+constexpr double kPixel = 1e-6;  ///< how far a reader's camera may be off, pixels
+
+inline const Frame& first_frame(const Dataset& data) { return data.find("train")->frames[0]; }
 
 /// A camera and what it must show of a world point.
 struct TrueCamera {

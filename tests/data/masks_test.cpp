@@ -13,7 +13,7 @@ namespace {
 using namespace splinevox;
 using namespace splinevox::test;
 
-constexpr int kCount = 10;
+constexpr int kMasks = 10;
 
 /// A grey PNG whose pixels are value(x, y).
 template <class Value>
@@ -39,8 +39,8 @@ struct Masked {
   TempFolder folder;
   explicit Masked(const TinyPng& png = grey_png(left_half), const std::string& before = "masks/frame_",
                   const std::string& behind = ".png") {
-    write_nerfstudio(folder.path(), true_cameras({}, kCount));
-    for (int i = 0; i < kCount; ++i) write_png(folder.path() / (before + padded(i) + behind), png);
+    write_nerfstudio(folder.path(), true_cameras({}, kMasks));
+    for (int i = 0; i < kMasks; ++i) write_png(folder.path() / (before + padded(i) + behind), png);
   }
   Dataset load(const LoadOptions& options) const { return load_dataset(folder.str(), options); }
   std::string error(const std::string& masks) const {
@@ -49,8 +49,6 @@ struct Masked {
 };
 
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
-const Frame& first(const Dataset& data) { return data.find("train")->frames[0]; }
 
 TEST_SUITE("data/masks") {
   TEST_CASE("subject: white is kept, soft edges and all; without a word nothing is") {
@@ -80,24 +78,24 @@ TEST_SUITE("data/masks") {
     CHECK(data.masks->pictures == 10);
     CHECK(data.masks->white == doctest::Approx((5 + 128 / 255.0) / 12));
     for (int x = 0; x < kWide; ++x) {
-      CHECK(first(data).image.pixel(x, 3)[3] == 257 * left_half(x, 3));
-      CHECK(first(black).image.pixel(x, 3)[3] == 65535 - 257 * left_half(x, 3));
-      CHECK(first(data).image.pixel(x, 3)[1] == first(plain).image.pixel(x, 3)[1]);
+      CHECK(first_frame(data).image.pixel(x, 3)[3] == 257 * left_half(x, 3));
+      CHECK(first_frame(black).image.pixel(x, 3)[3] == 65535 - 257 * left_half(x, 3));
+      CHECK(first_frame(data).image.pixel(x, 3)[1] == first_frame(plain).image.pixel(x, 3)[1]);
     }
-    CHECK(first(data).ignored.empty());
+    CHECK(first_frame(data).ignored.empty());
     const Dataset small = masked.load(with("subject", 2));
-    CHECK(first(small).image.pixel(2, 0)[3] == std::lround(257 * (255 + 128) / 2.0));
+    CHECK(first_frame(small).image.pixel(2, 0)[3] == std::lround(257 * (255 + 128) / 2.0));
   }
 
   TEST_CASE("subject: pictures with alpha keep what both keep") {
     const Masked masked;
-    for (int i = 0; i < kCount; ++i)
+    for (int i = 0; i < kMasks; ++i)
       write_png(masked.folder.path() / "images" / ("frame_" + padded(i) + ".png"),
                 flat_png(kWide, kHigh, {9, 80, 90, 51}));
     const Dataset data = masked.load(with("subject"));
-    CHECK(first(data).image.pixel(0, 0)[3] == 51 * 257);
-    CHECK(first(data).image.pixel(5, 0)[3] == std::lround(51 * 257 * (128 / 255.0)));
-    CHECK(first(data).image.pixel(6, 0)[3] == 0);
+    CHECK(first_frame(data).image.pixel(0, 0)[3] == 51 * 257);
+    CHECK(first_frame(data).image.pixel(5, 0)[3] == std::lround(51 * 257 * (128 / 255.0)));
+    CHECK(first_frame(data).image.pixel(6, 0)[3] == 0);
   }
 
   TEST_CASE("ignore: black says nothing; of a block all is ignored if any pixel is") {
@@ -105,17 +103,17 @@ TEST_SUITE("data/masks") {
     const Dataset plain = masked.load({}), data = masked.load(with("ignore")),
                   white = masked.load(with("ignore-white")), small = masked.load(with("ignore", 4));
     CHECK_FALSE(data.has_alpha);
-    CHECK(first(plain).ignored.empty());
+    CHECK(first_frame(plain).ignored.empty());
     CHECK(notes_with(data, "masks say what to ignore: what is black is neither drawn nor scored").size() ==
           1);
     CHECK(notes_with(white, "what is white is neither drawn").size() == 1);
     for (int x = 0; x < kWide; ++x) {
-      CHECK(first(data).ignored.test(x, 2) == (x > 5));
-      CHECK(first(white).ignored.test(x, 2) == (x <= 5));
-      CHECK(first(data).image.pixel(x, 2) == first(plain).image.pixel(x, 2));
+      CHECK(first_frame(data).ignored.test(x, 2) == (x > 5));
+      CHECK(first_frame(white).ignored.test(x, 2) == (x <= 5));
+      CHECK(first_frame(data).image.pixel(x, 2) == first_frame(plain).image.pixel(x, 2));
     }
-    CHECK(first(small).ignored.width() == 3);
-    for (int x = 0; x < 3; ++x) CHECK(first(small).ignored.test(x, 1) == (x > 0));
+    CHECK(first_frame(small).ignored.width() == 3);
+    for (int x = 0; x < 3; ++x) CHECK(first_frame(small).ignored.test(x, 1) == (x > 0));
     CHECK(data.fingerprint != plain.fingerprint);
     CHECK(data.fingerprint != white.fingerprint);
   }
@@ -131,18 +129,18 @@ TEST_SUITE("data/masks") {
     CHECK(notes_with(black, "what is black may").size() == 1);
     CHECK(data.masks->use == "moving");
     CHECK_FALSE(data.has_alpha);
-    CHECK(first(plain).moving.empty());
-    CHECK(first(data).image == first(plain).image);
-    CHECK(first(data).ignored.empty());
-    REQUIRE(first(data).moving.factor == 1);
-    CHECK(first(data).moving.squares.width() == kWide);
+    CHECK(first_frame(plain).moving.empty());
+    CHECK(first_frame(data).image == first_frame(plain).image);
+    CHECK(first_frame(data).ignored.empty());
+    REQUIRE(first_frame(data).moving.factor == 1);
+    CHECK(first_frame(data).moving.squares.width() == kWide);
     for (int x = 0; x < kWide; ++x)
       for (int y = 0; y < kHigh; ++y) {
-        CHECK(first(data).moving.test(x, y) == (x <= 5));
-        CHECK(first(black).moving.test(x, y) == (x > 5));
+        CHECK(first_frame(data).moving.test(x, y) == (x <= 5));
+        CHECK(first_frame(black).moving.test(x, y) == (x > 5));
       }
-    CHECK(first(small).moving.squares.width() == 3);
-    for (int x = 0; x < 3; ++x) CHECK(first(small).moving.test(x, 1) == (x < 2));
+    CHECK(first_frame(small).moving.squares.width() == 3);
+    for (int x = 0; x < 3; ++x) CHECK(first_frame(small).moving.test(x, 1) == (x < 2));
     for (const Dataset* other : {&plain, &black}) CHECK(data.fingerprint != other->fingerprint);
     CHECK(data.fingerprint != masked.load(with("ignore-white")).fingerprint);
   }
@@ -154,15 +152,15 @@ TEST_SUITE("data/masks") {
     TrueLens lens;
     lens.wide = kLarge;
     lens.high = kLow;
-    write_nerfstudio(folder.path(), true_cameras(lens, kCount));
-    for (int i = 0; i < kCount; ++i) {
+    write_nerfstudio(folder.path(), true_cameras(lens, kMasks));
+    for (int i = 0; i < kMasks; ++i) {
       const std::string name = "frame_" + padded(i) + ".png";
       write_png(folder.path() / "images" / name, grey_png([](int, int) { return 99; }, kLarge, kLow));
       write_png(folder.path() / "masks" / name,
                 grey_png([](int x, int y) { return (x == 7 && y == 4) || (x == 406 && y == 19) ? 255 : 0; },
                          kLarge, kLow));
     }
-    const CoarseMask moving = first(load_dataset(folder.str(), with("moving"))).moving;
+    const CoarseMask moving = first_frame(load_dataset(folder.str(), with("moving"))).moving;
     CHECK(moving.factor == 3);
     CHECK(moving.squares.width() == 135);
     CHECK(moving.squares.height() == 6);
@@ -177,8 +175,8 @@ TEST_SUITE("data/masks") {
          {std::pair{"ignore", true}, {"ignore-white", true}, {"ignore-black", false}}) {
       CAPTURE(use);
       const Dataset data = masked.load(with(use));
-      CHECK(first(data).ignored.test(0, 0) == ignores_white);
-      CHECK(first(data).ignored.test(9, 0) != ignores_white);
+      CHECK(first_frame(data).ignored.test(0, 0) == ignores_white);
+      CHECK(first_frame(data).ignored.test(9, 0) != ignores_white);
     }
   }
 
@@ -189,10 +187,10 @@ TEST_SUITE("data/masks") {
     options.downscale = 2;
     const Dataset data = masked.load(options);
     CHECK(data.fingerprint == masked.load(with("", 2)).fingerprint);
-    CHECK(first(data).ignored.empty());
-    for (int x = 0; x < kWide / 2; ++x) CHECK(first(data).inside.test(x, 0) == (x <= 2));
+    CHECK(first_frame(data).ignored.empty());
+    for (int x = 0; x < kWide / 2; ++x) CHECK(first_frame(data).inside.test(x, 0) == (x <= 2));
     options.rules.masks = "none";
-    CHECK(first(masked.load(options)).inside.empty());
+    CHECK(first_frame(masked.load(options)).inside.empty());
   }
 
   TEST_CASE("a mask may be in the alpha, of one colour or of the cut-out picture itself") {
@@ -212,11 +210,11 @@ TEST_SUITE("data/masks") {
     const auto opaque = [](int, int) { return 255; };
     for (const TinyPng& png : {rgba(white, left_half), rgba(photo, left_half)}) {
       const Dataset data = Masked(png).load(with("subject"));
-      for (int x = 0; x < kWide; ++x) CHECK(first(data).image.pixel(x, 3)[3] == 257 * left_half(x, 3));
+      for (int x = 0; x < kWide; ++x) CHECK(first_frame(data).image.pixel(x, 3)[3] == 257 * left_half(x, 3));
     }
     const Dataset grey = Masked(rgba(half, opaque)).load(with("subject"));
-    CHECK(first(grey).image.pixel(4, 0)[3] == 65535);
-    CHECK(first(grey).image.pixel(5, 0)[3] == 0);
+    CHECK(first_frame(grey).image.pixel(4, 0)[3] == 65535);
+    CHECK(first_frame(grey).image.pixel(5, 0)[3] == 0);
     const Masked colours(rgba(photo, opaque));
     const std::string error = colours.error("subject");
     CAPTURE(error);
@@ -259,13 +257,13 @@ TEST_SUITE("data/masks") {
 
   TEST_CASE("of masks in several sizes the one of the picture's size is taken") {
     const TempFolder folder;
-    write_nerfstudio(folder.path(), true_cameras({}, kCount));
-    for (int i = 0; i < kCount; ++i) {
+    write_nerfstudio(folder.path(), true_cameras({}, kMasks));
+    for (int i = 0; i < kMasks; ++i) {
       const std::string name = "/frame_" + padded(i) + ".png";
       write_png(folder.path() / ("masks" + name), grey_png(left_half, 2 * kWide, 2 * kHigh));
       write_png(folder.path() / ("masks_2" + name), grey_png(left_half));
     }
-    CHECK(first(load_dataset(folder.str(), with("subject"))).image.pixel(5, 0)[3] == 128 * 257);
+    CHECK(first_frame(load_dataset(folder.str(), with("subject"))).image.pixel(5, 0)[3] == 128 * 257);
   }
 
   TEST_CASE("masks that cannot be taken at their word are refused by name") {
@@ -379,18 +377,18 @@ TEST_SUITE("data/masks") {
         if (use.empty())
           for (const std::string later : {"subject", "ignore", "moving"}) {
             const Dataset a = masked.load(with(later)), b = again(later);
-            CHECK(first(a).image == first(b).image);
-            CHECK(first(a).moving == first(b).moving);
-            CHECK(first(a).ignored == first(b).ignored);
+            CHECK(first_frame(a).image == first_frame(b).image);
+            CHECK(first_frame(a).moving == first_frame(b).moving);
+            CHECK(first_frame(a).ignored == first_frame(b).ignored);
           }
         if (use.starts_with("subject")) {
           CHECK(again("").has_alpha);
-          CHECK(first(masked.load(with(use))).image == first(again("")).image);
+          CHECK(first_frame(masked.load(with(use))).image == first_frame(again("")).image);
         }
         if (use.starts_with("ignore"))
-          CHECK(first(masked.load(with(use))).ignored == first(again("ignore")).ignored);
+          CHECK(first_frame(masked.load(with(use))).ignored == first_frame(again("ignore")).ignored);
         if (use.starts_with("moving"))
-          CHECK(first(masked.load(with(use))).moving == first(again("moving")).moving);
+          CHECK(first_frame(masked.load(with(use))).moving == first_frame(again("moving")).moving);
       }
     }
   }

@@ -18,10 +18,8 @@ namespace {
 using namespace splinevox;
 using namespace splinevox::test;
 
-constexpr double kPixel = 1e-6;
 const TrueLens kPlain{};
 const TrueLens kUneven{11, 12, 5.5, 4.25};
-const TrueLens kBent{11, 12, 5.5, 4.25, -0.12, 0.03, -0.004, 0, 0.002, -0.003};
 const TrueLens kFish{6, 6.5, 5.5, 4.25, 0.05, -0.02, 0.004, -0.001, 0, 0, true};
 
 /// The largest distance, in pixels, of where random points appear from where they must.

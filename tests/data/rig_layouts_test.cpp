@@ -15,9 +15,6 @@ namespace {
 using namespace splinevox;
 using namespace splinevox::test;
 
-constexpr double kPixel = 1e-6;
-const TrueLens kBent{11, 12, 5.5, 4.25, -0.12, 0.03, -0.004, 0, 0.002, -0.003};
-
 /// The largest distance, in pixels, of where random points appear from where the camera must show them.
 double worst_of(const Frame& frame, const TrueCamera& camera) {
   std::mt19937 random(5);

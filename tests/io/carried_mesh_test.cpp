@@ -24,7 +24,7 @@ using Json = nlohmann::json;
 
 namespace {
 
-const Vec3 kShift{-0.5f, 0.1f, 0.2f};  // of blob_model at the end: the blob moves by minus it
+const Vec3 kBlobShift{-0.5f, 0.1f, 0.2f};  // of blob_model at the end: the blob moves by minus it
 
 /// A reader of its own for glTF binaries, which holds them to the format's rules.
 struct Glb {
@@ -128,7 +128,7 @@ TEST_SUITE("io/carried_mesh") {
     for (std::size_t f = 0; f < 3; ++f) {
       const std::vector<Vec3> by = glb.target(f).first;
       REQUIRE(by.size() == points.size());
-      const Vec3 expected = -0.5f * float(f) * kShift;
+      const Vec3 expected = -0.5f * float(f) * kBlobShift;
       float off = 0;
       for (const Vec3& v : by) off = std::max(off, length(v - expected));
       CHECK(off < 0.05f * spacing);
@@ -161,7 +161,7 @@ TEST_SUITE("io/carried_mesh") {
     const Glb glb(slurp(scratch.path("out/mesh.glb")));
     CHECK(glb.head["meshes"][0]["extras"]["targetNames"] == Json({"frame_1", "frame_3"}));
     CHECK(glb.target(0).second == 1);
-    CHECK(length(glb.target(1).first[0] + kShift) < 0.01f);
+    CHECK(length(glb.target(1).first[0] + kBlobShift) < 0.01f);
   }
 
   TEST_CASE("what stands still has no values in any frame") {

@@ -11,11 +11,12 @@
 #include <random>
 #include <string_view>
 
+#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 
 using namespace splinevox;
-using test::FileSizeLimit, test::Scratch, test::slurp, test::spit;
+using test::FileSizeLimit, test::Scratch, test::slurp, test::spit, test::refusal;
 
 namespace {
 
@@ -28,14 +29,8 @@ std::vector<char> noise(std::size_t n, unsigned seed) {
 
 const CheckpointHeader kHeader{3, 0x0123456789abcdefull, 42, 1700, "trainer"};
 
-std::string message_of(const std::string& path) {
-  try {
-    read_checkpoint(path);
-  } catch (const Error& e) {
-    CHECK(e.fault == Fault::input);
-    return e.what();
-  }
-  return "";
+std::string refused_checkpoint(const std::string& path) {
+  return refusal([&] { read_checkpoint(path); });
 }
 
 }  // namespace
@@ -130,9 +125,9 @@ TEST_SUITE("io/checkpoint") {
   TEST_CASE("messages name the file and what is wrong") {
     const Scratch scratch;
     const std::string path = scratch.path("c");
-    CHECK(message_of(path) == path + ": could not be read\n  got:      No such file or directory");
+    CHECK(refused_checkpoint(path) == path + ": could not be read\n  got:      No such file or directory");
     spit(path, "PK\3\4 something else entirely, long enough for a header of ours, which this is not at all");
-    CHECK(message_of(path) ==
+    CHECK(refused_checkpoint(path) ==
           path +
               ": is not a checkpoint of splinevox\n  expected: a file that begins with SPVXCKPT\n"
               "  got:      other bytes");
@@ -152,7 +147,7 @@ TEST_SUITE("io/checkpoint") {
     const std::uint64_t hash = digest_file(inner).hash;
     newer.append(reinterpret_cast<const char*>(&hash), 8);
     spit(path, newer);
-    CHECK(message_of(path) ==
+    CHECK(refused_checkpoint(path) ==
           path +
               ": was written by a newer version of splinevox\n"
               "  expected: checkpoint version 1 or older\n  got:      9\n"

@@ -7,6 +7,7 @@
 #include <map>
 #include <tuple>
 
+#include "io/houdini_options.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
@@ -16,7 +17,7 @@
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
-using test::blob_model, test::Scratch, test::slurp;
+using test::blob_model, test::Scratch, test::slurp, test::houdini_options;
 
 namespace {
 
@@ -38,14 +39,6 @@ std::map<Key, Vec3> voxels_of(const std::string& path, const std::string& name) 
   return out;
 }
 
-ExportOptions options_for(int last) {
-  ExportOptions o;
-  o.profile = "houdini";
-  o.last = last;
-  o.half = false;
-  return o;
-}
-
 /// Half of the blob moves: motion ends at x = 0.1.
 VoxelModel half_moving() {
   VoxelModel model = blob_model(32, {.shift = {0.0f, 0.35f, 0.0f}});
@@ -63,7 +56,7 @@ TEST_SUITE("io/export_parts") {
   TEST_CASE("the clusters' densities add up to the whole, voxel by voxel, and each voxel is one cluster's") {
     const Scratch scratch;
     const VoxelModel model = half_moving();
-    ExportOptions options = options_for(2);
+    ExportOptions options = houdini_options(2);
     export_vdb(model, scratch.path("whole"), options);
     options.clusters = 2;
     options.mesh = true;
@@ -112,7 +105,7 @@ TEST_SUITE("io/export_parts") {
   TEST_CASE("the scripts beside the clusters name every one") {
     const Scratch scratch;
     const VoxelModel model = half_moving();
-    ExportOptions options = options_for(2);
+    ExportOptions options = houdini_options(2);
     options.clusters = 2;
     options.profile = "blender";
     export_vdb(model, scratch.path("blender"), options);
@@ -133,7 +126,7 @@ TEST_SUITE("io/export_parts") {
       "harmonics are the model's, three to a grid, beside the positional colour; what cannot be is refused") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.twist = 0.4f, .light = 0.8f}, 2);
-    ExportOptions options = options_for(2);
+    ExportOptions options = houdini_options(2);
     options.sh = true;
     export_vdb(model, scratch.folder(), options);
     const std::string path = scratch.path("frame_0002.vdb");

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "io/manifest.hpp"
+#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
@@ -27,14 +28,8 @@ ExportOptions part_of_shot(int first, int last, double seconds = 4) {
   return o;
 }
 
-std::string refusal(const VoxelModel& model, const std::string& folder, const ExportOptions& options) {
-  try {
-    export_vdb(model, folder, options);
-  } catch (const Error& e) {
-    CHECK(e.fault == Fault::input);
-    return e.what();
-  }
-  return "";
+std::string refused_export(const VoxelModel& model, const std::string& folder, const ExportOptions& options) {
+  return refusal([&] { export_vdb(model, folder, options); });
 }
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
@@ -128,7 +123,7 @@ TEST_SUITE("io/export_range") {
 
     ExportOptions other = part_of_shot(1050, 1051);
     other.profile = "usd";
-    const std::string profile = refusal(model, scratch.folder(), other);
+    const std::string profile = refused_export(model, scratch.folder(), other);
     CHECK(contains(profile, "holds an export with other settings"));
     CHECK(contains(profile, "expected: profile houdini\n  got:      profile usd"));
     CHECK(contains(profile, "--afresh"));
@@ -136,13 +131,13 @@ TEST_SUITE("io/export_range") {
     ExportOptions squeezed = part_of_shot(1050, 1051);
     squeezed.at.reset();
     squeezed.seconds = 0;
-    const std::string range = refusal(model, scratch.folder(), squeezed);
+    const std::string range = refused_export(model, scratch.folder(), squeezed);
     CHECK(contains(range, "expected: at 1001, seconds 4\n  got:      at 1050, seconds 0.041"));
     CHECK(contains(range, "try:      --at 1001 --seconds 4 --fps 24 for more frames of the shot"));
 
     VoxelModel changed = model;
     changed.radiance.raw.values.back() += 1;
-    CHECK(contains(refusal(changed, scratch.folder(), part_of_shot(1050, 1051)),
+    CHECK(contains(refused_export(changed, scratch.folder(), part_of_shot(1050, 1051)),
                    "its model is not the run's present one"));
     CHECK(slurp(scratch.path("manifest.json")) == before);
     for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);

@@ -8,6 +8,8 @@
 #include <map>
 #include <memory>
 
+#include "io/houdini_options.hpp"
+#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
@@ -16,27 +18,13 @@
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
-using test::blob_model, test::FileSizeLimit, test::Scratch, test::slurp, test::spit;
+using test::blob_model, test::FileSizeLimit, test::Scratch, test::slurp, test::spit, test::refusal,
+    test::houdini_options;
 
 namespace {
 
-ExportOptions options_for(int last, double voxel_size = 0) {
-  ExportOptions o;
-  o.profile = "houdini";
-  o.last = last;
-  o.half = false;
-  o.voxel_size = voxel_size;
-  return o;
-}
-
-std::string message_of(const ExportOptions& options) {
-  try {
-    validate(options);
-  } catch (const Error& e) {
-    CHECK(e.fault == Fault::input);
-    return e.what();
-  }
-  return "";
+std::string refused_options(const ExportOptions& options) {
+  return refusal([&] { validate(options); });
 }
 
 }  // namespace
@@ -45,8 +33,8 @@ TEST_SUITE("io/export_run") {
   TEST_CASE("a shorter export says which frames of a longer one are left beside it") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
-    CHECK(export_vdb(model, scratch.folder(), options_for(3)).others.empty());
-    ExportOptions shorter = options_for(1);
+    CHECK(export_vdb(model, scratch.folder(), houdini_options(3)).others.empty());
+    ExportOptions shorter = houdini_options(1);
     shorter.resume = false;
     CHECK(export_vdb(model, scratch.folder(), shorter).others ==
           std::vector<std::string>{"frame_0002.vdb", "frame_0003.vdb"});
@@ -55,7 +43,7 @@ TEST_SUITE("io/export_run") {
   TEST_CASE("profiles differ in names and place only; the files say what they are") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
-    ExportOptions options = options_for(2);
+    ExportOptions options = houdini_options(2);
     options.half = true;
     std::map<std::string, VdbInfo> infos;
     for (const std::string& profile : export_profiles()) {
@@ -104,12 +92,12 @@ TEST_SUITE("io/export_run") {
   TEST_CASE("a scene that stands still has no velocity; an empty model has empty frames") {
     const Scratch scratch;
     VoxelModel model = blob_model(16, {.moves = false});
-    export_vdb(model, scratch.folder(), options_for(1));
+    export_vdb(model, scratch.folder(), houdini_options(1));
     CHECK(read_vdb(scratch.path("frame_0001.vdb")).grids.size() == 2);
     const std::vector<float> background(8, -20.0f);
     model.radiance.raw =
         make_channels(make_topology(model.radiance.raw.topology->lattice, {}), 8, background.data());
-    export_vdb(model, scratch.path("empty"), options_for(1));
+    export_vdb(model, scratch.path("empty"), houdini_options(1));
     for (const VdbGrid& grid : read_vdb(scratch.path("empty/frame_0001.vdb")).grids)
       CHECK(grid.leaves.empty());
   }
@@ -122,7 +110,8 @@ TEST_SUITE("io/export_run") {
     for (const int threads : {1, 2, 3}) {
       tbb::task_arena arena(threads);
       arena.execute([&] {
-        const ExportResult result = export_vdb(model, scratch.path(std::to_string(threads)), options_for(2));
+        const ExportResult result =
+            export_vdb(model, scratch.path(std::to_string(threads)), houdini_options(2));
         digests.push_back(result.frames[1].file.digest);
       });
     }
@@ -134,7 +123,7 @@ TEST_SUITE("io/export_run") {
       "the same bytes for any number of frames at once; stopped, those in the making are ended and kept") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.twist = 0.7f});
-    ExportOptions options = options_for(8);
+    ExportOptions options = houdini_options(8);
     const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);
     tbb::task_arena(4).execute([&] {
       for (const int at_once : {1, 4, 0}) {
@@ -164,7 +153,7 @@ TEST_SUITE("io/export_run") {
   TEST_CASE("an interrupted export goes on where it stopped and ends in the same bytes") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
-    ExportOptions options = options_for(5);
+    ExportOptions options = houdini_options(5);
     options.frames_at_once = 1;
     const ExportResult whole = export_vdb(model, scratch.path("whole"), options);
     const std::string folder = scratch.path("parts");
@@ -206,7 +195,7 @@ TEST_SUITE("io/export_run") {
   TEST_CASE("a disk that fills up stops the export; finished frames stay and are used later") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.shift = {-0.9f, 0.1f, 0.1f}});
-    ExportOptions options = options_for(3);
+    ExportOptions options = houdini_options(3);
     options.frames_at_once = 1;
     int done = 0;
     try {
@@ -256,15 +245,15 @@ TEST_SUITE("io/export_run") {
       CAPTURE(row.says);
       ExportOptions options;
       row.spoil(options);
-      CHECK(message_of(options).find(row.says) == 0);
+      CHECK(refused_options(options).find(row.says) == 0);
     }
-    CHECK(message_of({}).empty());
+    CHECK(refused_options({}).empty());
     const Scratch scratch;
-    ExportOptions tiny = options_for(1, 1e-6);
+    ExportOptions tiny = houdini_options(1, 1e-6);
     CHECK_THROWS_WITH_AS(export_vdb(model, scratch.folder(), tiny),
                          doctest::Contains("--voxel-size: is too small"), Error);
     spit(scratch.path("file"), "x");
-    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.path("file"), options_for(1)),
+    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.path("file"), houdini_options(1)),
                          doctest::Contains("is not a folder"), Error);
   }
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "io/houdini_options.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "math/sh.hpp"
@@ -16,7 +17,7 @@
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
-using test::blob_model, test::BlobMotion, test::Scratch;
+using test::blob_model, test::BlobMotion, test::Scratch, test::houdini_options;
 
 namespace {
 
@@ -45,15 +46,6 @@ const VdbGrid& find(const VdbFile& file, const std::string& name) {
   throw std::runtime_error("no grid " + name);
 }
 
-ExportOptions options_for(int last, double voxel_size = 0) {
-  ExportOptions o;
-  o.profile = "houdini";
-  o.last = last;
-  o.half = false;
-  o.voxel_size = voxel_size;
-  return o;
-}
-
 Vec3 position(const VdbGrid& grid, const Key& k) {
   const Lattice lattice{cast<float>(grid.origin), float(grid.spacing), {}};
   return lattice.position({std::get<0>(k), std::get<1>(k), std::get<2>(k)});
@@ -71,7 +63,7 @@ TEST_SUITE("io/export") {
                            Row{{.twist = -0.5f}, 0.0371}, Row{{.moves = false}, 0}}) {
       const Scratch scratch;
       const VoxelModel model = blob_model(40, row.motion);
-      const ExportOptions options = options_for(3, row.voxel_size);
+      const ExportOptions options = houdini_options(3, row.voxel_size);
       const ExportResult result = export_vdb(model, scratch.folder(), options);
       REQUIRE(result.frames.size() == 3);
       CHECK(result.finished);
@@ -104,7 +96,7 @@ TEST_SUITE("io/export") {
       "density") {
     const Scratch scratch;
     const VoxelModel model = blob_model(32, {.twist = 0.4f, .light = 0.8f}, 3);
-    export_vdb(model, scratch.folder(), options_for(2));
+    export_vdb(model, scratch.folder(), houdini_options(2));
     const VdbFile file = read_vdb(scratch.path("frame_0002.vdb"));
     const Voxels density = voxels_of(find(file, "density")), color = voxels_of(find(file, "Cd"));
     const FrameSampler sampler(model, 1);
@@ -150,7 +142,7 @@ TEST_SUITE("io/export") {
       export_vdb(model, scratch.folder(), options);
       return read_vdb(scratch.path("frame_0001.vdb"));
     };
-    ExportOptions options = options_for(1);
+    ExportOptions options = houdini_options(1);
     for (const char* spec : {"none", "dir=0,0,-2", "linear"}) {
       CAPTURE(spec);
       options.bake_view = spec == std::string("linear") ? "none" : spec;
@@ -182,7 +174,7 @@ TEST_SUITE("io/export") {
       const Scratch scratch;
       const Vec3 shift{-0.6f, 0.1f, 0.2f};
       const VoxelModel model = blob_model(32, {.points = 4, .shift = shift});
-      ExportOptions options = options_for(5);
+      ExportOptions options = houdini_options(5);
       options.seconds = seconds;
       options.shutter = 2;
       const ExportResult result = export_vdb(model, scratch.folder(), options);
@@ -217,7 +209,7 @@ TEST_SUITE("io/export") {
     const Scratch scratch;
     const VoxelModel model =
         blob_model(40, {.points = 5, .shift = {0.3f, 0.2f, -0.1f}, .twist = 0.8f, .rigidity = true});
-    ExportOptions options = options_for(3);
+    ExportOptions options = houdini_options(3);
     options.seconds = 2.0 / 24;  // frame 2 is model time 0.5
     export_vdb(model, scratch.folder(), options);
     const VdbFile file = read_vdb(scratch.path("frame_0002.vdb"));

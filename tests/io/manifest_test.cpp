@@ -4,13 +4,14 @@
 #include <doctest/doctest.h>
 
 #include "core/atomic_file.hpp"
+#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"
 
 using namespace splinevox;
-using test::FileSizeLimit, test::Scratch, test::slurp, test::spit;
+using test::FileSizeLimit, test::Scratch, test::slurp, test::spit, test::refusal;
 
 namespace {
 
@@ -28,14 +29,8 @@ void fill(const Scratch& scratch) {
   write_manifest(scratch.folder(), manifest);
 }
 
-std::string message_of(const Scratch& scratch) {
-  try {
-    read_manifest(scratch.folder());
-  } catch (const Error& e) {
-    CHECK(e.fault == Fault::input);
-    return e.what();
-  }
-  return "";
+std::string refused_manifest(const Scratch& scratch) {
+  return refusal([&] { read_manifest(scratch.folder()); });
 }
 
 void replace(std::string& text, const std::string& from, const std::string& to) {
@@ -177,7 +172,7 @@ TEST_SUITE("io/manifest") {
       std::string text = good;
       replace(text, row.from, row.to);
       spit(scratch.path(kManifestName), text);
-      const std::string message = message_of(scratch);
+      const std::string message = refused_manifest(scratch);
       CHECK(message.find(scratch.path(kManifestName)) == 0);
       CHECK(message.find(row.says) != std::string::npos);
     }
@@ -186,7 +181,7 @@ TEST_SUITE("io/manifest") {
       CHECK_THROWS_AS(read_manifest(scratch.folder()), Error);
     }
     spit(scratch.path(kManifestName), std::string(100000, '['));
-    CHECK(message_of(scratch).find("nested too deeply") != std::string::npos);
+    CHECK(refused_manifest(scratch).find("nested too deeply") != std::string::npos);
     std::filesystem::remove(scratch.path(kManifestName));
     CHECK_THROWS_AS(verify(scratch.folder()), Error);
   }

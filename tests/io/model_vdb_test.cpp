@@ -7,6 +7,7 @@
 #include <set>
 
 #include "core/atomic_file.hpp"
+#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "math/time_curve.hpp"
@@ -16,7 +17,7 @@
 #include "support/blob_model.hpp"
 
 using namespace splinevox;
-using test::blob_model, test::FileSizeLimit, test::noisy_model, test::Scratch, test::slurp;
+using test::blob_model, test::FileSizeLimit, test::noisy_model, test::Scratch, test::slurp, test::refusal;
 
 namespace {
 
@@ -27,14 +28,8 @@ bool same_bits(const Channels& a, const Channels& b) {
          std::memcmp(a.values.data(), b.values.data(), a.values.size() * 4) == 0;
 }
 
-std::string message_of(const std::string& path) {
-  try {
-    load_model(path);
-  } catch (const Error& e) {
-    CHECK(e.fault == Fault::input);
-    return e.what();
-  }
-  return "";
+std::string refused_model(const std::string& path) {
+  return refusal([&] { load_model(path); });
 }
 
 std::set<std::string> grid_names(const std::string& path) {
@@ -57,7 +52,7 @@ TEST_SUITE("io/model_vdb") {
       for (VdbGrid& grid : file.grids)
         if (in_grids) grid.meta[key] = std::string(text);
       write_vdb(path, file);
-      return message_of(path);
+      return refused_model(path);
     };
     CHECK(with("march_step", "1e-9", false).find("2^20 steps through the box") != std::string::npos);
     CHECK(with("march_step", "1e-44", false).find("march_step") != std::string::npos);
@@ -177,7 +172,7 @@ TEST_SUITE("io/model_vdb") {
         if (grid.name == "control_0") grid.meta["time_curve"] = std::string(curve);
       write_vdb(path, file);
       CAPTURE(curve);
-      CHECK(message_of(path).find("metadata 'time_curve'") != std::string::npos);
+      CHECK(refused_model(path).find("metadata 'time_curve'") != std::string::npos);
     }
   }
 
@@ -246,7 +241,7 @@ TEST_SUITE("io/model_vdb") {
     const VdbFile good = read_vdb(path);
     const auto expect = [&](const VdbFile& file, const std::string& says) {
       write_vdb(path, file);
-      const std::string message = message_of(path);
+      const std::string message = refused_model(path);
       CAPTURE(message);
       CHECK(message.find(path) == 0);
       CHECK(message.find(says) != std::string::npos);

@@ -7,12 +7,13 @@
 #include <random>
 
 #include "core/atomic_file.hpp"
+#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"
 
 using namespace splinevox;
-using test::FileSizeLimit, test::Scratch, test::slurp, test::spit;
+using test::FileSizeLimit, test::Scratch, test::slurp, test::spit, test::refusal;
 
 namespace {
 
@@ -72,16 +73,8 @@ bool same_voxels(const VdbGrid& a, const VdbGrid& b) {
   return true;
 }
 
-std::string message_of(const std::string& path, const VdbLimits& limits = {}) {
-  try {
-    read_vdb(path, limits);
-  } catch (const Error& e) {
-    const std::string what = e.what();
-    CAPTURE(what);
-    CHECK(e.fault == Fault::input);
-    return e.what();
-  }
-  return "";
+std::string refused_vdb(const std::string& path, const VdbLimits& limits = {}) {
+  return refusal([&] { read_vdb(path, limits); });
 }
 
 }  // namespace
@@ -151,7 +144,7 @@ TEST_SUITE("io/vdb_file") {
       if (n == good.size() - kSeal) continue;  // a whole VDB of any other program
       CAPTURE(n);
       spit(path, good.substr(0, n));
-      CHECK(message_of(path).find(path) == 0);
+      CHECK(refused_vdb(path).find(path) == 0);
       // Without the seal's help: as if another program had written it.
       if (n < good.size() - kSeal) CHECK_THROWS_AS(inspect_vdb(path), Error);
     }
@@ -170,7 +163,7 @@ TEST_SUITE("io/vdb_file") {
       std::string flipped = good;
       flipped[n] = char(flipped[n] ^ (1 << n % 8));
       spit(path, flipped);
-      CHECK(message_of(path).find(path) == 0);
+      CHECK(refused_vdb(path).find(path) == 0);
     }
   }
 
@@ -186,7 +179,7 @@ TEST_SUITE("io/vdb_file") {
       std::string wild = good;
       for (std::size_t i = 0; i < 4; ++i) wild[n + i] = char(0xff);
       spit(path, wild);
-      const std::string message = message_of(path);
+      const std::string message = refused_vdb(path);
       refused += !message.empty();
       if (!message.empty())
         CHECK(message.find(path) == 0);  // inside a value or a name it is only another value
@@ -205,7 +198,7 @@ TEST_SUITE("io/vdb_file") {
       std::string wild = good;
       for (int k = 0; k < 4; ++k) wild[700 + random() % (good.size() - 700)] = char(random());
       spit(path, wild);
-      const std::string message = message_of(path);
+      const std::string message = refused_vdb(path);
       refused += !message.empty();
       if (!message.empty()) CHECK(message.find(path) == 0);
     }
@@ -215,24 +208,24 @@ TEST_SUITE("io/vdb_file") {
   TEST_CASE("foreign files and limits") {
     const Scratch scratch;
     const std::string path = scratch.path("a.vdb");
-    CHECK(message_of(path) == path + ": could not be read\n  got:      No such file or directory");
-    CHECK(message_of(scratch.folder()) ==
+    CHECK(refused_vdb(path) == path + ": could not be read\n  got:      No such file or directory");
+    CHECK(refused_vdb(scratch.folder()) ==
           scratch.folder() + ": could not be read\n  got:      Is a directory");
     spit(path, "\x89PNG\r\n\x1a\n and some more bytes");
-    CHECK(message_of(path) ==
+    CHECK(refused_vdb(path) ==
           path + ": is not a VDB file\n  expected: the magic number of OpenVDB at the beginning");
     spit(path, "");
-    CHECK(message_of(path).find("the file ends inside the header") != std::string::npos);
+    CHECK(refused_vdb(path).find("the file ends inside the header") != std::string::npos);
     write_vdb(path, noisy_file(8));
     VdbLimits limits;
     limits.max_bytes = 1000;
-    CHECK(message_of(path, limits).find("is too large") != std::string::npos);
+    CHECK(refused_vdb(path, limits).find("is too large") != std::string::npos);
     limits = {};
     limits.max_grids = 1;
-    CHECK(message_of(path, limits).find("number of grids is out of range") != std::string::npos);
+    CHECK(refused_vdb(path, limits).find("number of grids is out of range") != std::string::npos);
     limits = {};
     limits.max_voxels = 100;
-    CHECK(message_of(path, limits).find("too many active voxels") != std::string::npos);
+    CHECK(refused_vdb(path, limits).find("too many active voxels") != std::string::npos);
   }
 
   TEST_CASE("a disk that fills up at any byte is noticed, and the old file stays") {
