@@ -34,6 +34,7 @@ Config tiny_config(int steps, int sh_order, bool losses) {
   c.run.seed = 7;
   c.radiance.sh_order = sh_order;
   c.grid.radiance = {16, 28};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.4f};
   c.grid.motion = {4, 8, 16};
   c.grid.motion_start = {0, 0.2f, 0.5f};

@@ -53,6 +53,7 @@ Config small_config(int steps) {
   c.run.max_time = 0;
   c.run.max_steps = steps;
   c.grid.radiance = {16, 28};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, .3f};
   c.grid.motion = {4, 8};
   c.grid.motion_start = {0, .2f};

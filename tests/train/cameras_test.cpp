@@ -214,6 +214,7 @@ TEST_SUITE("train/cameras") {
     config.run.max_steps = 150;
     config.sampling.rays = 1024;
     config.grid.radiance = {24, 32};
+    config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
     config.cameras.clock = false;
     const Split& train = *data.find("train");
@@ -240,6 +241,7 @@ TEST_SUITE("train/cameras") {
     config.run.max_steps = 300;
     config.sampling.rays = 1024;
     config.grid.radiance = {24, 40};
+    config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
     config.cameras.exposure = false;
     Trainer trainer(config, *data.find("train"), data.time_map);

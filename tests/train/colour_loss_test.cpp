@@ -28,6 +28,7 @@ Trainer trainer_of(int steps) {
   c.run.max_time = 0;
   c.run.max_steps = steps;
   c.grid.radiance = {12, 16};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.5f};
   c.sampling.rays = 512;
   return {c, *small_ball().find("train"), small_ball().time_map};

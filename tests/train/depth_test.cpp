@@ -36,6 +36,7 @@ Config config_of(int steps) {
   c.motion.light = false;
   c.motion.presence = false;
   c.grid.radiance = {32, 48};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, .3f};
   c.grid.box = {-3, -3, -1, 3, 3, 3};
   c.sampling.rays = 1024;

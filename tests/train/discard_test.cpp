@@ -26,6 +26,7 @@ Config tiny() {
   c.run.max_time = 0;
   c.run.max_steps = 60;
   c.grid.radiance = {12};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0};
   c.grid.motion = {4};
   c.grid.motion_start = {0};

@@ -240,6 +240,7 @@ TEST_SUITE("train/film") {
     Config config = short_config();
     config.run.max_steps = 60;
     config.grid.radiance = {24, 32};
+    config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, .4f};
     Dataset data = make_synth("toy", film_of());
     const Config ready = prepare(config, data, {.effects = EffectPolicy::keep}).config;

@@ -56,6 +56,7 @@ Config small_config(int steps) {
   c.run.max_steps = steps;
   c.effects.steps = 20;
   c.grid.radiance = {16, 28};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, .3f};
   c.grid.motion = {4, 8};
   c.grid.motion_start = {0, .2f};

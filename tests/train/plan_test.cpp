@@ -54,6 +54,7 @@ struct Course {
 Config eventful() {
   Config c = preset("draft");
   c.grid.radiance = {12, 16, 20};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.3f, 0.6f};
   c.grid.motion = {4, 8};
   c.grid.motion_start = {0.1f, 0.5f};

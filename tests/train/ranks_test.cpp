@@ -101,6 +101,7 @@ Config small_config(int steps) {
   c.run.max_time = 0;
   c.run.max_steps = steps;
   c.grid.radiance = {12, 20};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, .5f};
   c.sampling.rays = 256;
   c.sampling.occupancy_every = 15;

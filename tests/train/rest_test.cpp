@@ -28,6 +28,7 @@ Config small_config() {
   c.run.max_time = 0;
   c.run.max_steps = 600;
   c.grid.radiance = {24, 40};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.5f};
   c.grid.motion = {4, 8, 16};
   c.grid.motion_start = {0, 0.1f, 0.2f};

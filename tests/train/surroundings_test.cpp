@@ -60,6 +60,7 @@ Config small_config(int steps, int surroundings) {
   c.grid.surroundings_start = {0, .3f};
   c.grid.box = {-1.5f, -1.5f, -1.5f, 1.5f, 1.5f, 1.5f};
   c.grid.radiance = {16, 28};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, .4f};
   c.grid.motion = {4, 8};
   c.grid.motion_start = {0, .2f};

@@ -41,6 +41,7 @@ Config config_of(int steps) {
   c.run.max_time = 0;
   c.run.max_steps = steps;
   c.grid.radiance = {32};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0};
   c.grid.motion = {16};
   c.grid.motion_start = {0};

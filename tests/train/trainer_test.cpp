@@ -33,6 +33,7 @@ Config tiny_config(int steps) {
   c.run.max_steps = steps;
   c.run.seed = 7;
   c.grid.radiance = {16, 28};
+  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.4f};
   c.grid.motion = {4, 8};
   c.grid.motion_start = {0.1f, 0.5f};
@@ -186,6 +187,7 @@ TEST_SUITE("train/trainer") {
     config.run.max_time = 0;
     config.run.max_steps = 250;
     config.grid.radiance = {24, 40};
+    config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
     config.grid.motion = {4, 8};
     config.grid.motion_start = {0.1f, 0.4f};
@@ -248,6 +250,7 @@ TEST_SUITE("train/trainer") {
     config.run.max_time = 0;
     config.run.max_steps = 250;
     config.grid.radiance = {24, 72};
+    config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
     config.grid.motion = {4, 8};
     config.grid.motion_start = {0.1f, 0.4f};
