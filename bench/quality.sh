@@ -9,9 +9,10 @@
 #   bench/quality.sh table      a Markdown table of every scene and preset
 #   bench/quality.sh summary    a Markdown table of the means of every preset that has all six D-NeRF scenes
 #   bench/quality.sh write      puts the summary between the marks of README.md and docs/benchmarks.md, the
-#                               table between the marks at the end of the latter, and the presets' means into
+#                               tables between the marks of the latter, and the presets' means into
 #                               `splinevox train --help`
 #
+# `write` also reads bench/results/quality_black.jsonl, lines of EXTRA="--background black".
 # SEEDS ("1 2 3") are those to train, 1 by default; EXTRA are further options of `splinevox train`; RESULTS is
 # another file of lines; COMMIT is that of the program where it is not the one checked out.
 set -euo pipefail
@@ -20,7 +21,8 @@ splinevox=${SPLINEVOX:-$root/build/release/src/cli/splinevox}
 results=${RESULTS:-$root/bench/results/quality.jsonl}
 
 train() {
-  local data=$1 out=$2 preset=$3 scene seed
+  local data=$1 out=$2 preset=$3 scene seed split
+  local splits="train val test"  # there are many training views, so of the first seed alone
   shift 3
   for seed in ${SEEDS:-1}; do
     for scene in "$@"; do
@@ -29,15 +31,18 @@ train() {
       mkdir -p "${run%/*}"
       "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} \
         > "$run.log" 2>&1
-      "$splinevox" eval "$run" --data "$data/$scene" --split val >> "$run.log" 2>&1
-      "$splinevox" eval "$run" --data "$data/$scene" --split test >> "$run.log" 2>&1
+      for split in $splits; do
+        "$splinevox" eval "$run" --data "$data/$scene" --split $split >> "$run.log" 2>&1
+      done
       keep "$preset" "$scene" "$seed" "$run"
       echo "$preset $scene seed $seed: $(number "$run/metrics.json" psnr) dB"
     done
+    splits="val test"
   done
 }
 
-number() {  # number FILE KEY : the first value of a top-level key, indented JSON
+number() {  # number FILE KEY : the first value of a top-level key, indented JSON; null without the file
+  [[ -f $1 ]] || { echo null; return; }
   awk -v key="\"$2\"" '$1 == key ":" { gsub(/[",]/, "", $2); print $2; exit }' "$1"
 }
 
@@ -56,12 +61,13 @@ keep() {  # keep PRESET SCENE SEED RUN : its line among the results; no seconds 
     for name in steps peak_memory_bytes psnr ssim ms_ssim; do
       printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"
     done
-    printf ', "val_psnr": %s}\n' "$(number "$4/metrics_val.json" psnr)"
+    printf ', "val_psnr": %s, "train_psnr": %s}\n' "$(number "$4/metrics_val.json" psnr)" \
+      "$(number "$4/metrics_train.json" psnr)"
   } | sort > "$results.new"
   mv "$results.new" "$results"
 }
 
-table() {  # means over the seeds; behind PSNR half the distance between the best and the worst seed
+table() {  # table [FILE] : means over the seeds; behind PSNR half the way from the worst seed to the best
   awk '
     function field(key, from) {
       from = index($0, "\"" key "\": ")
@@ -78,14 +84,20 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
       if (!n[g]++) lo[g] = hi[g] = psnr
       if (psnr < lo[g]) lo[g] = psnr
       if (psnr > hi[g]) hi[g] = psnr
-      for (i = 1; i <= keys; ++i) sum[g, key[i]] += field(key[i])
+      for (i = 1; i <= keys; ++i) {
+        value = field(key[i])
+        if (value == "" || value == "null") continue
+        sum[g, key[i]] += value
+        ++known[g, key[i]]
+      }
+      if (!index(commits[g], field("commit"))) commits[g] = commits[g] " " field("commit")
     }
-    function mean(key) { return sum[g, key] / n[g] }
+    function mean(key, format) { return known[g, key] ? sprintf(format, sum[g, key] / known[g, key]) : "" }
     BEGIN {
-      keys = split("train_seconds steps peak_memory_bytes psnr ssim ms_ssim val_psnr", key, " ")
+      keys = split("train_seconds steps peak_memory_bytes psnr ssim ms_ssim val_psnr train_psnr", key, " ")
       print "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM |" \
-            " PSNR of the val split | processor |"
-      print "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+            " PSNR of the val split | of training views | processor | commit |"
+      print "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
     }
     END {
       presets = split("draft fast standard high paper nerf_atlas", preset, " ")
@@ -94,13 +106,14 @@ table() {  # means over the seeds; behind PSNR half the distance between the bes
           g = groups[i]
           split(g, name, SUBSEP)
           if (name[1] != preset[p]) continue
-          seconds = mean("train_seconds") ? sprintf("%.0f", mean("train_seconds")) : ""
           spread = n[g] > 1 ? sprintf(" ± %.2f", (hi[g] - lo[g]) / 2) : ""
-          printf "| %s | %s | %d | %s | %d | %.2f | %.2f%s | %.4f | %.4f | %.2f | %s |\n",
-                 name[2], name[1], n[g], seconds, mean("steps"), mean("peak_memory_bytes") / 1e9,
-                 mean("psnr"), spread, mean("ssim"), mean("ms_ssim"), mean("val_psnr"), name[3]
+          printf "| %s | %s | %d | %s | %s | %.2f | %s%s | %s | %s | %s | %s | %s |%s |\n",
+                 name[2], name[1], n[g], mean("train_seconds", "%.0f"), mean("steps", "%d"),
+                 mean("peak_memory_bytes", "%f") / 1e9, mean("psnr", "%.2f"), spread, mean("ssim", "%.4f"),
+                 mean("ms_ssim", "%.4f"), mean("val_psnr", "%.2f"), mean("train_psnr", "%.2f"), name[3],
+                 commits[g]
         }
-    }' "$results"
+    }' "${1:-$results}"
 }
 
 means() {  # means FILE : PRESET SECONDS MEMORY PSNR SSIM of each preset with all six D-NeRF scenes in a table
@@ -124,32 +137,43 @@ summary() {
   done
 }
 
-beside() {  # PSNR of our presets on the six scenes beside a published method's
-  awk -F ' *\\| *' '
+# Published rows: name, size of their pictures, time; then PSNR of bouncingballs, hellwarrior, jumpingjacks,
+# lego, mutant and trex (test split, last checkpoint). docs/benchmarks.md names their sources.
+white="TiNeuVox-B;400;28 min, GPU;40.73 28.17 34.23 25.02 33.61 32.70
+V4D;400;6.9 h, GPU;42.67 27.03 35.36 25.62 36.27 34.53
+4D-GS;800;8 min, GPU;40.87 28.83 35.23 25.02 37.87 34.29
+Deformable-3DGS;800;GPU;43.30 32.17 37.21 25.08 40.53 38.38"
+black="4D-GS;800;13 to 38 min, GPU;37.12 38.65 36.00 - 38.83 33.40
+Deformable-3DGS;400;GPU;41.46 42.11 39.10 - 43.73 38.40
+Deformable-3DGS;800;19 to 59 min, GPU;40.66 41.07 37.21 - 41.86 37.67"
+
+beside() {  # beside ROWS PUBLISHED : PSNR of our presets beside published methods'; "-": a scene without
+  awk -F ' *[|;] *' '
     BEGIN {
       scenes = split("bouncingballs hellwarrior jumpingjacks lego mutant trex", scene, " ")
-      for (i = 1; i <= scenes; ++i) { head = head " " scene[i] " |"; line = line " --- |" }
-      print "| |" head " mean | time |"
-      print "| --- |" line " --- | --- |"
-      # TiNeuVox-B: Fang et al. 2022, table of the D-NeRF scenes
-      split("40.73 28.17 34.23 25.02 33.61 32.70", theirs, " ")
-    }
-    function row(name, values, time, sum, i, out) {
-      for (i = 1; i <= scenes; ++i) { sum += values[i]; out = out sprintf(" %.2f |", values[i]) }
-      printf "| %s |%s %.2f | %s |\n", name, out, sum / scenes, time
-    }
-    $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = $5; ++n[$3] }
-    END {
       presets = split("fast standard high", preset, " ")
-      for (p = 1; p <= presets; ++p) {
-        if (n[preset[p]] != scenes) continue
-        for (i = 1; i <= scenes; ++i) ours[i] = psnr[preset[p], scene[i]] + 0
-        row("`" preset[p] "`", ours, seconds[preset[p]] " s, two CPU cores")
+      head = "| | pixels |"; line = "| --- | --- |"
+      for (i = 1; i <= scenes; ++i) { head = head " " scene[i] " |"; line = line " --- |" }
+      print head " mean | time |"
+      print line " --- | --- |"
+    }
+    function row(name, pixels, values, time, sum, count, i, out) {
+      for (i = 1; i <= scenes; ++i) {
+        sum += values[i]
+        count += values[i] > 0
+        out = out (values[i] > 0 ? sprintf(" %.2f |", values[i]) : " |")
       }
-      row("TiNeuVox-B", theirs, "28 min, GPU")
-      for (i = 1; i <= scenes; ++i) ours[i] = psnr["standard", scene[i]] - theirs[i]
-      if (n["standard"] == scenes) row("`standard` above it by", ours, "")
-    }' "$1"
+      if (count >= 5) printf "| %s | %s |%s %.2f | %s |\n", name, pixels, out, sum / count, time
+    }
+    FNR == NR && $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = $5 }
+    FNR == NR { next }
+    FNR == 1 {
+      for (p = 1; p <= presets; ++p) {
+        for (i = 1; i <= scenes; ++i) ours[i] = psnr[preset[p], scene[i]] + 0
+        row("`" preset[p] "`", 400, ours, seconds[preset[p]] " s, two CPU cores")
+      }
+    }
+    { split($4, theirs, " "); row($1, $2, theirs, $3) }' "$1" <(echo "$2")
 }
 
 insert() {  # insert FILE MARK LINES : between <!-- MARK --> and <!-- end of MARK -->
@@ -160,17 +184,21 @@ insert() {  # insert FILE MARK LINES : between <!-- MARK --> and <!-- end of MAR
 }
 
 write() {
-  local rows means peers file
-  rows=$(mktemp) means=$(mktemp) peers=$(mktemp)
+  local rows black_rows lines file
+  rows=$(mktemp) black_rows=$(mktemp) lines=$(mktemp)
   table > "$rows"
-  summary > "$means"
-  beside "$rows" > "$peers"
-  for file in "$root/README.md" "$root/docs/benchmarks.md"; do insert "$file" results "$means"; done
+  table "$root/bench/results/quality_black.jsonl" > "$black_rows"
+  summary > "$lines"
+  for file in "$root/README.md" "$root/docs/benchmarks.md"; do insert "$file" results "$lines"; done
   insert "$root/docs/benchmarks.md" "results by scene" "$rows"
-  insert "$root/docs/benchmarks.md" peers "$peers"
+  insert "$root/docs/benchmarks.md" "results by scene, black" "$black_rows"
+  beside "$rows" "$white" > "$lines"
+  insert "$root/docs/benchmarks.md" peers "$lines"
+  beside "$black_rows" "$black" > "$lines"
+  insert "$root/docs/benchmarks.md" "peers, black" "$lines"
   means "$rows" | awk '{ printf "{\"%s\", %s, %s},\n", $1, $4, $3 }' | sort \
     > "$root/src/cli/preset_figures.inc"
-  rm -f "$rows" "$means" "$peers"
+  rm -f "$rows" "$black_rows" "$lines"
 }
 
 "$@"
