@@ -138,7 +138,8 @@ summary() {
 }
 
 # Published rows: name, size of their pictures, time; then PSNR of bouncingballs, hellwarrior, jumpingjacks,
-# lego, mutant and trex (test split, last checkpoint). docs/benchmarks.md names their sources.
+# lego, mutant and trex, "-" where the scene is left out of all (test split, last checkpoint).
+# docs/benchmarks.md names their sources.
 white="TiNeuVox-B;400;28 min, GPU;40.73 28.17 34.23 25.02 33.61 32.70
 V4D;400;6.9 h, GPU;42.67 27.03 35.36 25.62 36.27 34.53
 4D-GS;800;8 min, GPU;40.87 28.83 35.23 25.02 37.87 34.29
@@ -147,7 +148,7 @@ black="4D-GS;800;13 to 38 min, GPU;37.12 38.65 36.00 - 38.83 33.40
 Deformable-3DGS;400;GPU;41.46 42.11 39.10 - 43.73 38.40
 Deformable-3DGS;800;19 to 59 min, GPU;40.66 41.07 37.21 - 41.86 37.67"
 
-beside() {  # beside ROWS PUBLISHED : PSNR of our presets beside published methods'; "-": a scene without
+beside() {  # beside ROWS PUBLISHED : PSNR beside published methods', of presets that have all their scenes
   awk -F ' *[|;] *' '
     BEGIN {
       scenes = split("bouncingballs hellwarrior jumpingjacks lego mutant trex", scene, " ")
@@ -159,21 +160,31 @@ beside() {  # beside ROWS PUBLISHED : PSNR of our presets beside published metho
     }
     function row(name, pixels, values, time, sum, count, i, out) {
       for (i = 1; i <= scenes; ++i) {
-        sum += values[i]
-        count += values[i] > 0
-        out = out (values[i] > 0 ? sprintf(" %.2f |", values[i]) : " |")
+        if (there[i] && !values[i]) return
+        sum += there[i] ? values[i] : 0
+        count += there[i]
+        out = out (there[i] ? sprintf(" %.2f |", values[i]) : " |")
       }
-      if (count >= 5) printf "| %s | %s |%s %.2f | %s |\n", name, pixels, out, sum / count, time
+      printf "| %s | %s |%s %.2f | %s |\n", name, pixels, out, sum / count, time
     }
-    FNR == NR && $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = $5 }
-    FNR == NR { next }
-    FNR == 1 {
+    FNR == NR {
+      published[NR] = $0
+      split($4, theirs, " ")
+      for (i in theirs) there[i] = theirs[i] != "-"
+      next
+    }
+    $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = $5 }
+    END {
       for (p = 1; p <= presets; ++p) {
         for (i = 1; i <= scenes; ++i) ours[i] = psnr[preset[p], scene[i]] + 0
         row("`" preset[p] "`", 400, ours, seconds[preset[p]] " s, two CPU cores")
       }
-    }
-    { split($4, theirs, " "); row($1, $2, theirs, $3) }' "$1" <(echo "$2")
+      for (k = 1; k in published; ++k) {
+        split(published[k], part, ";")
+        split(part[4], theirs, " ")
+        row(part[1], part[2], theirs, part[3])
+      }
+    }' <(echo "$2") "$1"
 }
 
 insert() {  # insert FILE MARK LINES : between <!-- MARK --> and <!-- end of MARK -->

@@ -23,7 +23,7 @@ namespace {
 using namespace splinevox;
 using namespace splinevox::test;
 
-constexpr int kFlows = 9;
+constexpr int kPictures = 9;
 constexpr float kRight = 0.25f, kDown = -0.125f;
 
 /// [height * width * 2], the same everywhere.
@@ -55,12 +55,12 @@ std::vector<float> planes(const std::vector<float>& pairs) {
 struct Flowing {
   TempFolder folder;
   explicit Flowing(const std::string& field = "") {
-    write_nerfstudio_with(folder.path(), film_cameras(kFlows), field);
+    write_nerfstudio_with(folder.path(), film_cameras(kPictures), field);
     std::filesystem::create_directory(flow());
   }
   std::filesystem::path flow() const { return folder.path() / "flow"; }
   /// @param name  "k" stands for the number of the file
-  Flowing& put(const std::string& name, const std::string& bytes, int files = kFlows - 1) {
+  Flowing& put(const std::string& name, const std::string& bytes, int files = kPictures - 1) {
     for (int k = 0; k < files; ++k) put_one(k, name, bytes);
     return *this;
   }
@@ -78,7 +78,7 @@ struct Flowing {
   }
 };
 
-int picture_of(const Frame& frame) { return int(std::lround(frame.time * (kFlows - 1))); }
+int picture_of(const Frame& frame) { return int(std::lround(frame.time * (kPictures - 1))); }
 
 /// Where each point is, by picture.
 std::map<int, std::map<int, VisiblePoint>> ways(const Dataset& data) {
@@ -112,19 +112,19 @@ TEST_SUITE("data/flow") {
     check_ways(Flowing().put("k_fwd.npz", npz({{"flow.npy", table}, {"mask.npy", mask}}, true)).load());
     const Flowing exr;
     const Image image = image_of(values);
-    for (int k = 0; k + 1 < kFlows; ++k)
+    for (int k = 0; k + 1 < kPictures; ++k)
       write_exr((exr.flow() / (std::to_string(k) + ".exr")).string(), {{"", image, {"u", "v"}}});
     check_ways(exr.load());
     const Dataset data = Flowing().put("k.flo", flo(values)).load();
-    CHECK(data.find("train")->frames.size() < std::size_t(kFlows));
-    CHECK(data.tracks->pictures == kFlows);
+    CHECK(data.find("train")->frames.size() < std::size_t(kPictures));
+    CHECK(data.tracks->pictures == kPictures);
     CHECK(data.tracks->points == ways(data).rbegin()->first + 1u);
   }
 
   TEST_CASE("of a file with flow both ways the layer of that way is taken") {
     const Flowing set, unclear;
     const Image there = image_of(everywhere(kRight, kDown)), back = image_of(everywhere(-kRight, -kDown));
-    for (int k = 0; k + 1 < kFlows; ++k) {
+    for (int k = 0; k + 1 < kPictures; ++k) {
       for (const char* name : {"_fwd.exr", "_bwd.exr"})
         write_exr((set.flow() / (std::to_string(k) + name)).string(),
                   {{"backward", back, {"u", "v"}}, {"forward", there, {"u", "v"}}});
@@ -137,7 +137,7 @@ TEST_SUITE("data/flow") {
 
   TEST_CASE("files are taken in the order in which people count, each for its own picture") {
     Flowing set;  // 2 ... 10: as text "10" would come first
-    for (int k = 0; k + 1 < kFlows; ++k) set.put_one(k + 2, "k.flo", flo(everywhere(0.1f * float(k), 0)));
+    for (int k = 0; k + 1 < kPictures; ++k) set.put_one(k + 2, "k.flo", flo(everywhere(0.1f * float(k), 0)));
     const Dataset data = set.load();
     std::size_t steps = 0;
     for (const auto& [point, seen] : ways(data))
@@ -174,7 +174,7 @@ TEST_SUITE("data/flow") {
     for (int i = 0; i < kWide * kHigh; ++i) values[std::size_t(2 * i)] = -0.5f * float(i % kWide);
     const Dataset data = Flowing().put("k.flo", flo(values)).load();
     for (const Frame& f : data.find("train")->frames)
-      if (picture_of(f) + 1 < kFlows) {  // the last begins none
+      if (picture_of(f) + 1 < kPictures) {  // the last begins none
         std::map<std::pair<int, int>, int> squares;
         for (const VisiblePoint& p : f.tracks) ++squares[{int(4 * p.u), int(4 * p.v)}];
         CHECK(squares.size() == 48 * 32);
@@ -245,7 +245,7 @@ TEST_SUITE("data/flow") {
     refused(Flowing().put("k.exr", "\x76\x2f\x31\x01"), {"0.exr"});
     const Flowing exr;
     write_exr((exr.flow() / "0.exr").string(), {{"depth", Image(kWide, kHigh, 1), {}}});
-    for (int k = 1; k + 1 < kFlows; ++k)
+    for (int k = 1; k + 1 < kPictures; ++k)
       std::filesystem::copy(exr.flow() / "0.exr", exr.flow() / (std::to_string(k) + ".exr"));
     refused(exr, {"0.exr", "no channels of flow", "depth"});
   }

@@ -11,7 +11,7 @@
 #include <random>
 #include <string_view>
 
-#include "io/refusal.hpp"
+#include "data/expect_error.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 

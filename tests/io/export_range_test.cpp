@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "data/expect_error.hpp"
 #include "io/manifest.hpp"
-#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"

@@ -8,8 +8,8 @@
 #include <map>
 #include <memory>
 
+#include "data/expect_error.hpp"
 #include "io/houdini_options.hpp"
-#include "io/refusal.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"

@@ -4,7 +4,7 @@
 #include <doctest/doctest.h>
 
 #include "core/atomic_file.hpp"
-#include "io/refusal.hpp"
+#include "data/expect_error.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "core/atomic_file.hpp"
-#include "io/refusal.hpp"
+#include "data/expect_error.hpp"
 #include "io/scratch.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "math/time_curve.hpp"

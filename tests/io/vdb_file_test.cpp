@@ -7,7 +7,7 @@
 #include <random>
 
 #include "core/atomic_file.hpp"
-#include "io/refusal.hpp"
+#include "data/expect_error.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/inspect.hpp"
