@@ -6,9 +6,9 @@ set -euo pipefail
 splinevox=$1 folder=$2 seconds=$3
 say() { printf '\033[1m== %s\033[0m\n' "$*"; }
 
-# How long the steps are beside each other, in seconds of a machine that the first step measures: rough, since
-# nobody has timed them alone. Training goes by the clock.
-usual=(4 0 5 15 20 10)
+# How long the steps are beside each other, in seconds of two idle cores of an EPYC. The first step tells how
+# much slower this machine is. Training goes by the clock.
+usual=(4 0 1 9 4 6)
 step=0 training=0
 next() {  # TEXT... : says which step begins, and the time left if this machine goes on as it did
   local i past=0 left=0
