@@ -59,6 +59,7 @@ struct RayTask {
   int slot;
   int first, last;
 };
+constexpr int kTaskRays = 128;  ///< of a task, at most
 
 /// Rays through points that are followed through pictures, at several slots each.
 struct TrackRays {

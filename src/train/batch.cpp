@@ -18,16 +18,12 @@
 namespace splinevox {
 namespace {
 
-constexpr int kTaskRays = 128;
 constexpr int kRing = 4;            ///< blocks around the silhouette that count as near it
 constexpr float kMostOften = 4;     ///< times as often as elsewhere, that what moves is drawn at most
 constexpr float kBusyShare = 0.9f;  ///< of the patches, taken near the silhouette
 
 /// Random streams, one per kind of draw.
 enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4, kCameras = 5, kErrors = 6 };
-
-/// Blocks of 2 x 2 pixels; at an odd edge a block repeats its last ones.
-int blocks_along(int pixels) { return (pixels + 1) / 2; }
 
 /// Pixel k of a block, 0 to 3; a border that cuts the block repeats its last ones.
 Place pixel_of(const Frame& frame, std::uint32_t block, int k) {

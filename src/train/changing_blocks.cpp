@@ -3,10 +3,12 @@
 
 #include <algorithm>
 
+#include "train/patch.hpp"
+
 namespace splinevox {
 namespace {
 
-constexpr int kRing = 4;  ///< pixels around what changes
+constexpr int kMovingRing = 4;  ///< pixels around what changes
 
 bool any_ignored(const PixelMask& ignored, int x0, int y0, int size) {
   for (int y = y0; y < y0 + size && !ignored.empty(); ++y)
@@ -18,13 +20,13 @@ bool any_ignored(const PixelMask& ignored, int x0, int y0, int size) {
 }  // namespace
 
 ChangingBlocks::ChangingBlocks(const Frame& frame, const CoarseMask& moving)
-    : along_((frame.image.width + 1) / 2),
+    : along_(blocks_along(frame.image.width)),
       factor_(moving.factor),
       width_(moving.squares.width()),
       height_(moving.squares.height()),
       parts_(std::uint32_t(moving.factor + 1) / 2),
       set_(width_, height_) {
-  const int ring = (kRing + factor_ - 1) / factor_;
+  const int ring = (kMovingRing + factor_ - 1) / factor_;
   for (int y = 0; y < height_; ++y)
     for (int x = 0; x < width_; ++x) {
       if (!moving.squares.test(x, y)) continue;

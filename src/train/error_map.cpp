@@ -10,7 +10,6 @@ namespace {
 constexpr float kNewest = 0.3f;                           ///< weight of the newest patch of a tile
 constexpr std::size_t kMostTiles = std::size_t(1) << 23;  ///< 32 MB; larger sets have larger tiles
 
-int blocks_along(int pixels) { return (pixels + 1) / 2; }
 int tiles_along(int blocks, int side) { return (blocks + side - 1) / side; }
 
 }  // namespace

@@ -7,16 +7,9 @@
 
 #include "splinevox/core/vec3.hpp"
 #include "splinevox/data/scene.hpp"
+#include "train/patch.hpp"
 
 namespace splinevox {
-
-/// A block of 2 x 2 pixels of a training picture: the patch that four rays go through. Blocks are numbered
-/// row by row; at an odd edge a block repeats its last pixels.
-struct Patch {
-  int frame;
-  std::uint32_t block;
-  friend auto operator<=>(const Patch&, const Patch&) = default;
-};
 
 /// Which blocks of one picture are drawn how often, by the errors of its tiles.
 class ErrorDraw {

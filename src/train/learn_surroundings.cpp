@@ -12,7 +12,6 @@
 namespace splinevox {
 namespace {
 
-constexpr int kTaskRays = 128;
 constexpr float kFaintest = 2e-4f;  ///< gradient behind a ray: an error of a tenth behind an alpha of 0.999
 
 float max_abs(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }

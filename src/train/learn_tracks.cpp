@@ -14,8 +14,7 @@
 namespace splinevox {
 namespace {
 
-constexpr std::size_t kPart = 8;  ///< rays of a batch for one of tracks
-constexpr int kTaskRays = 128;
+constexpr std::size_t kPart = 8;                   ///< rays of a batch for one of tracks
 constexpr std::uint64_t kPoints = 1, kStarts = 2;  ///< random streams
 
 /// A point in the picture of a slot.

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstddef>
 
+#include "train/patch.hpp"
+
 namespace splinevox {
 namespace {
 
@@ -45,8 +47,8 @@ std::uint32_t BlockSet::at(std::uint32_t k, int width) const {
 }
 
 SilhouetteBlocks::SilhouetteBlocks(const Frame& frame, int ring)
-    : width_((frame.image.width + 1) / 2),
-      height_((frame.image.height + 1) / 2),
+    : width_(blocks_along(frame.image.width)),
+      height_(blocks_along(frame.image.height)),
       all_(frame.image.opaque() && frame.ignored.empty()) {
   if (all_) return;
   const Picture& picture = frame.image;

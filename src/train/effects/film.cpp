@@ -11,7 +11,7 @@ namespace splinevox {
 namespace {
 
 /// 1 - cos over pairs of directions, of which only sums are known.
-struct Spread {
+struct Angles {
   double sum = 0, pairs = 0;
   /// All pairs among n unit vectors.
   void add(const Vec3d& total, double n) {
@@ -21,7 +21,7 @@ struct Spread {
   double mean() const { return pairs > 0 ? std::max(0.0, sum / pairs) : 0; }
 };
 
-constexpr double kLeastSpread = 1e-4;  // a degree or so: a camera that stands
+constexpr double kStands = 1e-4;  // a degree or so: a camera that stands
 
 }  // namespace
 
@@ -37,7 +37,7 @@ double view_told_by_time(const Split& train, const Vec3& middle, double window) 
     if (i > 0) widest = std::max(widest, time(i) - time(i - 1));
   }
   const double reach = std::max(window / 2, widest);
-  Spread near, all;
+  Angles near, all;
   Vec3d sum{}, total{};
   for (std::size_t i = 0, first = 0, last = 0; i < n; ++i) {
     while (last < n && time(last) <= time(i) + reach) sum = sum + direction[last++];
@@ -46,7 +46,7 @@ double view_told_by_time(const Split& train, const Vec3& middle, double window) 
     total = total + direction[i];
   }
   all.add(total, double(n));
-  return all.mean() > kLeastSpread ? std::clamp(1 - near.mean() / all.mean(), 0.0, 1.0) : 0;
+  return all.mean() > kStands ? std::clamp(1 - near.mean() / all.mean(), 0.0, 1.0) : 0;
 }
 
 double share_far(const VoxelModel& moving, const Split& views, float far) {

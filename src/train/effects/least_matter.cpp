@@ -12,14 +12,14 @@
 namespace splinevox {
 namespace {
 
-constexpr int kCells = 48;  // along the longest edge
+constexpr int kMatterCells = 48;  // along the longest edge
 constexpr int kMoments = 12, kInARow = 3;
 constexpr float kChange = 0.5f;  // of a cell's alpha
 
 }  // namespace
 
 double least_matter(const VoxelModel& model) {
-  const BitGrid grid(model.box, kCells);
+  const BitGrid grid(model.box, kMatterCells);
   std::vector<std::vector<float>> alpha(kMoments, std::vector<float>(grid.cells()));
   parallel_for(kMoments, [&](int m) {
     const FrameSampler sampler(model, double(m) / (kMoments - 1));

@@ -17,7 +17,7 @@
 namespace splinevox {
 namespace {
 
-constexpr int kStride = 2;            ///< pixels
+constexpr int kRigStride = 2;         ///< pixels
 constexpr int kPictures = 24;         ///< of a camera
 constexpr double kDoubt = 0.1;        ///< intervals: a first look that finds less is believed
 constexpr double kDoubtLevel = 0.05;  ///< of each side of each camera
@@ -37,8 +37,8 @@ Evidence evidence_of(const Frame& frame, const VoxelModel& model, const CameraFi
   Look<Sh> now(model, frame.time), before(model, frame.time - half), after(model, frame.time + half);
   const Vec3 gain = cameras.gain_of(frame);
   Evidence out;
-  for (int y = 0; y < frame.camera.height; y += kStride)
-    for (int x = 0; x < frame.camera.width; x += kStride) {
+  for (int y = 0; y < frame.camera.height; y += kRigStride)
+    for (int x = 0; x < frame.camera.width; x += kRigStride) {
       if (frame.ignored.test(x, y)) continue;
       const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
       const Vec3 error = photometric_error(now.along(ray),
