@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -222,6 +223,31 @@ TEST_SUITE("data/flow") {
     const Dataset both = Flowing().put("k_fwd.flo", forward).put("k_bwd.flo", backward).load();
     CHECK_FALSE(warned(both));
     check_ways(both);
+  }
+
+  TEST_CASE("flow of one pair that is missing is not taken for flow of the pictures that train") {
+    const std::string values = flo(everywhere(kRight, kDown));
+    std::vector<int> train;
+    for (const Frame& f : Flowing().put("k.flo", values).load().find("train")->frames)
+      train.push_back(picture_of(f));
+    REQUIRE(train.size() == std::size_t(kPictures) - 1);
+    std::sort(train.begin(), train.end());
+    Flowing of_train;  // a file for each picture that trains and the next, named as its picture
+    for (std::size_t k = 0; k + 1 < train.size(); ++k)
+      of_train.put_one(train[k], "frame_k_640x480.flo", values);
+    CHECK(of_train.load().tracks->pictures == kPictures - 1);
+    Flowing moments;  // in milliseconds
+    for (std::size_t k = 0; k + 1 < train.size(); ++k) moments.put_one(train[k] * 100 / 3, "k.flo", values);
+    CHECK(moments.load().tracks->pictures == kPictures - 1);
+    CHECK(Flowing().put("k.flo", values, kPictures - 2).load().tracks->pictures == kPictures - 1);
+    for (const int lost : {2, 6}) {
+      Flowing set;
+      set.put("0k.flo", values);
+      std::filesystem::remove(set.flow() / ("0" + std::to_string(lost) + ".flo"));
+      expect_error([&] { set.load(); },
+                   {"flow is missing between two of its files", "0" + std::to_string(lost - 1) + ".flo",
+                    "0" + std::to_string(lost + 1) + ".flo", "--tracks none"});
+    }
   }
 
   TEST_CASE("what is no flow of these pictures is refused by name, with what to try") {

@@ -12,7 +12,6 @@
 #include "core/parallel.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/pictures.hpp"
-#include "data/tracks/flow_file.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::data {
@@ -112,10 +111,9 @@ std::vector<Followed> follow(const std::vector<Followed>& points, const Between&
 
 }  // namespace
 
-FollowedPoints follow_flow(const std::filesystem::path& folder, const std::string& where,
-                           const std::vector<std::size_t>& counts, const PictureSize& size,
-                           std::vector<std::string>& notes) {
-  const FlowFiles files = find_flow(folder, where);
+FollowedPoints follow_flow(const std::filesystem::path& folder, const FlowFiles& files,
+                           const std::string& where, const std::vector<std::size_t>& counts,
+                           const PictureSize& size, std::vector<std::string>& notes) {
   const std::size_t pairs = files.forward.size();
   if (std::find(counts.begin(), counts.end(), pairs + 1) == counts.end()) {
     std::vector<std::size_t> wanted;

@@ -4,13 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <functional>
 #include <numeric>
 #include <utility>
 
 #include "data/layouts/folder_list.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/pictures.hpp"
+#include "data/times/digits.hpp"
+#include "data/tracks/flow_file.hpp"
 #include "data/tracks/follow_flow.hpp"
 #include "data/tracks/followed.hpp"
 #include "data/tracks/table_read.hpp"
@@ -82,6 +86,52 @@ void check_one_size(const RawSplit& train, const std::vector<PictureSize>& sizes
             kWithoutTracks});
 }
 
+/// The first number in each name that is not the same in all; empty: there is none.
+std::vector<double> numbers_in(const std::vector<std::string>& names) {
+  std::vector<NameParts> parts;
+  for (const std::string& name : names) parts.push_back(take_apart(name, false));
+  for (std::size_t group = 0;; ++group) {
+    std::vector<double> out;
+    for (const NameParts& p : parts) {
+      if (group >= p.stem.size()) return {};
+      out.push_back(p.stem[group].value);
+    }
+    if (std::adjacent_find(out.begin(), out.end(), std::not_equal_to<>()) != out.end()) return out;
+  }
+}
+
+std::vector<double> steps_of(const std::vector<double>& numbers) {
+  std::vector<double> out;
+  for (std::size_t k = 1; k < numbers.size(); ++k) out.push_back(numbers[k] - numbers[k - 1]);
+  return out;
+}
+
+/// With one picture held out and the flow of one pair missing there are as many files as for the pictures
+/// that train alone, and every point behind the gap would be a picture late. The files' numbers then skip
+/// one where no picture was left out, nor do the pictures' own numbers.
+void check_none_missing(const std::vector<std::string>& files, const RawSplit& train,
+                        const std::vector<TrackPictures>& choices, const std::string& where) {
+  if (choices.size() < 2 || files.size() < 2 || files.size() + 1 != choices[0].count) return;
+  std::vector<std::string> pictures(choices[0].count);
+  std::vector<double> order(choices[0].count);
+  for (std::size_t f = 0; f < pictures.size(); ++f) {
+    const std::size_t k = choices[0].place[f];
+    pictures[k] = fs::path(train.frames[f].file_path).filename().string();
+    order[k] = double(choices[1].place[f]);
+  }
+  const std::vector<double> steps = steps_of(numbers_in(files)), named = steps_of(numbers_in(pictures)),
+                            left_out = steps_of(order);
+  if (steps.empty()) return;
+  const double usual = *std::min_element(steps.begin(), steps.end());
+  const auto whole = [&](double step) { return usual > 0 && std::fmod(step, usual) == 0; };
+  if (!std::all_of(steps.begin(), steps.end(), whole)) return;  // moments, say, and not a count
+  for (std::size_t k = 0; k < steps.size(); ++k)
+    if (steps[k] != usual && steps[k] != usual * left_out[k] && (named.empty() || steps[k] != named[k]))
+      fail({where, "flow is missing between two of its files: no picture was left out there",
+            "a file for each picture and the next",
+            fmt::format("{} and then {}", in_quotes(files[k]), in_quotes(files[k + 1])), kWithoutTracks});
+}
+
 }  // namespace
 
 std::optional<DatasetTracks> read_tracks(const fs::path& folder, const OpenScene& open,
@@ -94,10 +144,13 @@ std::optional<DatasetTracks> read_tracks(const fs::path& folder, const OpenScene
   const std::vector<TrackPictures> choices = pictures_told(open);
   std::vector<std::size_t> counts;
   for (const TrackPictures& pictures : choices) counts.push_back(pictures.count);
-  const bool flow = fs::is_directory(path);
-  if (flow) check_one_size(train, sizes, where);
-  const FollowedPoints followed =
-      flow ? follow_flow(path, where, counts, sizes[0], notes) : read_track_table(path, where, counts);
+  const FollowedPoints followed = [&] {
+    if (!fs::is_directory(path)) return read_track_table(path, where, counts);
+    check_one_size(train, sizes, where);
+    const FlowFiles files = find_flow(path, where);
+    check_none_missing(files.forward, train, choices, where);
+    return follow_flow(path, files, where, counts, sizes[0], notes);
+  }();
   const TrackPictures& pictures =
       *std::find_if(choices.begin(), choices.end(),
                     [&](const TrackPictures& choice) { return choice.count == followed.seen.size(); });
