@@ -6,14 +6,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <functional>
 #include <numeric>
 #include <utility>
 
 #include "data/layouts/folder_list.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/pictures.hpp"
-#include "data/times/digits.hpp"
+#include "data/times/name_table.hpp"
 #include "data/tracks/flow_file.hpp"
 #include "data/tracks/follow_flow.hpp"
 #include "data/tracks/followed.hpp"
@@ -87,17 +86,14 @@ void check_one_size(const RawSplit& train, const std::vector<PictureSize>& sizes
 }
 
 /// The first number in each name that is not the same in all; empty: there is none.
-std::vector<double> numbers_in(const std::vector<std::string>& names) {
-  std::vector<NameParts> parts;
-  for (const std::string& name : names) parts.push_back(take_apart(name, false));
-  for (std::size_t group = 0;; ++group) {
-    std::vector<double> out;
-    for (const NameParts& p : parts) {
-      if (group >= p.stem.size()) return {};
-      out.push_back(p.stem[group].value);
-    }
-    if (std::adjacent_find(out.begin(), out.end(), std::not_equal_to<>()) != out.end()) return out;
-  }
+std::vector<double> first_numbers(const std::vector<std::string>& names) {
+  std::vector<NamedPicture> pictures;
+  for (const std::string& name : names) pictures.push_back({name});
+  const Table table = table_of(pictures, false);
+  std::vector<double> out;
+  if (!table.columns.empty())
+    for (const NameNumber& number : table.columns[0].numbers) out.push_back(number.value);
+  return out;
 }
 
 std::vector<double> steps_of(const std::vector<double>& numbers) {
@@ -119,7 +115,7 @@ void check_none_missing(const std::vector<std::string>& files, const RawSplit& t
     pictures[k] = fs::path(train.frames[f].file_path).filename().string();
     order[k] = double(choices[1].place[f]);
   }
-  const std::vector<double> steps = steps_of(numbers_in(files)), named = steps_of(numbers_in(pictures)),
+  const std::vector<double> steps = steps_of(first_numbers(files)), named = steps_of(first_numbers(pictures)),
                             left_out = steps_of(order);
   if (steps.empty()) return;
   const double usual = *std::min_element(steps.begin(), steps.end());
