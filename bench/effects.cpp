@@ -85,7 +85,7 @@ std::vector<Kind> kinds() {
 
 nlohmann::json describe(const EffectChoice& choice) {
   nlohmann::json j{{"chosen", to_string(choice.chosen)},
-                   {"view_told_by_time", choice.view_told_by_time},
+                   {"view_told_by_time", choice.view_told_by_time.value_or(0)},
                    {"seconds", choice.seconds},
                    {"note", choice.note}};
   if (choice.still)

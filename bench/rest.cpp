@@ -16,9 +16,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <future>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "core/process.hpp"
@@ -58,15 +58,16 @@ void measure(const Config& base, const std::string& name, Dataset& data, int see
   for (int seed = 1; seed <= seeds; ++seed) {
     Trained runs[kWays];
     {
-      std::vector<std::jthread> threads;
+      std::vector<std::future<void>> threads;
       for (const Way way : {without, frozen, everywhere})
-        threads.emplace_back([&, way] {
+        threads.push_back(std::async(std::launch::async, [&, way, own = data]() mutable {
           Config c = config_of(base, way);
           c.run.seed = std::uint64_t(seed);
           const double start = thread_seconds();
-          runs[way] = train_to_end(c, data);
+          runs[way] = train_to_end(c, own);  // prepare writes into the data
           runs[way].seconds = thread_seconds() - start;
-        });
+        }));
+      for (std::future<void>& thread : threads) thread.get();
     }
     for (const Way way : {without, frozen, everywhere}) {
       const Trained& run = runs[way];

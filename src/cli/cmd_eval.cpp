@@ -205,8 +205,8 @@ int eval_run(const EvalOptions& o) {
   if (volume && !o.json) print_volumes(*volume);
   if (o.json) tell_scores(result, notes);
   std::fflush(stdout);
-  if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"});
   if (!otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
+  if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);
   return 0;
 }
 

@@ -83,7 +83,7 @@ int eval_pictures(const EvalOptions& o) {
     tell_scores(result, truth.data.notes);
   else
     print_means(scores, result);
-  if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"});
+  if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);
   return 0;
 }
 

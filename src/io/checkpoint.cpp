@@ -2,6 +2,7 @@
 #include "io/checkpoint.hpp"
 
 #include <cstring>
+#include <limits>
 #include <string_view>
 
 #include "core/hash.hpp"
@@ -17,6 +18,8 @@ namespace {
 constexpr std::string_view kMagic = "SPVXCKPT";
 constexpr std::uint32_t kFraming = 1;
 constexpr std::size_t kFixed = 56, kHash = 8;
+constexpr std::uint64_t kAny =
+    std::numeric_limits<std::uint64_t>::max();  ///< bytes: what was written is read
 
 template <class T>
 void put(std::string& out, T v) {
@@ -110,13 +113,13 @@ FileDigest write_checkpoint(const std::string& path, const CheckpointHeader& hea
 
 Checkpoint read_checkpoint(const std::string& path) {
   try {
-    return parse(path, read_file(path));
+    return parse(path, read_file(path, kAny));
   } catch (const Newer&) {
     throw;
   } catch (const Error& error) {
     const std::string previous = path + ".prev";
     try {
-      Checkpoint out = parse(previous, read_file(previous));
+      Checkpoint out = parse(previous, read_file(previous, kAny));
       const Problem& p = error.problem;
       out.note = p.where + " " + p.what + (p.got.empty() ? "" : " (" + p.got + ")") +
                  "; the one before it, " + previous + " at step " + std::to_string(out.header.step) +

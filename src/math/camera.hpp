@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
+
 #include "math/lens.hpp"
 #include "splinevox/core/camera.hpp"
 
@@ -46,6 +48,18 @@ inline Projection project(const Camera& camera, const Vec3d& world) {
   }
   return {camera.cx + camera.fx * dot(d, camera.axes[0]) / depth,
           camera.cy - camera.fy * dot(d, camera.axes[1]) / depth, depth};
+}
+
+/// Whether two pictures are of one pose and one lens, but for what is lost where a program writes numbers.
+inline bool stand_alike(const Camera& a, const Camera& b) {
+  constexpr double kSame = 1e-5;  // of directions, of the distance to the origin and the scene's unit
+  constexpr double kPixels = 1e-3;
+  if (a.width != b.width || a.height != b.height || !(a.lens == b.lens)) return false;
+  if (length(a.position - b.position) > kSame * (1 + length(a.position))) return false;
+  for (std::size_t i = 0; i < 3; ++i)
+    if (length(a.axes[i] - b.axes[i]) > kSame) return false;
+  return std::abs(a.fx - b.fx) <= kPixels && std::abs(a.fy - b.fy) <= kPixels &&
+         std::abs(a.cx - b.cx) <= kPixels && std::abs(a.cy - b.cy) <= kPixels;
 }
 
 }  // namespace splinevox

@@ -128,7 +128,7 @@ Json effects_json(const Prepared& prepared) {
   Json j{{"used", set_json(used)},
          {"chosen", set_json(choice.chosen)},
          {"forced", prepared.policy != EffectPolicy::choose}};
-  j["view_told_by_time"] = choice.view_told_by_time;
+  j["view_told_by_time"] = choice.view_told_by_time.value_or(0);
   if (choice.still)
     j["still_cameras"] = {{"verdict", name_of(choice.still->verdict)},
                           {"cameras", choice.still->cameras},

@@ -13,6 +13,7 @@
 #include "field/columns.hpp"
 #include "field/lattice/slice.hpp"
 #include "splinevox/core/error.hpp"
+#include "train/occupancy.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -55,10 +56,10 @@ MemoryNeeds memory_needs(const Config& config, const Dataset& data) {
       filled * cubed(config.grid.radiance.back()) * radiance_width(config.radiance.sh_order);
   const double moving = motion_width(config), finest = filled * cubed(config.grid.motion.back());
   const double motion = 8.0 / 7 * finest * moving;  // every level has an eighth of the next
-  const double frames = double(data.find("train")->frames.size());
+  const double grids = double(most_occupancies(data.find("train")->frames.size()));
   MemoryNeeds out;
   out.lattices = sizeof(float) * (kArrays * (canonical + motion) + 2 * finest * moving);
-  out.occupancy = moving > 0 ? 2 * frames * cubed(config.sampling.occupancy_cells) / 8 : 0;
+  out.occupancy = moving > 0 ? 2 * grids * cubed(config.sampling.occupancy_cells) / 8 : 0;
   const double rays = config.sampling.rays * double(config.sampling.growth);
   out.step = kProgram + rays * kSamples * kSample +
              (moving > 0 ? 2.0 * config.sampling.frames * finest * kSliceWidth * sizeof(float) : 0);

@@ -165,7 +165,11 @@ void TrainSession::step() {
   try {
     last_ = trainer_.step(start - stepped_at_);
   } catch (const Error& error) {
-    if (error.fault == Fault::numeric && writes()) save_replay();
+    if (error.fault == Fault::numeric && writes()) try {
+        save_replay();
+      } catch (const Error& unsaved) {  // which step it was and what to try matters more
+        progress_.note(fmt::format("the steps that failed could not be saved: {}", unsaved.what()));
+      }
     if (error.fault == Fault::numeric && setup_.ranks)
       setup_.ranks->from_first(0);  // who leaves early ends the one that saves
     throw;

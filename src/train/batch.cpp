@@ -298,7 +298,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
       }
     for (Patch& p : drawn) {
       if (used[f].empty() || used[f].back() != p.frame) used[f].push_back(p.frame);
-      if (cameras.time_of(train_.frames[p.frame]) != out.times[f]) p.frame = -1;
+      p.own_moment = cameras.time_of(train_.frames[p.frame]) == out.times[f];
     }
   });
   // Of pictures in files, those of the next step are read while this one is made.

@@ -43,10 +43,10 @@ struct Batch {
                               ///< (math/photometric.hpp)
   std::vector<DepthTarget<float>> depths;  ///< [rays]; empty where no depth is asked for
   std::vector<CameraRay> shown;            ///< [rays]; empty where nothing is learned of cameras
-  std::vector<Patch> patches;  ///< of four rays each; frame -1: at another moment than its picture
-  std::vector<RayTask> tasks;  ///< fixed cut of the rays into pieces of work, none across slots
-  std::vector<int> grids;      ///< of the slots: which of Occupancy::grids
-  std::uint64_t draw = 0;      ///< seed of the step's other draws
+  std::vector<Patch> patches;              ///< of four rays each
+  std::vector<RayTask> tasks;              ///< fixed cut of the rays into pieces of work, none across slots
+  std::vector<int> grids;                  ///< of the slots: which of Occupancy::grids
+  std::uint64_t draw = 0;                  ///< seed of the step's other draws
 
   int slot_of(int ray) const { return int(std::size_t(ray) / (rays.size() / frames.size())); }
 };

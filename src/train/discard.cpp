@@ -21,6 +21,8 @@ std::string description(const StepReport& report, bool among_ranks) {
 }  // namespace
 
 StepReport Trainer::State::discard(const StepSums& sums, StepReport report) {
+  // After the throw below they are still there to be read; who goes on all the same begins to count anew.
+  if (int(discarded.size()) == kMostDiscarded) discarded.clear();
   report.discarded = true;
   report.bad_rows = sums.bad_rows;
   report.loss = report.psnr = std::numeric_limits<double>::quiet_NaN();
@@ -28,8 +30,8 @@ StepReport Trainer::State::discard(const StepSums& sums, StepReport report) {
     if (report.bad_rays.size() == kBadRaysKept) break;
     const RayInput<float>& ray = batch.rays[i];
     const int slot = batch.slot_of(i);
-    report.bad_rays.push_back(
-        {batch.frames[slot], i, ray.origin, ray.direction, colour_of(batch.targets[i]), batch.times[slot]});
+    report.bad_rays.push_back({batch.patches[std::size_t(i) / 4].frame, i, ray.origin, ray.direction,
+                               colour_of(batch.targets[i]), batch.times[slot]});
   }
   discarded.push_back(report);
   if (int(discarded.size()) < kMostDiscarded) return report;

@@ -62,7 +62,7 @@ ErrorMap::ErrorMap(const Split& train) {
 
 void ErrorMap::learn(std::span<const Patch> patches, std::span<const Vec3> errors) {
   for (std::size_t p = 0; p < patches.size(); ++p) {
-    if (patches[p].frame < 0) continue;
+    if (!patches[p].own_moment) continue;
     float squared = 0;
     for (const Vec3& e : errors.subspan(4 * p, 4)) squared += dot(e, e);
     const Picture& picture = pictures_[std::size_t(patches[p].frame)];

@@ -41,7 +41,7 @@ class ErrorMap {
   ErrorMap() = default;  ///< of no picture: nothing is learned
   explicit ErrorMap(const Split& train);
   bool empty() const { return pictures_.empty(); }
-  /// @param patches  of which each has four errors in turn; those of frame -1 say nothing
+  /// @param patches  of which each has four errors in turn; those of another moment say nothing
   /// @param errors  photometric, of every ray
   void learn(std::span<const Patch> patches, std::span<const Vec3> errors);
   ErrorDraw draw(int frame) const;

@@ -13,9 +13,6 @@
 namespace splinevox {
 namespace {
 
-/// Times at most whose occupancy is computed.
-constexpr std::size_t kMostLooks = 256;
-
 /// At a time not yet trained, matter may be a 16th of the box away from where the nearest trained one has it.
 constexpr int kRoom = 16;
 
@@ -73,11 +70,13 @@ FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, c
     out.grids.push_back(frame_occupancy(model, {}, canonical));
     return out;
   }
-  const std::span<const int> trained = window.frames;
   const auto time_of = [&](int frame) { return volume.cameras.time_of(views[std::size_t(frame)]); };
+  std::vector<int> trained(window.frames.begin(), window.frames.end());
+  std::stable_sort(trained.begin(), trained.end(),  // of cameras that are late in the order of their moments
+                   [&](int a, int b) { return time_of(a) < time_of(b); });
   // Of a long sequence only some times are computed, and a moment between two of them has what either has.
   const std::vector<std::size_t> moments = starts_of_moments(trained, time_of);
-  const std::size_t looks = std::min(moments.size(), kMostLooks);
+  const std::size_t looks = std::min(moments.size(), kMostOccupancyLooks);
   const auto rank = [&](std::size_t look) {
     return looks > 1 ? look * (moments.size() - 1) / (looks - 1) : 0;
   };
@@ -112,10 +111,10 @@ FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, c
   }
   std::vector<bool> known(views.size());
   for (const int f : trained) known[std::size_t(f)] = true;
-  const double first = views[std::size_t(trained.front())].time;
+  const double first = time_of(trained.front());
   const auto grids = std::int32_t(out.grids.size());
   for (std::size_t f = 0; f < views.size(); ++f)
-    if (!known[f]) out.of_frame[f] = views[f].time < first ? grids : grids + 1;
+    if (!known[f]) out.of_frame[f] = time_of(int(f)) < first ? grids : grids + 1;
   out.grids.push_back(std::move(before));
   out.grids.push_back(std::move(after));
   return out;

@@ -42,6 +42,14 @@ struct TimeWindow {
   bool whole;                   ///< all times are
 };
 
+/// Of a long sequence this many moments are looked at, evenly.
+inline constexpr std::size_t kMostOccupancyLooks = 256;
+/// Grids that a sequence of so many frames has at most: of each look, between two of them, and of the times
+/// before and after those that are trained.
+inline std::size_t most_occupancies(std::size_t frames) {
+  return (frames > kMostOccupancyLooks ? 2 * kMostOccupancyLooks - 1 : frames) + 2;
+}
+
 /// The occupancies of the training frames for the volume as it is.
 FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, const TimeWindow& window,
                                  float alpha);

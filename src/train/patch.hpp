@@ -11,6 +11,7 @@ namespace splinevox {
 struct Patch {
   int frame;
   std::uint32_t block;
+  bool own_moment = true;  ///< false: the slot that it is drawn for is of another moment than its picture
   friend auto operator<=>(const Patch&, const Patch&) = default;
 };
 

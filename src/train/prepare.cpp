@@ -92,8 +92,10 @@ bool masks_say_what_moves(const Dataset& data) { return data.masks && data.masks
 void know_film(Prepared& prepared, Dataset& data, const PrepareOptions& options) {
   Split& train = *data.find("train");
   EffectChoice& choice = prepared.effects;
-  if (!choice.middle) choice.middle = starting_middle(prepared.config, train);
-  const double told = view_told_by_time(prepared.config, train, *choice.middle);
+  if (!choice.view_told_by_time)
+    choice.view_told_by_time =
+        view_told_by_time(prepared.config, train, starting_middle(prepared.config, train));
+  const double told = *choice.view_told_by_time;
   if (!choice.film)
     choice.film = motion_told(prepared.config, train, data.time_map, told, choice.moving, options.on_film);
   if (!choice.film) return;

@@ -12,7 +12,7 @@ RayBatch ray_batch(const Split& train, const Batch& batch, std::span<const Vec3>
     const RayInput<float>& ray = batch.rays[r];
     const Patch& patch = batch.patches[r / 4];
     out.pixels.push_back({-1, -1, -1});
-    if (patch.frame >= 0) {
+    if (patch.own_moment) {
       const Place place = *usable_pixel(train.frames[std::size_t(patch.frame)], patch.block, int(r % 4));
       out.pixels.back() = {patch.frame, place.x, place.y};
     }

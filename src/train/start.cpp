@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <set>
 #include <vector>
 
+#include "math/camera.hpp"
 #include "math/logit.hpp"
 #include "math/sh.hpp"
 #include "math/view_factor.hpp"
@@ -102,8 +104,11 @@ PictureStats picture_stats(const Split& train) {
   out.see_through =
       !std::all_of(train.frames.begin(), train.frames.end(), [](const Frame& f) { return f.image.opaque(); });
   std::set<std::array<double, 6>> places;
+  std::map<int, const Camera*> first;  // of each camera that has a name or a stand
   for (const Frame& f : train.frames) {
-    const Vec3d &p = f.camera.position, &z = f.camera.axes[2];
+    const Camera* seen = f.camera_id < 0 ? nullptr : first.try_emplace(f.camera_id, &f.camera).first->second;
+    const Camera& at = seen && stand_alike(*seen, f.camera) ? *seen : f.camera;
+    const Vec3d &p = at.position, &z = at.axes[2];
     places.insert({p.x, p.y, p.z, z.x, z.y, z.z});
   }
   out.places = int(places.size());

@@ -75,7 +75,7 @@ TEST_CASE("newer errors count more, and patches that say nothing teach nothing")
   for (int i = 0; i < 40; ++i) teach(map, 0, 0.5f);
   CHECK(map.draw(0).chance(0) / map.draw(0).chance(4) == doctest::Approx(0.5).epsilon(1e-3));
   const float before = map.draw(0).chance(0);
-  map.learn(std::vector<Patch>{{-1, 0}}, std::vector<Vec3>(4, Vec3{9, 9, 9}));
+  map.learn(std::vector<Patch>{{0, 0, false}}, std::vector<Vec3>(4, Vec3{9, 9, 9}));
   CHECK(map.draw(0).chance(0) == before);
 }
 

@@ -153,16 +153,15 @@ struct EffectChoice {
   std::vector<EffectTrial> trials;
   std::vector<EffectVerdict> verdicts;  ///< on each effect that was judged
   int points = 0;  ///< control points over the whole time, before the configuration's halvings
-  std::vector<PointsVerdict> points_verdicts;  ///< of a long sequence that moves: fewer points against more
-  double view_told_by_time = 0;  ///< 0..1: how well the time of a picture tells its viewing direction; beyond
-                                 ///< 0.8 a film. 0: not asked
-  std::optional<Vec3> middle = {};          ///< of the scene as training begins; none: not asked
-  std::optional<StillEvidence> still = {};  ///< none: no camera stands still
-  std::optional<FilmEvidence> film = {};    ///< none: no film, or motion was not wanted
-  std::vector<CoarseMask> moving = {};      ///< of a film that moves: what does, in each training frame
-  int held_out = 0;                         ///< pictures held out, each with its own time where times differ
-  double seconds = 0;                       ///< all of it
-  std::string note;  ///< why nothing was tried, or what was settled without a trial; may be empty
+  std::vector<PointsVerdict> points_verdicts;    ///< of a long sequence that moves: fewer points against more
+  std::optional<double> view_told_by_time = {};  ///< 0..1: how well the time of a picture tells its viewing
+                                                 ///< direction; beyond 0.8 a film. None: not asked
+  std::optional<StillEvidence> still = {};       ///< none: no camera stands still
+  std::optional<FilmEvidence> film = {};         ///< none: no film, or motion was not wanted
+  std::vector<CoarseMask> moving = {};           ///< of a film that moves: what does, in each training frame
+  int held_out = 0;    ///< pictures held out, each with its own time where times differ
+  double seconds = 0;  ///< all of it
+  std::string note;    ///< why nothing was tried, or what was settled without a trial; may be empty
 };
 
 /// Decides whether a scene moves, and if it does not, whether its light changes.

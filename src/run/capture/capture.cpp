@@ -71,8 +71,9 @@ class Capture {
     check_options(options_);
     std::vector<CaptureCamera> cameras = find_capture_input(options_.sources);
     if (!options_.walk.empty()) cameras.push_back(find_walk(cameras));
-    open_folder(request_of(options_, cameras));
+    const bool ours = claim_folder();
     const FolderLock lock(options_.out, "capturing into");
+    open_folder(ours, request_of(options_, cameras));
     ColmapProgram colmap(folder_ / "work/colmap.log", talk_);
     stage(1, "frames", [&] { take_frames(cameras); });
     stage(2, "features", [&] { find_features(folder_, state_, options_, colmap, talk_); });
@@ -142,8 +143,9 @@ class Capture {
     return walk[0];
   }
 
-  /// A folder that is empty or an earlier call's.
-  void open_folder(const Json& request) {
+  /// A folder that is empty or an earlier call's. Nothing in it is changed before it is locked.
+  /// @return whether an earlier call began it
+  bool claim_folder() const {
     std::error_code ignored;
     const bool there = fs::exists(folder_, ignored);
     const bool ours = fs::exists(folder_ / "work/state.json", ignored);
@@ -151,10 +153,14 @@ class Capture {
       fail({printable(options_.out), "there is something of that name already",
             "an empty folder, a name that is free, or a folder that capture began", "",
             "another folder for --out"});
+    probe_output_folder(options_.out);
+    return ours;
+  }
+
+  void open_folder(bool ours, const Json& request) {
     if (ours && options_.fresh)
       for (const char* name : {"images", "masks", "work", "transforms.json", "capture.json"})
         fs::remove_all(folder_ / name);
-    probe_output_folder(options_.out);
     state_ = read_capture_state(folder_);
     if (!state_.request.is_null() && state_.request != request)
       fail({printable(options_.out), "this folder was made from other films or with other options",

@@ -206,10 +206,12 @@ class Trials {
     if (whole && !enough) by.judge_where_needed(all);
     return gains(out_.verdicts.back());
   }
+  bool of_film() const { return is_film(out_.view_told_by_time.value_or(0)); }
+
   bool changes_alone(Effect effect) {
     if (!changing_.empty()) return sure(whole_.judge_where_changing(effect, beside(), changing_));
     const bool on = sure(whole_.judge(effect, beside()));
-    if (!on || !is_film(out_.view_told_by_time)) return on;
+    if (!on || !of_film()) return on;
     out_.verdicts.back().decision = EffectDecision::confounded;
     return false;
   }
@@ -217,7 +219,7 @@ class Trials {
   /// Whether matter comes and goes. In a film presence could stand in for anything, and of solid matter brief
   /// fits tell too little.
   bool comes_and_goes() {
-    if ((brief_ && !thin_) || is_film(out_.view_told_by_time)) return false;
+    if ((brief_ && !thin_) || of_film()) return false;
     const int points = points_for_moments(config_, train_, 0);  // a fit halves nothing
     const bool on = thin_ ? thin_comes_and_goes(points) : solid_comes_and_goes(points);
     if (on)
@@ -331,8 +333,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
   if (changes(out.chosen)) {
-    out.middle = starting_middle(config, train);
-    out.view_told_by_time = view_told_by_time(config, train, *out.middle);
+    out.view_told_by_time = view_told_by_time(config, train, starting_middle(config, train));
   }
   Config fitted = config;
   fitted.effects.steps = fit_steps(config);
@@ -350,7 +351,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     if (e == Effect::motion) {
       Config still = config;
       still.cameras.drift = out.chosen.has(Effect::drift);
-      out.film = motion_told(still, train, time_map, out.view_told_by_time, out.moving, on_film);
+      out.film = motion_told(still, train, time_map, *out.view_told_by_time, out.moving, on_film);
     }
     if (out.chosen.has(e) && !trials.stays(e)) out.chosen = out.chosen.without(e);
   }

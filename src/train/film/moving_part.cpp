@@ -38,8 +38,9 @@ class Voter {
     constexpr double kHalfDiagonal = 0.87;  // of a cell, in edges
     const double du = kHalfDiagonal * double(edge) * camera_.fx / p.depth,
                  dv = kHalfDiagonal * double(edge) * camera_.fy / p.depth;
-    const auto first = [&](double at, int squares) { return std::clamp(int(at / factor_), 0, squares); };
-    const auto last = [&](double at, int squares) { return std::clamp(int(at / factor_) + 1, 0, squares); };
+    const auto within = [](double at, int squares) { return int(std::clamp(at, 0.0, double(squares))); };
+    const auto first = [&](double at, int squares) { return within(at / factor_, squares); };
+    const auto last = [&](double at, int squares) { return within(at / factor_ + 1, squares); };
     const int x0 = first(p.u - du, width_), x1 = last(p.u + du, width_), y0 = first(p.v - dv, height_),
               y1 = last(p.v + dv, height_);
     return sums_.in(x0, y0, x1, y1) > 0 ? Vote::change : Vote::quiet;

@@ -39,10 +39,10 @@ struct Voter {
     }
     const Projection seen = project(camera, cast<double>(middle));
     if (!(seen.u >= 0 && seen.v >= 0 && seen.u < camera.width && seen.v < camera.height)) return Vote::none;
-    const auto first = [&](double at, int blocks) {
-      return std::clamp(int(at / maps.factor) - 1, 0, blocks);
-    };
-    const auto last = [&](double at, int blocks) { return std::clamp(int(at / maps.factor) + 2, 0, blocks); };
+    // Clamped before it is an integer: a corner just before the camera may project anywhere.
+    const auto within = [](double block, int blocks) { return int(std::clamp(block, 0.0, double(blocks))); };
+    const auto first = [&](double at, int blocks) { return within(at / maps.factor - 1, blocks); };
+    const auto last = [&](double at, int blocks) { return within(at / maps.factor + 2, blocks); };
     return sums.in(first(lo[0], maps.width), first(lo[1], maps.height), last(hi[0], maps.width),
                    last(hi[1], maps.height)) > 0
                ? Vote::change

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "core/parallel.hpp"
+#include "math/camera.hpp"
 #include "math/quantile.hpp"
 #include "train/by_time.hpp"
 
@@ -256,15 +257,6 @@ void look(const Split& split, StillCamera& camera) {
     camera.now[f].assign(found[f].differs.begin(), found[f].differs.end());
   }
   camera.share = share_of(camera.ever);
-}
-
-bool stand_alike(const Camera& a, const Camera& b) {
-  constexpr double kSame = 1e-5;
-  if (a.width != b.width || a.height != b.height) return false;
-  if (length(a.position - b.position) > kSame * (1 + length(a.position))) return false;
-  for (std::size_t i = 0; i < 3; ++i)
-    if (length(a.axes[i] - b.axes[i]) > kSame) return false;
-  return std::abs(a.fx - b.fx) <= 1e-3 && std::abs(a.cx - b.cx) <= 1e-3 && std::abs(a.cy - b.cy) <= 1e-3;
 }
 
 }  // namespace
