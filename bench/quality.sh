@@ -32,7 +32,8 @@ train() {
       "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} \
         > "$run.log" 2>&1
       for split in $splits; do
-        "$splinevox" eval "$run" --data "$data/$scene" --split $split >> "$run.log" 2>&1
+        # one ray a pixel, so that lines can be compared with older ones
+        "$splinevox" eval "$run" --data "$data/$scene" --split $split --antialias 1 >> "$run.log" 2>&1
       done
       keep "$preset" "$scene" "$seed" "$run"
       echo "$preset $scene seed $seed: $(number "$run/metrics.json" psnr) dB"

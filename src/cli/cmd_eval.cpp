@@ -146,6 +146,7 @@ int eval_run(const EvalOptions& o) {
           "", ""});
   OuterMetrics metrics(o.metrics);
   const Device device = choose_device(o.device);
+  const int across = across_of(o.antialias);
   const ModelFile read(o.run);
   Otherwise otherwise = o.otherwise;
   if (!o.masks.empty()) otherwise.masks = o.masks;
@@ -164,13 +165,15 @@ int eval_run(const EvalOptions& o) {
   notes.insert(notes.end(), data.notes.begin(), data.notes.end());
   if (!o.json) print_scores_head(o.split, notes);
   Renderer renderer = make_renderer(run.model, device);
-  const Scores scores =
-      evaluate(run.model, renderer, *data.find(o.split), [&](const Frame& frame, const View& v) {
+  const Scores scores = evaluate(
+      run.model, renderer, *data.find(o.split),
+      [&](const Frame& frame, const View& v) {
         frame.image.give_back();
         if (!o.json) print_view(frame, v);
         metrics.take(frame, v);
         if (!o.images.empty()) save_view(run.model, v, frame, o.images);
-      });
+      },
+      across);
   Json result = scores_json(scores);
   metrics.finish(result);
   const bool flat = run.record.parallax && *run.record.parallax < kLeastParallax;
@@ -247,6 +250,7 @@ Action eval_command(CLI::App& verb) {
       ->check(CLI::IsMember({"name", "order"}))
       ->needs(pictures)
       ->capture_default_str();
+  pictures->excludes(add_antialias(verb, o->antialias));
   verb.add_option("--metric", o->metrics,
                   "another figure, NAME=COMMAND: given a render and its truth, two PNG files, COMMAND prints "
                   "a number; with {list} in it, a file of such pairs, a number for each; may be repeated")

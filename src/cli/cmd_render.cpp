@@ -26,7 +26,7 @@ namespace splinevox::cli {
 namespace {
 
 struct RenderVerb {
-  std::string run, out, layers = "rgb", format = "png", device = "auto", share;
+  std::string run, out, layers = "rgb", format = "png", device = "auto", share, antialias = "auto";
   CameraRequest cameras;
   Otherwise otherwise;
   FrameWords frames{.frames = "", .at = "", .fps = 24, .seconds = 0};
@@ -56,6 +56,7 @@ int render(const RenderVerb& o) {
           nearest(o.format, formats)});
   const std::vector<std::string> layers = chosen_layers(o.layers, o.format);
   const Share share = chosen_share(o.share);
+  const int asked = across_of(o.antialias);
   if (o.format == "mp4" && !share.whole())
     fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out",
           o.format, "ffmpeg makes a film of pictures, too"});
@@ -73,14 +74,15 @@ int render(const RenderVerb& o) {
   for (std::size_t i = std::size_t(share.index); i < frames.shown.size(); i += std::size_t(share.count)) {
     const Shot& shot = frames.shots[frames.shown[i]];
     const int number = frames.numbers[i];
-    Rendered r = renderer.render(shot.camera, shot.time);
+    const RenderOptions options{.across = asked > 0 ? asked : rays_across(run.model, shot.camera)};
+    Rendered r = renderer.render(shot.camera, shot.time, options);
     if (o.format == "exr")
       write_layers(fmt::format("{}/frame_{:04}.exr", o.out, number), run.model, r, parts, layers, frames, i,
-                   o.frames.fps);
+                   o.frames.fps, options);
     for (const std::string& layer : layers) {
       if (o.format == "exr") continue;
       const Image picture =
-          layer == "cluster" ? parts.picture(shot) : layer_picture(run.model, r, layer, shot.camera);
+          layer == "cluster" ? parts.picture(shot, options) : layer_picture(run.model, r, layer, shot.camera);
       if (o.format == "png") {
         write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, number), picture);
         continue;
@@ -142,6 +144,7 @@ Action render_command(CLI::App& verb) {
                   "width of pictures: of the orbit, which are square [400], or of a way by the training "
                   "cameras [theirs]")
       ->check(CLI::Range(8, 8192));
+  add_antialias(verb, o->antialias);
   verb.add_option("--elevation", o->cameras.elevation, "of the orbit, degrees")
       ->check(CLI::Range(-89.0, 89.0))
       ->capture_default_str();

@@ -12,7 +12,8 @@ namespace splinevox::cli {
 
 /// The words of `eval`.
 struct EvalOptions {
-  std::string run, data, split = "test", images, pictures, truth_volume, device = "auto", masks, out;
+  std::string run, data, split = "test", images, pictures, truth_volume, device = "auto", masks, out,
+                         antialias = "auto";
   std::string match = "name";
   std::vector<std::string> metrics;
   int threads = 0;

@@ -4,12 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <vector>
 
 #include "math/sh.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"
 
 namespace splinevox::cli {
@@ -81,6 +83,27 @@ void add_device(CLI::App& verb, std::string& device) {
       ->type_name("{auto,cpu,cuda}")
       ->group(kMachine)
       ->capture_default_str();
+}
+
+CLI::Option* add_antialias(CLI::App& verb, std::string& antialias) {
+  return verb
+      .add_option(
+          "--antialias", antialias,
+          "N: a pixel is the mean of N x N rays, which takes as many times as long; auto: 2 where voxels "
+          "are narrower than 2.4 pixels, else 1")
+      ->type_name("{auto,1,2,...}")
+      ->capture_default_str();
+}
+
+int across_of(const std::string& antialias) {
+  if (antialias == "auto") return 0;
+  int across = 0;
+  const char* const end = antialias.data() + antialias.size();
+  const auto [rest, error] = std::from_chars(antialias.data(), end, across);
+  if (error != std::errc() || rest != end || across < 1 || across > kMostAcross)
+    fail({"--antialias", "there is no such number of rays", fmt::format("auto, or 1 to {}", kMostAcross),
+          antialias, ""});
+  return across;
 }
 
 void add_share(CLI::App& verb, std::string& share) {

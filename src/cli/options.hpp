@@ -29,6 +29,10 @@ void add_json(CLI::App& verb, bool& json);
 void add_threads(CLI::App& verb, int& threads);
 /// --device auto, cpu or cuda; see choose_device.
 void add_device(CLI::App& verb, std::string& device);
+/// `--antialias`: how many rays a pixel has along each of its edges.
+CLI::Option* add_antialias(CLI::App& verb, std::string& antialias);
+/// RenderOptions::across that it asks for; 0: auto. Throws Error (input).
+int across_of(const std::string& antialias);
 /// --share K/N: of the frames or pictures only every N-th, from the K-th on.
 void add_share(CLI::App& verb, std::string& share);
 /// --frames, --at, --seconds and --fps of verbs that write the frames of a shot.

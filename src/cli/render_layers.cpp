@@ -72,13 +72,13 @@ PartPictures::PartPictures(const VoxelModel& model, const std::vector<std::strin
   if (holds(names, "crypto")) mattes_.emplace(model, clusters, device);
 }
 
-Image PartPictures::picture(const Shot& shot) {
-  return clamped(renderer_->render(shot.camera, shot.time).rgb);
+Image PartPictures::picture(const Shot& shot, const RenderOptions& options) {
+  return clamped(renderer_->render(shot.camera, shot.time, options).rgb);
 }
 
 void write_layers(const std::string& path, const VoxelModel& model, const Rendered& r, PartPictures& parts,
                   const std::vector<std::string>& names, const RenderFrames& frames, std::size_t index,
-                  double fps) {
+                  double fps, const RenderOptions& options) {
   const std::size_t at = frames.shown[index];
   const Shot& shot = frames.shots[at];
   ExrNotes notes{.camera = shot.camera,
@@ -93,13 +93,13 @@ void write_layers(const std::string& path, const VoxelModel& model, const Render
     if (n == "depth") layers.push_back({"depth", r.depth, {}});
     if (n == "flow") layers.push_back({"flow", r.flow, {"X", "Y", "Z"}});
     if (n == "rigidity") layers.push_back({"rigidity", r.rigidity, {}});
-    if (n == "cluster") layers.push_back({"cluster", parts.picture(shot), {}});
+    if (n == "cluster") layers.push_back({"cluster", parts.picture(shot, options), {}});
     if (n == "RGBA") layers.push_back({"", premultiplied(model, r, shot.camera), {"R", "G", "B", "A"}, true});
     if (n == "Z") layers.push_back({"Z", depth_layer(r), {}});
     if (n == "forward" || n == "backward")
       layers.push_back({n, vectors(model, r, frames.shots, at, n == "forward"), {"u", "v"}});
     if (n != "crypto") continue;
-    for (ExrLayer& layer : parts.mattes().layers(shot.camera, shot.time, r.alpha))
+    for (ExrLayer& layer : parts.mattes().layers(shot.camera, shot.time, r.alpha, options))
       layers.push_back(std::move(layer));
     notes.texts = parts.mattes().attributes();
   }

@@ -26,7 +26,7 @@ class PartPictures {
   /// Finds the parts if any of these layers shows them.
   PartPictures(const VoxelModel& model, const std::vector<std::string>& names, Device device);
   /// The layer cluster. @pre it is among the names
-  Image picture(const Shot& shot);
+  Image picture(const Shot& shot, const RenderOptions& options);
   /// The layer crypto. @pre it is among the names
   PartMattes& mattes() { return *mattes_; }
 
@@ -41,6 +41,6 @@ class PartPictures {
 /// @param index  of frames.shown
 void write_layers(const std::string& path, const VoxelModel& model, const Rendered& r, PartPictures& parts,
                   const std::vector<std::string>& names, const RenderFrames& frames, std::size_t index,
-                  double fps);
+                  double fps, const RenderOptions& options);
 
 }  // namespace splinevox::cli

@@ -3,6 +3,7 @@
 
 #include <limits>
 #include <mutex>
+#include <optional>
 
 #include "core/atomic_file.hpp"
 #include "field/columns.hpp"
@@ -20,14 +21,19 @@ namespace {
 /// A renderer that keeps its model, for one thread at a time.
 struct Looker {
   explicit Looker(ModelPtr m) : model(std::move(m)), renderer(*model) {}
-  Rendered look(const Camera& camera, double time, double step_scale, double stop) {
+  Rendered look(const Camera& camera, double time, double step_scale, double stop,
+                std::optional<int> across) {
     if (!(step_scale > 0 && stop >= 0 && stop < 1))
       fail({"render", "there is no such march", "step_scale > 0 and stop in [0, 1)",
             std::to_string(step_scale) + ", " + std::to_string(stop), ""});
+    if (across && !(*across >= 1 && *across <= kMostAcross))
+      fail({"render", "there are no such rays", "across in 1 to " + std::to_string(kMostAcross) + ", or None",
+            std::to_string(*across), ""});
     Rendered out;
     released([&] {
       const std::lock_guard lock(mutex);
-      out = renderer.render(camera, time, {float(stop), float(step_scale)});
+      out = renderer.render(camera, time,
+                            {float(stop), float(step_scale), across.value_or(rays_across(*model, camera))});
     });
     return out;
   }
@@ -211,11 +217,15 @@ void bind_model(py::module_& m) {
   model
       .def(
           "render",
-          [](const ModelPtr& self, const Camera& camera, double time, double step_scale, double stop) {
-            return Pictures(Looker(self).look(camera, time, step_scale, stop));
+          [](const ModelPtr& self, const Camera& camera, double time, double step_scale, double stop,
+             std::optional<int> across) {
+            return Pictures(Looker(self).look(camera, time, step_scale, stop, across));
           },
-          "One picture at a time in [0, 1]; of several, a Renderer is faster.", py::arg("camera"),
-          py::arg("time"), py::arg("step_scale") = 1.0, py::arg("stop") = double(RenderOptions().stop))
+          "One picture at a time in [0, 1]; of several, a Renderer is faster. across x across rays go "
+          "through a "
+          "pixel; None: as many as `splinevox render` takes.",
+          py::arg("camera"), py::arg("time"), py::arg("step_scale") = 1.0,
+          py::arg("stop") = double(RenderOptions().stop), py::arg("across") = py::none())
       .def(
           "evaluate",
           [](const VoxelModel& self, const Dataset& data, const std::string& split) {
@@ -281,11 +291,13 @@ void bind_model(py::module_& m) {
       .def(py::init([](const ModelPtr& v) { return std::make_unique<Looker>(v); }), py::arg("model"))
       .def(
           "render",
-          [](Looker& self, const Camera& camera, double time, double step_scale, double stop) {
-            return Pictures(self.look(camera, time, step_scale, stop));
+          [](Looker& self, const Camera& camera, double time, double step_scale, double stop,
+             std::optional<int> across) {
+            return Pictures(self.look(camera, time, step_scale, stop, across));
           },
-          "A picture at a time in [0, 1].", py::arg("camera"), py::arg("time"), py::arg("step_scale") = 1.0,
-          py::arg("stop") = double(RenderOptions().stop));
+          "A picture at a time in [0, 1]; see Model.render.", py::arg("camera"), py::arg("time"),
+          py::arg("step_scale") = 1.0, py::arg("stop") = double(RenderOptions().stop),
+          py::arg("across") = py::none());
 
   m.def("load_model", &model_of_file, "Reads a model.vdb.", py::arg("path"));
   m.def(

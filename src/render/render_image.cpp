@@ -20,6 +20,7 @@ namespace {
 
 constexpr int kTile = 16;  ///< pixels per tile edge: neighbouring rays share cache lines
 constexpr int kOccupancyCells = 64;
+constexpr double kNarrow = 2.4;           ///< width in pixels of voxels of which a pixel shows several
 constexpr float kOccupancyAlpha = 1e-3f;  ///< far below what shows in 8 bit over a whole ray of skipped cells
 
 template <int Sh, bool Moving>
@@ -64,6 +65,32 @@ OccupancyPyramid known_occupancy(const VoxelModel& model) {
   return {model, kOccupancyCells, kOccupancyAlpha, model.step, std::move(reach)};
 }
 
+/// Adds a picture to a sum of some, or begins one. Depth is weighted with alpha until mean_of.
+void add(Rendered&& picture, Rendered& sum) {
+  for (std::size_t i = 0; i < picture.depth.data.size(); ++i) picture.depth.data[i] *= picture.alpha.data[i];
+  if (sum.alpha.pixels() == 0) {
+    sum = std::move(picture);
+    return;
+  }
+  const auto both = [](const Image& from, Image& to) {
+    for (std::size_t i = 0; i < to.data.size(); ++i) to.data[i] += from.data[i];
+  };
+  both(picture.rgb, sum.rgb);
+  both(picture.alpha, sum.alpha);
+  both(picture.depth, sum.depth);
+  both(picture.flow, sum.flow);
+  both(picture.rigidity, sum.rigidity);
+}
+
+Rendered mean_of(Rendered&& sum, int count) {
+  for (std::size_t i = 0; i < sum.depth.data.size(); ++i)
+    if (sum.depth.data[i] > 0) sum.depth.data[i] /= sum.alpha.data[i];
+  const float share = 1 / float(count);
+  for (Image* layer : {&sum.rgb, &sum.alpha, &sum.flow, &sum.rigidity})
+    for (float& v : layer->data) v *= share;
+  return std::move(sum);
+}
+
 }  // namespace
 
 /// What a renderer knows of its model, and of the last time.
@@ -84,6 +111,26 @@ struct Renderer::State {
     if (maker) maker->set_time(slice, occupied);
     moment = asked;
   }
+
+  /// One ray a pixel, at the time that was gone to.
+  Rendered draw(const Camera& camera, const RenderOptions& options) {
+    const int w = camera.width, h = camera.height;
+    Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};
+    if (maker) {
+      maker->draw(camera, model.step * options.step_scale, options.stop, out);
+      return out;
+    }
+    FieldView<float> field = view_field(model, model.step * options.step_scale);
+    if (canonical.moving[0].cells() > 0) field.reach = canonical.moving[0].bits.data();
+    const FrameView<float> frame{slice.values.data(), occupied.view()};
+    const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
+    parallel_for(tiles, [&](int tile) {
+      specialise(model.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
+        render_tile<Sh, Moving>(model, camera, field, frame, options.stop, tile, out);
+      });
+    });
+    return out;
+  }
 };
 
 Renderer::Renderer(const VoxelModel& model) : Renderer(model, nullptr) {}
@@ -94,24 +141,25 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 Renderer::~Renderer() = default;
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
-  State& s = *state_;
-  s.go_to(time);
-  const int w = camera.width, h = camera.height;
-  Rendered out{{w, h, 3}, {w, h, 1}, {w, h, 1}, {w, h, 3}, {w, h, 1}};
-  if (s.maker) {
-    s.maker->draw(camera, s.model.step * options.step_scale, options.stop, out);
-    return out;
+  state_->go_to(time);
+  if (options.across == 1) return state_->draw(camera, options);
+  const int n = std::clamp(options.across, 1, kMostAcross);
+  Rendered sum;
+  for (int i = 0; i < n * n; ++i) {
+    // Seen a part of a pixel to the right and below, as a camera sees it whose centre is as far to the left
+    // and above.
+    Camera moved = camera;
+    moved.cx -= (i % n + 0.5) / n - 0.5;
+    moved.cy -= (i / n + 0.5) / n - 0.5;
+    add(state_->draw(moved, options), sum);
   }
-  FieldView<float> field = view_field(s.model, s.model.step * options.step_scale);
-  if (s.canonical.moving[0].cells() > 0) field.reach = s.canonical.moving[0].bits.data();
-  const FrameView<float> frame{s.slice.values.data(), s.occupied.view()};
-  const int tiles = ((w + kTile - 1) / kTile) * ((h + kTile - 1) / kTile);
-  parallel_for(tiles, [&](int tile) {
-    specialise(s.model.radiance.sh_order, field.moving, [&]<int Sh, bool Moving>() {
-      render_tile<Sh, Moving>(s.model, camera, field, frame, options.stop, tile, out);
-    });
-  });
-  return out;
+  return mean_of(std::move(sum), n * n);
+}
+
+int rays_across(const VoxelModel& model, const Camera& camera) {
+  const double voxel = model.radiance.raw.topology->lattice.spacing,
+               away = length(cast<double>(model.box.center()) - camera.position);
+  return std::max(camera.fx, camera.fy) * voxel < kNarrow * away ? 2 : 1;
 }
 
 Rendered render_image(const VoxelModel& model, const Camera& camera, double time,

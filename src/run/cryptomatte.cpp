@@ -88,10 +88,11 @@ PartMattes::PartMattes(const VoxelModel& model, const MotionClusters& clusters, 
   for (const VoxelModel& mask : masks_) renderers_.push_back(make_renderer(mask, device));
 }
 
-std::vector<Image> PartMattes::coverage(const Camera& camera, double time, const Image& alpha) {
+std::vector<Image> PartMattes::coverage(const Camera& camera, double time, const Image& alpha,
+                                        const RenderOptions& options) {
   std::vector<Image> out(ids_.size(), Image(alpha.width, alpha.height, 1));
   for (std::size_t m = 0; m < renderers_.size(); ++m) {
-    const Image shares = renderers_[m].render(camera, time).rgb;
+    const Image shares = renderers_[m].render(camera, time, options).rgb;
     for (std::size_t c = 0; c < 3 && 3 * m + c < out.size(); ++c)
       for (std::size_t p = 0; p < alpha.pixels(); ++p)
         out[3 * m + c].data[p] = std::max(0.0f, shares.data[3 * p + c]);
@@ -105,8 +106,9 @@ std::vector<Image> PartMattes::coverage(const Camera& camera, double time, const
   return out;
 }
 
-std::vector<ExrLayer> PartMattes::layers(const Camera& camera, double time, const Image& alpha) {
-  const std::vector<Image> parts = coverage(camera, time, alpha);
+std::vector<ExrLayer> PartMattes::layers(const Camera& camera, double time, const Image& alpha,
+                                         const RenderOptions& options) {
+  const std::vector<Image> parts = coverage(camera, time, alpha, options);
   std::vector<ExrLayer> out;
   for (std::size_t r = 0; r < parts.size(); r += 2)
     out.push_back({fmt::format("{}{:02}", kLayer, r / 2), Image(alpha.width, alpha.height, 4), {}});

@@ -30,11 +30,14 @@ class PartMattes {
 
   /// Of each part the sum of the shares that its samples have in a pixel: [parts], one channel; at every
   /// pixel they add up to alpha. @param alpha  of the model's picture
-  std::vector<Image> coverage(const Camera& camera, double time, const Image& alpha);
+  /// @param options  of that picture
+  std::vector<Image> coverage(const Camera& camera, double time, const Image& alpha,
+                              const RenderOptions& options = {});
 
   /// The same as layers crypto_part00 and so on, two parts a pixel each: R and B have whose, G and A have how
   /// much of it, the most first; 0 where there is no further part.
-  std::vector<ExrLayer> layers(const Camera& camera, double time, const Image& alpha);
+  std::vector<ExrLayer> layers(const Camera& camera, double time, const Image& alpha,
+                               const RenderOptions& options = {});
 
   /// What the header says of them: name, hash, conversion and manifest.
   const std::map<std::string, std::string>& attributes() const { return attributes_; }

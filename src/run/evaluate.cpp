@@ -81,16 +81,18 @@ View compare(Image render, const Frame& frame, const Vec3& background) {
   return v;
 }
 
-View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame) {
-  Rendered layers = renderer.render(frame.camera, frame.time);
+View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame, int across) {
+  if (across == 0) across = rays_across(model, frame.camera);
+  Rendered layers = renderer.render(frame.camera, frame.time, {.across = across});
   View v = compare(clamped(layers.rgb), frame, model.background.color);
   v.layers = std::move(layers);
   return v;
 }
 
-Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split, const OnView& on_view) {
+Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split, const OnView& on_view,
+                int across) {
   return evaluate(
-      split, [&](const Frame& frame) { return evaluate_view(model, renderer, frame); }, on_view);
+      split, [&](const Frame& frame) { return evaluate_view(model, renderer, frame, across); }, on_view);
 }
 
 Scores evaluate(const Split& split, const std::function<View(const Frame&)>& view_of, const OnView& on_view) {

@@ -231,8 +231,10 @@ bool TrainSession::held_out_view_due(double seconds) const {
 
 void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
   if (held_out_step_ == double(last_.step)) return;
-  const Image picture =
-      clamped(make_renderer(model, setup_.device).render(held_out_->camera, held_out_->time).rgb);
+  const Image picture = clamped(
+      make_renderer(model, setup_.device)
+          .render(held_out_->camera, held_out_->time, {.across = rays_across(model, held_out_->camera)})
+          .rgb);
   held_out_psnr_ =
       capped_psnr(psnr(picture, composite(held_out_->image, model.background.color), held_out_->ignored));
   held_out_step_ = double(last_.step);

@@ -8,6 +8,7 @@
 
 #include "app/program.hpp"
 #include "data/layouts.hpp"
+#include "run/folder_lock.hpp"
 #include "run/support.hpp"
 #include "splinevox/data/scene.hpp"
 
@@ -79,6 +80,18 @@ TEST_SUITE("app/capture program") {
     said({"--fresh"}, "there is something of that name already");
     CHECK(fs::exists(out + "/mine.txt"));
     fs::remove(out + "/mine.txt");
+    // While another one works there, nothing is thrown away.
+    fs::create_directories(out + "/work");
+    fs::create_directories(out + "/images");
+    write_text(out + "/work/state.json", "{}");
+    write_text(out + "/images/a.png", "of the other");
+    {
+      const run::FolderLock other(out, "capturing into");
+      said({"--fresh"}, "another process is capturing into this folder");
+    }
+    CHECK(slurp(out + "/images/a.png") == "of the other");
+    fs::remove_all(out + "/work");
+    fs::remove_all(out + "/images");
     const std::string bare = "PATH=" + folder.str() + " " SPLINEVOX_PROGRAM " capture ";
     CHECK(shell(bare + in + " --out " + out + " 2>" + folder.str() + "/said; test $? = 2"));
     CHECK(contains(slurp(folder.path() / "said"), "apt-get install --no-install-recommends colmap"));

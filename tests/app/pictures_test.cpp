@@ -108,6 +108,26 @@ TEST_SUITE("app/pictures") {
     CHECK(contains(program({"eval"}).err, "there is no RUN to measure"));
     write_text(scene.path("mine.json"), "{\"mine\": 1}");
     CHECK(program({"eval", scene.run, "--out", scene.path("mine.json")}).code == 2);
+    CHECK(contains(program({"eval", scene.run, "--antialias", "0"}).err, "auto, or 1 to 8"));
+    CHECK(program({"eval", scene.run, "--pictures", scene.pictures, "--antialias", "2"}).code == 2);
+  }
+
+  TEST_CASE("figures go where a link leads that the user named") {
+    const Renders scene;
+    const std::string link = scene.path("latest.json");
+    REQUIRE(program({"eval", scene.run, "--out", scene.path("first.json")}).code == 0);
+    fs::create_symlink(scene.path("first.json"), link);
+    for (const std::vector<std::string>& more :
+         {std::vector<std::string>{},
+          std::vector<std::string>{"--pictures", scene.pictures, "--match", "order"}}) {
+      std::vector<std::string> words{"eval", scene.run, "--out", link};
+      words.insert(words.end(), more.begin(), more.end());
+      const Ended e = program(words);
+      CAPTURE(e.err);
+      CHECK(e.code == 0);
+      CHECK(fs::is_symlink(link));
+      CHECK(Json::parse(slurp(scene.path("first.json"))).contains("psnr"));
+    }
   }
 
   TEST_CASE("another program's figures stand beside ours, of each picture and of all") {

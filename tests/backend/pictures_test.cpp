@@ -81,6 +81,52 @@ TEST_SUITE("backend/pictures") {
       std::printf("%s: pictures differ from the CPU's by %.2e at most\n", runner.name.c_str(), worst);
     }
   }
+  TEST_CASE("several rays a pixel are the means of a finer picture's squares, of depth over what was hit") {
+    const VoxelModel model = test::blob_model(40, {true, 4, {-0.3f, 0.1f, 0.2f}, 0.15f, true, 0.8f}, 1);
+    const Camera eye = camera(45, 38);
+    Camera fine = eye;
+    fine.width *= 2;
+    fine.height *= 2;
+    for (double* of_picture : {&fine.fx, &fine.fy, &fine.cx, &fine.cy}) *of_picture *= 2;
+    Renderer renderer(model);
+    const Rendered all = renderer.render(fine, 0.7), mean = renderer.render(eye, 0.7, {.across = 2});
+    const auto worst = [&](const Image& squares, const Image& found, const Image* weights) {
+      double most = 0;
+      for (int y = 0; y < found.height; ++y)
+        for (int x = 0; x < found.width; ++x)
+          for (int c = 0; c < found.channels; ++c) {
+            double sum = 0, weight = 0;
+            for (int k = 0; k < 4; ++k) {
+              const int u = 2 * x + k % 2, v = 2 * y + k / 2;
+              const double w = weights ? *weights->pixel(u, v) : 1;
+              sum += w * squares.pixel(u, v)[c];
+              weight += w;
+            }
+            most = std::max(most, std::abs((weight > 0 ? sum / weight : 0) - found.pixel(x, y)[c]));
+          }
+      return most;
+    };
+    constexpr double kTolerance = 1e-5;  // the same rays, by another camera's roundings
+    CHECK(worst(all.rgb, mean.rgb, nullptr) < kTolerance);
+    CHECK(worst(all.alpha, mean.alpha, nullptr) < kTolerance);
+    CHECK(worst(all.flow, mean.flow, nullptr) < kTolerance);
+    CHECK(worst(all.rigidity, mean.rigidity, nullptr) < kTolerance);
+    CHECK(worst(all.depth, mean.depth, &all.alpha) < 1e-3);
+    CHECK(farthest(mean.rgb, renderer.render(eye, 0.7).rgb) > 0.01);
+    CHECK(farthest(renderer.render(eye, 0.7, {.across = 1}).rgb, renderer.render(eye, 0.7).rgb) == 0);
+  }
+  TEST_CASE("a pixel wants several rays where it shows several voxels") {
+    const VoxelModel model = test::blob_model(40, {}, 1);
+    const double voxel = model.radiance.raw.topology->lattice.spacing;
+    Camera eye = camera(100, 100);
+    const double away = length(eye.position - cast<double>(model.box.center()));
+    eye.fx = eye.fy = 2.3 * away / voxel;
+    CHECK(rays_across(model, eye) == 2);
+    eye.fx = eye.fy = 2.5 * away / voxel;
+    CHECK(rays_across(model, eye) == 1);
+    eye.position = cast<double>(model.box.center());  // from within
+    CHECK(rays_across(model, eye) == 1);
+  }
   TEST_CASE("a device's picture of noise in every number is the CPU's") {
     for (const test::Runner& runner : test::runners()) {
       const VoxelModel model = test::noisy_model(5, 6, FirstPoint::free, BasisKind::bspline, 2, true, true);

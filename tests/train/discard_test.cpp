@@ -134,6 +134,32 @@ TEST_SUITE("train/discard") {
     const std::vector<char> state = test::part(trainer.save(), "steps");
     std::memcpy(&step, state.data(), sizeof step);
     CHECK(step == steps - 4);
+    // Who goes on all the same meets five others, and not a step before the first.
+    for (int again = 0; again < 3; ++again) {
+      for (int i = 0; i < 4; ++i) CHECK(trainer.step().discarded);
+      CHECK_THROWS_AS(trainer.step(), Error);
+      CHECK(trainer.discarded().size() == 5);
+      CHECK(trainer.discarded().front().step == steps - 4 + 1);
+    }
+  }
+
+  TEST_CASE("a ray that failed is named with the picture it goes through, of a rig too") {
+    const Dataset rig = make_synth("ball", {.frames = 4, .size = 24, .seed = 3, .rig = {.cameras = 4}});
+    const Split& train = *rig.find("train");
+    Config config = tiny();
+    config.sampling.carve = 0.5f;  // into pictures of other moments
+    Trainer trainer(config, train, rig.time_map);
+    trainer.set_loss([](const RayBatch&, std::span<Vec3> gradients) {
+      for (Vec3& g : gradients) g.x = std::numeric_limits<float>::quiet_NaN();
+      return 0.0;
+    });
+    const StepReport r = trainer.step();
+    REQUIRE(r.discarded);
+    REQUIRE(r.bad_rays.size() > 0);
+    for (const BadRay& ray : r.bad_rays) {
+      const Vec3d to = cast<double>(ray.origin) - train.frames[std::size_t(ray.frame)].camera.position;
+      CHECK(length(cross(to, cast<double>(ray.direction))) < 1e-4);  // it begins at that camera
+    }
   }
 
   TEST_CASE("a state whose numbers cannot be is refused before anything is allocated") {

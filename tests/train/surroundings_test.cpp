@@ -268,6 +268,12 @@ TEST_SUITE("train/places") {
     for (std::size_t i = 0; i < train.frames.size(); ++i) train.frames[i].camera = train.frames[i % 3].camera;
     CHECK(picture_stats(train).places == 3);
     CHECK(picture_stats(train).rig());
+    // Numbers that a program rounded anew for every picture are one place, if one camera took them.
+    for (std::size_t i = 0; i < train.frames.size(); ++i)
+      train.frames[i].camera.position.x += 1e-9 * double(i);
+    CHECK(picture_stats(train).places == 12);
+    for (std::size_t i = 0; i < train.frames.size(); ++i) train.frames[i].camera_id = int(i % 3);
+    CHECK(picture_stats(train).places == 3);
   }
 
   TEST_CASE("opaque pictures begin with more matter than pictures with alpha") {

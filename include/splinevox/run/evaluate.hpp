@@ -25,7 +25,8 @@ struct View {
 /// @param render  3 channels within [0, 1], of the frame's size. @param background  behind the truth
 View compare(Image render, const Frame& frame, const Vec3& background);
 /// A model's view, over its background. @param renderer  of the model
-View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame);
+/// @param across  as RenderOptions; 0: what rays_across says
+View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame, int across = 0);
 
 /// The figures of one view.
 struct ViewScore {
@@ -53,7 +54,8 @@ struct Scores {
 using OnView = std::function<void(const Frame&, const View&)>;
 /// Every view of a split against its picture, as `splinevox eval` does it.
 /// @param renderer  of the model: on the calling arena's threads, or on a device (make_renderer)
-Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split, const OnView& on_view = {});
+Scores evaluate(const VoxelModel& model, Renderer& renderer, const Split& split, const OnView& on_view = {},
+                int across = 0);
 /// The same of any pictures. @param view_of  called once for each frame, in order
 Scores evaluate(const Split& split, const std::function<View(const Frame&)>& view_of,
                 const OnView& on_view = {});
