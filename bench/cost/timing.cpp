@@ -12,15 +12,10 @@
 #include <numeric>
 #include <random>
 
+#include "math/median.hpp"
+
 namespace splinevox::cost {
 namespace {
-
-double median(std::vector<double>& v) {
-  const std::size_t half = v.size() / 2;
-  std::nth_element(v.begin(), v.begin() + std::ptrdiff_t(half), v.end());
-  if (v.size() % 2) return v[half];
-  return 0.5 * (v[half] + *std::max_element(v.begin(), v.begin() + std::ptrdiff_t(half)));
-}
 
 /// Counts instructions of this process and its threads to come; 0 where that is not allowed.
 class InstructionCounter {

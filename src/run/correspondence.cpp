@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "core/parallel.hpp"
+#include "math/quantile.hpp"
 #include "splinevox/field/sample.hpp"
 
 namespace splinevox::run {
@@ -66,12 +67,7 @@ struct Tally {
 
 Distances distances(std::vector<float> values) {
   if (values.empty()) return {};
-  const auto at = [&](double share) {
-    const auto nth = values.begin() + std::ptrdiff_t(share * double(values.size() - 1));
-    std::nth_element(values.begin(), nth, values.end());
-    return double(*nth);
-  };
-  return {values.size(), at(0.5), at(0.9)};
+  return {values.size(), quantile(values, 0.5), quantile(values, 0.9)};
 }
 
 class Scorer {

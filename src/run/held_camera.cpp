@@ -52,7 +52,7 @@ bool is_film(const Split& train, const Box& box) {
 std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& renderer, const Split& train,
                                            const Split& held_out) {
   const auto start = std::chrono::steady_clock::now();
-  const StillEvidence evidence(train, model.box, model.background.color, even_times());
+  const PatchEvidence evidence(train, model.box, model.background.color, even_times());
   std::vector<FrameSampler> at;
   for (const double t : evidence.times()) at.emplace_back(model, t);
   const std::vector<const Frame*> frames = held_frames(held_out);

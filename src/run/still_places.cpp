@@ -117,7 +117,7 @@ SmallPicture small_picture(const Frame& frame, const Vec3& background) {
   return out;
 }
 
-StillEvidence::StillEvidence(const Split& train, const Box& box, const Vec3& background,
+PatchEvidence::PatchEvidence(const Split& train, const Box& box, const Vec3& background,
                              std::vector<double> times)
     : box_(box), times_(std::move(times)), pictures_(times_.size()) {
   parallel_for(int(times_.size()), [&](int t) {
@@ -129,7 +129,7 @@ StillEvidence::StillEvidence(const Split& train, const Box& box, const Vec3& bac
   });
 }
 
-std::vector<double> StillEvidence::depths_of(const Camera& camera) const {
+std::vector<double> PatchEvidence::depths_of(const Camera& camera) const {
   const double edge = box_.longest_edge();
   double near = HUGE_VAL;
   for (int corner = 0; corner < 8; ++corner)
@@ -143,7 +143,7 @@ std::vector<double> StillEvidence::depths_of(const Camera& camera) const {
   return out;
 }
 
-std::vector<StillEvidence::Proof> StillEvidence::proofs(const SmallPicture& picture, const PixelMask& ignored,
+std::vector<PatchEvidence::Proof> PatchEvidence::proofs(const SmallPicture& picture, const PixelMask& ignored,
                                                         std::size_t& asked) const {
   const Camera& camera = picture.camera;
   const std::vector<double> depths = depths_of(camera);
@@ -194,7 +194,7 @@ std::vector<StillEvidence::Proof> StillEvidence::proofs(const SmallPicture& pict
   return out;
 }
 
-StillPlaces StillEvidence::places(const std::vector<SmallPicture>& pictures,
+StillPlaces PatchEvidence::places(const std::vector<SmallPicture>& pictures,
                                   const std::vector<PixelMask>& ignored) const {
   StillPlaces out;
   const double cell = box_.longest_edge() / kStillCells;

@@ -42,10 +42,10 @@ struct StillPlaces {
 /// Far along its way a camera sees a place so askew that patches no longer compare. But what stands at one
 /// place of the world between two pictures, and between two others, stands still in all: what pictures prove
 /// of places within one cell of the box, kStillCells along its longest edge, is put together.
-class StillEvidence {
+class PatchEvidence {
  public:
   /// @param times  model times that are asked, ascending
-  StillEvidence(const Split& train, const Box& box, const Vec3& background, std::vector<double> times);
+  PatchEvidence(const Split& train, const Box& box, const Vec3& background, std::vector<double> times);
   /// Of pictures of the film's cameras, or of some beside them. @param ignored  of each picture, as it was
   StillPlaces places(const std::vector<SmallPicture>& pictures, const std::vector<PixelMask>& ignored) const;
   const std::vector<double>& times() const { return times_; }

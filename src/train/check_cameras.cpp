@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/parallel.hpp"
+#include "math/median.hpp"
 #include "splinevox/core/error.hpp"
 #include "train/bounds/hull.hpp"
 #include "train/by_time.hpp"
@@ -92,8 +93,8 @@ double check_parallax(const Config& config, const Split& train,
   return angle;
 }
 
-void check_fits(const Split& train, const EffectChoice& effects,
-                const std::function<void(std::string)>& note) {
+void note_bad_fits(const Split& train, const EffectChoice& effects,
+                   const std::function<void(std::string)>& note) {
   constexpr double kBetter = 1;  // dB
   if (effects.trials.empty()) return;
   double best = -1e9;
@@ -101,14 +102,13 @@ void check_fits(const Split& train, const EffectChoice& effects,
   const std::vector<const Frame*> frames = some_frames(train);
   std::vector<double> flat(frames.size());
   parallel_for(int(flat.size()), [&](int f) { flat[f] = psnr_of_mean(*frames[f]); });
-  std::nth_element(flat.begin(), flat.begin() + std::ptrdiff_t(flat.size() / 2), flat.end());
-  const double median = flat[flat.size() / 2];
-  if (best >= median + kBetter) return;
+  const double usual = median(flat);
+  if (best >= usual + kBetter) return;
   note(fmt::format(
       "first fits show held-out pictures at {:.1f} dB, one colour per picture reaches {:.1f}: the "
       "cameras may not belong to the pictures. Likely causes: {}; or a box in the wrong place "
       "(--set grid.box=x0,y0,z0,x1,y1,z1)",
-      best, median, kLikelyCauses));
+      best, usual, kLikelyCauses));
 }
 
 }  // namespace splinevox

@@ -26,7 +26,7 @@ void check_silhouettes(const Split& train, const std::function<void(std::string)
 double check_parallax(const Config& config, const Split& train, const std::function<void(std::string)>& note);
 
 /// Whether any trial fit shows held-out pictures better than one colour per picture would.
-void check_fits(const Split& train, const EffectChoice& effects,
-                const std::function<void(std::string)>& note);
+void note_bad_fits(const Split& train, const EffectChoice& effects,
+                   const std::function<void(std::string)>& note);
 
 }  // namespace splinevox

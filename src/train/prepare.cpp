@@ -160,7 +160,7 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     if (config.effects.steps > 0) tell("trying out which effects the scene calls for");
     out.effects = choose_effects(out.config, train, data.time_map, options.on_trial, options.on_film);
     release_freed_memory();  // of the fits
-    if (!data.has_alpha) check_fits(train, out.effects, note);
+    if (!data.has_alpha) note_bad_fits(train, out.effects, note);
   }
   if (options.effects == EffectPolicy::choose) {
     apply(out.effects.chosen, out.config);

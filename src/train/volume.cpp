@@ -58,7 +58,7 @@ void Volume::archive(Archive& a, const Setting& setting) {
     a(grids, frames.of_frame, occupancy.hull);
     check_fits(grids == 0 ? frames.of_frame.empty() : frames.of_frame.size() == setting.train.frames.size());
     for (const std::int32_t grid : frames.of_frame) check_fits(grid >= 0 && std::uint64_t(grid) < grids);
-    check_fits(grids <= 2 * setting.train.frames.size() + 2);
+    check_fits(grids <= most_occupancies(setting.train.frames.size()));
     frames.grids.resize(grids);
     for (BitGrid& grid : frames.grids) a(grid);
   });

@@ -75,7 +75,7 @@ TEST_SUITE("app/held_camera") {
     for (const Frame& frame : data.find("val")->frames) pictures.push_back(small_picture(frame, {}));
     std::vector<double> times;
     for (int i = 0; i <= 16; ++i) times.push_back(i / 16.0);
-    const StillEvidence evidence(*data.find("train"), truth.box(), {}, times);
+    const PatchEvidence evidence(*data.find("train"), truth.box(), {}, times);
     const StillPlaces places = evidence.places(pictures, std::vector<PixelMask>(pictures.size()));
     REQUIRE(places.places.size() > 20);
     std::size_t still = 0, moving = 0;

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "data/layouts/folder_list.hpp"
+#include "math/median.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -82,10 +83,7 @@ double usual_distance(const std::vector<Vec3d>& points, const std::vector<RigidP
   for (std::size_t i = 0; i < points.size(); i += step(points.size()))
     for (std::size_t k = 0; k < poses.size(); k += step(poses.size()))
       distances.push_back(length(points[i] - poses[k].position));
-  if (distances.empty()) return 1;
-  const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
+  return distances.empty() ? 1 : median(std::move(distances));
 }
 
 /// A camera that found its place.
