@@ -63,15 +63,16 @@ void refuse_run_folder(const std::string& out, const std::string& what) {
 std::string record_text(const RunRecord& record) {
   const auto quoted = [](const std::string& text) { return json_text(text); };
   const std::string parallax = record.parallax ? fmt::format("parallax = {:.6g}\n", *record.parallax) : "";
+  std::string rules;
+  each_rule(
+      [&](const char* key, const std::string& rule) { rules += fmt::format("{} = {}\n", key, quoted(rule)); },
+      record.rules);
   return fmt::format(
       "\n[record]  # written by the program, not read as configuration\n"
       "splinevox = {}\ncompiler = {}\ndataset = {}\nfingerprint = \"{:016x}\"\n"
-      "time_origin = {}\ntime_scale = {}\ntimes = {}\nmissing = {}\nmasks = {}\ntransfer = {}\nlayer = "
-      "{}\ndepth = {}\ntracks = {}\nbetween = {}\n{}",
+      "time_origin = {}\ntime_scale = {}\n{}{}",
       quoted(record.version), quoted(record.compiler), quoted(record.dataset), record.fingerprint,
-      record.time_map.origin, record.time_map.scale, quoted(record.rules.times), quoted(record.rules.missing),
-      quoted(record.rules.masks), quoted(record.rules.transfer), quoted(record.rules.layer),
-      quoted(record.rules.depth), quoted(record.rules.tracks), quoted(record.rules.between), parallax);
+      record.time_map.origin, record.time_map.scale, rules, parallax);
 }
 
 void read_run_config(const std::string& run, Config& config, RunRecord& record) {
@@ -92,9 +93,9 @@ void read_run_config(const std::string& run, Config& config, RunRecord& record) 
             text("dataset"),
             0,
             {number("time_origin"), number("time_scale")},
-            {text("times"), text("missing"), text("masks"), text("transfer"), text("layer"), text("depth"),
-             text("tracks"), text("between")},
+            {},
             table["parallax"].value<double>()};
+  each_rule([&](const char* key, std::string& rule) { rule = text(key); }, record.rules);
   record.fingerprint = std::strtoull(text("fingerprint").c_str(), nullptr, 16);
 }
 

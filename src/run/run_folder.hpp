@@ -44,6 +44,19 @@ class RunFolder {
 /// Throws Error (input) where a sequence would be written into the folder of a run. @param what  "an export"
 void refuse_run_folder(const std::string& out, const std::string& what);
 
+/// Calls act(key, rule...) for each rule of a data set, with those of all arguments side by side.
+template <class Act, class... Rules>
+void each_rule(const Act& act, Rules&&... of) {
+  act("times", of.times...);
+  act("missing", of.missing...);
+  act("masks", of.masks...);
+  act("transfer", of.transfer...);
+  act("layer", of.layer...);
+  act("depth", of.depth...);
+  act("tracks", of.tracks...);
+  act("between", of.between...);
+}
+
 std::string record_text(const RunRecord& record);
 /// Both tables of RUN/config.toml. Throws Error (input).
 void read_run_config(const std::string& run, Config& config, RunRecord& record);

@@ -49,15 +49,12 @@ void check_same_run(const RunFolder& folder, const Config& saved, const Config& 
 /// The rules asked for, else those of the run to go on with. A file of times gets its full path: later verbs
 /// may be called from elsewhere.
 DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
-  DatasetRules rules = o.rules;
-  if (rules.times.empty()) rules.times = record.rules.times;
-  if (rules.missing.empty()) rules.missing = record.rules.missing;
-  if (rules.masks.empty()) rules.masks = record.rules.masks;
-  if (rules.transfer.empty()) rules.transfer = record.rules.transfer;
-  if (rules.layer.empty()) rules.layer = record.rules.layer;
-  if (rules.depth.empty()) rules.depth = record.rules.depth;
-  if (rules.tracks.empty()) rules.tracks = record.rules.tracks;
-  if (rules.between.empty()) rules.between = record.rules.between;
+  DatasetRules rules = record.rules;
+  each_rule(
+      [](const char*, std::string& rule, const std::string& asked) {
+        if (!asked.empty()) rule = asked;
+      },
+      rules, o.rules);
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
     rules.times = fs::absolute(rules.times).lexically_normal().string();
   if (!rules.tracks.empty() && rules.tracks != "none")
@@ -129,6 +126,53 @@ bool has_ended(const RunFolder& folder) {
   return read_metrics(folder.file("metrics.json")).value("finished", false);
 }
 
+/// What a folder holds of an earlier call, and what is to be done with it.
+struct Continuation {
+  bool known = false;       ///< there is a run to go on with
+  bool checkpoint = false;  ///< from where it stopped
+  bool longer = false;      ///< for more seconds than it was made for
+  bool finished = false;    ///< there is nothing to go on with
+  Config before;            ///< as it was asked for then
+  Config asked;             ///< as it is asked for now
+  Config config;            ///< as it trains; without a checkpoint `asked`, until that is settled
+  RunRecord record;         ///< of the run that is known
+};
+
+/// The same on all ranks. Throws Error (input) for the folder of an edited run.
+Continuation find_continuation(const TrainOptions& o, const RunFolder& folder, Ranks* ranks) {
+  if (folder.has(kEditHistory))
+    fail(
+        {folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with",
+         "a run that `splinevox train` made", "an edited run",
+         "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
+  Continuation out;
+  out.known = o.resume && folder.has("config.toml");
+  out.checkpoint = out.known && (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
+  if (ranks) out.checkpoint = ranks->from_first(out.checkpoint) != 0;
+  Config saved;
+  if (out.known) read_run_config(folder.path(), saved, out.record);
+  out.before = saved;
+  if (out.known && folder.has(kAskedConfig)) read_config(out.before, folder.file(kAskedConfig));
+  out.asked = effective_config(o, out.known ? &out.before : nullptr);
+  out.longer = out.known && is_longer(out.before.run, out.asked.run);
+  if (out.longer) out.before.run.max_time = saved.run.max_time = out.asked.run.max_time;
+  out.config = out.checkpoint ? saved : out.asked;
+  out.finished = out.known && has_ended(folder) && !out.longer;
+  if (ranks) out.finished = ranks->from_first(out.finished) != 0;
+  return out;
+}
+
+/// Who made the figures, when and on what.
+void sign(Json& figures, Device device) {
+  figures["threads"] = tbb::this_task_arena::max_concurrency();
+  figures["device"] = describe(device);
+  figures["date"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
+  figures["splinevox"] = kVersion;
+  for (const auto& [key, text] : {std::pair{"commit", source_commit()}, std::pair{"command", command_line()},
+                                  std::pair{"machine", machine_name()}})
+    if (!text.empty()) figures[key] = text;
+}
+
 }  // namespace
 
 TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
@@ -138,27 +182,10 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
       make_step(device, o.deterministic, ranks);  // so that a lacking device fails first
   const bool writes = !ranks || ranks->first();
   const RunFolder folder = writes ? RunFolder(o.out, o.resume) : RunFolder::of_other(o.out);
-  if (folder.has(kEditHistory))
-    fail(
-        {folder.path(), "this run was made by `splinevox edit`: there is no training in it to go on with",
-         "a run that `splinevox train` made", "an edited run",
-         "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
-  bool checkpoint = o.resume && folder.has("config.toml") &&
-                    (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
-  if (ranks) checkpoint = ranks->from_first(checkpoint) != 0;
-  const bool known = o.resume && folder.has("config.toml");
-  Config saved;  // as it trains
-  RunRecord record;
-  if (known) read_run_config(folder.path(), saved, record);
-  Config before = saved;  // as it was asked for
-  if (known && folder.has(kAskedConfig)) read_config(before, folder.file(kAskedConfig));
-  Config asked = effective_config(o, known ? &before : nullptr);
-  const bool longer = known && is_longer(before.run, asked.run);
-  if (longer) before.run.max_time = saved.run.max_time = asked.run.max_time;
-  Config config = checkpoint ? saved : asked;
-  bool finished = known && has_ended(folder) && !longer;
-  if (ranks) finished = ranks->from_first(finished) != 0;
-  if (o.resume && !checkpoint && !finished)
+  Continuation past = find_continuation(o, folder, ranks);
+  Config &asked = past.asked, &config = past.config;
+  RunRecord& record = past.record;
+  if (o.resume && !past.checkpoint && !past.finished)
     progress.note(fmt::format("there is no checkpoint in {}: starting afresh", folder.path()));
 
   LoadOptions load;
@@ -178,15 +205,15 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   Dataset data = load_dataset(o.dataset, load);
   check_learns_depth(*steps, config, *data.find("train"));
   check_learns_tracks(*steps, config, *data.find("train"));
-  if (checkpoint || finished) check_same_run(folder, before, asked, record, data);
-  if (finished) {
+  if (past.checkpoint || past.finished) check_same_run(folder, past.before, asked, record, data);
+  if (past.finished) {
     progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));
     const Json figures = writes ? read_metrics(folder.file("metrics.json")) : Json::object();
     return {folder.path(), figures, TrainedRun::End::was_finished, writes};
   }
   greet(data, config, device, progress);
   progress.note(memory_line(bound, needs, data));
-  if (checkpoint) {
+  if (past.checkpoint) {
     cut_ground(config, data);
   } else {
     const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, progress);
@@ -208,25 +235,20 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     return config.run.max_time;
   };
   TrainSession session(
-      {config, data, folder, used, checkpoint, ranks, device, std::move(steps), watcher, lengthen}, progress);
-  if (writes && (!checkpoint || longer)) {  // whoever cannot begin leaves nothing behind
+      {config, data, folder, used, past.checkpoint, ranks, device, std::move(steps), watcher, lengthen},
+      progress);
+  if (writes && (!past.checkpoint || past.longer)) {  // whoever cannot begin leaves nothing behind
     std::error_code ignored;
     for (const char* name : {"metrics.json", kManifestName, kAskedConfig})
       fs::remove(folder.file(name), ignored);  // of a run whose checkpoint is gone, or that had ended
     write_settings();
-    if (!checkpoint) write_file(folder.file("metrics.jsonl"), {std::string()});
+    if (!past.checkpoint) write_file(folder.file("metrics.jsonl"), {std::string()});
   }
   Json figures = session.run();
   const auto end = session.interrupted() ? TrainedRun::End::interrupted : TrainedRun::End::finished;
   if (!writes) return {folder.path(), Json::object(), end, writes};
   if (end == TrainedRun::End::finished) note_few_steps(config, figures, progress);
-  figures["threads"] = tbb::this_task_arena::max_concurrency();
-  figures["device"] = describe(device);
-  figures["date"] = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)));
-  figures["splinevox"] = kVersion;
-  for (const auto& [key, text] : {std::pair{"commit", source_commit()}, std::pair{"command", command_line()},
-                                  std::pair{"machine", machine_name()}})
-    if (!text.empty()) figures[key] = text;
+  sign(figures, device);
   write_file(folder.file("metrics.json"), {json_text(figures, 2) + "\n"});
   return {folder.path(), std::move(figures), end, writes};
 }
