@@ -27,13 +27,14 @@ train() {
   for seed in ${SEEDS:-1}; do
     for scene in "$@"; do
       local run=$out/$preset/$scene/$seed
-      rm -rf "$run"
+      rm -rf "$run" "$run.one_ray.json"
       mkdir -p "${run%/*}"
       "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} \
         > "$run.log" 2>&1
+      # with one ray a pixel too, as lines without psnr_one_ray have it
+      "$splinevox" eval "$run" --data "$data/$scene" --antialias 1 --out "$run.one_ray.json" >> "$run.log" 2>&1
       for split in $splits; do
-        # one ray a pixel, so that lines can be compared with older ones
-        "$splinevox" eval "$run" --data "$data/$scene" --split $split --antialias 1 >> "$run.log" 2>&1
+        "$splinevox" eval "$run" --data "$data/$scene" --split $split >> "$run.log" 2>&1
       done
       keep "$preset" "$scene" "$seed" "$run"
       echo "$preset $scene seed $seed: $(number "$run/metrics.json" psnr) dB"
@@ -62,8 +63,8 @@ keep() {  # keep PRESET SCENE SEED RUN : its line among the results; no seconds 
     for name in steps peak_memory_bytes psnr ssim ms_ssim; do
       printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"
     done
-    printf ', "val_psnr": %s, "train_psnr": %s}\n' "$(number "$4/metrics_val.json" psnr)" \
-      "$(number "$4/metrics_train.json" psnr)"
+    printf ', "val_psnr": %s, "train_psnr": %s, "psnr_one_ray": %s}\n' "$(number "$4/metrics_val.json" psnr)" \
+      "$(number "$4/metrics_train.json" psnr)" "$(number "$4.one_ray.json" psnr)"
   } | sort > "$results.new"
   mv "$results.new" "$results"
 }

@@ -14,6 +14,7 @@
 #include "field/lattice/slice.hpp"
 #include "splinevox/core/error.hpp"
 #include "train/occupancy.hpp"
+#include "train/start.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -52,12 +53,14 @@ double motion_width(const Config& config) {
 
 MemoryNeeds memory_needs(const Config& config, const Dataset& data) {
   const double filled = data.has_alpha ? kFilled : 1;
-  const double canonical =
-      filled * cubed(config.grid.radiance.back()) * radiance_width(config.radiance.sh_order);
+  PictureStats stats;
+  count_places(*data.find("train"), stats);
+  MemoryNeeds out;
+  out.cells = for_places(stats, config).grid.radiance.back();
+  const double canonical = filled * cubed(out.cells) * radiance_width(config.radiance.sh_order);
   const double moving = motion_width(config), finest = filled * cubed(config.grid.motion.back());
   const double motion = 8.0 / 7 * finest * moving;  // every level has an eighth of the next
   const double grids = double(most_occupancies(data.find("train")->frames.size()));
-  MemoryNeeds out;
   out.lattices = sizeof(float) * (kArrays * (canonical + motion) + 2 * finest * moving);
   out.occupancy = moving > 0 ? 2 * grids * cubed(config.sampling.occupancy_cells) / 8 : 0;
   const double rays = config.sampling.rays * double(config.sampling.growth);
@@ -88,12 +91,12 @@ double memory_bound(const std::string& asked) {
   return asked.empty() ? usable_memory() : parse_memory(asked, "--memory");
 }
 
-double room_for_pictures(double bound, const MemoryNeeds& needs, const Config& config) {
+double room_for_pictures(double bound, const MemoryNeeds& needs) {
   const double room = bound - needs.in_memory();
   if (room <= 0)
     fail({"--memory", "the training does not fit into it, with no picture at all",
           fmt::format("{}: {} for lattices up to {} cells, {} for the occupancy of all frames, {} for a step",
-                      gigabytes(needs.in_memory()), gigabytes(needs.lattices), config.grid.radiance.back(),
+                      gigabytes(needs.in_memory()), gigabytes(needs.lattices), needs.cells,
                       gigabytes(needs.occupancy), gigabytes(needs.step)),
           gigabytes(bound), "more --memory, a smaller --preset, or fewer cells (--set grid.radiance=...)"});
   return room;

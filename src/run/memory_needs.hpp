@@ -10,6 +10,7 @@ namespace splinevox::run {
 
 /// What a training will take beside its pictures: at most, as far as it can be told before. Bytes.
 struct MemoryNeeds {
+  int cells = 0;          ///< of the finest radiance lattice, along the longest edge
   double lattices = 0;    ///< values, moments and gradients of the finest lattices
   double occupancy = 0;   ///< of all frames
   double step = 0;        ///< rays and their samples, slices, the program itself
@@ -28,7 +29,7 @@ double parse_memory(const std::string& text, const std::string& option);
 double memory_bound(const std::string& asked);
 
 /// Room for pictures within the bound. Throws Error (input) if the training does not fit without any.
-double room_for_pictures(double bound, const MemoryNeeds& needs, const Config& config);
+double room_for_pictures(double bound, const MemoryNeeds& needs);
 
 /// One line for the user, once pictures are where they are.
 std::string memory_line(double bound, const MemoryNeeds& needs, const Dataset& data);

@@ -200,7 +200,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   MemoryNeeds needs;
   load.room = [&](const Dataset& frames) {
     needs = memory_needs(config, frames);
-    return room_for_pictures(bound, needs, config);
+    return room_for_pictures(bound, needs);
   };
   Dataset data = load_dataset(o.dataset, load);
   check_learns_depth(*steps, config, *data.find("train"));

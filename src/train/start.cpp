@@ -103,6 +103,13 @@ PictureStats picture_stats(const Split& train) {
   }
   out.see_through =
       !std::all_of(train.frames.begin(), train.frames.end(), [](const Frame& f) { return f.image.opaque(); });
+  count_places(train, out);
+  out.partly = any > 0 ? float(double(partly) / double(any)) : 0;
+  if (weights > 0) out.mean = cast<float>(1 / weights * sum);
+  return out;
+}
+
+void count_places(const Split& train, PictureStats& stats) {
   std::set<std::array<double, 6>> places;
   std::map<int, const Camera*> first;  // of each camera that has a name or a stand
   for (const Frame& f : train.frames) {
@@ -111,11 +118,8 @@ PictureStats picture_stats(const Split& train) {
     const Vec3d &p = at.position, &z = at.axes[2];
     places.insert({p.x, p.y, p.z, z.x, z.y, z.z});
   }
-  out.places = int(places.size());
-  out.pictures = int(train.frames.size());
-  out.partly = any > 0 ? float(double(partly) / double(any)) : 0;
-  if (weights > 0) out.mean = cast<float>(1 / weights * sum);
-  return out;
+  stats.places = int(places.size());
+  stats.pictures = int(train.frames.size());
 }
 
 SceneBounds starting_bounds(const Config& config, const Split& train, const PictureStats& stats) {

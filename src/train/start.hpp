@@ -22,6 +22,8 @@ struct PictureStats {
   bool dark() const { return (mean.x + mean.y + mean.z) / 3 < 0.03f; }
 };
 PictureStats picture_stats(const Split& train);
+/// Of these `places` and `pictures` alone, which cameras tell before any picture is read.
+void count_places(const Split& train, PictureStats& stats);
 
 /// Where the scene may be, before anything is known of it: the box of the configuration, or what cameras and
 /// silhouettes say. Throws Error (Fault::input) if it lies so far from the origin that floats cannot tell its

@@ -5,6 +5,7 @@
 #include "ball_scene.hpp"
 #include "run/memory_needs.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/data/synth.hpp"
 #include "splinevox/run/train.hpp"
 
 using namespace splinevox;
@@ -38,6 +39,20 @@ TEST_SUITE("app/memory") {
     CHECK(contains(e.err, "the training does not fit into it"));
     CHECK(contains(e.err, "occupancy"));
     CHECK_FALSE(fs::exists(scene.path("run")));
+  }
+
+  TEST_CASE("a rig of few cameras needs the memory of the coarser lattice that it ends with") {
+    const Config config = preset("fast");
+    const run::MemoryNeeds all = run::memory_needs(config, make_synth("ball", {.frames = 8, .size = 8})),
+                           few = run::memory_needs(
+                               config, make_synth("ball", {.frames = 8, .size = 8, .rig = {.cameras = 4}}));
+    CHECK(all.cells == 256);
+    CHECK(few.cells == 144);
+    CHECK(few.lattices < 0.3 * all.lattices);
+    // A long sequence has no more occupancies than are made.
+    const run::MemoryNeeds longer = run::memory_needs(config, make_synth("ball", {.frames = 600, .size = 8}));
+    CHECK(longer.occupancy ==
+          run::memory_needs(config, make_synth("ball", {.frames = 700, .size = 8})).occupancy);
   }
 
   TEST_CASE("from the cache: the same model to the last byte, also resumed, and eval finds the file") {

@@ -5,10 +5,8 @@
 #include <cstdint>
 
 #include "core/parallel.hpp"
-#include "math/camera.hpp"
-#include "render/field_view.hpp"
 #include "train/by_time.hpp"
-#include "train/square_sums.hpp"
+#include "train/cell_votes.hpp"
 
 namespace splinevox {
 namespace {
@@ -17,59 +15,22 @@ constexpr int kCells = 64;  ///< along the longest edge
 constexpr int kRun = 4;     ///< pictures in a row
 constexpr std::size_t kMostPictures = 512;
 
-enum class Vote { none, quiet, change };
-
-/// What one picture says of cells.
-class Voter {
- public:
-  Voter(const Camera& camera, const CoarseMask& moving)
-      : camera_(camera),
-        factor_(moving.factor),
-        width_(moving.squares.width()),
-        height_(moving.squares.height()),
-        sums_(width_, height_, [&](int x, int y) { return moving.squares.test(x, y); }) {}
-
-  /// Of a cell by the square around its projection.
-  Vote on(const Vec3& middle, float edge) const {
-    const Projection p = project(camera_, cast<double>(middle));
-    if (!(p.depth > 0.5 * double(edge) && p.u >= 0 && p.v >= 0 && p.u < camera_.width &&
-          p.v < camera_.height))
-      return Vote::none;
-    constexpr double kHalfDiagonal = 0.87;  // of a cell, in edges
-    const double du = kHalfDiagonal * double(edge) * camera_.fx / p.depth,
-                 dv = kHalfDiagonal * double(edge) * camera_.fy / p.depth;
-    const auto within = [](double at, int squares) { return int(std::clamp(at, 0.0, double(squares))); };
-    const auto first = [&](double at, int squares) { return within(at / factor_, squares); };
-    const auto last = [&](double at, int squares) { return within(at / factor_ + 1, squares); };
-    const int x0 = first(p.u - du, width_), x1 = last(p.u + du, width_), y0 = first(p.v - dv, height_),
-              y1 = last(p.v + dv, height_);
-    return sums_.in(x0, y0, x1, y1) > 0 ? Vote::change : Vote::quiet;
-  }
-
-  /// Calls act(from, along, steps) for each square that shows motion: the points from + i * along are what it
-  /// looks through in the box.
-  template <class Act>
-  void each_ray(const CoarseMask& moving, const Box& box, float step, const Act& act) const {
-    for (int y = 0; y < height_; ++y)
-      for (int x = 0; x < width_; ++x) {
-        if (!moving.squares.test(x, y)) continue;
-        const RayInput<float> ray =
-            clip_ray(camera_ray(camera_, (x + 0.5) * factor_, (y + 0.5) * factor_), box, step, 0.5f, {});
-        act(ray.origin, step * ray.direction, ray.count);
-      }
-  }
-
- private:
-  const Camera& camera_;
-  int factor_, width_, height_;
-  SquareSums sums_;  ///< of the squares that show motion
-};
+/// What a picture says of a cell, by the square around its projection.
+Vote vote_on(const SquareVotes& picture, const Vec3& middle, float edge) {
+  const Camera& camera = picture.camera();
+  const Projection p = project(camera, cast<double>(middle));
+  if (!(p.depth > 0.5 * double(edge) && picture.sees(p.u, p.v))) return Vote::none;
+  constexpr double kHalfDiagonal = 0.87;  // of a cell, in edges
+  const double du = kHalfDiagonal * double(edge) * camera.fx / p.depth,
+               dv = kHalfDiagonal * double(edge) * camera.fy / p.depth;
+  return picture.vote(p.u - du, p.v - dv, p.u + du, p.v + dv, 0);
+}
 
 /// The longest row of pictures that all show motion before a cell; those that do not see it do not count.
-int longest_run(const std::vector<Voter>& voters, const Vec3& middle, float edge) {
+int longest_run(const std::vector<SquareVotes>& voters, const Vec3& middle, float edge) {
   int run = 0, longest = 0;
-  for (const Voter& voter : voters) {
-    const Vote vote = voter.on(middle, edge);
+  for (const SquareVotes& voter : voters) {
+    const Vote vote = vote_on(voter, middle, edge);
     if (vote == Vote::none) continue;
     run = vote == Vote::change ? run + 1 : 0;
     longest = std::max(longest, run);
@@ -88,8 +49,15 @@ BitGrid cells_that_move(const std::vector<CoarseMask>& moving, const Split& spli
     for (std::size_t i = 0; i < kMostPictures; ++i) order[i] = order[i * n / kMostPictures];
     order.resize(kMostPictures);
   }
-  std::vector<Voter> voters;
-  for (const int f : order) voters.emplace_back(split.frames[std::size_t(f)].camera, moving[std::size_t(f)]);
+  const auto changes = [](const CoarseMask& mask) {
+    return [&mask](int x, int y) { return mask.squares.test(x, y); };
+  };
+  std::vector<SquareVotes> voters;
+  for (const int f : order) {
+    const CoarseMask& mask = moving[std::size_t(f)];
+    voters.emplace_back(split.frames[std::size_t(f)].camera, mask.factor, mask.squares.width(),
+                        mask.squares.height(), changes(mask));
+  }
   BitGrid cells(box, kCells);
   std::vector<std::uint8_t> free(cells.cells());
   parallel_for(int(free.size()), [&](int c) {
@@ -99,21 +67,17 @@ BitGrid cells_that_move(const std::vector<CoarseMask>& moving, const Split& spli
   for (std::size_t c = 0; c < free.size(); ++c)
     if (free[c]) cells.set(c);
   BitGrid out = cells;
-  for (std::size_t i = 0; i < voters.size(); ++i)
-    voters[i].each_ray(moving[std::size_t(order[i])], box, 0.5f * cells.cell,
-                       [&](const Vec3& from, const Vec3& along, int steps) {
-                         const auto cell = [&](int k) { return cells.cell_of(from + float(k) * along); };
-                         for (int k = 0; k < steps; ++k)
-                           if (cells.test(cells.index(cell(k)))) return;
-                         for (int k = 0; k < steps; ++k) {
-                           const Vec3 middle = cells.center(cell(k));
-                           const auto changes = [&](std::size_t v) {
-                             return voters[v].on(middle, cells.cell) == Vote::change;
-                           };
-                           if ((i > 0 && changes(i - 1)) || (i + 1 < voters.size() && changes(i + 1)))
-                             out.set(cells.index(cell(k)));
-                         }
-                       });
+  for (std::size_t i = 0; i < voters.size(); ++i) {
+    const auto shown = [&](std::size_t v, std::size_t cell) {
+      return vote_on(voters[v], cells.center(cells.cell_at(cell)), cells.cell) == Vote::change;
+    };
+    voters[i].add_unexplained(
+        cells, box, changes(moving[std::size_t(order[i])]),
+        [&](std::size_t c) {
+          return (i > 0 && shown(i - 1, c)) || (i + 1 < voters.size() && shown(i + 1, c));
+        },
+        out);
+  }
   return dilate(out);
 }
 

@@ -29,6 +29,8 @@ struct StillCamera {
   double most = 0;                     ///< of the blocks that differ at one moment
   double flicker = 0;                  ///< largest change of the whole picture's brightness, a share of it
 
+  /// Index of a block into a map.
+  std::size_t block(int x, int y) const { return std::size_t(y) * std::size_t(width) + std::size_t(x); }
   /// No change of the light of everything, which would be taken for one of the exposure.
   bool steady() const { return flicker < 0.03; }
   /// What differs at a moment.
