@@ -32,7 +32,8 @@ train() {
       "$splinevox" train "$data/$scene" --out "$run" --preset "$preset" --seed "$seed" ${EXTRA:-} \
         > "$run.log" 2>&1
       # with one ray a pixel too, as lines without psnr_one_ray have it
-      "$splinevox" eval "$run" --data "$data/$scene" --antialias 1 --out "$run.one_ray.json" >> "$run.log" 2>&1
+      "$splinevox" eval "$run" --data "$data/$scene" --antialias 1 --out "$run.one_ray.json" \
+        >> "$run.log" 2>&1
       for split in $splits; do
         "$splinevox" eval "$run" --data "$data/$scene" --split $split >> "$run.log" 2>&1
       done
@@ -63,8 +64,9 @@ keep() {  # keep PRESET SCENE SEED RUN : its line among the results; no seconds 
     for name in steps peak_memory_bytes psnr ssim ms_ssim; do
       printf ', "%s": %s' $name "$(number "$4/metrics.json" $name)"
     done
-    printf ', "val_psnr": %s, "train_psnr": %s, "psnr_one_ray": %s}\n' "$(number "$4/metrics_val.json" psnr)" \
-      "$(number "$4/metrics_train.json" psnr)" "$(number "$4.one_ray.json" psnr)"
+    printf ', "val_psnr": %s, "train_psnr": %s' "$(number "$4/metrics_val.json" psnr)" \
+      "$(number "$4/metrics_train.json" psnr)"
+    printf ', "psnr_one_ray": %s}\n' "$(number "$4.one_ray.json" psnr)"
   } | sort > "$results.new"
   mv "$results.new" "$results"
 }

@@ -55,17 +55,19 @@ void archive_masks(Archive& a, const Split& train, std::vector<CoarseMask>& mask
   }
 }
 
-Volume starting_volume(const Setting& setting, const TimeMap& time_map) {
+/// @param masks  what moves in each frame
+Volume starting_volume(const Setting& setting, const TimeMap& time_map,
+                       const std::vector<CoarseMask>& masks) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
-  MovingPart moving;
+  MovingPart part;
   // What cameras that stand still see change is no mask of all that moves: they alone say what is static.
   if (freezes(setting.config))
-    moving.cells = setting.still.empty() ? cells_that_move(moving_in(setting), setting.train, bounds.box)
-                                         : changing_cells(setting.still, setting.train, bounds.box);
-  moving.proved = moving.cells.cells() > 0;
+    part.cells = setting.still.empty() ? cells_that_move(masks, setting.train, bounds.box)
+                                       : changing_cells(setting.still, setting.train, bounds.box);
+  part.proved = part.cells.cells() > 0;
   return {Lattices(setting, time_map, bounds.box),
           {bounds.hull, {}, {}},
-          std::move(moving),
+          std::move(part),
           cameras_to_learn(setting.config.cameras, setting.train)};
 }
 
@@ -75,19 +77,20 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
                       std::unique_ptr<StepBackend> backend)
     : setting(config, train),
       ranks(r),
-      home(starting_volume(setting, time_map), std::move(backend)),
+      moving(moving_in(setting)),
+      home(starting_volume(setting, time_map, moving), std::move(backend)),
       sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
       cameras(setting.config.cameras, home.read().cameras, setting.unit),
       errors(config.sampling.hard_share > 0 ? ErrorMap(train) : ErrorMap()),
       depths(starting_depth_fits(train, setting.config.loss.depth)),
       followed(config.loss.tracks > 0 && config.motion.enabled ? points_that_move(train)
                                                                : std::vector<char>()) {
-  set_moving(moving_in(setting));
+  tell_what_moves();
   if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
 }
 
-void Trainer::State::set_moving(std::vector<CoarseMask> masks) {
-  moving = std::move(masks);
+/// To the sampler of rays.
+void Trainer::State::tell_what_moves() {
   // Of a rig other cameras see what one does not. Its cells are known better, and need no prior.
   const bool rig = !setting.still.empty();
   sampler.set_moving(moving, rig ? 0 : setting.config.loss.still);
@@ -232,7 +235,7 @@ void Trainer::State::archive(Archive& a) {
   Volume& volume = home.change();
   check_fits(plan.fits(setting.config, volume.lattices));
   sampler.set_box(volume.lattices.model.box);
-  set_moving(std::move(moving));
+  tell_what_moves();
   plan.fit(setting, volume);
 }
 

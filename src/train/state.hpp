@@ -26,7 +26,8 @@ struct Trainer::State {
         std::unique_ptr<StepBackend> backend);
 
   const Setting setting;
-  Ranks* const ranks;  ///< who trains with us; null: nobody
+  Ranks* const ranks;              ///< who trains with us; null: nobody
+  std::vector<CoarseMask> moving;  ///< what moves in each frame; empty: nobody knows
   Home home;
   BatchSampler sampler;
   BackgroundLearner background;  ///< of the volume's background, if that is learned
@@ -40,7 +41,6 @@ struct Trainer::State {
   Plan plan;
   Batch batch;                        ///< of the last step
   TrackBatch tracks;                  ///< of the same; nothing where no track is asked for
-  std::vector<CoarseMask> moving;     ///< what moves in each frame; empty: nobody knows
   ColourLoss own_loss;                ///< in place of the photometric one; empty: that
   std::optional<double> lost;         ///< what it gave for the last step
   std::vector<StepReport> discarded;  ///< the last steps, as far as they were discarded in a row
@@ -67,7 +67,7 @@ struct Trainer::State {
   void archive(Archive& a);
 
  private:
-  void set_moving(std::vector<CoarseMask> masks);
+  void tell_what_moves();
   ColourGradient colour_gradient_;  ///< asks `own_loss`
   std::vector<Vec3> behind_;        ///< gradient of the colour behind each ray of the batch, if it is wanted
   RayLosses ray_losses() const;

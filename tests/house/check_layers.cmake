@@ -18,7 +18,8 @@ set(limit 400)
 
 # What is in <> of an include, and the files that may have it.
 set(libraries
-    "openvdb|nanovdb@/io/" "cuda|cub|thrust|nccl@\\.(cu|cuh)$" "Eigen@/math/nearest_point.hpp|/data/camera_check.cpp"
+    "openvdb|nanovdb@/io/" "cuda|cub|thrust|nccl@\\.(cu|cuh)$"
+    "Eigen@/math/nearest_point.hpp|/data/camera_check.cpp"
     "CLI@/cli/" "mpi@/cli/join_ranks.cpp" "httplib@/live/server.cpp"
     "tbb/parallel@/core/(parallel|in_order).cpp"
     "toml@/train/config/(toml_library|config_text).cpp|/run/(run_folder|sweep/sweep).cpp")
@@ -38,7 +39,7 @@ foreach(file IN LISTS files)
       message(SEND_ERROR "${file}: layer '${layer}' may not include '${target}'")
     endif()
   endforeach()
-  # nvcc does not take OpenVDB's headers; the others are known in one place each, as docs/architecture.md says.
+  # nvcc does not take OpenVDB's headers; the others are known in one place each (docs/architecture.md).
   file(STRINGS ${ROOT}/${file} foreign REGEX "^#include <")
   foreach(line IN LISTS foreign)
     foreach(library IN LISTS libraries)
