@@ -56,7 +56,7 @@ int render(const RenderVerb& o) {
           nearest(o.format, formats)});
   const std::vector<std::string> layers = chosen_layers(o.layers, o.format);
   const Share share = chosen_share(o.share);
-  const int asked = across_of(o.antialias);
+  const RenderOptions options{.across = across_of(o.antialias)};
   if (o.format == "mp4" && !share.whole())
     fail({"--format", "a film is written by one process", "png or exr for pictures that are shared out",
           o.format, "ffmpeg makes a film of pictures, too"});
@@ -74,7 +74,6 @@ int render(const RenderVerb& o) {
   for (std::size_t i = std::size_t(share.index); i < frames.shown.size(); i += std::size_t(share.count)) {
     const Shot& shot = frames.shots[frames.shown[i]];
     const int number = frames.numbers[i];
-    const RenderOptions options{.across = asked > 0 ? asked : rays_across(run.model, shot.camera)};
     Rendered r = renderer.render(shot.camera, shot.time, options);
     if (o.format == "exr")
       write_layers(fmt::format("{}/frame_{:04}.exr", o.out, number), run.model, r, parts, layers, frames, i,

@@ -32,8 +32,7 @@ struct Looker {
     Rendered out;
     released([&] {
       const std::lock_guard lock(mutex);
-      out = renderer.render(camera, time,
-                            {float(stop), float(step_scale), across.value_or(rays_across(*model, camera))});
+      out = renderer.render(camera, time, {float(stop), float(step_scale), across.value_or(0)});
     });
     return out;
   }
@@ -222,8 +221,7 @@ void bind_model(py::module_& m) {
             return Pictures(Looker(self).look(camera, time, step_scale, stop, across));
           },
           "One picture at a time in [0, 1]; of several, a Renderer is faster. across x across rays go "
-          "through a "
-          "pixel; None: as many as `splinevox render` takes.",
+          "through a pixel; None: as many as `splinevox render` takes.",
           py::arg("camera"), py::arg("time"), py::arg("step_scale") = 1.0,
           py::arg("stop") = double(RenderOptions().stop), py::arg("across") = py::none())
       .def(

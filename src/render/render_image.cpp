@@ -142,8 +142,9 @@ Renderer::~Renderer() = default;
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
   state_->go_to(time);
-  if (options.across == 1) return state_->draw(camera, options);
-  const int n = std::clamp(options.across, 1, kMostAcross);
+  const int n =
+      options.across == 0 ? rays_across(state_->model, camera) : std::clamp(options.across, 1, kMostAcross);
+  if (n == 1) return state_->draw(camera, options);
   Rendered sum;
   for (int i = 0; i < n * n; ++i) {
     // Seen a part of a pixel to the right and below, as a camera sees it whose centre is as far to the left

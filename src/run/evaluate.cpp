@@ -82,7 +82,6 @@ View compare(Image render, const Frame& frame, const Vec3& background) {
 }
 
 View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame, int across) {
-  if (across == 0) across = rays_across(model, frame.camera);
   Rendered layers = renderer.render(frame.camera, frame.time, {.across = across});
   View v = compare(clamped(layers.rgb), frame, model.background.color);
   v.layers = std::move(layers);

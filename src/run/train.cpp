@@ -128,14 +128,13 @@ bool has_ended(const RunFolder& folder) {
 
 /// What a folder holds of an earlier call, and what is to be done with it.
 struct Continuation {
-  bool known = false;       ///< there is a run to go on with
-  bool checkpoint = false;  ///< from where it stopped
-  bool longer = false;      ///< for more seconds than it was made for
+  bool checkpoint = false;  ///< there is a run to go on with from where it stopped
+  bool longer = false;      ///< one to go on with for more seconds than it was made for
   bool finished = false;    ///< there is nothing to go on with
   Config before;            ///< as it was asked for then
   Config asked;             ///< as it is asked for now
   Config config;            ///< as it trains; without a checkpoint `asked`, until that is settled
-  RunRecord record;         ///< of the run that is known
+  RunRecord record;         ///< of the run to go on with
 };
 
 /// The same on all ranks. Throws Error (input) for the folder of an edited run.
@@ -146,18 +145,18 @@ Continuation find_continuation(const TrainOptions& o, const RunFolder& folder, R
          "a run that `splinevox train` made", "an edited run",
          "--resume the run it was made from (" + std::string(kEditHistory) + " names it), or another --out"});
   Continuation out;
-  out.known = o.resume && folder.has("config.toml");
-  out.checkpoint = out.known && (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
+  const bool known = o.resume && folder.has("config.toml");
+  out.checkpoint = known && (folder.has(kCheckpoint) || folder.has(std::string(kCheckpoint) + ".prev"));
   if (ranks) out.checkpoint = ranks->from_first(out.checkpoint) != 0;
   Config saved;
-  if (out.known) read_run_config(folder.path(), saved, out.record);
+  if (known) read_run_config(folder.path(), saved, out.record);
   out.before = saved;
-  if (out.known && folder.has(kAskedConfig)) read_config(out.before, folder.file(kAskedConfig));
-  out.asked = effective_config(o, out.known ? &out.before : nullptr);
-  out.longer = out.known && is_longer(out.before.run, out.asked.run);
+  if (known && folder.has(kAskedConfig)) read_config(out.before, folder.file(kAskedConfig));
+  out.asked = effective_config(o, known ? &out.before : nullptr);
+  out.longer = known && is_longer(out.before.run, out.asked.run);
   if (out.longer) out.before.run.max_time = saved.run.max_time = out.asked.run.max_time;
   out.config = out.checkpoint ? saved : out.asked;
-  out.finished = out.known && has_ended(folder) && !out.longer;
+  out.finished = known && has_ended(folder) && !out.longer;
   if (ranks) out.finished = ranks->from_first(out.finished) != 0;
   return out;
 }

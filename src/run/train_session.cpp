@@ -165,13 +165,13 @@ void TrainSession::step() {
   try {
     last_ = trainer_.step(start - stepped_at_);
   } catch (const Error& error) {
-    if (error.fault == Fault::numeric && writes()) try {
+    if (error.fault != Fault::numeric) throw;
+    if (writes()) try {
         save_replay();
       } catch (const Error& unsaved) {  // which step it was and what to try matters more
         progress_.note(fmt::format("the steps that failed could not be saved: {}", unsaved.what()));
       }
-    if (error.fault == Fault::numeric && setup_.ranks)
-      setup_.ranks->from_first(0);  // who leaves early ends the one that saves
+    if (setup_.ranks) setup_.ranks->from_first(0);  // who leaves early ends the one that saves
     throw;
   }
   stepped_at_ = clock();
@@ -232,9 +232,7 @@ bool TrainSession::held_out_view_due(double seconds) const {
 void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
   if (held_out_step_ == double(last_.step)) return;
   const Image picture = clamped(
-      make_renderer(model, setup_.device)
-          .render(held_out_->camera, held_out_->time, {.across = rays_across(model, held_out_->camera)})
-          .rgb);
+      make_renderer(model, setup_.device).render(held_out_->camera, held_out_->time, {.across = 0}).rgb);
   held_out_psnr_ =
       capped_psnr(psnr(picture, composite(held_out_->image, model.background.color), held_out_->ignored));
   held_out_step_ = double(last_.step);

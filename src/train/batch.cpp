@@ -258,6 +258,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
     const std::span drawn = std::span(out.patches).subspan(std::size_t(f) * patches, patches);
     std::vector<float> weights(drawn.size());
     draw_patches(std::uint64_t(index), std::uint64_t(f) * patches, of_slot[f], errors, drawn, weights);
+    for (Patch& p : drawn)  // what carves looks at another moment than its picture shows
+      p.own_moment = cameras.time_of(train_.frames[p.frame]) == out.times[f];
     for (int p = 0; p < patches; ++p)
       for (int k = 0; k < 4; ++k) {
         const std::size_t r = std::size_t(f) * per_frame + 4 * p + k;
@@ -278,8 +280,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         if (!out.lines.empty()) out.lines[r] = ray;
         out.rays[r] = clip_ray(ray, box_, step, ray_rng.uniform(4 * r + 3), behind);
         out.rays[r].weight = weights[p];
-        // What carves looks at another moment than its picture shows.
-        const bool now = cameras.time_of(frame) == out.times[f];
+        const bool now = drawn[p].own_moment;
         if (!out.depths.empty())
           out.depths[r] =
               now ? depth_target(frame, x, y, ray, depths[std::size_t(drawn[p].frame)], out.rays[r], step)
@@ -296,10 +297,8 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
         }
         if (!out.shown.empty()) out.shown[r] = {shown, cameras.index_of(frame), frame.time};
       }
-    for (Patch& p : drawn) {
+    for (const Patch& p : drawn)
       if (used[f].empty() || used[f].back() != p.frame) used[f].push_back(p.frame);
-      p.own_moment = cameras.time_of(train_.frames[p.frame]) == out.times[f];
-    }
   });
   // Of pictures in files, those of the next step are read while this one is made.
   for (const std::vector<int>& pictures : used)

@@ -81,16 +81,17 @@ TEST_SUITE("app/capture program") {
     CHECK(fs::exists(out + "/mine.txt"));
     fs::remove(out + "/mine.txt");
     // While another one works there, nothing is thrown away.
-    fs::create_directories(out + "/work");
+    const fs::path work = fs::path(out) / "work";
+    fs::create_directories(work);
     fs::create_directories(out + "/images");
-    write_text(out + "/work/state.json", "{}");
+    write_text(work / "state.json", "{}");
     write_text(out + "/images/a.png", "of the other");
     {
       const run::FolderLock other(out, "capturing into");
       said({"--fresh"}, "another process is capturing into this folder");
     }
     CHECK(slurp(out + "/images/a.png") == "of the other");
-    fs::remove_all(out + "/work");
+    fs::remove_all(work);
     fs::remove_all(out + "/images");
     const std::string bare = "PATH=" + folder.str() + " " SPLINEVOX_PROGRAM " capture ";
     CHECK(shell(bare + in + " --out " + out + " 2>" + folder.str() + "/said; test $? = 2"));

@@ -114,6 +114,8 @@ TEST_SUITE("backend/pictures") {
     CHECK(worst(all.depth, mean.depth, &all.alpha) < 1e-3);
     CHECK(farthest(mean.rgb, renderer.render(eye, 0.7).rgb) > 0.01);
     CHECK(farthest(renderer.render(eye, 0.7, {.across = 1}).rgb, renderer.render(eye, 0.7).rgb) == 0);
+    REQUIRE(rays_across(model, eye) == 2);
+    CHECK(farthest(renderer.render(eye, 0.7, {.across = 0}).rgb, mean.rgb) == 0);
   }
   TEST_CASE("a pixel wants several rays where it shows several voxels") {
     const VoxelModel model = test::blob_model(40, {}, 1);

@@ -18,7 +18,7 @@ set(limit 400)
 
 # What is in <> of an include, and the files that may have it.
 set(libraries
-    "openvdb|nanovdb@/io/" "cuda|cub|thrust|nccl@\\.(cu|cuh)$"
+    "openvdb|nanovdb@^(src|include/splinevox)/io/" "cuda|cub|thrust|nccl@\\.(cu|cuh)$"
     "Eigen@/math/nearest_point.hpp|/data/camera_check.cpp"
     "CLI@/cli/" "mpi@/cli/join_ranks.cpp" "httplib@/live/server.cpp"
     "tbb/parallel@/core/(parallel|in_order).cpp"

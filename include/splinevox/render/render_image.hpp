@@ -25,12 +25,12 @@ struct RenderOptions {
   float stop = 1e-3f;    ///< a ray ends when its transmittance falls below this; colour error <= stop
   float step_scale = 1;  ///< multiplies the model's march step
   int across = 1;  ///< across x across rays go through each pixel, evenly, and layers are their means, that
-                   ///< of depth over what is hit; 1 to kMostAcross
+                   ///< of depth over what is hit; 1 to kMostAcross, or 0: as many as rays_across says
 };
 inline constexpr int kMostAcross = 8;
 
-/// What RenderOptions::across should be: 2 where voxels are so narrow, seen from the camera, that one ray
-/// misses some of what its pixel shows, else 1 (docs/experiments.md).
+/// How many rays a pixel should have along each of its edges: 2 where voxels are so narrow, seen from the
+/// camera, that one ray misses some of what its pixel shows, else 1 (docs/experiments.md).
 int rays_across(const VoxelModel& model, const Camera& camera);
 
 /// Renders one model, which must outlive it, any number of times. Knows where the canonical volume is empty,

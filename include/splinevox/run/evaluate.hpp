@@ -25,7 +25,7 @@ struct View {
 /// @param render  3 channels within [0, 1], of the frame's size. @param background  behind the truth
 View compare(Image render, const Frame& frame, const Vec3& background);
 /// A model's view, over its background. @param renderer  of the model
-/// @param across  as RenderOptions; 0: what rays_across says
+/// @param across  as RenderOptions
 View evaluate_view(const VoxelModel& model, Renderer& renderer, const Frame& frame, int across = 0);
 
 /// The figures of one view.
