@@ -20,36 +20,56 @@ namespace {
 /// picture hardly changes.
 constexpr double kSurround = 8;
 
-enum View : char { kOutside, kInside, kUnseen };
+enum View : char { kOutside, kInside, kUnseen, kUnasked };
+
+/// Pixels of a picture in rows that show something (alpha > 0), or are ignored.
+struct Rows {
+  struct Run {
+    int y, first, last;
+    View view;
+  };
+  int width = 0, height = 0;
+  std::vector<Run> runs;  ///< those of kUnseen before those of kInside
+  bool complete = true;   ///< nothing touches the picture's border, so nothing lies outside it
+
+  explicit Rows(const Frame& frame) : width(frame.image.width), height(frame.image.height) {
+    const Picture& image = frame.image;
+    const ReadAll all_of(image);
+    const auto add = [&](const auto& is, View view) {
+      for (int y = 0; y < height; ++y)
+        for (int x = 0; x < width; ++x) {
+          if (!is(x, y)) continue;
+          const int first = x;
+          while (x + 1 < width && is(x + 1, y)) ++x;
+          runs.push_back({y, first, x, view});
+          complete &= first > 0 && y > 0 && x + 1 < width && y + 1 < height;
+        }
+    };
+    if (!frame.ignored.empty()) add([&](int x, int y) { return frame.ignored.test(x, y); }, kUnseen);
+    add([&](int x, int y) { return image.pixel(x, y)[3] >= 1000 && !frame.ignored.test(x, y); }, kInside);
+  }
+};
 
 /// Silhouette in blocks: inside where any pixel of the block, or of a ring of `grow` pixels around it, has
 /// alpha > 0; else unseen where any of them is ignored.
 struct Silhouette {
   static constexpr int kBlock = 4;
-  int width = 0, height = 0;
+  int width = 0;
   std::vector<View> views;
-  bool complete = true;  ///< nothing touches the picture's border, so nothing lies outside it
+  bool complete = true;
 
-  Silhouette(const Frame& frame, int grow)
-      : width((frame.image.width + kBlock - 1) / kBlock),
-        height((frame.image.height + kBlock - 1) / kBlock),
-        views(std::size_t(width) * height, kOutside) {
-    const Picture& image = frame.image;
-    const ReadAll all_of(image);
-    const auto each_pixel = [&](const auto& is, View view) {
-      for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-          if (!is(x, y)) continue;
-          complete &= x > 0 && y > 0 && x + 1 < image.width && y + 1 < image.height;
-          const int x0 = std::max(0, x - grow) / kBlock, x1 = std::min(image.width - 1, x + grow) / kBlock;
-          const int y0 = std::max(0, y - grow) / kBlock, y1 = std::min(image.height - 1, y + grow) / kBlock;
-          for (int v = y0; v <= y1; ++v)
-            std::fill_n(views.begin() + std::size_t(v) * width + x0, x1 - x0 + 1, view);
-        }
-    };
-    if (!frame.ignored.empty()) each_pixel([&](int x, int y) { return frame.ignored.test(x, y); }, kUnseen);
-    each_pixel([&](int x, int y) { return image.pixel(x, y)[3] >= 1000 && !frame.ignored.test(x, y); },
-               kInside);
+  Silhouette(const Rows& rows, int grow)
+      : width((rows.width + kBlock - 1) / kBlock),
+        views(std::size_t(width) * ((rows.height + kBlock - 1) / kBlock), kOutside),
+        complete(rows.complete) {
+    for (const Rows::Run& run : rows.runs) {
+      const int x0 = std::max(0, run.first - grow) / kBlock,
+                x1 = std::min(rows.width - 1, run.last + grow) / kBlock,
+                y0 = std::max(0, run.y - grow) / kBlock,
+                y1 = std::min(rows.height - 1, run.y + grow) / kBlock;
+      for (int v = y0; v <= y1; ++v)
+        std::fill_n(views.begin() + std::size_t(v) * width + x0, x1 - x0 + 1, run.view);
+    }
   }
 };
 
@@ -57,8 +77,8 @@ struct Silhouette {
 /// shows only part.
 class Watch {
  public:
-  Watch(const Camera& camera, const Frame& frame, const BitGrid& grid)
-      : camera_(camera), silhouette_(frame, grow(camera, grid)) {}
+  Watch(const Camera& camera, const Rows& rows, const BitGrid& grid)
+      : camera_(camera), silhouette_(rows, grow(camera, grid)) {}
 
   View operator()(const Vec3d& x) const {
     const Projection p = project(camera_, x);
@@ -80,40 +100,52 @@ class Watch {
   Silhouette silhouette_;
 };
 
+/// What pictures show, in the order of their times.
+struct Shown {
+  std::vector<int> by_time;
+  std::vector<std::unique_ptr<const Rows>> rows;
+
+  explicit Shown(const Split& train) : by_time(frames_by_time(train)), rows(by_time.size()) {
+    parallel_for(int(rows.size()),
+                 [&](int f) { rows[f] = std::make_unique<const Rows>(train.frames[by_time[f]]); });
+  }
+};
+
 /// Cells that in some window of neighbouring times no view sees outside the silhouette and most see inside.
-BitGrid swept_hull(const Split& train, const std::vector<Camera>& cameras, const Box& box, int cells) {
-  const std::vector<int> by_time = frames_by_time(train);
-  const int n = int(by_time.size());
+BitGrid swept_hull(const Shown& shown, const std::vector<Camera>& cameras, const Box& box, int cells) {
+  const int n = int(shown.rows.size());
   // A window is a twentieth of the frames: longer clips what moves fast, shorter leaves the hull loose.
-  constexpr int kLongest = 9, kWord = 32;
+  constexpr int kLongest = 9;
+  constexpr std::size_t kWord = 32;
   const int window = std::min(n, std::clamp(n / 20, 3, kLongest));
   BitGrid hull(box, cells);
   std::vector<std::unique_ptr<const Watch>> watches(n);
   parallel_for(n, [&](int f) {
-    const int i = by_time[f];
-    watches[f] = std::make_unique<const Watch>(cameras[i], train.frames[i], hull);
+    watches[f] = std::make_unique<const Watch>(cameras[shown.by_time[f]], *shown.rows[f], hull);
   });
-  // By words, each of which one thread owns, and through all times at once: only the views of a window are
-  // kept.
+  // By words, each of which one thread owns. A window is looked through from its end: where a view sees a
+  // cell outside, no window up to that view can hold it, so most views of empty space are never asked.
   parallel_for(int(hull.bits.size()), [&](int word) {
     const std::size_t first = std::size_t(word) * kWord;
-    const int count = int(std::min<std::size_t>(kWord, hull.cells() - first));
-    Vec3d place[kWord];
-    for (int k = 0; k < count; ++k) place[k] = cast<double>(hull.center(hull.cell_at(first + k)));
-    View views[kLongest][kWord];
-    int inside[kWord] = {}, outside[kWord] = {};
-    for (int f = 0; f < n; ++f)
-      for (int k = 0; k < count; ++k) {
-        View& view = views[f % window][k];
-        if (f >= window) {
-          inside[k] -= view == kInside;
-          outside[k] -= view == kOutside;
+    const std::size_t last = std::min(first + kWord, hull.cells());
+    std::vector<View> seen(n);
+    for (std::size_t cell = first; cell < last; ++cell) {
+      const Vec3d place = cast<double>(hull.center(hull.cell_at(cell)));
+      std::fill(seen.begin(), seen.end(), kUnasked);
+      const auto view = [&](int f) { return seen[f] == kUnasked ? seen[f] = (*watches[f])(place) : seen[f]; };
+      for (int begin = 0; begin + window <= n;) {
+        int inside = 0, f = begin + window - 1;
+        for (; f >= begin && view(f) != kOutside; --f) inside += view(f) == kInside;
+        if (f >= begin) {
+          begin = f + 1;
+        } else if (2 * inside > window) {
+          hull.set(cell);
+          break;
+        } else {
+          ++begin;
         }
-        view = (*watches[f])(place[k]);
-        inside[k] += view == kInside;
-        outside[k] += view == kOutside;
-        if (f + 1 >= window && outside[k] == 0 && 2 * inside[k] > window) hull.set(first + k);
       }
+    }
   });
   return hull;
 }
@@ -175,7 +207,7 @@ Box camera_cube(const std::vector<Camera>& cameras) {
 }
 
 double explained_by_hull(const Split& train, const std::vector<Camera>& cameras) {
-  const BitGrid hull = swept_hull(train, cameras, camera_cube(cameras), kCoarse);
+  const BitGrid hull = swept_hull(Shown(train), cameras, camera_cube(cameras), kCoarse);
   if (hull.count() == 0) return 0;
   constexpr int kPictures = 64, kAcross = 24;  // looked at, and pixels along a side of each
   const int every = std::max(1, int(train.frames.size()) / kPictures);
@@ -250,10 +282,11 @@ SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float mar
   const std::vector<Camera> cameras = cameras_of(train);
   Box box = camera_cube(cameras);
   if (has_alpha) {
-    const BitGrid coarse = swept_hull(train, cameras, box, kCoarse);
+    const Shown shown(train);
+    const BitGrid coarse = swept_hull(shown, cameras, box, kCoarse);
     if (coarse.count() > 0) {
       box = bounding_box(coarse, margin);
-      const BitGrid hull = swept_hull(train, cameras, box, cells);
+      const BitGrid hull = swept_hull(shown, cameras, box, cells);
       if (hull.count() > 0) return {box, dilate(hull)};
     }
   }
