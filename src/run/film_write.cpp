@@ -3,9 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,15 +13,15 @@
 #include <cstring>
 #include <filesystem>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/handle.hpp"
 #include "core/own_folder.hpp"
+#include "core/spawn.hpp"
 #include "core/system.hpp"
 #include "data/pictures/film_read.hpp"
 #include "splinevox/core/error.hpp"
-
-extern char** environ;
 
 namespace splinevox::run {
 namespace {
@@ -97,18 +95,11 @@ Film::Film(const std::string& path, int width, int height, double fps)
                                           "-f",
                                           "mp4",
                                           "file:" + draft_};
-  std::vector<char*> arguments;
-  for (const std::string& w : words) arguments.push_back(const_cast<char*>(w.c_str()));
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[0], STDIN_FILENO);
-  const int error = ::posix_spawnp(&process_, "ffmpeg", &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
+  process_ = spawn({.program = words.front(), .words = words, .input = ends[0]});
+  const int error = errno;
   ::close(ends[0]);
   pipe_ = ends[1];
-  if (error == 0) return;
-  process_ = -1;
+  if (process_ > 0) return;
   ::close(pipe_);
   ::unlink(draft_.c_str());
   fail({"--format mp4", "ffmpeg cannot be started", "the program ffmpeg", std::strerror(error),
@@ -130,7 +121,7 @@ Film::Film(Film&& other) noexcept
 Film::~Film() {
   if (pipe_ >= 0) ::close(pipe_);
   if (process_ <= 0) return;
-  retried([&] { return ::waitpid(process_, nullptr, 0); });
+  ended_well(process_);
   ::unlink(draft_.c_str());  // ffmpeg takes the end of the pictures for the end of the film
 }
 
@@ -153,11 +144,9 @@ void Film::add(const Image& picture) {
 void Film::finish() {
   ::close(pipe_);
   pipe_ = -1;
-  int status = -1;
-  retried([&] { return ::waitpid(process_, &status, 0); });
-  process_ = -1;
+  const bool content = ended_well(std::exchange(process_, -1));
   try {
-    if (status != 0) fail_output({path_, "ffmpeg could not write the film", "", "", "its message is above"});
+    if (!content) fail_output({path_, "ffmpeg could not write the film", "", "", "its message is above"});
     check_draft();
     if (::rename(draft_.c_str(), path_.c_str()) != 0)
       fail_output({path_, "could not be written", "", std::strerror(errno), ""});

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstring>
@@ -15,39 +14,31 @@
 #include <utility>
 
 #include "core/atomic_file.hpp"
+#include "core/handle.hpp"
 #include "core/printable.hpp"
+#include "core/spawn.hpp"
 #include "core/system.hpp"
 #include "run/signals.hpp"
 #include "run/sweep/sweep.hpp"
 #include "splinevox/core/error.hpp"
 
-extern char** environ;
-
 namespace splinevox::run {
 namespace {
 
-/// Starts this program with other words; what it says is added to a file.
+/// Starts this program with other words; what it says is added to a file. The terminal's Ctrl-C comes to us,
+/// and from us once.
 pid_t start(std::vector<std::string> words, const std::string& log) {
   const std::string self = own_program();
   words.insert(words.begin(), "splinevox");
-  std::vector<char*> arguments;
-  for (std::string& w : words) arguments.push_back(w.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, 1, log.c_str(), O_CREAT | O_WRONLY | O_APPEND | O_NOFOLLOW,
-                                   0666);
-  posix_spawn_file_actions_adddup2(&actions, 1, 2);
-  posix_spawnattr_t alone;  // a group of its own: the terminal's Ctrl-C comes to us, and from us once
-  posix_spawnattr_init(&alone);
-  posix_spawnattr_setflags(&alone, POSIX_SPAWN_SETPGROUP);
-  pid_t process = -1;
-  const int error = posix_spawnp(&process, self.c_str(), &actions, &alone, arguments.data(), environ);
-  posix_spawnattr_destroy(&alone);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0)
-    fail_output({self, "could not be started", "a free process and a place for " + log, std::strerror(error),
+  const Handle said(log, O_CREAT | O_WRONLY | O_APPEND | O_NOFOLLOW);
+  const pid_t process = !said.ok() ? -1
+                                   : spawn({.program = self,
+                                            .words = std::move(words),
+                                            .output = said.get(),
+                                            .errors = said.get(),
+                                            .own_group = true});
+  if (process < 0)
+    fail_output({self, "could not be started", "a free process and a place for " + log, std::strerror(errno),
                  "fewer --jobs"});
   return process;
 }
