@@ -2,8 +2,6 @@
 #include "backend/step.hpp"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +12,7 @@
 #include "backend/executors.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/on_threads.hpp"
 #include "support/state_parts.hpp"
 
 using namespace splinevox;
@@ -71,9 +70,7 @@ std::vector<StepReport> reports(const Config& config, std::unique_ptr<StepBacken
 /// Parameters and moments after some steps, on a number of threads.
 std::string state(const Config& config, const std::function<std::unique_ptr<StepBackend>()>& device,
                   int steps, int threads) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  tbb::task_arena arena(threads);
-  return arena.execute([&] {
+  return test::on_threads(threads, [&] {
     Trainer trainer(config, *moving_ball().find("train"), moving_ball().time_map, 0, nullptr, device());
     for (int i = 0; i < steps; ++i) trainer.step();
     return test::without(trainer.save(), {"clock"});

@@ -2,8 +2,6 @@
 // Hard cases H22 to H26, H31 and H32 of docs/numerics.md: motion across leaves, optimiser, storage, sums,
 // finite checks.
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <limits>
 #include <random>
@@ -15,6 +13,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "support/blob_model.hpp"
+#include "support/on_threads.hpp"
 #include "support/tiny_dataset.hpp"
 #include "train/learner.hpp"
 
@@ -173,9 +172,7 @@ TEST_SUITE("hard/storage") {
   }
   TEST_CASE("H26: sums are the same bits on 1, 2, 3, 4 and 7 threads, and again") {
     const auto losses = [](int threads) {
-      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-      tbb::task_arena arena(threads);
-      return arena.execute([] {
+      return test::on_threads(threads, [] {
         Config config = short_run(8);
         config.loss.offset = 1e-3f;
         config.loss.divergence = 1e-3f;

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <random>
@@ -11,11 +9,11 @@
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/field/model.hpp"
-#include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "support/dual.hpp"
+#include "support/small_run.hpp"
 
 using namespace splinevox;
 using splinevox::test::Dual;
@@ -23,62 +21,9 @@ using splinevox::test::Dual;
 namespace {
 
 /// A sky that no single colour stands for: warm on one side, blue above.
-Vec3 sky(const Vec3d& d) {
+Vec3 sky(const Ray& ray) {
+  const Vec3d& d = ray.direction;
   return {float(0.55 + 0.25 * d.x), float(0.5 + 0.1 * d.y), float(0.45 + 0.3 * d.z)};
-}
-
-/// The moving ball, photographed before that sky: no alpha.
-Dataset before_sky(int frames, int size) {
-  Dataset data = make_synth("ball", {.frames = frames, .size = size, .seed = 3});
-  for (Split& split : data.splits)
-    for (Frame& f : split.frames) {
-      Image16 image = f.image.unpacked();
-      for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-          std::uint16_t* p = image.rgba.data() + 4 * (std::size_t(y) * image.width + x);
-          const Vec3 behind = sky(camera_ray(f.camera, x + 0.5, y + 0.5).direction);
-          for (int c = 0; c < 3; ++c)
-            p[c] = std::uint16_t(
-                std::lround(p[c] * (p[3] / 65535.0) + 65535 * behind[c] * (1 - p[3] / 65535.0)));
-          p[3] = 65535;
-        }
-      f.image = image;
-    }
-  data.has_alpha = false;
-  return data;
-}
-
-Config small_config(int steps) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
-  c.grid.radiance = {16, 28};
-  c.sampling.occupancy_cells = 32;
-  c.grid.radiance_start = {0, .3f};
-  c.grid.motion = {4, 8};
-  c.grid.motion_start = {0, .2f};
-  c.sampling.rays = 1024;
-  c.sampling.occupancy_every = 50;
-  return c;
-}
-
-VoxelModel train(const Config& config, const Dataset& data, int threads = 2) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  tbb::task_arena arena(threads);
-  return arena.execute([&] {
-    Trainer trainer(config, *data.find("train"), data.time_map);
-    while (!trainer.done()) trainer.step();
-    return trainer.model();
-  });
-}
-
-double test_psnr(const VoxelModel& model, const Dataset& data) {
-  Renderer renderer(model);
-  double sum = 0;
-  const Split& test = *data.find("test");
-  for (const Frame& f : test.frames)
-    sum += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, {}));
-  return sum / double(test.frames.size());
 }
 
 }  // namespace
@@ -119,28 +64,28 @@ TEST_SUITE("train/background") {
     }
   }
   TEST_CASE("behind opaque pictures the sky is learned, and the scene before it") {
-    const Dataset data = before_sky(40, 40);
-    Config config = small_config(400);
-    const VoxelModel model = train(config, data);
+    const Dataset data = test::ball_before(sky, 40, 40);
+    Config config = test::small_run(400);
+    const VoxelModel model = test::trained(config, data);
     config.run.background_order = -1;
-    const VoxelModel fog = train(config, data);
+    const VoxelModel fog = test::trained(config, data);
     REQUIRE(model.background.learned());
     CHECK_FALSE(fog.background.learned());
-    const double with = test_psnr(model, data), without = test_psnr(fog, data);
+    const double with = test::test_psnr(model, data), without = test::test_psnr(fog, data);
     MESSAGE("test split: " << with << " dB with a learned background, " << without << " dB with one colour");
     CHECK(with > without + 3);
     const Frame& f = data.find("test")->frames.front();
-    const Vec3d towards = camera_ray(f.camera, 0.5, 0.5).direction;
-    const Vec3 seen = model.background.towards(cast<float>(towards)), truth = sky(towards);
+    const Ray ray = camera_ray(f.camera, 0.5, 0.5);
+    const Vec3 seen = model.background.towards(cast<float>(ray.direction)), truth = sky(ray);
     for (int c = 0; c < 3; ++c) CHECK(seen[c] == doctest::Approx(truth[c]).epsilon(0.05));
     // What is behind is behind: the corner of a picture is empty.
     CHECK(*render_image(model, f.camera, f.time).alpha.pixel(0, 0) < 0.25f);
   }
   TEST_CASE("pictures with alpha have nothing behind them") {
     const Dataset data = make_synth("ball", {.frames = 12, .size = 24});
-    const VoxelModel model = train(small_config(3), data);
+    const VoxelModel model = test::trained(test::small_run(3), data);
     CHECK(model.background == Background{});
-    CHECK(choose_effects(small_config(100), *data.find("train"), data.time_map)
+    CHECK(choose_effects(test::small_run(100), *data.find("train"), data.time_map)
               .chosen.order(Effect::background) == EffectSet::kOff);
   }
   TEST_CASE("whether a background is learned is tried like other effects") {
@@ -148,7 +93,7 @@ TEST_SUITE("train/background") {
     config.run.max_time = 0;
     config.run.max_steps = 8000;
     config.sampling.rays = 1024;
-    const Dataset data = before_sky(40, 40);
+    const Dataset data = test::ball_before(sky, 40, 40);
     const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);
     CHECK(choice.chosen.order(Effect::background) == 2);
     CHECK(choice.chosen.has(Effect::motion));
@@ -157,9 +102,9 @@ TEST_SUITE("train/background") {
     CHECK(choice.verdicts[0].decision == EffectDecision::on);
   }
   TEST_CASE("the same bits for any number of threads, and across a stop") {
-    const Dataset data = before_sky(12, 24);
-    const Config config = small_config(40);
-    const VoxelModel one = train(config, data, 1), three = train(config, data, 3);
+    const Dataset data = test::ball_before(sky, 12, 24);
+    const Config config = test::small_run(40);
+    const VoxelModel one = test::trained(config, data, 1), three = test::trained(config, data, 3);
     CHECK(one.background == three.background);
     CHECK(one.radiance.raw.values == three.radiance.raw.values);
 
@@ -173,9 +118,9 @@ TEST_SUITE("train/background") {
     CHECK(second.model().radiance.raw.values == one.radiance.raw.values);
   }
   TEST_CASE("a device's steps learn the same background") {
-    const Dataset data = before_sky(12, 24);
-    const Config config = small_config(30);
-    const VoxelModel cpu = train(config, data);
+    const Dataset data = test::ball_before(sky, 12, 24);
+    const Config config = test::small_run(30);
+    const VoxelModel cpu = test::trained(config, data);
     Trainer trainer(config, *data.find("train"), data.time_map, 0, nullptr, make_host_step(false));
     while (!trainer.done()) trainer.step();
     const VoxelModel device = trainer.model();

@@ -30,7 +30,7 @@ Split frames_of(const std::vector<int>& moments) {
 }
 
 /// A split without pictures of one camera that goes its way.
-Split film_of(int pictures, double step = 0.1) {
+Split on_its_way(int pictures, double step = 0.1) {
   Split out{"train", {}};
   for (int i = 0; i < pictures; ++i) {
     out.frames.push_back({.name = "f", .camera = {}, .time = i / (pictures - 1.0), .image = {}});
@@ -130,19 +130,19 @@ TEST_SUITE("train/cameras") {
     }
   }
   TEST_CASE("a film is one camera on its way, and no pictures from anywhere, nor a few") {
-    CHECK(in_sequence(film_of(20)));
-    CHECK_FALSE(in_sequence(film_of(8)));
-    CHECK_FALSE(in_sequence(film_of(20, 0)));  // it does not move
+    CHECK(in_sequence(on_its_way(20)));
+    CHECK_FALSE(in_sequence(on_its_way(8)));
+    CHECK_FALSE(in_sequence(on_its_way(20, 0)));  // it does not move
     CHECK_FALSE(in_sequence(*make_synth("ball", {.frames = 30, .size = 8}).find("train")));
     CHECK(in_sequence(*make_synth("ball", {.frames = 30, .size = 8, .orbit = 0.7}).find("train")));
-    CHECK(taken_by(film_of(20)) == TakenBy::film);
+    CHECK(taken_by(on_its_way(20)) == TakenBy::film);
     CHECK(taken_by(frames_of({4, 4})) == TakenBy::rig);
     CHECK(taken_by(frames_of({4})) == TakenBy::any);
-    CHECK(cameras_to_learn({.drift = false}, film_of(20)).cameras.empty());
-    CHECK(cameras_to_learn({}, film_of(20)).cameras.size() == 1);
+    CHECK(cameras_to_learn({.drift = false}, on_its_way(20)).cameras.empty());
+    CHECK(cameras_to_learn({}, on_its_way(20)).cameras.size() == 1);
   }
   TEST_CASE("exposures that drift in a film are found but for a common factor, straight between times") {
-    const Split film = film_of(40);
+    const Split film = on_its_way(40);
     const auto truth = [](const Frame& f) {
       const double wave = 0.3 * std::sin(2 * M_PI * f.time);
       return Vec3{float(std::exp(wave)), float(std::exp(0.5 * wave)), 1};

@@ -11,6 +11,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "support/state_parts.hpp"
 
 using namespace splinevox;
@@ -24,17 +25,13 @@ const Dataset& small_ball() {
 }
 
 Trainer trainer_of(int steps) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+  Config c = test::small_run(steps);
   c.grid.radiance = {12, 16};
-  c.sampling.occupancy_cells = 32;
-  c.grid.radiance_start = {0, 0.5f};
   c.sampling.rays = 512;
   return {c, *small_ball().find("train"), small_ball().time_map};
 }
 
-std::vector<char> trained(Trainer& trainer) {
+std::vector<char> state_at_end(Trainer& trainer) {
   while (!trainer.done()) trainer.step();
   return trainer.save();
 }
@@ -58,7 +55,7 @@ TEST_SUITE("train/colour_loss") {
     plain.step();
     CHECK(report.loss >= value / double(report.rays));
     CHECK(value > 0);
-    CHECK(same_parameters(trained(plain), trained(asked)));
+    CHECK(same_parameters(state_at_end(plain), state_at_end(asked)));
   }
 
   TEST_CASE("rays are those of their pixels") {
@@ -98,7 +95,7 @@ TEST_SUITE("train/colour_loss") {
       if (first == 0) first = last;
       return std::optional(sum);
     });
-    trained(trainer);
+    state_at_end(trainer);
     CHECK(last < 0.8 * first);
   }
 
@@ -109,7 +106,7 @@ TEST_SUITE("train/colour_loss") {
         [](const RayBatch&, std::span<Vec3>) -> std::optional<double> { throw std::domain_error("mine"); });
     CHECK_THROWS_AS(stopped.step(), std::domain_error);
     stopped.set_loss({});
-    CHECK(same_parameters(trained(plain), trained(stopped)));
+    CHECK(same_parameters(state_at_end(plain), state_at_end(stopped)));
   }
 
   TEST_CASE("the lane kernels take none, and say so") {

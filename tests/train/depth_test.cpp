@@ -14,6 +14,7 @@
 #include "splinevox/data/synth.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "train/learn_depth.hpp"
 
 /// Depth maps of training pictures.
@@ -22,31 +23,20 @@ namespace {
 using namespace splinevox;
 
 /// A still scene, filmed along a short arc before a wall: pictures leave much of its depth open.
-Dataset film(std::optional<DepthKind> depth) {
+Dataset arc(std::optional<DepthKind> depth) {
   SynthOptions o{.frames = 16, .size = 40, .orbit = 0.1, .depth = depth};
   o.look.room = true;
   return make_synth("static", o);
 }
 
-Config config_of(int steps) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+Config arc_run(int steps) {
+  Config c = test::small_run(steps);
   c.motion.enabled = false;
   c.motion.light = false;
   c.motion.presence = false;
   c.grid.radiance = {32, 48};
-  c.sampling.occupancy_cells = 32;
-  c.grid.radiance_start = {0, .3f};
   c.grid.box = {-3, -3, -1, 3, 3, 3};
-  c.sampling.rays = 1024;
   return c;
-}
-
-VoxelModel trained(const Config& config, const Dataset& data) {
-  Trainer trainer(config, *data.find("train"), data.time_map);
-  while (!trainer.done()) trainer.step();
-  return trainer.finish();
 }
 
 /// Mean share by which rendered depth is off. @param truth  metric, of the same pictures
@@ -91,13 +81,13 @@ TEST_SUITE("train/depth") {
   }
 
   TEST_CASE("depth of any kind brings the scene nearer to where it is") {
-    const Config config = config_of(300);
-    const Dataset truth = film(DepthKind::metric);
-    const double without = depth_error_of(trained(config, film({})), truth);
+    const Config config = arc_run(300);
+    const Dataset truth = arc(DepthKind::metric);
+    const double without = depth_error_of(test::trained(config, arc({})), truth);
     CAPTURE(without);
     for (const auto& [kind, share] :
          {std::pair{DepthKind::metric, 0.5}, {DepthKind::relative, 0.8}, {DepthKind::inverse, 0.8}}) {
-      const double with = depth_error_of(trained(config, film(kind)), truth);
+      const double with = depth_error_of(test::trained(config, arc(kind)), truth);
       CAPTURE(int(kind));
       CAPTURE(with);
       CHECK(with < share * without);
@@ -105,17 +95,17 @@ TEST_SUITE("train/depth") {
   }
 
   TEST_CASE("no weight and no depth are the same, to the last bit") {
-    Config config = config_of(30);
-    const VoxelModel plain = trained(config, film({}));
-    const VoxelModel deep = trained(config, film(DepthKind::metric));
+    Config config = arc_run(30);
+    const VoxelModel plain = test::trained(config, arc({}));
+    const VoxelModel deep = test::trained(config, arc(DepthKind::metric));
     CHECK(deep.radiance.raw.values != plain.radiance.raw.values);
     config.loss.depth = 0;
-    CHECK(trained(config, film(DepthKind::metric)).radiance.raw.values == plain.radiance.raw.values);
+    CHECK(test::trained(config, arc(DepthKind::metric)).radiance.raw.values == plain.radiance.raw.values);
   }
 
   TEST_CASE("a run with depth that stops and resumes ends in the same bits") {
-    const Config config = config_of(70);
-    const Dataset data = film(DepthKind::relative);
+    const Config config = arc_run(70);
+    const Dataset data = arc(DepthKind::relative);
     Trainer whole(config, *data.find("train"), data.time_map);
     std::vector<char> at_60;
     while (!whole.done())
@@ -128,7 +118,7 @@ TEST_SUITE("train/depth") {
   }
 
   TEST_CASE("depth is along the axis of the camera, a target along the ray; what is unknown asks nothing") {
-    Dataset data = film(DepthKind::metric);
+    Dataset data = arc(DepthKind::metric);
     const Frame& frame = data.find("train")->frames[0];
     const DepthFit metric{{}, 1};
     const float step = 0.01f;
@@ -150,11 +140,11 @@ TEST_SUITE("train/depth") {
   }
 
   TEST_CASE("a device that does not learn depth says so before the first step") {
-    const Dataset data = film(DepthKind::metric);
+    const Dataset data = arc(DepthKind::metric);
     const auto begin = [&](const Config& config) {
       Trainer(config, *data.find("train"), data.time_map, 0, nullptr, make_host_step(true));
     };
-    Config config = config_of(10);
+    Config config = arc_run(10);
     CHECK_THROWS_WITH_AS(begin(config), doctest::Contains("--device cpu"), Error);
     config.loss.depth = 0;
     CHECK_NOTHROW(begin(config));

@@ -10,23 +10,21 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "support/state_parts.hpp"
 
 using namespace splinevox;
 
 namespace {
 
-const Dataset& ball() {
+const Dataset& few_balls() {
   static const Dataset data = make_synth("ball", {.frames = 8, .size = 24, .seed = 3});
   return data;
 }
 
-Config tiny() {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = 60;
+Config tiny_run() {
+  Config c = test::small_run(60);
   c.grid.radiance = {12};
-  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0};
   c.grid.motion = {4};
   c.grid.motion_start = {0};
@@ -59,7 +57,7 @@ std::size_t place_of(const std::vector<char>& state, std::size_t value) {
 
 /// A trainer with one parameter that is no number.
 struct Poisoned {
-  Trainer trainer{tiny(), *ball().find("train"), ball().time_map};
+  Trainer trainer{tiny_run(), *few_balls().find("train"), few_balls().time_map};
   std::vector<char> state;
   explicit Poisoned(std::size_t value) {
     for (int i = 0; i < 10; ++i) trainer.step();
@@ -76,7 +74,7 @@ TEST_SUITE("train/discard") {
   TEST_CASE("a step that is not finite changes no parameter, names its rays, and training goes on") {
     bool mixed = false;
     const Channels shape = radiance_of([] {
-      Trainer t(tiny(), *ball().find("train"), ball().time_map);
+      Trainer t(tiny_run(), *few_balls().find("train"), few_balls().time_map);
       t.step();
       return t.save();
     }());
@@ -95,7 +93,7 @@ TEST_SUITE("train/discard") {
           }
           CHECK(r.bad_rays.size() > 0);
           for (const BadRay& ray : r.bad_rays) {
-            CHECK(ray.frame < int(ball().find("train")->frames.size()));
+            CHECK(ray.frame < int(few_balls().find("train")->frames.size()));
             CHECK(ray.index < r.rays);
             CHECK(length(ray.direction) == doctest::Approx(1).epsilon(1e-5));
           }
@@ -113,10 +111,10 @@ TEST_SUITE("train/discard") {
   }
 
   TEST_CASE("after five in a row the step counter is back at the last good step and an error is thrown") {
-    Config config = tiny();
+    Config config = tiny_run();
     config.loss.tv_color = 1e30f;
     config.loss.tv_share = 1;
-    Trainer trainer(config, *ball().find("train"), ball().time_map);
+    Trainer trainer(config, *few_balls().find("train"), few_balls().time_map);
     int steps = 0;
     std::string message;
     try {
@@ -146,7 +144,7 @@ TEST_SUITE("train/discard") {
   TEST_CASE("a ray that failed is named with the picture it goes through, of a rig too") {
     const Dataset rig = make_synth("ball", {.frames = 4, .size = 24, .seed = 3, .rig = {.cameras = 4}});
     const Split& train = *rig.find("train");
-    Config config = tiny();
+    Config config = tiny_run();
     config.sampling.carve = 0.5f;  // into pictures of other moments
     Trainer trainer(config, train, rig.time_map);
     trainer.set_loss([](const RayBatch&, std::span<Vec3> gradients) {
@@ -163,7 +161,7 @@ TEST_SUITE("train/discard") {
   }
 
   TEST_CASE("a state whose numbers cannot be is refused before anything is allocated") {
-    Trainer trainer(tiny(), *ball().find("train"), ball().time_map);
+    Trainer trainer(tiny_run(), *few_balls().find("train"), few_balls().time_map);
     trainer.step();
     const std::vector<char> state = trainer.save();
     int refused = 0;

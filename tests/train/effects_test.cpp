@@ -2,10 +2,9 @@
 #include "splinevox/train/effects.hpp"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include "splinevox/data/synth.hpp"
+#include "support/on_threads.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
 
@@ -74,9 +73,7 @@ TEST_SUITE("train/effects") {
     CHECK(a.trials.size() == 4);  // the last with presence
     CHECK(b.trials.size() == 3);
 
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 3);
-    tbb::task_arena arena(3);
-    const EffectChoice again = arena.execute([&] { return choose(moving); });
+    const EffectChoice again = test::on_threads(3, [&] { return choose(moving); });
     REQUIRE(again.trials.size() == b.trials.size());
     for (std::size_t i = 0; i < b.trials.size(); ++i) CHECK(again.trials[i].psnr == b.trials[i].psnr);
   }

@@ -28,7 +28,7 @@ Config short_config() {
   return c;
 }
 
-SynthOptions film_of(double gloss = 0) {
+SynthOptions orbit_of(double gloss = 0) {
   SynthOptions o{.frames = 40, .size = 64, .orbit = 0.5};
   o.look.gloss = gloss;
   return o;
@@ -63,7 +63,7 @@ void paint(Image& picture, int x0, int y0, int x1, int y1) {
       for (int c = 0; c < 3; ++c) picture.pixel(x, y)[c] = c == 0 ? 1.0f : 0.0f;
 }
 
-double share_of(const std::vector<CoarseMask>& masks) {
+double moving_share(const std::vector<CoarseMask>& masks) {
   double share = 0;
   for (const CoarseMask& m : masks) share += double(m.squares.count()) / double(m.squares.pixels());
   return share / double(masks.size());
@@ -141,7 +141,7 @@ TEST_SUITE("train/film") {
       "a film of a static scene, matte or glossy, stays still; one of something that moves moves there") {
     const Config config = short_config();
     for (const double gloss : {0.0, 0.6}) {
-      Dataset data = make_synth("static", film_of(gloss));
+      Dataset data = make_synth("static", orbit_of(gloss));
       const Prepared ready = prepare(config, data);
       REQUIRE(ready.effects.film);
       CAPTURE(ready.effects.film->share);
@@ -152,14 +152,14 @@ TEST_SUITE("train/film") {
     }
     for (const char* scene : {"ball", "toy"}) {
       CAPTURE(scene);
-      Dataset data = make_synth(scene, film_of());
+      Dataset data = make_synth(scene, orbit_of());
       const Prepared ready = prepare(config, data);
       REQUIRE(ready.effects.film);
       CAPTURE(ready.effects.film->share);
       CHECK(ready.effects.film->unexplained());
       CHECK(ready.used.has(Effect::motion));
       CHECK(ready.config.sampling.changing == 0);
-      CHECK(share_of(ready.effects.moving) == doctest::Approx(ready.effects.film->share));
+      CHECK(moving_share(ready.effects.moving) == doctest::Approx(ready.effects.film->share));
       for (std::size_t f = 0; f < data.find("train")->frames.size(); ++f)
         CHECK(data.find("train")->frames[f].moving == ready.effects.moving[f]);
     }
@@ -170,7 +170,7 @@ TEST_SUITE("train/film") {
     Config config = short_config();
     config.run.max_steps = 300;
     const auto prepared = [&](const char* scene) {
-      Dataset data = make_synth(scene, film_of());
+      Dataset data = make_synth(scene, orbit_of());
       return prepare(config, data);
     };
     const Prepared still = prepared("static");
@@ -192,7 +192,7 @@ TEST_SUITE("train/film") {
     CHECK_FALSE(prepare(config, anywhere, {.effects = EffectPolicy::keep}).effects.film);
     CHECK(anywhere.find("train")->frames[0].moving.empty());
     config.motion.enabled = false;
-    Dataset film = make_synth("ball", film_of());
+    Dataset film = make_synth("ball", orbit_of());
     CHECK_FALSE(prepare(config, film, {.effects = EffectPolicy::keep}).effects.film);
   }
 
@@ -242,7 +242,7 @@ TEST_SUITE("train/film") {
     config.grid.radiance = {24, 32};
     config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, .4f};
-    Dataset data = make_synth("toy", film_of());
+    Dataset data = make_synth("toy", orbit_of());
     const Config ready = prepare(config, data, {.effects = EffectPolicy::keep}).config;
     const Split& told = *data.find("train");
     REQUIRE_FALSE(told.frames[0].moving.empty());

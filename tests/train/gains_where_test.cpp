@@ -51,29 +51,29 @@ Film film_of(const std::function<double(int picture, int x, int y)>& gain, doubl
   return film;
 }
 
-double share_of(const Film& film) { return whole_share(film.frames, kWhite, film.shown); }
+double explained_share(const Film& film) { return whole_share(film.frames, kWhite, film.shown); }
 double drift(int picture) { return 1 + 0.25 * std::sin(picture); }
 
 }  // namespace
 
 TEST_SUITE("train/gains_where") {
   TEST_CASE("an exposure that drifts changes pictures as a whole, noise does not") {
-    CHECK(share_of(film_of([](int p, int, int) { return drift(p); })) > 0.97);
-    CHECK(share_of(film_of([](int, int, int) { return 1.0; })) < 0.5);
+    CHECK(explained_share(film_of([](int p, int, int) { return drift(p); })) > 0.97);
+    CHECK(explained_share(film_of([](int, int, int) { return 1.0; })) < 0.5);
   }
   TEST_CASE("a highlight that goes by changes a part of each picture") {
     const auto highlight = [](int p, int x, int y) {
       return 1 + std::exp(-(std::pow(x - 5.0 * p, 2) + std::pow(y - 32, 2)) / 200);
     };
-    CHECK(share_of(film_of(highlight)) < 0.8);
+    CHECK(explained_share(film_of(highlight)) < 0.8);
     const auto both = [&](int p, int x, int y) { return drift(p) * (1 + 0.3 * (highlight(p, x, y) - 1)); };
-    CHECK(share_of(film_of(both)) > share_of(film_of(highlight)));
+    CHECK(explained_share(film_of(both)) > explained_share(film_of(highlight)));
   }
   TEST_CASE("something small that moves hides no drift") {
     const auto ball = [](int p, int x, int y) {
       return std::hypot(x - 12 - 3 * p, y - 30) < 4 ? 0.2 : drift(p);
     };
-    CHECK(share_of(film_of(ball)) > 0.95);
+    CHECK(explained_share(film_of(ball)) > 0.95);
   }
   TEST_CASE("cameras that differ are apart, as far as they are, and chance is not") {
     const auto of_rig = [](const std::function<double(int camera, int picture)>& gain, int cameras = 4) {
@@ -107,11 +107,11 @@ TEST_SUITE("train/gains_where") {
   TEST_CASE("without pictures, or with nothing in them, there is no share") {
     CHECK(cameras_spread({}, kWhite, {}).apart == 0);
     CHECK(cameras_spread({}, kWhite, {}).drift == 0);
-    CHECK(share_of({}) == 0);
+    CHECK(explained_share({}) == 0);
     Film film = film_of([](int, int, int) { return 1.0; });
     for (Frame& f : film.frames)
       f.image = Image16{kSize, kSize, std::vector<std::uint16_t>(std::size_t(4) * kSize * kSize, 0)};
-    CHECK(share_of(film) == 0);
+    CHECK(explained_share(film) == 0);
   }
   TEST_CASE("black in a fit's picture is no ratio") {
     Film film = film_of([](int p, int, int) { return drift(p); });
@@ -119,6 +119,6 @@ TEST_SUITE("train/gains_where") {
       for (int x = 8; x < 24; ++x)
         for (int y = 8; y < 56; ++y)
           for (int c = 0; c < 3; ++c) shown.pixel(x, y)[c] = 0;
-    CHECK(share_of(film) > 0.97);
+    CHECK(explained_share(film) > 0.97);
   }
 }

@@ -10,6 +10,7 @@
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "train/bounds/hull.hpp"
 #include "train/check_cameras.hpp"
 
@@ -17,18 +18,11 @@ using namespace splinevox;
 
 namespace {
 
-Dataset ball(bool opaque) {
+Dataset ball_on(bool opaque) {
   return make_synth("ball", {.frames = 24, .size = 48, .look = {.opaque = opaque}});
 }
 
-Config config_of() {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = 100;
-  return c;
-}
-
-Prepared kept(const Config& config, Dataset& data) {
+Prepared prepared(const Config& config, Dataset& data) {
   return prepare(config, data, {.effects = EffectPolicy::keep});
 }
 
@@ -44,8 +38,8 @@ std::vector<std::string> notes_of(const Check& check) {
 
 TEST_SUITE("train/ground") {
   TEST_CASE("a plain ground is found and cut out as far as it is sure, and nothing else") {
-    Dataset opaque = ball(true);
-    const Dataset truth = ball(false);
+    Dataset opaque = ball_on(true);
+    const Dataset truth = ball_on(false);
     Split& train = *opaque.find("train");
     const std::optional<Vec3> colour = find_ground(train);
     REQUIRE(colour);
@@ -64,11 +58,11 @@ TEST_SUITE("train/ground") {
     CHECK(share == doctest::Approx(double(ground - kept_ground) / double(pixels)));
     undo_cut(train);
     for (std::size_t f = 0; f < train.frames.size(); ++f)
-      CHECK(train.frames[f].image == ball(true).find("train")->frames[f].image);
+      CHECK(train.frames[f].image == ball_on(true).find("train")->frames[f].image);
   }
 
   TEST_CASE("pictures whose borders differ have no ground") {
-    Dataset data = ball(true);
+    Dataset data = ball_on(true);
     Split& train = *data.find("train");
     CHECK(find_ground(train));
     for (std::size_t f = 0; f < train.frames.size(); ++f) {
@@ -82,17 +76,17 @@ TEST_SUITE("train/ground") {
   }
 
   TEST_CASE("prepared, the ground is the background; a second time and after loading again it is the same") {
-    Dataset data = ball(true);
-    const Prepared ready = kept(config_of(), data);
+    Dataset data = ball_on(true);
+    const Prepared ready = prepared(test::small_run(100), data);
     CHECK(data.has_alpha);
     REQUIRE(data.ground);
     CHECK(ready.config.sampling.background == BackgroundKind::ground);
     CHECK(ready.config.run.background == std::vector<float>{data.ground->x, data.ground->y, data.ground->z});
     CHECK(ready.config.run.background_order == -1);
     CHECK(ready.notes.at(0).find("the pictures stand on a plain ground of") == 0);
-    CHECK(write_config(kept(ready.config, data).config) == write_config(ready.config));
-    CHECK(write_config(kept(config_of(), data).config) == write_config(ready.config));
-    Dataset again = ball(true);
+    CHECK(write_config(prepared(ready.config, data).config) == write_config(ready.config));
+    CHECK(write_config(prepared(test::small_run(100), data).config) == write_config(ready.config));
+    Dataset again = ball_on(true);
     cut_ground(ready.config, again);
     for (std::size_t f = 0; f < 24; ++f)
       CHECK(again.find("train")->frames[f].image == data.find("train")->frames[f].image);
@@ -102,23 +96,23 @@ TEST_SUITE("train/ground") {
   }
 
   TEST_CASE("who does not want it keeps opaque pictures; pictures with alpha keep theirs") {
-    Config config = config_of();
+    Config config = test::small_run(100);
     config.run.find_ground = false;
-    Dataset data = ball(true);
-    CHECK(write_config(kept(config, data).config) == write_config(config));
+    Dataset data = ball_on(true);
+    CHECK(write_config(prepared(config, data).config) == write_config(config));
     CHECK_FALSE(data.has_alpha);
-    Dataset alpha = ball(false);
+    Dataset alpha = ball_on(false);
     config.sampling.background = BackgroundKind::ground;
-    CHECK(kept(config, alpha).config.sampling.background == BackgroundKind::random);
+    CHECK(prepared(config, alpha).config.sampling.background == BackgroundKind::random);
     CHECK_FALSE(alpha.ground);
   }
 
   TEST_CASE("a colour that is named and is not there cuts nothing, and stays behind opaque pixels") {
-    Config config = config_of();
+    Config config = test::small_run(100);
     config.sampling.background = BackgroundKind::ground;
     config.run.background = {1, 0, 1};
-    Dataset data = ball(true);
-    const Prepared ready = kept(config, data);
+    Dataset data = ball_on(true);
+    const Prepared ready = prepared(config, data);
     CHECK_FALSE(data.has_alpha);
     CHECK(ready.config.run.background == config.run.background);
     CHECK(ready.config.sampling.background == BackgroundKind::ground);
@@ -127,7 +121,7 @@ TEST_SUITE("train/ground") {
 
 TEST_SUITE("train/check_cameras") {
   TEST_CASE("silhouettes of the right cameras meet; other axes and the other direction are named") {
-    Dataset data = ball(false);
+    Dataset data = ball_on(false);
     Split& train = *data.find("train");
     CHECK(explained_by_hull(train, cameras_of(train)) > 0.98);
     CHECK(notes_of([&](const auto& note) { check_silhouettes(train, note); }).empty());
@@ -149,7 +143,7 @@ TEST_SUITE("train/check_cameras") {
   }
 
   TEST_CASE("cameras that belong to other pictures are said") {
-    Dataset data = ball(false);
+    Dataset data = ball_on(false);
     Split& train = *data.find("train");
     std::vector<Camera> cameras = cameras_of(train);
     for (std::size_t f = 0; f < cameras.size(); ++f) {  // looking past what is there
@@ -163,21 +157,21 @@ TEST_SUITE("train/check_cameras") {
   }
 
   TEST_CASE("depth is not determined by cameras in one place, and is by a ring of them") {
-    Dataset data = ball(false);
+    Dataset data = ball_on(false);
     Split& train = *data.find("train");
-    CHECK(check_parallax(config_of(), train, [](const std::string&) {}) > 30);
+    CHECK(check_parallax(test::small_run(100), train, [](const std::string&) {}) > 30);
     for (Frame& f : train.frames) f.camera = train.frames[0].camera;
     const auto notes =
-        notes_of([&](const auto& note) { CHECK(check_parallax(config_of(), train, note) == 0); });
+        notes_of([&](const auto& note) { CHECK(check_parallax(test::small_run(100), train, note) == 0); });
     REQUIRE(notes.size() == 1);
     CHECK(notes[0].find("its depth is not determined") != std::string::npos);
   }
 
   TEST_CASE("a unit in which no model can be stored is refused before the first step") {
     for (const double scale : {1e-5, 1e9}) {
-      Dataset data = ball(false);
+      Dataset data = ball_on(false);
       for (Frame& f : data.find("train")->frames) f.camera.position = scale * f.camera.position;
-      CHECK_THROWS_WITH_AS(Trainer(config_of(), *data.find("train"), data.time_map),
+      CHECK_THROWS_WITH_AS(Trainer(test::small_run(100), *data.find("train"), data.time_map),
                            doctest::Contains("splinevox convert DATASET --out NEW --scale="), Error);
     }
   }

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <random>
 
@@ -10,6 +8,7 @@
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "train/batch.hpp"
 #include "train/bounds/ground.hpp"
 #include "train/bounds/hull.hpp"
@@ -50,35 +49,23 @@ Dataset masked_ball(unsigned garbage, bool opaque) {
   return data;
 }
 
-Config small_config(int steps) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+Config masked_run(int steps) {
+  Config c = test::small_run(steps);
   c.effects.steps = 20;
-  c.grid.radiance = {16, 28};
-  c.sampling.occupancy_cells = 32;
-  c.grid.radiance_start = {0, .3f};
-  c.grid.motion = {4, 8};
-  c.grid.motion_start = {0, .2f};
   c.sampling.rays = 512;
-  c.sampling.occupancy_every = 50;
   return c;
 }
 
-struct Trained {
+struct PreparedRun {
   Prepared prepared;
   VoxelModel model;
 };
 
-Trained train(Dataset data, int steps) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 2);
-  tbb::task_arena arena(2);
-  return arena.execute([&] {
-    Trained out;
-    out.prepared = prepare(small_config(steps), data);
-    Trainer trainer(out.prepared.config, *data.find("train"), data.time_map);
-    while (!trainer.done()) trainer.step();
-    out.model = trainer.finish();
+PreparedRun prepared_run(Dataset data, int steps) {
+  return test::on_threads(2, [&] {
+    PreparedRun out;
+    out.prepared = prepare(masked_run(steps), data);
+    out.model = test::trained(out.prepared.config, data);
     return out;
   });
 }
@@ -87,7 +74,8 @@ TEST_SUITE("train/masks") {
   TEST_CASE("what ignored pixels hold changes no bit of a model, nor of what is decided before") {
     for (const bool opaque : {false, true}) {
       CAPTURE(opaque);
-      const Trained a = train(masked_ball(1, opaque), 200), b = train(masked_ball(2, opaque), 200);
+      const PreparedRun a = prepared_run(masked_ball(1, opaque), 200),
+                        b = prepared_run(masked_ball(2, opaque), 200);
       REQUIRE(a.prepared.effects.trials.size() == b.prepared.effects.trials.size());
       CHECK_FALSE(a.prepared.effects.trials.empty());
       for (std::size_t i = 0; i < a.prepared.effects.trials.size(); ++i)
@@ -107,7 +95,7 @@ TEST_SUITE("train/masks") {
     Frame& frame = split.frames[0];
     frame.ignored = some_pixels(frame.image.width, frame.image.height);
     frame.ignored.set(frame.image.pixels() - 1);  // the corner block has one pixel: none is left of it
-    SamplingConfig config = small_config(1).sampling;
+    SamplingConfig config = masked_run(1).sampling;
     const Box box{{-1, -1, -1}, {1, 1, 1}};
     const BatchSampler sampler(split, box, config, 1);
     std::vector<int> drawn(frame.image.pixels());

@@ -15,7 +15,7 @@ using namespace splinevox;
 
 namespace {
 
-const Split& ball() {
+const Split& planned() {
   static const Dataset data = make_synth("ball", {.frames = 8, .size = 24, .seed = 3});
   return *data.find("train");
 }
@@ -38,8 +38,8 @@ struct Course {
   TimeWindow window;
   std::vector<int> frames;
 
-  explicit Course(const Config& config) : setting(config, ball()), volume{start(setting)} {
-    for (int f = 0; f < int(ball().frames.size()); ++f) frames.push_back(f);
+  explicit Course(const Config& config) : setting(config, planned()), volume{start(setting)} {
+    for (int f = 0; f < int(planned().frames.size()); ++f) frames.push_back(f);
     window = {frames, true};
   }
   bool reach(double progress) { return plan.carry_out(setting, progress, progress > 0, window, volume); }

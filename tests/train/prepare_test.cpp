@@ -12,17 +12,17 @@ using namespace splinevox;
 
 namespace {
 
-const Box kBox{{-1.25f, -1.5f, -0.5f}, {1.5f, 1.25f, 2}};
-const std::vector<float> kBoxNumbers{-1.25f, -1.5f, -0.5f, 1.5f, 1.25f, 2};
+const Box kBallBox{{-1.25f, -1.5f, -0.5f}, {1.5f, 1.25f, 2}};
+const std::vector<float> kBallBoxNumbers{-1.25f, -1.5f, -0.5f, 1.5f, 1.25f, 2};
 
 /// The moving ball before a grey wall, in a data set that says where the ball is.
 Dataset boxed(bool opaque = true) {
   Dataset data = make_synth("ball", {.frames = 40, .size = 32, .look = {.opaque = opaque}});
-  data.box = kBox;
+  data.box = kBallBox;
   return data;
 }
 
-Config small_config() {
+Config boxed_run() {
   Config c = preset("fast");
   c.run.max_time = 0;
   c.run.max_steps = 800;
@@ -41,36 +41,36 @@ Prepared kept(const Config& config, Dataset data) {
 TEST_SUITE("train/prepare") {
   TEST_CASE("the box of opaque pictures is the data's own, and a trainer trains in it") {
     Dataset data = boxed();
-    const Config config = small_config();
+    const Config config = boxed_run();
     const Prepared ready = kept(config, data);
-    CHECK(ready.config.grid.box == kBoxNumbers);
+    CHECK(ready.config.grid.box == kBallBoxNumbers);
     REQUIRE(ready.notes.size() == 1);
     CHECK(ready.notes[0] ==
           "opaque pictures: the box is the data's own, 2.75 x 2.75 x 2.5 (--set grid.box=... for another)");
     Trainer trainer(ready.config, *data.find("train"), data.time_map);
     trainer.step();
-    CHECK(trainer.model().box == kBox);
+    CHECK(trainer.model().box == kBallBox);
 
     // Nothing else was changed, and a second time nothing is.
     Config expected = config;
-    expected.grid.box = kBoxNumbers;
+    expected.grid.box = kBallBoxNumbers;
     CHECK(write_config(ready.config) == write_config(expected));
     const Prepared again = kept(ready.config, data);
     CHECK(write_config(again.config) == write_config(ready.config));
     CHECK(again.notes.empty());
   }
   TEST_CASE("a box that is configured stays; silhouettes need none; without one there is none") {
-    Config own = small_config();
+    Config own = boxed_run();
     own.grid.box = {-2, -2, -2, 2, 2, 2};
     CHECK(kept(own, boxed()).config.grid.box == own.grid.box);
-    CHECK(kept(small_config(), boxed(false)).config.grid.box.empty());
+    CHECK(kept(boxed_run(), boxed(false)).config.grid.box.empty());
     Dataset nowhere = boxed();
     nowhere.box.reset();
-    CHECK(kept(small_config(), nowhere).config.grid.box.empty());
+    CHECK(kept(boxed_run(), nowhere).config.grid.box.empty());
   }
   TEST_CASE("effects are chosen in the data's box, measured and left, or kept untried") {
     Dataset data = boxed();
-    Config config = small_config();
+    Config config = boxed_run();
     config.effects.min_gain = 90;  // nothing gains so much: what is chosen is not what is configured
     int trials = 0;
     std::vector<std::string> notes;
@@ -87,7 +87,7 @@ TEST_SUITE("train/prepare") {
     CHECK(notes[1] == "trying out which effects the scene calls for");
 
     Config in_box = config;
-    in_box.grid.box = kBoxNumbers;
+    in_box.grid.box = kBallBoxNumbers;
     const EffectChoice same = choose_effects(in_box, *data.find("train"), data.time_map);
     REQUIRE(same.trials.size() == chosen.effects.trials.size());
     for (std::size_t i = 0; i < same.trials.size(); ++i)
@@ -106,23 +106,23 @@ TEST_SUITE("train/prepare") {
     CHECK(untried.effects.points == config.motion.points);
   }
   TEST_CASE("nothing is behind pictures with alpha, whatever the configuration has") {
-    const Config config = small_config();
+    const Config config = boxed_run();
     REQUIRE(config.run.background_order >= 0);
     CHECK(kept(config, boxed()).used.order(Effect::background) == config.run.background_order);
     CHECK(kept(config, boxed(false)).used.order(Effect::background) == EffectSet::kOff);
   }
   TEST_CASE("dark pictures are trained in a unit of their own, which is noted") {
     const Dataset data = make_synth("ball", {.frames = 8, .size = 40, .look = {.light = 0.01}});
-    const Prepared ready = kept(small_config(), data);
+    const Prepared ready = kept(boxed_run(), data);
     CHECK(ready.brightness < 0.1f);
     REQUIRE(ready.notes.size() == 1);
     CHECK(ready.notes[0].find("dark pictures") == 0);
-    CHECK(kept(small_config(), boxed()).brightness == 1);
+    CHECK(kept(boxed_run(), boxed()).brightness == 1);
   }
 
   TEST_CASE("thin matter that comes and goes learns its density slowly, once however often it is prepared") {
     const Dataset smoke = make_synth("smoke", {.frames = 6, .size = 32, .rig = {.cameras = 4}});
-    Config c = small_config();
+    Config c = boxed_run();
     c.motion.presence = false;
     CHECK(kept(c, smoke).config.optimiser.lr_density == c.optimiser.lr_density);
     c.motion.presence = true;
@@ -135,6 +135,6 @@ TEST_SUITE("train/prepare") {
   TEST_CASE("without training pictures there is nothing to prepare for") {
     Dataset data = boxed();
     data.splits.erase(data.splits.begin());
-    CHECK_THROWS_AS(kept(small_config(), data), Error);
+    CHECK_THROWS_AS(kept(boxed_run(), data), Error);
   }
 }

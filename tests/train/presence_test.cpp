@@ -4,10 +4,9 @@
 #include <vector>
 
 #include "splinevox/data/synth.hpp"
-#include "splinevox/math/metrics.hpp"
-#include "splinevox/render/render_image.hpp"
 #include "splinevox/train/effects.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "train/start.hpp"
 
 using namespace splinevox;
@@ -20,7 +19,7 @@ const Dataset& plume() {
   return data;
 }
 
-Config small(const EffectSet& effects) {
+Config plume_run(const EffectSet& effects) {
   Config c = preset("fast");
   apply(effects, c);
   c.run.max_time = 0;
@@ -37,16 +36,9 @@ Config small(const EffectSet& effects) {
 }
 
 /// Mean PSNR of pictures that were not trained on.
-double quality(const EffectSet& effects) {
+double quality_with(const EffectSet& effects) {
   const Dataset& data = plume();
-  Trainer trainer(small(effects), *data.find("train"), data.time_map);
-  while (!trainer.done()) trainer.step();
-  Renderer renderer(trainer.model());
-  double sum = 0;
-  const std::vector<Frame>& test = data.find("test")->frames;
-  for (const Frame& f : test)
-    sum += psnr(renderer.render(f.camera, f.time).rgb, composite(f.image, trainer.model().background.color));
-  return sum / double(test.size());
+  return test::test_psnr(test::trained(plume_run(effects), data), data);
 }
 
 }  // namespace
@@ -54,7 +46,7 @@ double quality(const EffectSet& effects) {
 TEST_SUITE("train/presence") {
   TEST_CASE("a plume is shown better with presence than by all that only moves and lights matter") {
     const EffectSet moves = EffectSet().with(Effect::motion).with(Effect::light);
-    const double without = quality(moves), with = quality(moves.with(Effect::presence));
+    const double without = quality_with(moves), with = quality_with(moves.with(Effect::presence));
     CAPTURE(without);
     CAPTURE(with);
     CHECK(with > without + 0.3);

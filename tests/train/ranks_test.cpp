@@ -11,6 +11,7 @@
 #include "backend/step.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 
 using namespace splinevox;
 
@@ -96,19 +97,16 @@ const Dataset& scene(bool opaque = false) {
   return opaque ? before_wall : cut_out;
 }
 
-Config small_config(int steps) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+Config rank_run(int steps) {
+  Config c = test::small_run(steps);
   c.grid.radiance = {12, 20};
-  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, .5f};
   c.sampling.rays = 256;
   c.sampling.occupancy_every = 15;
   return c;
 }
 
-struct Trained {
+struct RankRun {
   std::vector<double> loss;
   VoxelModel model;
 };
@@ -117,24 +115,24 @@ enum class By { cpu, device };
 
 /// @param by  who makes the steps: the CPU's own code, or the device's kernels on the host's threads, with
 /// sums in fixed point
-Trained train(const Config& config, Ranks* ranks, const Dataset& data = scene(), By by = By::cpu) {
+RankRun run_on(const Config& config, Ranks* ranks, const Dataset& data = scene(), By by = By::cpu) {
   Trainer trainer(config, *data.find("train"), data.time_map, 0, ranks,
                   by == By::device ? make_host_step(true, ranks) : make_step(Device::cpu, true, ranks));
-  Trained out;
+  RankRun out;
   while (!trainer.done()) out.loss.push_back(trainer.step().loss);
   out.model = trainer.model();
   return out;
 }
 
-std::vector<Trained> train_with(int count, const Config& config, const Dataset& data = scene(),
+std::vector<RankRun> run_on_all(int count, const Config& config, const Dataset& data = scene(),
                                 By by = By::cpu) {
-  std::vector<Trained> out(static_cast<std::size_t>(count));
+  std::vector<RankRun> out(static_cast<std::size_t>(count));
   together(count,
-           [&](ThreadRanks& ranks) { out[std::size_t(ranks.rank())] = train(config, &ranks, data, by); });
+           [&](ThreadRanks& ranks) { out[std::size_t(ranks.rank())] = run_on(config, &ranks, data, by); });
   return out;
 }
 
-bool same_bits(const Trained& a, const Trained& b) {
+bool same_bits(const RankRun& a, const RankRun& b) {
   return a.loss == b.loss && a.model.radiance.raw.values == b.model.radiance.raw.values &&
          a.model.motion.levels.size() == b.model.motion.levels.size() &&
          a.model.motion.levels[0].values == b.model.motion.levels[0].values;
@@ -205,19 +203,19 @@ TEST_SUITE("train/ranks") {
   }
 
   TEST_CASE("ranks never part, and as many ranks give the same bits again") {
-    const Config config = small_config(40);
-    const std::vector<Trained> two = train_with(2, config), again = train_with(2, config);
+    const Config config = rank_run(40);
+    const std::vector<RankRun> two = run_on_all(2, config), again = run_on_all(2, config);
     CHECK(same_bits(two[0], two[1]));
     CHECK(same_bits(two[0], again[0]));
-    const std::vector<Trained> three = train_with(3, config);
+    const std::vector<RankRun> three = run_on_all(3, config);
     CHECK(same_bits(three[0], three[1]));
     CHECK(same_bits(three[0], three[2]));
   }
 
   TEST_CASE("a background is learned from the rays of all ranks") {
-    const Config config = small_config(20);
-    const std::vector<Trained> two = train_with(2, config, scene(true));
-    const Background one = train(config, nullptr, scene(true)).model.background,
+    const Config config = rank_run(20);
+    const std::vector<RankRun> two = run_on_all(2, config, scene(true));
+    const Background one = run_on(config, nullptr, scene(true)).model.background,
                      &both = two[0].model.background;
     REQUIRE(one.learned());
     CHECK(both == two[1].model.background);
@@ -226,9 +224,9 @@ TEST_SUITE("train/ranks") {
   }
 
   TEST_CASE("how the rays are split changes only rounding") {
-    const Config config = small_config(40);
-    const Trained one = train(config, nullptr);
-    const std::vector<Trained> two = train_with(2, config);
+    const Config config = rank_run(40);
+    const RankRun one = run_on(config, nullptr);
+    const std::vector<RankRun> two = run_on_all(2, config);
     // The first step's loss is a sum of doubles over the same rays; from then on parameters differ as
     // roundings of their gradients do.
     CHECK(two[0].loss[0] == doctest::Approx(one.loss[0]).epsilon(1e-12));
@@ -241,26 +239,26 @@ TEST_SUITE("train/ranks") {
   TEST_CASE(
       "devices add up their gradients: no rank parts, as many give the same bits again, and against one only "
       "rounding differs") {
-    const Config config = small_config(16);
-    const Trained one = train(config, nullptr, scene(), By::device);
-    const std::vector<Trained> two = train_with(2, config, scene(), By::device),
-                               again = train_with(2, config, scene(), By::device);
+    const Config config = rank_run(16);
+    const RankRun one = run_on(config, nullptr, scene(), By::device);
+    const std::vector<RankRun> two = run_on_all(2, config, scene(), By::device),
+                               again = run_on_all(2, config, scene(), By::device);
     CHECK(same_bits(two[0], two[1]));
     CHECK(same_bits(two[0], again[0]));
     CHECK(two[0].loss[0] == doctest::Approx(one.loss[0]).epsilon(1e-7));  // in units of 2^-32
     for (std::size_t i = 1; i < 10; ++i) CHECK(two[0].loss[i] == doctest::Approx(one.loss[i]).epsilon(1e-2));
     CHECK(two[0].loss.back() == doctest::Approx(one.loss.back()).epsilon(0.2));
     // Shares of unequal size.
-    const std::vector<Trained> three = train_with(3, small_config(6), scene(), By::device);
+    const std::vector<RankRun> three = run_on_all(3, rank_run(6), scene(), By::device);
     CHECK(same_bits(three[0], three[1]));
     CHECK(same_bits(three[0], three[2]));
     CHECK(three[0].loss[0] == doctest::Approx(one.loss[0]).epsilon(1e-7));
   }
 
   TEST_CASE("a background is learned from the rays of all devices") {
-    const Config config = small_config(10);
-    const std::vector<Trained> two = train_with(2, config, scene(true), By::device);
-    const Background one = train(config, nullptr, scene(true), By::device).model.background,
+    const Config config = rank_run(10);
+    const std::vector<RankRun> two = run_on_all(2, config, scene(true), By::device);
+    const Background one = run_on(config, nullptr, scene(true), By::device).model.background,
                      &both = two[0].model.background;
     REQUIRE(one.learned());
     CHECK(both == two[1].model.background);

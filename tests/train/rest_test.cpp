@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +9,9 @@
 #include "render/active_rows.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/math/metrics.hpp"
-#include "splinevox/render/render_image.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "support/blob_model.hpp"
+#include "support/small_run.hpp"
 #include "train/bounds/offset.hpp"
 
 using namespace splinevox;
@@ -22,17 +19,13 @@ using namespace splinevox;
 namespace {
 
 /// A run long enough to tell what moves.
-Config small_config() {
-  Config c = preset("draft");
+Config resting_run() {
+  Config c = test::small_run(600);
   c.motion.presence = false;  // as training without trials leaves it
-  c.run.max_time = 0;
-  c.run.max_steps = 600;
   c.grid.radiance = {24, 40};
-  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.5f};
   c.grid.motion = {4, 8, 16};
   c.grid.motion_start = {0, 0.1f, 0.2f};
-  c.sampling.rays = 1024;
   return c;
 }
 
@@ -46,10 +39,8 @@ struct Made {
   double moving_share;
 };
 
-Made train(const Config& config, const Dataset& data, int threads = 2, std::int64_t stop_at = 0) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  tbb::task_arena arena(threads);
-  return arena.execute([&] {
+Made made_by(const Config& config, const Dataset& data, int threads = 2, std::int64_t stop_at = 0) {
+  return test::on_threads(threads, [&] {
     auto trainer = std::make_unique<Trainer>(config, *data.find("train"), data.time_map);
     while (!trainer->done()) {
       if (trainer->step().step != stop_at) continue;
@@ -59,15 +50,6 @@ Made train(const Config& config, const Dataset& data, int threads = 2, std::int6
     }
     return Made{trainer->model(), trainer->moving_share()};
   });
-}
-
-double quality(const VoxelModel& model, const Dataset& data) {
-  Renderer renderer(model);
-  double db = 0;
-  const Split& test = *data.find("test");
-  for (const Frame& f : test.frames)
-    db += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, model.background.color));
-  return db / double(test.frames.size());
 }
 
 std::size_t count_moving(const VoxelModel& model) {
@@ -83,52 +65,53 @@ TEST_SUITE("train/rest") {
       "static regions freeze, the ball does not, and pictures are as good; the same bits for any "
       "number of threads and across a stop") {
     const Made everywhere = [] {
-      Config c = small_config();
+      Config c = resting_run();
       c.motion.rest = 0;
-      return train(c, toy());
+      return made_by(c, toy());
     }();
-    const Made made = train(small_config(), toy());
+    const Made made = made_by(resting_run(), toy());
     CAPTURE(made.moving_share);
     CHECK(everywhere.moving_share == 1);
     CHECK(made.moving_share < 0.4);
     CHECK(made.moving_share > 0.01);
     CHECK(count_moving(made.model) < count_moving(everywhere.model) / 2);
-    const double with = quality(made.model, toy()), without = quality(everywhere.model, toy());
+    const double with = test::test_psnr(made.model, toy()),
+                 without = test::test_psnr(everywhere.model, toy());
     CAPTURE(with);
     CAPTURE(without);
     CHECK(with > without - 0.7);
-    const Made again = train(small_config(), toy(), 1, 450);
+    const Made again = made_by(resting_run(), toy(), 1, 450);
     CHECK(again.moving_share == made.moving_share);
     CHECK(again.model.radiance.raw.values == made.model.radiance.raw.values);
     CHECK(again.model.motion.levels[0].values == made.model.motion.levels[0].values);
   }
   TEST_CASE("where most of a scene moves nothing freezes, to the last bit") {
-    Config c = small_config();
+    Config c = resting_run();
     c.run.max_steps = 300;
     const Dataset snake = make_synth("snake", {.frames = 30, .size = 48});
-    const Made made = train(c, snake);
+    const Made made = made_by(c, snake);
     c.motion.rest = 0;
     CHECK(made.moving_share == 1);
-    CHECK(train(c, snake).model.radiance.raw.values == made.model.radiance.raw.values);
+    CHECK(made_by(c, snake).model.radiance.raw.values == made.model.radiance.raw.values);
   }
   TEST_CASE("a static scene freezes, its pictures none the worse") {
     const Dataset still = make_synth("static", {.frames = 40, .size = 64});
-    Config c = small_config();
-    const Made made = train(c, still);
+    Config c = resting_run();
+    const Made made = made_by(c, still);
     c.motion.rest = 0;
-    const Made everywhere = train(c, still);
+    const Made everywhere = made_by(c, still);
     CHECK(made.moving_share < 0.1);
     CHECK(count_moving(made.model) < count_moving(everywhere.model) / 2);
-    CHECK(quality(made.model, still) > quality(everywhere.model, still) - 0.2);
+    CHECK(test::test_psnr(made.model, still) > test::test_psnr(everywhere.model, still) - 0.2);
   }
   TEST_CASE("three pictures are too few to say what is static") {
-    Config c = small_config();
+    Config c = resting_run();
     c.run.max_steps = 200;
     const Dataset few = make_synth("toy", {.frames = 3, .size = 32});
-    const Made made = train(c, few);
+    const Made made = made_by(c, few);
     CHECK(made.moving_share == 1);
     c.motion.rest = 0;
-    CHECK(train(c, few).model.radiance.raw.values == made.model.radiance.raw.values);
+    CHECK(made_by(c, few).model.radiance.raw.values == made.model.radiance.raw.values);
   }
   TEST_CASE("an offset is what is known where it is, smooth in between, and undone") {
     const Box box{{-1, -1, -1}, {1, 1, 0.5f}};

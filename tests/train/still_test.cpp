@@ -82,7 +82,7 @@ Split worse(const Split& split, double noise, double flicker, double shake) {
   });
 }
 
-Config tiny() {
+Config rig_choice() {
   Config c = preset("draft");
   c.run.max_time = 0;
   c.run.max_steps = 4000;
@@ -223,7 +223,7 @@ TEST_SUITE("train/still") {
 
   TEST_CASE("motion is stored from the first step on only where something may change") {
     const Dataset data = make_synth("toy", {.frames = 6, .size = 48, .rig = {.cameras = 5}});
-    Config config = tiny();
+    Config config = rig_choice();
     config.run.max_steps = 2;
     config.grid.motion = {32};
     config.grid.motion_start = {0};
@@ -292,8 +292,8 @@ TEST_SUITE("train/still") {
 
   TEST_CASE("proved change keeps motion where fits are too short to see a gain; none proved needs no fit") {
     const Dataset moving = make_synth("toy", rig(true)), still = make_synth("static", rig(true));
-    const EffectChoice a = choose_effects(tiny(), train_of(moving), moving.time_map),
-                       b = choose_effects(tiny(), train_of(still), still.time_map);
+    const EffectChoice a = choose_effects(rig_choice(), train_of(moving), moving.time_map),
+                       b = choose_effects(rig_choice(), train_of(still), still.time_map);
     REQUIRE(a.still);
     CHECK(a.still->verdict == StillVerdict::changed);
     CHECK(a.still->cameras == 5);

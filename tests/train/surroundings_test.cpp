@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <random>
@@ -9,9 +7,8 @@
 #include "field/outer_walk.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
-#include "splinevox/math/metrics.hpp"
-#include "splinevox/render/render_image.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "train/start.hpp"
 
 using namespace splinevox;
@@ -30,62 +27,13 @@ Vec3 wall(const Ray& ray) {
           float(0.5 + 0.3 * std::sin(0.9 * x.z - x.y))};
 }
 
-/// The moving ball in that room: no alpha.
-Dataset in_room(int frames, int size) {
-  Dataset data = make_synth("ball", {.frames = frames, .size = size, .seed = 3});
-  for (Split& split : data.splits)
-    for (Frame& f : split.frames) {
-      Image16 image = f.image.unpacked();
-      for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x) {
-          std::uint16_t* p = image.rgba.data() + 4 * (std::size_t(y) * image.width + x);
-          const Vec3 behind = wall(camera_ray(f.camera, x + 0.5, y + 0.5));
-          for (int c = 0; c < 3; ++c)
-            p[c] = std::uint16_t(
-                std::lround(p[c] * (p[3] / 65535.0) + 65535 * behind[c] * (1 - p[3] / 65535.0)));
-          p[3] = 65535;
-        }
-      f.image = image;
-    }
-  data.has_alpha = false;
-  return data;
-}
-
-Config small_config(int steps, int surroundings) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+Config room_run(int steps, int surroundings) {
+  Config c = test::small_run(steps);
   c.run.surroundings = surroundings > 0;
   c.grid.surroundings = {std::max(8, surroundings / 2), std::max(8, surroundings)};
   c.grid.surroundings_start = {0, .3f};
   c.grid.box = {-1.5f, -1.5f, -1.5f, 1.5f, 1.5f, 1.5f};
-  c.grid.radiance = {16, 28};
-  c.sampling.occupancy_cells = 32;
-  c.grid.radiance_start = {0, .4f};
-  c.grid.motion = {4, 8};
-  c.grid.motion_start = {0, .2f};
-  c.sampling.rays = 1024;
-  c.sampling.occupancy_every = 50;
   return c;
-}
-
-VoxelModel train(const Config& config, const Dataset& data, int threads = 2) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  tbb::task_arena arena(threads);
-  return arena.execute([&] {
-    Trainer trainer(config, *data.find("train"), data.time_map);
-    while (!trainer.done()) trainer.step();
-    return trainer.model();
-  });
-}
-
-double test_psnr(const VoxelModel& model, const Dataset& data) {
-  Renderer renderer(model);
-  double sum = 0;
-  const Split& test = *data.find("test");
-  for (const Frame& f : test.frames)
-    sum += psnr(clamped(renderer.render(f.camera, f.time).rgb), composite(f.image, {}));
-  return sum / double(test.frames.size());
 }
 
 Surroundings random_surroundings(unsigned seed) {
@@ -183,27 +131,28 @@ TEST_SUITE("train/surroundings") {
   }
 
   TEST_CASE("a room around the box is learned, and the scene before it") {
-    const Dataset data = in_room(40, 40);
-    const VoxelModel with = train(small_config(400, 32), data), without = train(small_config(400, 0), data);
+    const Dataset data = test::ball_before(wall, 40, 40);
+    const VoxelModel with = test::trained(room_run(400, 32), data),
+                     without = test::trained(room_run(400, 0), data);
     REQUIRE(with.surroundings.any());
     CHECK_FALSE(without.surroundings.any());
-    const double around = test_psnr(with, data), plain = test_psnr(without, data);
+    const double around = test::test_psnr(with, data), plain = test::test_psnr(without, data);
     MESSAGE("test split: " << around << " dB with surroundings, " << plain << " dB with a background alone");
     CHECK(around > plain + 3);
     CHECK(with.surroundings.raw.topology->brick_count() <= outer_topology(32)->brick_count());
   }
 
   TEST_CASE("there are none behind pictures with alpha, and none without a learned background") {
-    Config config = small_config(3, 32);
-    CHECK_FALSE(train(config, make_synth("ball", {.frames = 12, .size = 24})).surroundings.any());
+    Config config = room_run(3, 32);
+    CHECK_FALSE(test::trained(config, make_synth("ball", {.frames = 12, .size = 24})).surroundings.any());
     config.run.background_order = -1;
-    CHECK_FALSE(train(config, in_room(12, 24)).surroundings.any());
+    CHECK_FALSE(test::trained(config, test::ball_before(wall, 12, 24)).surroundings.any());
   }
 
   TEST_CASE("the same bits for any number of threads, and across a stop") {
-    const Dataset data = in_room(12, 24);
-    const Config config = small_config(40, 24);
-    const VoxelModel one = train(config, data, 1), two = train(config, data, 2);
+    const Dataset data = test::ball_before(wall, 12, 24);
+    const Config config = room_run(40, 24);
+    const VoxelModel one = test::trained(config, data, 1), two = test::trained(config, data, 2);
     REQUIRE(one.surroundings.any());
     CHECK(one.surroundings.raw.values == two.surroundings.raw.values);
     CHECK(one.radiance.raw.values == two.radiance.raw.values);

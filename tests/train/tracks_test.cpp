@@ -14,6 +14,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 #include "train/film/moving_tracks.hpp"
 #include "train/learn_tracks.hpp"
 
@@ -29,19 +30,16 @@ SynthLook room_look() {
 }
 
 /// A film of a ball that flies through a room, held by hand.
-Dataset film(bool tracks, int frames = 16) {
+Dataset hand_film(bool tracks, int frames = 16) {
   SynthOptions o{.frames = frames, .size = 40, .orbit = 0.12, .film = true, .shake = 0.03};
   o.tracks = tracks;
   o.look = room_look();
   return make_synth("ball", o);
 }
 
-Config config_of(int steps) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+Config followed_run(int steps) {
+  Config c = test::small_run(steps);
   c.grid.radiance = {32};
-  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0};
   c.grid.motion = {16};
   c.grid.motion_start = {0};
@@ -49,12 +47,6 @@ Config config_of(int steps) {
   c.sampling.rays = 512;
   c.sampling.window = 1;
   return c;
-}
-
-VoxelModel trained(const Config& config, const Dataset& data) {
-  Trainer trainer(config, *data.find("train"), data.time_map);
-  while (!trainer.done()) trainer.step();
-  return trainer.finish();
 }
 
 /// Shares of the sightings of points that move, and of all others, in squares that are said to move.
@@ -94,7 +86,7 @@ void spoil(Dataset& data, double noise, double wrong) {
 TEST_SUITE("train/tracks") {
   TEST_CASE("points of a ball move and those of the room do not, also by tracks that err") {
     const SynthScene scene = SynthScene::open("ball", room_look());
-    Dataset data = film(true);
+    Dataset data = hand_film(true);
     const auto [found, wrong] = marked(data, scene);
     CAPTURE(found);
     CAPTURE(wrong);
@@ -109,7 +101,7 @@ TEST_SUITE("train/tracks") {
   }
 
   TEST_CASE("rays of a batch's tracks: by slot, each point's at two moments or more, through its places") {
-    const Dataset data = film(true);
+    const Dataset data = hand_film(true);
     const Split& train = *data.find("train");
     Batch batch;
     batch.frames = {3, 9, 14};
@@ -154,19 +146,19 @@ TEST_SUITE("train/tracks") {
   }
 
   TEST_CASE("no weight and no tracks are the same, to the last bit; tracks change the motion") {
-    Config config = config_of(20);
-    const VoxelModel plain = trained(config, film(false));
-    const VoxelModel followed = trained(config, film(true));
+    Config config = followed_run(20);
+    const VoxelModel plain = test::trained(config, hand_film(false));
+    const VoxelModel followed = test::trained(config, hand_film(true));
     CHECK(followed.motion.levels.back().values != plain.motion.levels.back().values);
     config.loss.tracks = 0;
-    const VoxelModel unused = trained(config, film(true));
+    const VoxelModel unused = test::trained(config, hand_film(true));
     CHECK(unused.motion.levels.back().values == plain.motion.levels.back().values);
     CHECK(unused.radiance.raw.values == plain.radiance.raw.values);
   }
 
   TEST_CASE("the same bits for any number of threads, and across a stop") {
-    const Config config = config_of(12);
-    const Dataset data = film(true);
+    const Config config = followed_run(12);
+    const Dataset data = hand_film(true);
     Trainer whole(config, *data.find("train"), data.time_map);
     std::vector<char> at_7;
     while (!whole.done())
@@ -174,7 +166,7 @@ TEST_SUITE("train/tracks") {
     const VoxelModel expected = whole.finish();
     {
       const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-      CHECK(trained(config, data).motion.levels.back().values == expected.motion.levels.back().values);
+      CHECK(test::trained(config, data).motion.levels.back().values == expected.motion.levels.back().values);
     }
     Trainer resumed(config, *data.find("train"), data.time_map);
     resumed.restore(at_7);
@@ -183,11 +175,11 @@ TEST_SUITE("train/tracks") {
   }
 
   TEST_CASE("a device that does not learn tracks says so before the first step") {
-    const Dataset data = film(true);
+    const Dataset data = hand_film(true);
     const auto begin = [&](const Config& config) {
       Trainer(config, *data.find("train"), data.time_map, 0, nullptr, make_host_step(true));
     };
-    Config config = config_of(10);
+    Config config = followed_run(10);
     CHECK_THROWS_WITH_AS(begin(config), doctest::Contains("--device cpu"), Error);
     config.loss.tracks = 0;
     CHECK_NOTHROW(begin(config));

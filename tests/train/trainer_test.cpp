@@ -2,8 +2,6 @@
 #include "splinevox/train/trainer.hpp"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +11,7 @@
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "support/small_run.hpp"
 #include "support/state_parts.hpp"
 
 using namespace splinevox;
@@ -72,9 +71,7 @@ Config tiny_spline(int steps) {
 
 std::vector<char> run(const Config& config, int threads, int from = 0, const std::vector<char>& state = {},
                       int to = 1 << 30) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  tbb::task_arena arena(threads);
-  return arena.execute([&] {
+  return test::on_threads(threads, [&] {
     const Dataset& data = moving_ball();
     Trainer trainer(config, *data.find("train"), data.time_map);
     if (from > 0) trainer.restore(state);
@@ -85,23 +82,6 @@ std::vector<char> run(const Config& config, int threads, int from = 0, const std
     }
     return trainer.save();
   });
-}
-
-double test_psnr(const VoxelModel& model, const Split& split) {
-  double sum = 0;
-  for (const Frame& f : split.frames) {
-    const Rendered r = render_image(model, f.camera, f.time);
-    double squared = 0;
-    for (int y = 0; y < f.image.height; ++y)
-      for (int x = 0; x < f.image.width; ++x) {
-        const float alpha = f.image.pixel(x, y)[3] / 65535.0f;
-        for (int c = 0; c < 3; ++c)
-          squared +=
-              std::pow(r.rgb.pixel(x, y)[c] - (alpha * f.image.pixel(x, y)[c] / 65535.0f + (1 - alpha)), 2);
-      }
-    sum += -10 * std::log10(squared / (3.0 * f.image.width * f.image.height));
-  }
-  return sum / double(split.frames.size());
 }
 
 }  // namespace
@@ -195,7 +175,7 @@ TEST_SUITE("train/trainer") {
     const auto quality = [&](const Config& c) {
       Trainer trainer(c, *data.find("train"), data.time_map);
       while (!trainer.done()) trainer.step();
-      return test_psnr(trainer.model(), *data.find("test"));
+      return test::test_psnr(trainer.model(), data);
     };
     const double moving = quality(config);
     config.motion.enabled = false;
@@ -275,7 +255,7 @@ TEST_SUITE("train/trainer") {
     CHECK(bricks.brick_count() < full.radiance.raw.topology->brick_count());
     CHECK(int(bricks_above(emptied.radiance.raw, -10).size()) ==
           bricks.brick_count());  // nothing is kept for nothing
-    CHECK(test_psnr(emptied, *data.find("test")) > test_psnr(full, *data.find("test")) - 0.5);
+    CHECK(test::test_psnr(emptied, data) > test::test_psnr(full, data) - 0.5);
 
     // The state loses the bricks too, and goes on from before and after in the same bits.
     config.grid.empty_start = {0.598f, 0.8f};
