@@ -122,14 +122,14 @@ TEST_SUITE("app/work") {
       words.insert(words.end(), more.begin(), more.end());
       return program(words);
     };
-    Ended e = train("1", {"--preset", "fast"});
+    Ended e = train("1", {"--preset", "high"});
     CAPTURE(e.err);
     REQUIRE(e.code == 0);
     const Json first = Json::parse(slurp(scene.path("run") + "/metrics.json"));
     const int usual = first["preset_steps"];
     CHECK(first["preset_share"].get<double>() == doctest::Approx(first["steps"].get<double>() / usual));
     REQUIRE(first["preset_share"] < 0.25);
-    CHECK(contains(e.out + e.err, "that preset fast was measured with; go on with --resume --max-time "));
+    CHECK(contains(e.out + e.err, "that preset high was measured with; go on with --resume --max-time "));
     const Json manifest = Json::parse(slurp(scene.path("run") + "/manifest.json"));
     CHECK(manifest["info"]["steps"] == std::to_string(first["steps"].get<int>()));
     CHECK(manifest["info"]["preset_steps"] == std::to_string(usual));

@@ -22,8 +22,8 @@ constexpr double kSurround = 8;
 
 enum View : char { kOutside, kInside, kUnseen, kUnasked };
 
-/// Pixels of a picture in rows that show something (alpha > 0), or are ignored.
-struct Rows {
+/// Runs of pixels along the rows of a picture that show something (alpha > 0), or are ignored.
+struct PixelRuns {
   struct Run {
     int y, first, last;
     View view;
@@ -32,7 +32,7 @@ struct Rows {
   std::vector<Run> runs;  ///< those of kUnseen before those of kInside
   bool complete = true;   ///< nothing touches the picture's border, so nothing lies outside it
 
-  explicit Rows(const Frame& frame) : width(frame.image.width), height(frame.image.height) {
+  explicit PixelRuns(const Frame& frame) : width(frame.image.width), height(frame.image.height) {
     const Picture& image = frame.image;
     const ReadAll all_of(image);
     const auto add = [&](const auto& is, View view) {
@@ -58,15 +58,15 @@ struct Silhouette {
   std::vector<View> views;
   bool complete = true;
 
-  Silhouette(const Rows& rows, int grow)
-      : width((rows.width + kBlock - 1) / kBlock),
-        views(std::size_t(width) * ((rows.height + kBlock - 1) / kBlock), kOutside),
-        complete(rows.complete) {
-    for (const Rows::Run& run : rows.runs) {
+  Silhouette(const PixelRuns& picture, int grow)
+      : width((picture.width + kBlock - 1) / kBlock),
+        views(std::size_t(width) * ((picture.height + kBlock - 1) / kBlock), kOutside),
+        complete(picture.complete) {
+    for (const PixelRuns::Run& run : picture.runs) {
       const int x0 = std::max(0, run.first - grow) / kBlock,
-                x1 = std::min(rows.width - 1, run.last + grow) / kBlock,
+                x1 = std::min(picture.width - 1, run.last + grow) / kBlock,
                 y0 = std::max(0, run.y - grow) / kBlock,
-                y1 = std::min(rows.height - 1, run.y + grow) / kBlock;
+                y1 = std::min(picture.height - 1, run.y + grow) / kBlock;
       for (int v = y0; v <= y1; ++v)
         std::fill_n(views.begin() + std::size_t(v) * width + x0, x1 - x0 + 1, run.view);
     }
@@ -77,8 +77,8 @@ struct Silhouette {
 /// shows only part.
 class Watch {
  public:
-  Watch(const Camera& camera, const Rows& rows, const BitGrid& grid)
-      : camera_(camera), silhouette_(rows, grow(camera, grid)) {}
+  Watch(const Camera& camera, const PixelRuns& picture, const BitGrid& grid)
+      : camera_(camera), silhouette_(picture, grow(camera, grid)) {}
 
   View operator()(const Vec3d& x) const {
     const Projection p = project(camera_, x);
@@ -100,20 +100,20 @@ class Watch {
   Silhouette silhouette_;
 };
 
-/// What pictures show, in the order of their times.
-struct Shown {
+/// Those of all pictures, in the order of their times.
+struct RunsByTime {
   std::vector<int> by_time;
-  std::vector<std::unique_ptr<const Rows>> rows;
+  std::vector<std::unique_ptr<const PixelRuns>> pictures;
 
-  explicit Shown(const Split& train) : by_time(frames_by_time(train)), rows(by_time.size()) {
-    parallel_for(int(rows.size()),
-                 [&](int f) { rows[f] = std::make_unique<const Rows>(train.frames[by_time[f]]); });
+  explicit RunsByTime(const Split& train) : by_time(frames_by_time(train)), pictures(by_time.size()) {
+    parallel_for(int(pictures.size()),
+                 [&](int f) { pictures[f] = std::make_unique<const PixelRuns>(train.frames[by_time[f]]); });
   }
 };
 
 /// Cells that in some window of neighbouring times no view sees outside the silhouette and most see inside.
-BitGrid swept_hull(const Shown& shown, const std::vector<Camera>& cameras, const Box& box, int cells) {
-  const int n = int(shown.rows.size());
+BitGrid swept_hull(const RunsByTime& known, const std::vector<Camera>& cameras, const Box& box, int cells) {
+  const int n = int(known.pictures.size());
   // A window is a twentieth of the frames: longer clips what moves fast, shorter leaves the hull loose.
   constexpr int kLongest = 9;
   constexpr std::size_t kWord = 32;
@@ -121,7 +121,7 @@ BitGrid swept_hull(const Shown& shown, const std::vector<Camera>& cameras, const
   BitGrid hull(box, cells);
   std::vector<std::unique_ptr<const Watch>> watches(n);
   parallel_for(n, [&](int f) {
-    watches[f] = std::make_unique<const Watch>(cameras[shown.by_time[f]], *shown.rows[f], hull);
+    watches[f] = std::make_unique<const Watch>(cameras[known.by_time[f]], *known.pictures[f], hull);
   });
   // By words, each of which one thread owns. A window is looked through from its end: where a view sees a
   // cell outside, no window up to that view can hold it, so most views of empty space are never asked.
@@ -207,7 +207,7 @@ Box camera_cube(const std::vector<Camera>& cameras) {
 }
 
 double explained_by_hull(const Split& train, const std::vector<Camera>& cameras) {
-  const BitGrid hull = swept_hull(Shown(train), cameras, camera_cube(cameras), kCoarse);
+  const BitGrid hull = swept_hull(RunsByTime(train), cameras, camera_cube(cameras), kCoarse);
   if (hull.count() == 0) return 0;
   constexpr int kPictures = 64, kAcross = 24;  // looked at, and pixels along a side of each
   const int every = std::max(1, int(train.frames.size()) / kPictures);
@@ -282,11 +282,11 @@ SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float mar
   const std::vector<Camera> cameras = cameras_of(train);
   Box box = camera_cube(cameras);
   if (has_alpha) {
-    const Shown shown(train);
-    const BitGrid coarse = swept_hull(shown, cameras, box, kCoarse);
+    const RunsByTime known(train);
+    const BitGrid coarse = swept_hull(known, cameras, box, kCoarse);
     if (coarse.count() > 0) {
       box = bounding_box(coarse, margin);
-      const BitGrid hull = swept_hull(shown, cameras, box, cells);
+      const BitGrid hull = swept_hull(known, cameras, box, cells);
       if (hull.count() > 0) return {box, dilate(hull)};
     }
   }
