@@ -12,7 +12,7 @@
 #include "backend/executors.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
-#include "support/on_threads.hpp"
+#include "support/small_run.hpp"
 #include "support/state_parts.hpp"
 
 using namespace splinevox;
@@ -27,13 +27,9 @@ const Dataset& moving_ball() {
 /// Every kernel of a step in miniature: several levels, light, rigidity, every loss, a curve that is elevated
 /// on the way.
 Config tiny_config(int steps, int sh_order, bool losses) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+  Config c = test::small_run(steps);
   c.run.seed = 7;
   c.radiance.sh_order = sh_order;
-  c.grid.radiance = {16, 28};
-  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.4f};
   c.grid.motion = {4, 8, 16};
   c.grid.motion_start = {0, 0.2f, 0.5f};
@@ -54,7 +50,6 @@ Config tiny_config(int steps, int sh_order, bool losses) {
   c.loss.tv_control = 1e-3f;
   c.loss.tv_rigidity = 1e-4f;
   c.sampling.frames = 4;
-  c.sampling.rays = 1024;
   c.sampling.occupancy_every = 7;
   return c;
 }

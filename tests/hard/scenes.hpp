@@ -11,6 +11,7 @@
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "support/small_run.hpp"
 
 namespace splinevox::test {
 
@@ -22,18 +23,13 @@ inline const Dataset& ball() {
 
 /// A run of half a second: both lattices refined once.
 inline Config short_run(int steps = 100) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+  Config c = small_run(steps);
   c.run.seed = 5;
   c.grid.radiance = {20, 32};
   c.grid.radiance_start = {0, 0.4f};
-  c.grid.motion = {4, 8};
   c.grid.motion_start = {0.1f, 0.4f};
   c.sampling.frames = 8;
-  c.sampling.rays = 1024;
   c.sampling.growth = 2;
-  c.sampling.occupancy_cells = 32;
   c.sampling.occupancy_every = 40;
   return c;
 }

@@ -2,8 +2,6 @@
 #include "io/export/carried_mesh.hpp"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +15,7 @@
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
+#include "support/on_threads.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::Scratch, test::slurp;
@@ -112,11 +111,9 @@ TEST_SUITE("io/carried_mesh") {
       "an export has one mesh for all frames, which goes where the matter goes, and the same bytes again") {
     const Scratch scratch;
     const VoxelModel model = blob_model(32);
-    const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 3);
-    for (const int threads : {1, 3}) {
-      tbb::task_arena arena(threads);
-      arena.execute([&] { export_vdb(model, scratch.path(std::to_string(threads)), three_frames()); });
-    }
+    for (const int threads : {1, 3})
+      test::on_threads(threads,
+                       [&] { export_vdb(model, scratch.path(std::to_string(threads)), three_frames()); });
     const std::string file = slurp(scratch.path("1/mesh.glb"));
     CHECK(file == slurp(scratch.path("3/mesh.glb")));
     CHECK(verify(scratch.path("1")).size() == 5);  // three frames, the mesh, Blender's script

@@ -2,8 +2,6 @@
 #include "io/export/export_mesh.hpp"
 
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <cstring>
@@ -17,6 +15,7 @@
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
+#include "support/on_threads.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::Scratch, test::slurp, test::spit;
@@ -194,12 +193,9 @@ TEST_SUITE("io/export_mesh") {
     options.last = 2;
     options.mesh = true;
     std::vector<ExportResult> results;
-    const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 3);
-    for (const int threads : {1, 3}) {
-      tbb::task_arena arena(threads);
-      arena.execute(
-          [&] { results.push_back(export_vdb(model, scratch.path(std::to_string(threads)), options)); });
-    }
+    for (const int threads : {1, 3})
+      results.push_back(test::on_threads(
+          threads, [&] { return export_vdb(model, scratch.path(std::to_string(threads)), options); }));
     for (std::size_t f = 0; f < 2; ++f) {
       REQUIRE(results[0].frames[f].beside.size() == 1);
       CHECK(results[0].frames[f].beside[0].digest == results[1].frames[f].beside[0].digest);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How an export runs: profiles, options, interruption, faults. What its grids hold is in export_test.cpp.
 #include <doctest/doctest.h>
-#include <tbb/global_control.h>
-#include <tbb/task_arena.h>
 
 #include <cmath>
 #include <map>
@@ -16,6 +14,7 @@
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
+#include "support/on_threads.hpp"
 
 using namespace splinevox;
 using test::blob_model, test::FileSizeLimit, test::Scratch, test::slurp, test::spit, test::refusal,
@@ -106,14 +105,11 @@ TEST_SUITE("io/export_run") {
     const Scratch scratch;
     const VoxelModel model = blob_model(32, {.twist = 0.7f, .rigidity = true});
     std::vector<FileDigest> digests;
-    const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 3);
     for (const int threads : {1, 2, 3}) {
-      tbb::task_arena arena(threads);
-      arena.execute([&] {
-        const ExportResult result =
-            export_vdb(model, scratch.path(std::to_string(threads)), houdini_options(2));
-        digests.push_back(result.frames[1].file.digest);
+      const ExportResult result = test::on_threads(threads, [&] {
+        return export_vdb(model, scratch.path(std::to_string(threads)), houdini_options(2));
       });
+      digests.push_back(result.frames[1].file.digest);
     }
     CHECK(digests[0] == digests[1]);
     CHECK(digests[0] == digests[2]);
@@ -124,8 +120,7 @@ TEST_SUITE("io/export_run") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24, {.twist = 0.7f});
     ExportOptions options = houdini_options(8);
-    const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);
-    tbb::task_arena(4).execute([&] {
+    test::on_threads(4, [&] {
       for (const int at_once : {1, 4, 0}) {
         options.frames_at_once = at_once;
         CHECK(export_vdb(model, scratch.path(std::to_string(at_once)), options).finished);

@@ -62,12 +62,10 @@ struct PreparedRun {
 };
 
 PreparedRun prepared_run(Dataset data, int steps) {
-  return test::on_threads(2, [&] {
-    PreparedRun out;
-    out.prepared = prepare(masked_run(steps), data);
-    out.model = test::trained(out.prepared.config, data);
-    return out;
-  });
+  PreparedRun out;
+  out.prepared = test::on_threads(2, [&] { return prepare(masked_run(steps), data); });
+  out.model = test::trained(out.prepared.config, data);
+  return out;
 }
 
 TEST_SUITE("train/masks") {

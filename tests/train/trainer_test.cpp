@@ -27,14 +27,9 @@ const Dataset& moving_ball() {
 /// A whole run in miniature: two lattices, two motion levels, every loss term, a Bezier curve that is
 /// elevated on the way.
 Config tiny_config(int steps) {
-  Config c = preset("draft");
-  c.run.max_time = 0;
-  c.run.max_steps = steps;
+  Config c = test::small_run(steps);
   c.run.seed = 7;
-  c.grid.radiance = {16, 28};
-  c.sampling.occupancy_cells = 32;
   c.grid.radiance_start = {0, 0.4f};
-  c.grid.motion = {4, 8};
   c.grid.motion_start = {0.1f, 0.5f};
   c.motion.basis = BasisKind::bezier;
   c.motion.points = 3;
@@ -51,7 +46,6 @@ Config tiny_config(int steps) {
   c.loss.tv_rigidity = 1e-4f;
   c.loss.curve_length = c.loss.curve_rest = 1e-4f;
   c.sampling.frames = 4;
-  c.sampling.rays = 1024;
   c.sampling.occupancy_every = 7;
   return c;
 }
@@ -172,11 +166,7 @@ TEST_SUITE("train/trainer") {
     config.grid.motion = {4, 8};
     config.grid.motion_start = {0.1f, 0.4f};
     const Dataset& data = moving_ball();
-    const auto quality = [&](const Config& c) {
-      Trainer trainer(c, *data.find("train"), data.time_map);
-      while (!trainer.done()) trainer.step();
-      return test::test_psnr(trainer.model(), data);
-    };
+    const auto quality = [&](const Config& c) { return test::test_psnr(test::trained(c, data), data); };
     const double moving = quality(config);
     config.motion.enabled = false;
     const double still = quality(config);
