@@ -19,7 +19,7 @@ print(f"{len(data.frames('train'))} training views of {size}; first test view at
 # %% Training. The callback sees every 200th step; returning False would end it, Ctrl-C interrupts it.
 config = sv.Config("draft", max_steps=steps, seed=1)
 config["loss.tv_control"] = 0.02
-ready = sv.prepare(config, data)  # leaves out what the scene does not call for
+ready = sv.prepare(config, data)  # the scene's box, and effects that it calls for; draft tries none
 print("effects:", ready.effects["used"], *ready.notes)
 trainer = sv.Trainer(data, ready.config)
 trainer.train(lambda r: print(f"step {r.step}: PSNR of the batch {r.psnr:.1f} dB"), every=max(1, steps // 5))
@@ -33,7 +33,7 @@ print(f"PSNR {scores['psnr']:.2f} dB, SSIM {scores['ssim']:.4f}")
 layers = sv.Renderer(model).render(frame.camera, 0.5)
 print("rgb", layers.rgb.shape, "depth from", layers.depth[layers.alpha > 0.5].min(), "to", layers.depth.max())
 
-# %% Points through time: where is now, at time 1, what is seen at time 0?
+# %% Points through time: where is at times 0 and 1 what is seen at time 0.5?
 seen = layers.alpha > 0.5
 rows, columns = np.nonzero(seen)
 camera = frame.camera

@@ -82,8 +82,8 @@ struct StepInput {
   std::span<const double> times;               ///< of the slots, model time in [0, 1]
   std::span<const int> occupancy;              ///< of the slots: which of StepModel::occupancy
   const Background* background;                ///< behind the rays
-  std::span<Vec3> behind;  ///< [rays] gets the gradient of the colour behind each, 0 of other ranks' rays;
-                           ///< empty: not wanted
+  std::span<Vec3> behind;  ///< [rays] gets the gradient of the colour behind each, 0 of other ranks' rays,
+                           ///< from which the background's follows; empty: nothing is before the background
   RayLosses losses;
   const ColourGradient* colour_gradient = nullptr;  ///< in place of photometric_gradient; null: that
   float tv_scale, tv_share;
@@ -103,7 +103,7 @@ struct StepSums {
   std::int64_t samples = 0;         ///< in stored bricks
   bool usable = true;               ///< every loss and gradient is; if not, no parameter was changed
   std::int64_t bad_rows = 0;        ///< rows whose gradient is not usable
-  BackgroundGradient background{};  ///< if it is learned
+  BackgroundGradient background{};  ///< if it is learned, and StepInput::behind is empty
   std::vector<Vec3> errors;         ///< [rays] photometric error of each; only where it is wanted
   std::vector<double> slopes;       ///< [slots] d loss / d time of each; only where it is wanted
   /// Seconds in parts of the step, as far as they can be told apart; what is missing went by in the rays.

@@ -117,9 +117,9 @@ class Steps final : public StepBackend {
     if (wants_behind(in) && out.usable) {
       std::vector<Vec3> behind(behind_.size());
       run_.download(behind_, behind.data());
-      if (in.background->learned())
+      if (in.behind.empty()) {
         out.background = background_gradient(*in.background, share_.rays(), share_.tasks(), behind, ranks_);
-      if (!in.behind.empty()) {
+      } else {
         std::fill(in.behind.begin(), in.behind.end(), Vec3{});
         for (std::size_t i = 0; i < behind.size(); ++i)
           in.behind[std::size_t(share_.in_batch(int(i)))] = behind[i];

@@ -48,7 +48,9 @@ Action capture_command(CLI::App& verb) {
   heading(verb, "Output");
   verb.add_option("--out", o->out, "folder of the data set: transforms.json, images, masks, capture.json")
       ->required();
-  verb.add_flag("--fresh", o->fresh, "begin anew in a folder that an earlier call began");
+  verb.add_flag("--fresh", o->fresh,
+                "begin anew in a folder that an earlier call began; what that made lies in earlier_capture "
+                "until the new data set is there");
   heading(verb, "Which pictures");
   verb.add_option("--frames", o->frames,
                   fmt::format("so many frames of each camera, of equal parts the sharpest; {} of a film and "

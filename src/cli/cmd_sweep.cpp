@@ -4,15 +4,20 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <system_error>
 
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
 #include "run/signals.hpp"
+#include "run/support.hpp"
 #include "run/sweep/sweep.hpp"
 #include "run/teller.hpp"
 #include "splinevox/core/error.hpp"
+
+namespace fs = std::filesystem;
 
 namespace splinevox::cli {
 namespace {
@@ -25,18 +30,48 @@ struct SweepVerb {
   TalkWords talk;
 };
 
+constexpr const char* kSweepMark =
+    "sweep.json";  ///< in a sweep's folder: its lists and tables may be replaced
+constexpr const char* kSweepFormat = "splinevox sweep";
+
+/// Makes a folder for lists and tables ours. One that has files of their names which no sweep wrote, as the
+/// folder of a paper may, is refused. Sweeps of older versions left no mark: their script tells.
+void claim_sweep(const std::string& out) {
+  const auto path = [&](const char* name) { return (fs::path(out) / name).string(); };
+  const auto there = [&](const char* name) {
+    std::error_code ignored;
+    return fs::exists(fs::symlink_status(path(name), ignored));
+  };
+  bool ours = false;
+  if (there(kSweepMark)) {
+    const Json j = read_json(path(kSweepMark));
+    ours = j.is_object() && j.contains("format") && j["format"] == kSweepFormat;
+  } else {
+    ours = is_slurm_script(read_text_if_there(path("array.sh")));
+  }
+  for (const char* name :
+       {kSweepMark, "tasks.txt", "array.sh", "table.csv", "settings.csv", "table.md", "table.tex"})
+    if (!ours && there(name))
+      fail({path(name), "`sweep` did not write this file and would replace it",
+            "a folder of its own, or that of an earlier sweep", "", "another folder for --out"});
+  probe_output_folder(out);
+  if (!there(kSweepMark)) write_file(path(kSweepMark), {json_text({{"format", kSweepFormat}}, 2) + "\n"});
+}
+
 int sweep(const SweepVerb& o) {
   const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
   std::vector<SweepTask> tasks = read_sweep(o.description, o.out);
-  probe_output_folder(o.out);
+  if (o.task)  // which writes its own run only
+    probe_output_folder(o.out);
+  else
+    claim_sweep(o.out);
   const int threads =
       o.threads > 0 ? o.threads : std::max(1, tbb::this_task_arena::max_concurrency() / o.jobs);
   if (o.task) {
     if (*o.task < 0 || std::size_t(*o.task) >= tasks.size())
       fail({"--task", "there is no such task", fmt::format("a number in [0, {}]", tasks.size() - 1),
             std::to_string(*o.task), ""});
-    tasks = {
-        tasks[std::size_t(*o.task)]};  // many of these run beside each other: each writes its own run only
+    tasks = {tasks[std::size_t(*o.task)]};  // many of these run beside each other
   } else {
     write_file(o.out + "/tasks.txt", {sweep_commands(tasks)});
     write_file(o.out + "/array.sh", {slurm_script(o.description, o.out, tasks.size(), threads)});

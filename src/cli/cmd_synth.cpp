@@ -57,7 +57,7 @@ Action synth_command(CLI::App& verb) {
       ->check(CLI::Range(0.0, 1.0));
   verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")
       ->check(CLI::Range(0.0, 1.0));
-  verb.add_option("--light", o->synth.look.light, "of everything, 0..1")
+  verb.add_option("--light", o->synth.look.light, "brightness of everything")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   verb.add_option("--repeats", o->synth.look.repeats, "how often the motion runs, there and back in turn")

@@ -47,7 +47,7 @@ std::vector<Example> examples_of(const std::string& verb) {
          "two trainings at a time, and a table at the end"},
         {"splinevox sweep seeds.toml --out sweep --list", "only the list and the script for Slurm"}}},
       {"edit",
-       {{"splinevox edit run --out slow --speed 0.5", "the same motion in twice the time"},
+       {{"splinevox edit run --out slow --speed 0.5", "half as fast: the first half of the motion"},
         {"splinevox edit run --out part --clusters auto --cluster 2 --hide",
          "without the second moving part"}}},
       {"eval",
@@ -81,7 +81,7 @@ std::vector<Example> examples_of(const std::string& verb) {
         {"splinevox import splats --out vdb --fps 30 --voxel-size 0.01", "a folder of them as a sequence"}}},
       {"man", {{"splinevox man | man -l -", "to read it"}, {"splinevox man > splinevox.1", "to install it"}}},
       {"completion",
-       {{"splinevox completion bash > ~/.bash_completion", "for bash"},
+       {{"splinevox completion bash > ~/.splinevox.bash", "for bash: `source` it in ~/.bashrc"},
         {"splinevox completion fish > ~/.config/fish/completions/splinevox.fish", "for fish"}}},
   };
   const auto found = all.find(verb);

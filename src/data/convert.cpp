@@ -10,7 +10,7 @@
 #include "core/atomic_file.hpp"
 #include "core/json_text.hpp"
 #include "data/file_bytes.hpp"
-#include "data/layouts/folder_list.hpp"
+#include "data/layouts/masks.hpp"
 #include "data/layouts/read_scene.hpp"
 #include "data/layouts/transforms.hpp"
 #include "data/layouts/transforms_write.hpp"
@@ -98,8 +98,7 @@ std::vector<std::string> mask_targets(const RawSplit& raw, const PicturePlan& pl
   std::vector<std::string> paths(names.size());
   for (std::size_t i = 0; i < masks.files.size(); ++i) {
     if (masks.files[i].empty() || is_cut_out(plan, i)) continue;
-    const bool as_it_is = !masks.use.used(),
-               dynamic = lower_case(masks.files[i].filename().string()).starts_with("dynamic_mask"),
+    const bool as_it_is = !masks.use.used(), dynamic = is_dynamic_mask(masks.files[i]),
                white_moves = as_it_is ? dynamic : masks.use.what == MaskUse::What::moving;
     paths[i] = fmt::format("./masks/{}/{}{}{}", raw.name, white_moves ? "dynamic_mask_" : "", names[i],
                            as_it_is && masks.turns[i] == 1 ? ending_of(masks.files[i]) : ".png");
@@ -141,7 +140,7 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
     }
     const PictureSize& size = plan.sizes[place[0]];
     read_film(
-        path, size, wanted,
+        path, size, plan.turns[place[0]] != 1, wanted,
         [&](std::size_t k, Image16&& image) {
           write_bytes(folder / to[place[k]], png_of(image));
           done();
@@ -158,12 +157,12 @@ void convert_dataset(const std::string& path, const std::string& target, const C
   const fs::path folder(target);
   check_target(path, folder);
   OpenScene open = open_scene(path, {.rules = rules});
-  std::vector<PicturePlan> plans;
+  std::vector<PicturePlan> plans = plan_pictures(path, open.scene.splits, 1, open.scene.upright, rules);
   std::vector<Json> files;
   int done = 0, total = 0;
-  for (const RawSplit& raw : open.scene.splits) {
-    plans.push_back(plan_pictures(path, raw, 1, open.scene.upright, rules));
-    PicturePlan& plan = plans.back();
+  for (std::size_t s = 0; s < plans.size(); ++s) {
+    const RawSplit& raw = open.scene.splits[s];
+    PicturePlan& plan = plans[s];
     plan.masks = plan_masks(path, raw, open.mask_use, plan.sizes, plan.turns);
     const std::vector<std::string> to = targets(raw, plan), masks = mask_targets(raw, plan);
     Json frames = Json::array();

@@ -43,13 +43,27 @@ Camera camera_of(const RawSplit& raw, std::size_t i, const PicturePlan& plan) {
                         plan.downscale);
 }
 
-/// Frames with everything but their pictures.
-Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map) {
+/// As Frame::source. The bytes tell pictures of one name in two data sets apart. @param root  canonical
+std::string source_of(const RawFrame& frame, const fs::path& root) {
+  std::error_code unknown;
+  const std::uintmax_t bytes = fs::file_size(frame.found, unknown);
+  std::string source =
+      fmt::format("{}, {} bytes", all_printable(frame.found.lexically_relative(root).generic_string()),
+                  unknown ? 0 : bytes);
+  if (frame.film_frame >= 0) source += fmt::format(", picture {}", frame.film_frame);
+  return source;
+}
+
+/// Frames with everything but their pictures. @param root  of the data set, canonical
+Split frames_of(const RawSplit& raw, const PicturePlan& plan, const TimeMap& map, const fs::path& root) {
   Split split{raw.name, {}};
   const std::vector<std::string> names = frame_names(raw, plan);
-  for (std::size_t i = 0; i < raw.frames.size(); ++i)
+  for (std::size_t i = 0; i < raw.frames.size(); ++i) {
+    const RawFrame& frame = raw.frames[i];
     split.frames.push_back(
-        {names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}, raw.frames[i].camera_id, {}, {}});
+        {names[i], camera_of(raw, i, plan), model_time(raw, i, map), {}, frame.camera_id, {}, {}});
+    split.frames.back().source = source_of(frame, root);
+  }
   return split;
 }
 
@@ -57,14 +71,20 @@ void note_turns(const RawSplit& raw, const PicturePlan& plan, std::vector<std::s
   const auto turns = [](int t) { return t != 1; };
   const auto turned = std::count_if(plan.turns.begin(), plan.turns.end(), turns),
              not_turned = std::count_if(plan.asked.begin(), plan.asked.end(), turns) - turned;
-  const std::string all = " of " + std::to_string(plan.turns.size()) + " pictures ";
+  const std::string all = " of " + std::to_string(plan.turns.size()) + " pictures ",
+                    says = plan.film() ? "as their film says" : "as their EXIF says";
   if (turned > 0)
-    notes.push_back(raw.name + ": " + std::to_string(turned) + all +
-                    "are turned upright, as their EXIF says");
+    notes.push_back(raw.name + ": " + std::to_string(turned) + all + "are turned upright, " + says +
+                    (plan.guessed ? "; their size does not tell whether their cameras are for that. If they "
+                                    "come out the wrong way up, remove the tag: exiftool -Orientation= FILE"
+                                  : ""));
   if (not_turned > 0)
-    notes.push_back(
-        raw.name + ": " + std::to_string(not_turned) + all +
-        "are taken as stored, not turned as their EXIF says: their cameras are for the stored pixels");
+    notes.push_back(raw.name + ": " + std::to_string(not_turned) + all + "are taken as stored, not turned " +
+                    says + ": their cameras are for the stored pixels");
+  if (plan.masks.guessed > 0)
+    notes.push_back(raw.name + ": " + std::to_string(plan.masks.guessed) +
+                    " masks are turned as their pictures are; their size does not tell whether they were "
+                    "upright already");
 }
 
 /// Decodes one split's pictures into memory.
@@ -211,14 +231,16 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   dataset.notes = open.scene.notes;
   dataset.downscale = options.downscale;
   dataset.time_map = map_of(open, options, dataset.notes);
-  std::vector<PicturePlan> plans;
-  for (const RawSplit& split : raw) {
-    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright, options.rules));
-    PicturePlan& plan = plans.back();
+  std::vector<PicturePlan> plans =
+      plan_pictures(folder, raw, options.downscale, open.scene.upright, options.rules);
+  const fs::path root = fs::canonical(folder);
+  for (std::size_t s = 0; s < raw.size(); ++s) {
+    const RawSplit& split = raw[s];
+    PicturePlan& plan = plans[s];
     plan.masks = plan_masks(folder, split, open.mask_use, plan.sizes, plan.turns);
     note_turns(split, plan, dataset.notes);
     note_transfer(split, plan, dataset.notes);
-    dataset.splits.push_back(frames_of(split, plan, dataset.time_map));
+    dataset.splits.push_back(frames_of(split, plan, dataset.time_map, root));
     note_times(split, dataset.time_map, dataset.notes);
     note_cameras(split, dataset.notes);
     note_lenses(split, dataset.splits.back(), dataset.notes);

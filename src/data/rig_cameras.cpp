@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "data/times/names.hpp"
+#include "data/times/seen_moments.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -111,9 +112,10 @@ std::vector<int> cameras_to_hold_out(const RawSplit& split, const std::vector<Ri
     seen.at(std::size_t(frame.camera_id)).insert(frame.time);
     places[std::size_t(frame.camera_id)] = frame.pose.position;
   }
+  const std::vector<double> shares = shares_of_moments(seen, moments);
   std::vector<int> order;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    if (!cameras[c].still || 10 * seen[c].size() < 9 * moments.size()) return {};
+    if (!cameras[c].still || shares[c] < kLastingShare) return {};
     order.push_back(int(c));
   }
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) {

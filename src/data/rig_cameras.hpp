@@ -17,9 +17,10 @@ namespace splinevox::data {
 std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits);
 
 /// The cameras to hold out of a rig whose data names no test split: one of every eight, one at least, where
-/// five or more stand still and each sees nine tenths of all moments or more; else none. Cameras are divided
-/// in the order in which people count their names, into parts of equal size; of each part it is the one
-/// nearest to the middle of their places. A camera at the end of a rig has neighbours on one side alone.
+/// five or more stand still and each sees nine tenths of all moments (seen_moments.hpp); else none. Cameras
+/// are divided in the order in which people count their names, into parts of equal size; of each part it is
+/// the one nearest to the middle of their places. A camera at the end of a rig has neighbours on one side
+/// alone.
 /// @param split  all frames  @return their numbers in `cameras`, ascending
 std::vector<int> cameras_to_hold_out(const RawSplit& split, const std::vector<RigCamera>& cameras);
 

@@ -74,8 +74,7 @@ MatterReach::MatterReach(const VoxelModel& model, float min_density) : model_(mo
   bricks_ = t.dims - Int3{2, 2, 2};
   // softplus is monotone, and trilinear interpolation stays within its corners: a brick matters if one raw
   // value does, with the presence of the place that looks it up.
-  raw_min_ =
-      float(inverse_softplus(double(min_density) / field.activation.scale)) - field.activation.shift - 1e-3f;
+  raw_min_ = float(raw_of_depth(min_density, field.activation.scale, field.activation.shift)) - 1e-3f;
   peaks_.assign(std::size_t(t.brick_count()) + 1, field.raw.row(0)[0]);
   parallel_for(t.brick_count() + 1, [&](int b) {
     for (std::size_t r = std::size_t(b) * kBrickRows; r < std::size_t(b + 1) * kBrickRows; ++r)

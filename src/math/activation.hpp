@@ -104,10 +104,16 @@ SPLINEVOX_INLINE Activated<T> softplus(T x) {
 /// The x at which softplus(x) = y, y > 0. The plain log(exp(y) - 1) is infinite from 710 on.
 inline double inverse_softplus(double y) { return y + std::log(-std::expm1(-y)); }
 
+/// The raw value that has this depth > 0: scale * softplus(raw + shift) = depth. Of a density with its own
+/// scale, of an optical depth with the scale times the length.
+inline double raw_of_depth(double depth, double scale, double shift) {
+  return inverse_softplus(depth / scale) - shift;
+}
+
 /// The raw value at which a scale of density that is `by` times as large gives the same density as raw did.
 /// Grows with raw; nothing overflows: far below it is raw - log(by), far above raw / by.
 inline double raw_at_scale(double raw, double shift, double by) {
-  return inverse_softplus(softplus(raw + shift).value / by) - shift;
+  return raw_of_depth(softplus(raw + shift).value, by, shift);
 }
 
 /// The optical depth, density times length, that has this alpha in [0, 1): the inverse of one_minus_exp_neg.

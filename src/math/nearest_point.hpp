@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Cholesky>
 
 namespace splinevox {
 
@@ -17,6 +17,11 @@ struct NearestPoint {
     const Eigen::Matrix3d off = weight * (Eigen::Matrix3d::Identity() - direction * direction.transpose());
     across += off;
     through += off * position;
+  }
+  /// Adds weight |x - position|^2 to the sum. A small weight makes it the answer where no line tells another.
+  void hold(const Eigen::Vector3d& position, double weight) {
+    across += weight * Eigen::Matrix3d::Identity();
+    through += weight * position;
   }
   Eigen::Vector3d solve() const { return across.ldlt().solve(through); }
 };

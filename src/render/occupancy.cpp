@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <utility>
 
+#include "field/warped_centers.hpp"
+#include "math/activation.hpp"
 #include "render/presence_peaks.hpp"
-#include "render/warped_centers.hpp"
 
 namespace splinevox {
 namespace {
@@ -46,14 +46,14 @@ BitGrid coarsen(const BitGrid& in, int n) {
   return out;
 }
 
+/// Raw density from which on a step has an alpha.
+float raw_of_alpha(float alpha, const DensityActivation& activation, float step) {
+  return float(raw_of_depth(optical_depth(alpha), double(activation.scale) * step, activation.shift));
+}
+
 }  // namespace
 
-BitGrid::BitGrid(const Box& box, int cells_along_longest) : origin(box.lo) {
-  const Vec3 extent = box.extent();
-  cell = std::max({extent.x, extent.y, extent.z}) / float(cells_along_longest);
-  for (int a = 0; a < 3; ++a) size[a] = std::max(1, int(std::ceil(extent[a] / cell - 1e-3f)));
-  bits.assign((cells() + 31) / 32, 0);
-}
+BitGrid::BitGrid(const CellGrid& cells) : CellGrid(cells), bits((cells.cells() + 31) / 32, 0u) {}
 
 std::size_t BitGrid::count() const {
   std::size_t n = 0;
@@ -129,14 +129,19 @@ Box bounding_box(const BitGrid& grid, float margin) {
 }
 
 BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step) {
+  return canonical_occupancy(model, LargestPresence(model, cells), alpha, step);
+}
+
+BitGrid canonical_occupancy(const VoxelModel& model, const LargestPresence& presence, float alpha,
+                            float step) {
   const RadianceField& field = model.radiance;
   const Topology& topology = *field.raw.topology;
-  BitGrid grid(model.box, cells);
-  const float threshold = raw_of(alpha, field.activation, step);
-  if (comes_and_goes(model.motion)) {
-    const CellValues raw = raw_peaks(field, grid), presence = looked_up_presence(model, grid);
+  BitGrid grid(presence.cells().grid);
+  const float threshold = raw_of_alpha(alpha, field.activation, step);
+  if (presence.any()) {
+    const CellValues raw = raw_peaks(field, grid);
     for (std::size_t i = 0; i < grid.cells(); ++i)
-      if (raw.values[i] + presence.values[i] >= threshold) grid.set(i);
+      if (raw.values[i] + presence.cells().values[i] >= threshold) grid.set(i);
     return dilate(grid);
   }
   for (int b = 1; b <= topology.brick_count(); ++b)
@@ -152,7 +157,7 @@ OccupancyPyramid::OccupancyPyramid(const VoxelModel& model, int cells, float alp
                                                     : canonical_occupancy(model, cells, alpha, step),
                        std::move(reach)) {
   if (comes_and_goes(model.motion))
-    presence = presence_peaks(model, raw_of(alpha, model.radiance.activation, step), levels);
+    presence = presence_peaks(model, raw_of_alpha(alpha, model.radiance.activation, step), levels);
 }
 
 OccupancyPyramid::OccupancyPyramid(BitGrid canonical, BitGrid reach)

@@ -6,37 +6,24 @@
 #include <optional>
 #include <vector>
 
+#include "field/cells.hpp"
+#include "field/largest_presence.hpp"
 #include "field/lattice/slice.hpp"
 #include "render/views.hpp"
 #include "splinevox/field/model.hpp"
 
 namespace splinevox {
 
-/// Regular grid of cells over a box with one bit each, x slowest.
-struct BitGrid {
-  Vec3 origin{};
-  float cell = 1;  ///< scene units
-  Int3 size{};
+/// Cells with one bit each.
+struct BitGrid : CellGrid {
   std::vector<std::uint32_t> bits;
 
   BitGrid() = default;
-  BitGrid(const Box& box, int cells_along_longest);
-  std::size_t cells() const { return std::size_t(size.x) * size.y * size.z; }
+  explicit BitGrid(const CellGrid& cells);
+  BitGrid(const Box& box, int cells_along_longest) : BitGrid(CellGrid(box, cells_along_longest)) {}
   bool test(std::size_t i) const { return bits[i >> 5] >> (i & 31) & 1; }
   void set(std::size_t i) { bits[i >> 5] |= 1u << (i & 31); }
   void clear(std::size_t i) { bits[i >> 5] &= ~(1u << (i & 31)); }
-  std::size_t index(Int3 c) const { return (std::size_t(c.x) * size.y + c.y) * size.z + c.z; }
-  Int3 cell_at(std::size_t index) const {
-    return {int(index / size.z / size.y), int(index / size.z % size.y), int(index % size.z)};
-  }
-  Vec3 center(Int3 c) const { return origin + cell * (cast<float>(c) + Vec3{0.5f, 0.5f, 0.5f}); }
-  /// Cell of a position, clamped to the grid.
-  Int3 cell_of(Vec3 x) const {
-    const Vec3 u = (x - origin) * (1 / cell);
-    Int3 c;
-    for (int a = 0; a < 3; ++a) c[a] = u[a] > 0 ? (u[a] < float(size[a]) ? int(u[a]) : size[a] - 1) : 0;
-    return c;
-  }
   std::size_t count() const;
   /// Whether any cell is set that a box, corners lo and hi, touches; clamped to the grid like cell_of.
   bool any(Vec3 lo, Vec3 hi) const;
@@ -64,16 +51,9 @@ Box bounding_box(const BitGrid& grid, float margin);
 /// alpha over `step` is at least `alpha` at some time, grown by one cell. That margin covers every position
 /// of an observed cell when the warp stretches it by less than a factor of two.
 BitGrid canonical_occupancy(const VoxelModel& model, int cells, float alpha, float step);
-
-/// One value per cell of a grid.
-struct CellValues {
-  BitGrid grid;  ///< its cells; no bits
-  std::vector<float> values;
-
-  CellValues() = default;
-  CellValues(BitGrid cells, float everywhere);
-  float at(Vec3 x) const { return values[grid.index(grid.cell_of(x))]; }
-};
+/// The same in the cells of presence that is known. @param presence  of this model
+BitGrid canonical_occupancy(const VoxelModel& model, const LargestPresence& presence, float alpha,
+                            float step);
 
 /// What matter that comes and goes takes to be skipped: a cell holds none at a time where its largest raw
 /// density and the presence there stay below a threshold. In cells and in blocks of 2 and 4 of them an edge.

@@ -2,117 +2,37 @@
 #include "render/presence_peaks.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <utility>
+#include <cstddef>
 #include <vector>
 
-#include "field/lattice/slice.hpp"
-#include "render/warped_centers.hpp"
+#include "field/warped_centers.hpp"
 
 namespace splinevox {
 namespace {
 
-constexpr float kNothing = -std::numeric_limits<float>::infinity();
-
-void raise(float& most, float value) {
-  if (value > most) most = value;
-}
-
-/// Each cell's largest value among its own and those of its neighbours, diagonals included.
-CellValues dilate(CellValues in) {
-  const Int3 size = in.grid.size;
-  for (int axis = 0; axis < 3; ++axis) {
-    const CellValues from = in;
-    const std::size_t stride = axis == 0 ? std::size_t(size.y) * size.z : axis == 1 ? std::size_t(size.z) : 1;
-    Int3 c;
-    for (c.x = 0; c.x < size.x; ++c.x)
-      for (c.y = 0; c.y < size.y; ++c.y)
-        for (c.z = 0; c.z < size.z; ++c.z) {
-          const std::size_t i = in.grid.index(c);
-          if (c[axis] > 0) raise(in.values[i], from.values[i - stride]);
-          if (c[axis] + 1 < size[axis]) raise(in.values[i], from.values[i + stride]);
-        }
-  }
-  return in;
-}
-
 /// The largest value in blocks of n cells an edge. @param blocks  their grid
-CellValues coarsen(const CellValues& in, const BitGrid& blocks, int n) {
-  CellValues out(blocks, kNothing);
+CellValues coarsen(const CellValues& in, const CellGrid& blocks, int n) {
+  CellValues out(blocks, CellValues::kLowest);
   Int3 c;
   for (c.x = 0; c.x < in.grid.size.x; ++c.x)
     for (c.y = 0; c.y < in.grid.size.y; ++c.y)
       for (c.z = 0; c.z < in.grid.size.z; ++c.z)
-        raise(out.values[out.grid.index({c.x / n, c.y / n, c.z / n})], in.values[in.grid.index(c)]);
-  return out;
-}
-
-/// A bound of the presence at any time around an observed cell: a curve stays below the largest point of its
-/// control polygon.
-CellValues most_presence(const MotionField& motion, const BitGrid& cells) {
-  CellValues out(cells, 0.0f);  // where nothing is stored
-  const Channels& level = motion.levels.back();
-  const Topology& topology = *level.topology;
-  const Contraction by(motion);
-  const Basis& basis = basis_of(motion.basis);
-  const int place = by.layout.scalar[kPresence], stride = by.layout.stride;
-  const float per_velocity = 1.0f / (3.0f * float(basis.pieces(motion.points)));  // of a Hermite curve
-  for (int b = 1; b <= topology.brick_count(); ++b)
-    for (int i = 0; i < kBrickRows; ++i) {
-      const float* row = level.row(std::size_t(b) * kBrickRows + i) + place;
-      float most = kNothing;
-      for (int k = 0; k < by.count; ++k) {
-        if (basis.per_node == 1)
-          raise(most, row[stride * k]);
-        else if (basis.is_place(k))
-          raise(most, row[stride * k] + per_velocity * std::abs(row[stride * (k + 1)]));
-      }
-      const float mean = by.mean_at(row);
-      visit_around(out.grid, topology.position(b, i), topology.lattice.spacing,
-                   [&](std::size_t c) { raise(out.values[c], most - mean); });
-    }
+        out.raise(out.grid.index({c.x / n, c.y / n, c.z / n}), in.values[in.grid.index(c)]);
   return out;
 }
 
 }  // namespace
 
-CellValues::CellValues(BitGrid cells, float everywhere) : grid(std::move(cells)) {
-  grid.bits.clear();
-  values.assign(grid.cells(), everywhere);
-}
-
-CellValues raw_peaks(const RadianceField& field, const BitGrid& cells) {
-  CellValues out(cells, kNothing);
+CellValues raw_peaks(const RadianceField& field, const CellGrid& cells) {
+  CellValues out(cells, CellValues::kLowest);
   const Topology& topology = *field.raw.topology;
   for (int b = 1; b <= topology.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       const float raw = field.raw.row(std::size_t(b) * kBrickRows + i)[0];
       visit_around(out.grid, topology.position(b, i), topology.lattice.spacing,
-                   [&](std::size_t c) { raise(out.values[c], raw); });
+                   [&](std::size_t c) { out.raise(c, raw); });
     }
   return out;
-}
-
-CellValues looked_up_presence(const VoxelModel& model, const BitGrid& cells) {
-  const MotionField& motion = model.motion;
-  CellValues out = most_presence(motion, cells);
-  if (!motion.displaces) return out;
-  std::fill(out.values.begin(), out.values.end(), 0.0f);
-  const int times = 3 * motion.points;
-  MotionSlice slice;
-  for (int i = 0; i <= times; ++i) {
-    fill_slice(motion, parameter_weights(motion, double(i) / times), slice);
-    const WarpedCenters warped(model, slice, cells);
-    Int3 c;
-    for (c.x = 0; c.x < cells.size.x; ++c.x)
-      for (c.y = 0; c.y < cells.size.y; ++c.y)
-        for (c.z = 0; c.z < cells.size.z; ++c.z) {
-          const auto w = warped.at(c);
-          raise(out.values[cells.index(cells.cell_of(w.position))], w.presence);
-        }
-  }
-  return dilate(std::move(out));
 }
 
 PresencePeaks presence_peaks(const VoxelModel& model, float threshold, std::span<const BitGrid> levels) {

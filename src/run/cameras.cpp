@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <optional>
@@ -13,6 +14,8 @@
 #include "core/nearest.hpp"
 #include "data/camera_check.hpp"
 #include "data/json_file.hpp"
+#include "data/layouts/axes.hpp"
+#include "data/layouts/near_miss.hpp"
 #include "data/layouts/transforms.hpp"
 #include "run/camera_ways.hpp"
 #include "run/support.hpp"
@@ -159,20 +162,9 @@ std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
   return {shots[std::size_t(index[0])]};
 }
 
-Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraRequest& request,
-             const TimeMap& map, const std::string& where) {
-  const FileJson rows = frame.contains("transform_matrix") ? frame["transform_matrix"] : FileJson();
-  std::array<double, 16> matrix{};
-  bool good = rows.is_array() && rows.size() == 4;
-  for (std::size_t r = 0; good && r < 4; ++r) {
-    good = rows[r].is_array() && rows[r].size() == 4;
-    for (std::size_t c = 0; good && c < 4; ++c) {
-      good = rows[r][c].is_number();
-      matrix[4 * r + c] = good ? rows[r][c].get<double>() : 0;
-    }
-  }
-  if (!good)
-    fail({where, "'transform_matrix' is not a matrix", "4 rows of 4 numbers, camera to world", "", ""});
+/// @param matrix  camera to world, row by row
+Shot shot_of(const FileJson& frame, const std::array<double, 16>& matrix, const data::Lens& file_lens,
+             const CameraRequest& request, const TimeMap& map, const std::string& where) {
   const data::Lens lens = data::merge(file_lens, data::read_lens(frame, where));
   const double wide = lens.w.value_or(request.size > 0 ? request.size : 400), high = lens.h.value_or(wide);
   if (!(wide >= 1 && high >= 1 && wide <= 16384 && high <= 16384))
@@ -190,7 +182,8 @@ Shot shot_of(const FileJson& frame, const data::Lens& file_lens, const CameraReq
   return s;
 }
 
-std::vector<Shot> from_file(const Run& run, const CameraRequest& request, const std::string& path) {
+std::vector<Shot> from_file(const Run& run, const CameraRequest& request, const std::string& path,
+                            const Note& note) {
   const FileJson file = data::read_json(path, path);
   const FileJson frames = file.is_object() && file.contains("frames")
                               ? file["frames"]
@@ -201,17 +194,24 @@ std::vector<Shot> from_file(const Run& run, const CameraRequest& request, const 
           "the layout of transforms_train.json: camera_angle_x or fl_x, frames with transform_matrix", "",
           ""});
   const data::Lens lens = data::read_lens(file, path);
-  std::vector<Shot> shots;
+  data::UnreadFields unread;
+  unread.look_at(file);
+  for (const FileJson& frame : frames) unread.look_at(frame);
+  const auto where = [&](std::size_t i) { return fmt::format("{}, frame {}", path, i); };
+  std::vector<std::array<double, 16>> matrices;
   bool timed = false;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const std::string where = fmt::format("{}, frame {}", path, i);
     const FileJson& frame = frames[i];
     if (!frame.is_object())
-      fail({where, "this is not a frame", "an object with transform_matrix", dump_json(frame).substr(0, 60),
-            ""});
+      fail({where(i), "this is not a frame", "an object with transform_matrix",
+            dump_json(frame).substr(0, 60), ""});
     timed = timed || frame.contains("time");
-    shots.push_back(shot_of(frame, lens, request, run.record.time_map, where));
+    matrices.push_back(data::read_matrix(frame, where(i), unread));
   }
+  if (const std::string text = data::take_last_rows(matrices); !text.empty()) note(path + ": " + text);
+  std::vector<Shot> shots;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    shots.push_back(shot_of(frames[i], matrices[i], lens, request, run.record.time_map, where(i)));
   for (std::size_t i = 0; !timed && i < shots.size() && shots.size() > 1; ++i)
     shots[i].time = double(i) / double(shots.size() - 1);
   return shots;
@@ -224,7 +224,7 @@ std::vector<std::string> known_cameras() {
 }
 
 /// The way that the data set itself brings.
-std::vector<Shot> of_data(const Run& run, const CameraRequest& request) {
+std::vector<Shot> of_data(const Run& run, const CameraRequest& request, const Note& note) {
   const std::string path =
       (std::filesystem::path(request.data.empty() ? run.record.dataset : request.data) / kDataWay).string();
   std::error_code ignored;
@@ -232,7 +232,7 @@ std::vector<Shot> of_data(const Run& run, const CameraRequest& request) {
     fail({"--camera", "the data set brings no way of its own",
           fmt::format("{} in its folder, laid out as transforms_train.json", kDataWay), path,
           "--camera FILE for cameras of yours"});
-  return from_file(run, request, path);
+  return from_file(run, request, path, note);
 }
 
 }  // namespace
@@ -258,11 +258,11 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
   else if (c == "stabilised" || c == "interpolate" || c == "spiral" || c == "held")
     shots = way(training_cameras(run, request.data, request.elevation), request, c, count, note);
   else if (c == "data")
-    shots = of_data(run, request);
+    shots = of_data(run, request, note);
   else if (c == "dataset" || c.rfind("dataset:", 0) == 0)
     shots = from_dataset(run, request);
   else if (c.ends_with(".json") || std::filesystem::exists(c, ignored))
-    shots = from_file(run, request, c);
+    shots = from_file(run, request, c, note);
   else
     fail({"--camera", "there is no such camera",
           fmt::format("{}, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file",

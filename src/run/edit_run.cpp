@@ -37,6 +37,8 @@ EditedRun edit_run(const std::string& path, const std::string& out, const std::v
   const std::string config = read_text(from + "/config.toml");
   // The model first: one that cannot be written leaves no run behind.
   const FileDigest model = save_model(folder.file("model.vdb"), session.model(), notes);
+  if (const std::string pictures = read_text_if_there(from + "/" + kTrainingPictures); !pictures.empty())
+    manifest.files.push_back({kTrainingPictures, write_file(folder.file(kTrainingPictures), {pictures}), {}});
   manifest.files.push_back({"config.toml", write_file(folder.file("config.toml"), {config}), {}});
   manifest.files.push_back({"model.vdb", model, {}});
   manifest.files.push_back(

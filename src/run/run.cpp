@@ -8,6 +8,7 @@
 #include "run/memory_needs.hpp"
 #include "run/run_folder.hpp"
 #include "run/train_options.hpp"
+#include "run/training_pictures.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace fs = std::filesystem;
@@ -70,7 +71,9 @@ Dataset open_split(const Run& run, const std::string& dataset, const std::string
                    const PictureRoom& room) {
   LoadOptions load = options_of(run, room);
   load.splits = {split};
-  return load_dataset(folder_of(run, dataset), load);
+  Dataset data = load_dataset(folder_of(run, dataset), load);
+  if (split != "train") check_held_out(run.path, load, data);
+  return data;
 }
 
 std::optional<Dataset> open_film(const Run& run, const std::string& dataset, const PictureRoom& room) {

@@ -5,8 +5,10 @@
 #include <toml++/toml.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 
 #include "core/own_folder.hpp"
 #include "run/support.hpp"
@@ -42,10 +44,11 @@ RunFolder::~RunFolder() {
 
 /// A run that was killed before it wrote config.toml leaves what stands before it, and nothing else.
 void RunFolder::remove_unfinished() {
+  constexpr const char* kBefore[] = {kEffects, kAskedConfig, kTrainingPictures};
   std::error_code ignored;
   for (const std::string& name : names_in_folder(path_))
-    if (name != kEffects && name != kAskedConfig) return;
-  for (const char* name : {kEffects, kAskedConfig}) fs::remove(file(name), ignored);
+    if (std::find(std::begin(kBefore), std::end(kBefore), name) == std::end(kBefore)) return;
+  for (const char* name : kBefore) fs::remove(file(name), ignored);
 }
 
 bool RunFolder::has(const std::string& name) const {

@@ -13,6 +13,7 @@ inline constexpr const char* kCheckpoint = "checkpoint.bin";
 inline constexpr const char* kEffects = "effects.json";
 inline constexpr const char* kAskedConfig =
     "asked.toml";  ///< configuration before effects and the box were settled, where that changed it
+inline constexpr const char* kTrainingPictures = "training_pictures.txt";  ///< see training_pictures.hpp
 inline constexpr const char* kEditHistory = "edit.json";  ///< only a run that `edit` made has it
 
 /// A folder that one run lives in (docs/formats.md lists its files). While the object lives, no other process

@@ -20,6 +20,7 @@
 #include "run/memory_needs.hpp"
 #include "run/own_json.hpp"
 #include "run/train_session.hpp"
+#include "run/training_pictures.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "train/learn_depth.hpp"
@@ -153,7 +154,10 @@ Continuation find_continuation(const TrainOptions& o, const RunFolder& folder, R
   out.before = saved;
   if (known && folder.has(kAskedConfig)) read_config(out.before, folder.file(kAskedConfig));
   out.asked = effective_config(o, known ? &out.before : nullptr);
-  out.longer = known && is_longer(out.before.run, out.asked.run);
+  // Where more time was given on the live page, the run may be asked for by the time it had before or has
+  // now.
+  if (known && out.asked.run.max_time == saved.run.max_time) out.before.run.max_time = saved.run.max_time;
+  out.longer = known && is_longer(saved.run, out.asked.run);
   if (out.longer) out.before.run.max_time = saved.run.max_time = out.asked.run.max_time;
   out.config = out.checkpoint ? saved : out.asked;
   out.finished = known && has_ended(folder) && !out.longer;
@@ -228,14 +232,15 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     write_file(folder.file("config.toml"), {write_config(config) + record_text(record)});
   };
   const auto lengthen = [&](double seconds) {
-    config.run.max_time += seconds;
-    asked.run.max_time += seconds;
+    config.run.max_time += seconds;  // `asked` stays: the same command is to go on
     write_settings();
     return config.run.max_time;
   };
   TrainSession session(
       {config, data, folder, used, past.checkpoint, ranks, device, std::move(steps), watcher, lengthen},
       progress);
+  if (writes)  // also where a run of an older version goes on, which has none
+    write_file(folder.file(kTrainingPictures), {training_pictures_text(*data.find("train"))});
   if (writes && (!past.checkpoint || past.longer)) {  // whoever cannot begin leaves nothing behind
     std::error_code ignored;
     for (const char* name : {"metrics.json", kManifestName, kAskedConfig})

@@ -334,7 +334,7 @@ void TrainSession::save_manifest(const FileDigest& model) {
                     manifest_entry(folder.path(), "metrics.jsonl"),
                     {"model.vdb", model, {}},
                     {kCheckpoint, checkpoint_digest_, {{"step", double(last_.step)}}}};
-  for (const char* name : {kAskedConfig, kEffects})
+  for (const char* name : {kAskedConfig, kEffects, kTrainingPictures})
     if (folder.has(name)) manifest.files.push_back(manifest_entry(folder.path(), name));
   write_manifest(folder.path(), manifest);
 }

@@ -22,7 +22,8 @@ void TrainSession::obey() {
   Wishes wishes = watcher.take_wishes();
   if (wishes.pause && !wishes.stop) {
     log_wish("pause", Json::object(), "pause");
-    if (!writing_.valid() && written_step_ != last_.step) start_checkpoint();  // a pause may be the end
+    finish_checkpoint();
+    if (written_step_ != last_.step) start_checkpoint();  // a pause may be the end
     const double start = clock();
     for (; wishes.pause && !wishes.stop && !stop_asked(); wishes = watcher.take_wishes()) {
       add_time(wishes.more_time);

@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "math/nearest_point.hpp"
 #include "run/camera_ways.hpp"
 #include "train/by_time.hpp"
 
@@ -32,31 +33,21 @@ double turn(const Camera& a, const Camera& b) {
   return std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
 }
 
-/// The x of (a, b, c) x = d, by Cramer's rule. @param a, b, c  columns, linearly independent
-Vec3d solve(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& d) {
-  return Vec3d{dot(d, cross(b, c)), dot(a, cross(d, c)), dot(a, cross(b, d))} * (1 / dot(a, cross(b, c)));
-}
-
 /// The point next to all axes; where they are parallel it is as far away as the middle of the box. Where it
 /// lies behind many cameras, what lies before the mean camera at that distance.
 Vec3d middle_of_view(const std::vector<Frame>& frames, const Vec3d& box_middle) {
-  std::array<Vec3d, 3> across{};
-  Vec3d through{}, position{}, look{};
-  const auto add = [&](const Vec3d& d, double along, double weight, const Vec3d& p) {
-    // weight (I - along d d^T)
-    for (int i = 0; i < 3; ++i) {
-      across[i] += weight * (Vec3d{double(i == 0), double(i == 1), double(i == 2)} - along * d[i] * d);
-    }
-    through += weight * (p - along * dot(d, p) * d);
-  };
+  NearestPoint nearest;
+  Vec3d position{}, look{};
   for (const Frame& f : frames) {
-    add(f.camera.axes[2], 1, 1, f.camera.position);
-    position += f.camera.position;
-    look -= f.camera.axes[2];
+    const Vec3d z = f.camera.axes[2], p = f.camera.position;
+    nearest.add({z.x, z.y, z.z}, {p.x, p.y, p.z});
+    position += p;
+    look -= z;
   }
   const double n = double(frames.size());
-  add(Vec3d{}, 0, kParallel * n, box_middle);
-  const Vec3d x = solve(across[0], across[1], across[2], through);
+  nearest.hold({box_middle.x, box_middle.y, box_middle.z}, kParallel * n);
+  const Eigen::Vector3d solved = nearest.solve();
+  const Vec3d x{solved[0], solved[1], solved[2]};
   const auto before = std::count_if(frames.begin(), frames.end(), [&](const Frame& f) {
     const Vec3d to = x - f.camera.position;
     return dot(-f.camera.axes[2], to) > 0.5 * length(to);

@@ -51,7 +51,7 @@ void SurroundingsLearner::begin(const Config& config, const Surroundings& surrou
   }
 }
 
-void SurroundingsLearner::step(const Config& config, std::span<const Ray> rays, std::span<const Vec3> behind,
+void SurroundingsLearner::step(const Config& config, std::span<const Ray> rays, std::span<Vec3> behind,
                                const Background& background, const StepInput& in,
                                Surroundings& surroundings) {
   const int count = int(rays.size()), tasks = (count + kTaskRays - 1) / kTaskRays;
@@ -64,13 +64,17 @@ void SurroundingsLearner::step(const Config& config, std::span<const Ray> rays, 
     Walked& records = records_[std::size_t(t)];
     records.clear();
     for (int i = t * kTaskRays; i < std::min(count, (t + 1) * kTaskRays); ++i) {
-      if (!(max_abs(behind[i]) > kFaintest)) continue;  // next to nothing of it shows
+      if (!(max_abs(behind[i]) > kFaintest)) {  // next to nothing of it shows
+        behind[i] = {};
+        continue;
+      }
       const Vec3 far = background.towards(cast<float>(rays[i].direction));
       walk.forward(rays[i], far);
       walk.backward(far, behind[i], [&](const OuterWalk::Sample& s, const EmissionAdjoint<float>& d) {
         if (s.weight < least) return;
         records.push_back({s.cell, s.fraction, {d.density, d.color[0], d.color[1], d.color[2]}, {}});
       });
+      behind[i] *= walk.transmittance;
     }
     scatter_.count(t, records, view, 0);
   });
@@ -91,7 +95,7 @@ void SurroundingsLearner::refine(const Config& config, double progress, Surround
   stage_ = due;
   // What is next to nothing stays nothing from here on.
   constexpr float kLeastAlpha = 2e-3f;  // of a sample, that keeps the bricks around it
-  const float raw = float(inverse_softplus(optical_depth(kLeastAlpha))) - surroundings.shift;
+  const float raw = float(raw_of_depth(optical_depth(kLeastAlpha), 1, surroundings.shift));
   learner_ = {};
   gradient_ = {};
   surroundings.raw = resample(surroundings.raw, outer_topology(config.grid.surroundings[std::size_t(due)]));

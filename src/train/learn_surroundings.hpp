@@ -28,8 +28,8 @@ class SurroundingsLearner {
   SurroundingsLearner(const Config& config, const Surroundings& surroundings);
 
   /// One step. @param rays  of the batch, in the data's own coordinates. @param behind  gradient of the
-  /// colour behind each
-  void step(const Config& config, std::span<const Ray> rays, std::span<const Vec3> behind,
+  /// colour behind the box; what is left of it behind the surroundings takes its place
+  void step(const Config& config, std::span<const Ray> rays, std::span<Vec3> behind,
             const Background& background, const StepInput& in, Surroundings& surroundings);
   /// Puts them on the lattice that is due, without the bricks in which there is nothing.
   void refine(const Config& config, double progress, Surroundings& surroundings);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "backend/background_gradient.hpp"
 #include "math/schedule.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/film/moving_part.hpp"
@@ -187,13 +188,15 @@ StepInput Trainer::State::step_input() {
   return in;
 }
 
-void Trainer::State::learn_background(const StepInput& in, const BackgroundGradient& gradient) {
+void Trainer::State::learn_background(const StepInput& in, BackgroundGradient gradient) {
+  if (home.surroundings().any()) {
+    if (ranks) sum_over_ranks(*ranks, {&behind_[0].x, 3 * behind_.size()});
+    surroundings.step(setting.config, batch.lines, behind_, home.background(), in, home.surroundings());
+    gradient = background_gradient(home.background(), in.rays, in.tasks, behind_);
+  }
   if (home.background().learned())
     update(home.background(), background, gradient, in.factors,
            setting.config.optimiser.lr_background * in.radiance_rate);
-  if (!home.surroundings().any()) return;
-  if (ranks) sum_over_ranks(*ranks, {&behind_[0].x, 3 * behind_.size()});
-  surroundings.step(setting.config, batch.lines, behind_, home.background(), in, home.surroundings());
 }
 
 void Trainer::State::learn_cameras(const StepInput& in, const StepSums& sums) {

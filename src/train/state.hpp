@@ -58,7 +58,7 @@ struct Trainer::State {
   /// What it asks for. Good until the next draw.
   StepInput step_input();
   /// A step on the background and the surroundings, if they are learned.
-  void learn_background(const StepInput& in, const BackgroundGradient& gradient);
+  void learn_background(const StepInput& in, BackgroundGradient gradient);
   /// A step on what is learned of the cameras.
   void learn_cameras(const StepInput& in, const StepSums& sums);
   /// The report of a step that changed nothing, which is remembered. After too many in a row, back to the

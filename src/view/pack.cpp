@@ -5,9 +5,11 @@
 #include <cmath>
 
 #include "field/columns.hpp"
+#include "field/largest_presence.hpp"
 #include "field/lattice/row_mask.hpp"
 #include "field/lattice/slice.hpp"
 #include "math/composite.hpp"
+#include "math/presence.hpp"
 #include "render/occupancy.hpp"
 #include "run/edit_session.hpp"
 #include "view/codec.hpp"
@@ -22,15 +24,16 @@ constexpr float kVisibleAlpha =
     2e-4f;                         ///< per step; below it 300 samples together hide 6% of what is behind them
 constexpr float kColourLimit = 8;  ///< raw colours beyond it are black or white to 1/3000
 
-/// Per slot of the table: rows within one vertex of a visible density. Cells without one at any corner have
-/// none: an interpolated density is never above the largest one at the corners.
-std::vector<RowMask> visible_rows(const RadianceField& field, float step) {
+/// Per slot of the table: rows within one vertex of a density that is visible at some time. Cells without one
+/// at any corner have none: an interpolated density is never above the largest one at the corners.
+std::vector<RowMask> visible_rows(const RadianceField& field, const LargestPresence& presence, float step) {
   const Topology& t = *field.raw.topology;
   std::vector<RowMask> visible(t.table.size());
   const Int3 limit = kBrick * t.dims;
   for (int b = 1; b <= t.brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
-      const float raw = field.raw.row(std::size_t(b) * kBrickRows + i)[0];
+      const float raw = present(field.raw.row(std::size_t(b) * kBrickRows + i)[0],
+                                presence.around(t.position(b, i), t.lattice.spacing));
       const float density = density_of(raw, field.activation.scale, field.activation.shift).value;
       if (!(opacity_of(density, step).alpha >= kVisibleAlpha)) continue;
       const Int3 v = t.vertex(b, i) + Int3{kBrick, kBrick, kBrick};
@@ -83,12 +86,13 @@ struct StoredColumn {
         visit(visible[slot].test(i), field.raw.row(std::size_t(t.table[slot]) * kBrickRows + i)[column]);
     }
   }
-  Quantiser range(int first, int last, float limit, int bits) const {
+  /// @param all  of the rows that are not visible as well
+  Quantiser range(int first, int last, float limit, int bits, bool all) const {
     Quantiser q{0, 0, bits};
     bool any = false;
     for (int c = first; c < last; ++c)
       each(c, [&](bool used, float v) {
-        if (!used || !std::isfinite(v)) return;
+        if (!(used || all) || !std::isfinite(v)) return;
         v = std::clamp(v, -limit, limit);
         q.lo = any ? std::min(q.lo, v) : v;
         q.hi = any ? std::max(q.hi, v) : v;
@@ -120,9 +124,10 @@ constexpr Packing kPackings[] = {{&ViewQuality::density_bits, 1e30f, false},
                                  {&ViewQuality::sh_bits, 1e30f, true}};
 static_assert(std::size(kPackings) == std::size_t(ColumnKind::control), "one for each kind of radiance");
 
-Json pack_radiance(Writer& w, const RadianceField& field, float step, const ViewQuality& quality) {
+Json pack_radiance(Writer& w, const RadianceField& field, const LargestPresence& presence, float step,
+                   const ViewQuality& quality) {
   const Topology& t = *field.raw.topology;
-  const std::vector<RowMask> visible = visible_rows(field, step);
+  const std::vector<RowMask> visible = visible_rows(field, presence, step);
   std::vector<Int3> bricks;
   Int3 b;
   for (b.x = 0; b.x < t.dims.x; ++b.x)
@@ -141,7 +146,9 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
         std::find_if(first, columns.end(), [&](const Column& c) { return c.kind != first->kind; });
     const int last = std::prev(next)->first + first->width;
     const Packing& how = kPackings[int(first->kind)];
-    const Quantiser q = stored.range(first->first, last, how.limit, quality.*how.bits);
+    // A density that is not visible becomes the lowest. Where presence is added, none may rise by that.
+    const bool all = presence.any() && !how.repeat;
+    const Quantiser q = stored.range(first->first, last, how.limit, quality.*how.bits, all);
     for (int c = first->first; c < last; ++c)
       out["columns"].push_back({{"lo", q.lo},
                                 {"hi", q.hi},
@@ -153,14 +160,18 @@ Json pack_radiance(Writer& w, const RadianceField& field, float step, const View
 }
 
 /// Cells of observed space that hold matter at some time, and their neighbours: matter that moves less than a
-/// cell between two samples of time is not missed.
-BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion) {
-  const OccupancyPyramid canonical(model, kOccupancyCells, kOccupancyAlpha, model.step);
-  const int times = std::max(64, 4 * motion.points);
-  if (!motion.displaces) return canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
-  BitGrid ever = canonical.levels[0];
-  for (int i = 0; i <= times; ++i)
-    ever |= frame_occupancy(model, make_slice(motion, stored_weights(motion, double(i) / times)), canonical);
+/// cell between two samples is not missed. Samples are of the curves' parameter: a time curve may go through
+/// all of it in a moment.
+/// @param canonical  occupancy of the canonical volume
+BitGrid ever_occupied(const VoxelModel& model, const MotionField& motion, const BitGrid& canonical) {
+  if (!motion.displaces) return canonical;
+  const OccupancyPyramid pyramid(model, kOccupancyCells, kOccupancyAlpha, model.step);
+  const int samples = std::max(64, 4 * motion.points);
+  BitGrid ever = pyramid.levels[0];
+  for (int i = 0; i <= samples; ++i) {
+    const MotionSlice slice = make_slice(motion, parameter_weights(motion, double(i) / samples));
+    ever |= frame_occupancy(model, slice, pyramid);
+  }
   return dilate(ever);
 }
 
@@ -295,7 +306,8 @@ PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, cons
   RadianceField field = quality.sh_bits ? model.radiance : without_view(model.radiance);
   for (int i = 0; i < quality.halvings; ++i) field = halved(field);
   const MotionField motion = centred(collapse(model.motion));
-  const BitGrid canonical = canonical_occupancy(model, kOccupancyCells, kOccupancyAlpha, model.step);
+  const LargestPresence presence(model, kOccupancyCells);
+  const BitGrid canonical = canonical_occupancy(model, presence, kOccupancyAlpha, model.step);
   Json behind = Json::array();
   for (int j = 0; j < model.background.count(); ++j) behind.push_back(triple(model.background.raw[j]));
   Writer w;
@@ -304,14 +316,14 @@ PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality, cons
                   {"background_harmonics", std::move(behind)},
                   {"step", model.step},
                   {"time", {{"origin", model.time_map.origin}, {"scale", model.time_map.scale}}}};
-  w.out.header["radiance"] = pack_radiance(w, field, model.step, quality);
+  w.out.header["radiance"] = pack_radiance(w, field, presence, model.step, quality);
   w.out.header["occupancy"] = {{"origin", triple(canonical.origin)},
                                {"cell", canonical.cell},
                                {"size", triple(canonical.size)},
                                {"canonical", bits_of(w, canonical)}};
   if (clusters) w.out.header["clusters"] = pack_clusters(w, model, *clusters);
   if (motion.levels.empty()) return std::move(w.out);
-  const BitGrid ever = quality.everywhere ? every_cell(canonical) : ever_occupied(model, motion);
+  const BitGrid ever = quality.everywhere ? every_cell(canonical) : ever_occupied(model, motion, canonical);
   w.out.header["occupancy"]["ever"] = bits_of(w, ever);
   w.out.header["motion"] = pack_motion(w, motion, ever, quality.motion_bits);
   return std::move(w.out);

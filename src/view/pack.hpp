@@ -28,9 +28,9 @@ struct PackedScene {
   std::vector<std::uint8_t> bytes;
 };
 
-/// Quantises what a ray can see: rows further than a vertex from anything of alpha 0.0002 per step are left
-/// out, whole bricks of them have no place in the page. Raw values, because activation comes after
-/// interpolation.
+/// Quantises what a ray can see at some time: rows further than a vertex from anything of alpha 0.0002 per
+/// step are left out, whole bricks of them have no place in the page. Raw values, because activation comes
+/// after interpolation.
 /// @param clusters  parts of the model for the layer of that name; null: there is none
 PackedScene pack_scene(const VoxelModel& model, const ViewQuality& quality,
                        const MotionClusters* clusters = nullptr);

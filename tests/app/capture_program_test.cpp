@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
+#include <sstream>
 
 #include "app/program.hpp"
 #include "data/layouts.hpp"
@@ -19,6 +21,44 @@ using namespace splinevox;
 using namespace splinevox::test;
 
 bool shell(const std::string& command) { return std::system((command + " > /dev/null 2>&1").c_str()) == 0; }
+
+/// A COLMAP that does what the cases of its script say, and nothing otherwise. $root is the folder given, and
+/// what is captured must lie in $root/out.
+void write_colmap(const std::string& root, const std::string& cases) {
+  write_text(root + "/bin/colmap", R"(#!/bin/sh
+root=$(dirname "$0")/..
+case "$*" in
+*-h)
+  echo 'COLMAP 3.8'
+  for option in database_path image_path image_list_path output_path match_list_path match_type \
+      ImageReader.camera_model ImageReader.single_camera ImageReader.single_camera_per_folder \
+      ImageReader.mask_path SiftExtraction.use_gpu SiftExtraction.num_threads \
+      SiftExtraction.max_num_features SiftMatching.use_gpu SiftMatching.num_threads \
+      ExhaustiveMatching.block_size Mapper.num_threads Mapper.extract_colors Mapper.min_model_size \
+      Mapper.init_min_tri_angle Mapper.init_min_num_inliers Mapper.abs_pose_min_num_inliers \
+      Mapper.ba_global_function_tolerance Mapper.ba_refine_extra_params; do
+    echo "  --$option arg"
+  done ;;
+)" + cases + "esac\n");
+  fs::permissions(root + "/bin/colmap", fs::perms::owner_all);
+}
+
+/// Runs `splinevox capture` with that COLMAP, what it says going to $root/said.
+bool captures(const std::string& root, const std::string& words, int code,
+              const std::string& path = "$root/bin:$PATH") {
+  return shell("root=" + root + "; PATH=" + path + " " SPLINEVOX_PROGRAM " capture " + words +
+               " > $root/said 2>&1; test $? = " + std::to_string(code));
+}
+
+/// All files of a folder with what is in them.
+std::map<std::string, std::string> contents(const std::string& folder) {
+  std::map<std::string, std::string> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    if (entry.is_regular_file()) files[name] = slurp(entry.path());
+  }
+  return files;
+}
 
 /// Distances between all cameras of a data set, by the pictures' names.
 std::vector<double> distances(const run::Json& transforms) {
@@ -154,34 +194,17 @@ TEST_SUITE("app/capture program") {
 
   TEST_CASE("a lens whose distortion ran away: cameras are found again without one") {
     const TempFolder folder;
-    const std::string root = folder.str(), in = root + "/models/straight/images";
+    const std::string root = folder.str();
     const Cameras cameras = true_cameras();
     write_colmap_binary(root + "/models/straight", cameras, {"SIMPLE_RADIAL", 2, {11, 6, 4, 0}, "00"});
     write_colmap_binary(root + "/models/bent", cameras, {"SIMPLE_RADIAL", 2, {11, 6, 4, -40}, "00"});
-    // A COLMAP that finds these: the second wherever it may choose the distortion.
-    write_text(root + "/bin/colmap", R"(#!/bin/sh
-root=$(dirname "$0")/..
-case "$*" in
-*-h)
-  echo 'COLMAP 3.8'
-  for option in database_path image_path image_list_path output_path \
-      ImageReader.camera_model ImageReader.single_camera \
-      SiftExtraction.use_gpu SiftExtraction.num_threads SiftExtraction.max_num_features \
-      SiftMatching.use_gpu SiftMatching.num_threads ExhaustiveMatching.block_size \
-      Mapper.num_threads Mapper.extract_colors Mapper.min_model_size Mapper.init_min_tri_angle \
-      Mapper.ba_global_function_tolerance Mapper.ba_refine_extra_params; do
-    echo "  --$option arg"
-  done ;;
+    write_colmap(root, R"(
 *sparse_straight*refine_extra_params\ 0*)
   cp -r "$root/models/straight/sparse/0" "$root/out/work/sparse_straight" ;;
-mapper*) cp -r "$root/models/bent/sparse/0" "$root/out/work/sparse" ;;
-esac
+mapper*) cp -r "$root/models/bent/sparse/0" "$root/out/work/sparse" ;;  # it may choose the distortion
 )");
-    fs::permissions(root + "/bin/colmap", fs::perms::owner_all);
-    const std::string command = "PATH=" + root + "/bin:$PATH " SPLINEVOX_PROGRAM " capture " + in +
-                                " --out " + root + "/out > " + root + "/said 2>&1; test $? = 0";
     const auto placed_all = [&] {
-      const bool well = shell(command);
+      const bool well = captures(root, "$root/models/straight/images --out $root/out", 0);
       CAPTURE(slurp(root + "/said"));
       CHECK(well);
       CHECK(contains(slurp(root + "/said"), "16 of 16 pictures placed"));
@@ -192,6 +215,117 @@ esac
     const auto written = fs::last_write_time(root + "/out/work/sparse_straight/0");
     placed_all();
     CHECK(fs::last_write_time(root + "/out/work/sparse_straight/0") == written);
+  }
+
+  TEST_CASE("--fresh removes nothing where it cannot begin, and never its sources") {
+    const TempFolder folder;
+    const std::string root = folder.str(), out = root + "/out";
+    write_colmap(root, "");
+    for (const char* name : {"work/state.json", "transforms.json", "capture.json"})
+      write_text(out + "/" + name, "of the earlier call");
+    for (const char* name : {"out/images/1.png", "out/images/2.png", "out/images/3.png", "out/masks/1.png",
+                             "in/1.png", "in/2.png", "in/3.png", "two/1.png", "two/2.png"})
+      write_png(root + "/" + name, flat_png(4, 4));
+    write_text(root + "/film.mp4", "no film");
+    fs::create_directories(root + "/links");
+    for (const char* name : {"1.png", "2.png", "3.png"})
+      fs::create_symlink(out + "/images/" + name, root + "/links/" + name);
+    const std::map<std::string, std::string> before = contents(out);
+    const auto refused = [&](const std::string& words, const std::string& text,
+                             const std::string& path = "$root/bin:$PATH") {
+      CAPTURE(words);
+      CHECK(captures(root, words + " --out $root/out", 2, path));
+      CHECK(contains(slurp(root + "/said"), text));
+      CHECK(contents(out) == before);
+    };
+    refused("$root/film.mp4 --fresh --masks subject", "masks of films are not read");
+    refused("$root/film.mp4 --fresh", "film.mp4");
+    refused("$root/in --fresh --masks subject", "no picture has a mask");
+    refused("$root/in --fresh --from 100", "no frame is between --from and --to");
+    refused("$root/two --fresh", "there are too few pictures");
+    refused("$root/in --fresh", "apt-get install --no-install-recommends colmap", "$root");
+    for (const std::string source : {"$root/out/images", "$root/out", "$root/links", "$root/in/../out/images",
+                                     "$root/in $root/two --walk $root/out/images"})
+      for (const char* fresh : {"", " --fresh"})
+        refused(source + fresh, "this source lies where capture writes and removes");
+  }
+
+  TEST_CASE("--fresh keeps what an earlier call made until the new data set is there") {
+    const TempFolder folder;
+    const std::string root = folder.str(), out = root + "/out", aside = out + "/earlier_capture";
+    write_colmap_binary(root + "/model", true_cameras(), {"SIMPLE_RADIAL", 2, {11, 6, 4, 0}, "00"});
+    write_colmap(root, R"(
+mapper*) test -e "$root/found" && cp -r "$root/model/sparse/0" "$root/out/work/sparse" ;;
+)");
+    for (const char* name : {"images/a.png", "masks/a.png", "transforms.json", "capture.json"})
+      write_text(out + "/" + name, "of the earlier call");
+    write_text(out + "/work/state.json", "{}");
+    const std::map<std::string, std::string> before = contents(out);
+    const std::string words = "$root/model/images --out $root/out";
+    for (int i = 0; i < 2; ++i) {  // no model: neither the first call nor the second loses it
+      CHECK(captures(root, words + " --fresh", 2));
+      CHECK(contains(slurp(root + "/said"), "COLMAP could not place the pictures"));
+      CHECK(contents(aside) == before);
+      CHECK(!fs::exists(out + "/transforms.json"));
+    }
+    // One that is stopped while it moves things: the next puts them back.
+    fs::rename(out, root + "/later");
+    fs::rename(root + "/later/earlier_capture", out);
+    fs::create_directories(aside);
+    for (const char* name : {"capture.json", "images"}) fs::rename(out + "/" + name, aside + "/" + name);
+    CHECK(captures(root, words, 2));
+    CHECK(contains(slurp(root + "/said"), "this is no state of a capture"));
+    CHECK(contents(out) == before);
+
+    write_text(root + "/found", "");
+    const bool made = captures(root, words + " --fresh", 0);
+    CAPTURE(slurp(root + "/said"));
+    CHECK(made);
+    CHECK(!fs::exists(aside));
+    CHECK(fs::exists(out + "/images/000000.png"));
+    CHECK(!fs::exists(out + "/images/a.png"));
+    CHECK(contains(slurp(out + "/transforms.json"), "images/000000.png"));
+  }
+
+  TEST_CASE("a walk past folders with blanks and # in their names: COLMAP knows pictures by numbers") {
+    const TempFolder folder;
+    const std::string root = folder.str(), work = root + "/out/work";
+    for (const char* name : {"in/cam #1/a 0.png", "in/cam #1/a 1.png", "in/cam #1/a 2.png",
+                             "in/cam #1/a 3.png", "in/cam #1/a 4.png", "in/#2/a 0.png", "in/#2/a 1.png",
+                             "in/#2/a 3.png", "in/#2/a 4.png", "my walk/w 1.png", "my walk/w 2.png"})
+      write_png(root + "/" + name, flat_png(12, 8));
+    write_png(root + "/in/cam #1/a 0_mask.png", flat_png(12, 8, {255, 255, 255, 255}));
+    write_colmap(root, R"(
+feature_extractor*numbered/images*numbered/masks*)
+  while read -r name; do
+    test -f "$root/out/work/numbered/images/$name" && echo "$name" >> "$root/seen"
+  done < "$root/out/work/pictures.txt"
+  test -f "$root/out/work/numbered/masks/001/000004.png.png" && echo mask >> "$root/seen" ;;
+)");
+    const bool refused = captures(root, "$root/in --walk \"$root/my walk\" --out $root/out", 2);
+    CAPTURE(slurp(root + "/said"));
+    CHECK(refused);
+    CHECK(contains(slurp(root + "/said"), "COLMAP could not place the cameras"));  // there is no model
+    const std::string pictures = slurp(work + "/pictures.txt");
+    // Folders are sorted; of a camera without the third of five moments the next is taken.
+    CHECK(pictures ==
+          "000/000000.png\n000/000002.png\n000/000003.png\n001/000004.png\n001/000006.png\n001/000008.png\n"
+          "002/000009.png\n002/000010.png\n");
+    CHECK(slurp(root + "/seen") == pictures + "mask\n");
+    CHECK(!fs::exists(work + "/numbered"));
+    CHECK(fs::exists(root + "/out/images/cam #1/a 0.png"));
+    std::stringstream pairs(slurp(work + "/pairs.txt"));
+    int lines = 0;
+    for (std::string line; std::getline(pairs, line); ++lines) {
+      CAPTURE(line);
+      std::stringstream words(line);
+      std::string a, b, more;
+      words >> a >> b;
+      CHECK(contains(pictures, a + "\n"));
+      CHECK(contains(pictures, b + "\n"));
+      CHECK(!(words >> more));
+    }
+    CHECK(lines == 28);  // all of eight pictures
   }
 
   TEST_CASE("pictures of nothing: an error that says what to film differently") {

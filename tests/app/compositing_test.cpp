@@ -52,6 +52,16 @@ TEST_SUITE("app/compositing") {
     CHECK(worst < 2e-3);
   }
 
+  TEST_CASE("what is next to nothing has no depth, as what is nothing") {
+    Rendered r;
+    r.alpha = Image(3, 1, 1);
+    r.depth = Image(3, 1, 1);
+    r.alpha.data = {0, 5e-5f, 1};
+    r.depth.data = {0, 0, 3};
+    const Image z = run::depth_layer(r);
+    CHECK(z.data == std::vector<float>{run::kEmptyDepth, run::kEmptyDepth, 3});
+  }
+
   TEST_CASE("vectors of what stands still are the camera's own motion, and the way there is the way back") {
     const VoxelModel model = blob_model(24, {.moves = false});
     const Shot now{camera_at(0.3), 0.2}, next{camera_at(0.33), 0.4};

@@ -137,13 +137,18 @@ TEST_SUITE("app/live") {
     CHECK(paused > 0);
     CHECK(program({"verify", scene.path("run")}).code == 0);
     // It goes on with the time that it was given.
-    std::vector<std::string> on = {"train", scene.data, "--out", scene.path("run"), "--resume", "--live"};
-    LiveRun again(on);
-    REQUIRE(comes([&] { return again.trains(); }));
-    CHECK(again.state()["max_time"] == 690);
-    CHECK(again.steps() >= figures["steps"].get<double>());
-    CHECK(again.post("stop") == 200);
-    CHECK(again.wait().code == 130);
+    std::vector<std::string> same = endless(scene);
+    same.push_back("--resume");
+    for (const auto& on :
+         {std::vector<std::string>{"train", scene.data, "--out", scene.path("run"), "--resume", "--live"},
+          same}) {
+      LiveRun again(on);
+      REQUIRE(comes([&] { return again.trains(); }));
+      CHECK(again.state()["max_time"] == 690);
+      CHECK(again.steps() >= figures["steps"].get<double>());
+      CHECK(again.post("stop") == 200);
+      CHECK(again.wait().code == 130);
+    }
   }
 
   TEST_CASE("a page that looks on changes no bit; a run that counts steps is given no time") {

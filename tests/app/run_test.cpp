@@ -272,6 +272,27 @@ TEST_SUITE("app/run") {
     test::write_text(scene.path("camera.json"), alone.dump());
     render("alone", {"--camera", scene.path("camera.json")});
     CHECK(slurp(scene.path("alone") + "/rgb_0001.png") == slurp(scene.path("png") + "/rgb_0002.png"));
+    // As data sets may have them: three rows, or a last row that all others are to be divided by.
+    Json& matrix = alone["transform_matrix"];
+    matrix.erase(3);
+    test::write_text(scene.path("camera.json"), alone.dump());
+    render("three", {"--camera", scene.path("camera.json")});
+    CHECK(slurp(scene.path("three") + "/rgb_0001.png") == slurp(scene.path("png") + "/rgb_0002.png"));
+    for (Json& row : matrix)
+      for (Json& number : row) number = 2 * number.get<double>();
+    matrix.push_back(Json::array({0, 0, 0, 2}));
+    test::write_text(scene.path("camera.json"), alone.dump());
+    const Ended divided =
+        program({"render", run, "--out", scene.path("divided"), "--camera", scene.path("camera.json")});
+    CAPTURE(divided.err);
+    CHECK(divided.code == 0);
+    CHECK(contains(divided.out, "the last row of every matrix is 0 0 0 2: all were divided by it"));
+    CHECK(slurp(scene.path("divided") + "/rgb_0001.png") == slurp(scene.path("png") + "/rgb_0002.png"));
+    matrix.push_back(Json::array({0, 0, 0, 1}));
+    test::write_text(scene.path("camera.json"), alone.dump());
+    CHECK(contains(
+        program({"render", run, "--out", scene.path("none"), "--camera", scene.path("camera.json")}).err,
+        "frame 0: 'transform_matrix' has the wrong shape"));
     test::write_text(scene.path("camera.json"), "{\"camera_angle_x\": 0.7}");
     CHECK(contains(
         program({"render", run, "--out", scene.path("none"), "--camera", scene.path("camera.json")}).err,

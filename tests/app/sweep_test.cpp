@@ -4,6 +4,8 @@
 #include <doctest/doctest.h>
 
 #include <csignal>
+#include <filesystem>
+#include <iterator>
 
 #include "app/program.hpp"
 #include "splinevox/core/error.hpp"
@@ -85,6 +87,50 @@ TEST_SUITE("app/sweep") {
     }
     CHECK_THROWS_WITH_AS(read_sweep(folder.str() + "/none.toml", "out"),
                          doctest::Contains("there is no such configuration file"), Error);
+  }
+
+  TEST_CASE("a sweep replaces its own lists and tables, and nobody else's files of their names") {
+    const TempFolder folder;
+    const std::string description = describe_small(folder), out = folder.str() + "/paper";
+    const auto sweep = [&](const char* how) { return program({"sweep", description, "--out", out, how}); };
+    for (const std::string name :
+         {"tasks.txt", "array.sh", "table.csv", "settings.csv", "table.md", "table.tex"}) {
+      std::filesystem::remove_all(out);
+      write_text(out + "/" + name, "splinevox of mine\n");
+      for (const char* how : {"--list", "--table", "--quiet"}) {
+        const Ended e = sweep(how);
+        CAPTURE(name);
+        CAPTURE(e.err);
+        CHECK(e.code == 2);
+        CHECK(contains(e.err, out + "/" + name + ": `sweep` did not write this file"));
+        CHECK(contains(e.err, "another folder for --out"));
+      }
+      CHECK(slurp(out + "/" + name) == "splinevox of mine\n");
+      const std::filesystem::directory_iterator files(out);
+      CHECK(std::distance(begin(files), end(files)) == 1);
+    }
+    std::filesystem::remove_all(out);
+    write_text(out + "/paper.tex", "mine");  // beside files of other names it is at home
+    CHECK(sweep("--list").code == 0);
+    CHECK(sweep("--table").code == 0);
+    CHECK(sweep("--list").code == 0);
+    CHECK(slurp(out + "/paper.tex") == "mine");
+    // A sweep that an older version began has no mark, but its script for Slurm, to which a cluster's own
+    // lines may have been added.
+    std::string script = slurp(out + "/array.sh");
+    CHECK(is_slurm_script(script));
+    script.insert(script.find("#SBATCH --array"), "#SBATCH --partition=gpu\n");
+    write_text(out + "/array.sh", script);
+    CHECK_FALSE(is_slurm_script("#!/bin/bash\n#SBATCH --job-name=splinevox\n#SBATCH --array=0-3\n./mine\n"));
+    std::filesystem::remove(out + "/sweep.json");
+    CHECK(sweep("--table").code == 0);
+    CHECK(contains(slurp(out + "/sweep.json"), "splinevox sweep"));
+    // A file of the mark's name that is none.
+    write_text(out + "/sweep.json", "{\"format\": \"mine\"}");
+    const Ended e = sweep("--table");
+    CHECK(e.code == 2);
+    CHECK(contains(e.err, "/sweep.json: `sweep` did not write this file"));
+    CHECK(slurp(out + "/sweep.json") == "{\"format\": \"mine\"}");
   }
 
   TEST_CASE("a pool trains and evaluates all; again, nothing is done twice; what is missing is made up for") {

@@ -19,6 +19,13 @@ struct JpegKind {
   std::vector<unsigned char> app1 = {};  ///< what stands in its EXIF marker; empty: there is none
 };
 
+/// An EXIF marker that says how the picture is to be turned, 1 to 8.
+inline std::vector<unsigned char> exif_turn(int orientation) {
+  return {'E', 'x', 'i', 'f',  0,    0, 'M', 'M', 0, 42, 0, 0, 0,
+          8,   0,   1,   0x01, 0x12, 0, 3,   0,   0, 0,  1, 0, static_cast<unsigned char>(orientation),
+          0,   0,   0,   0,    0,    0};
+}
+
 /// @param rows  width * height * components bytes
 inline std::string jpeg_bytes(const JpegKind& kind, const std::vector<unsigned char>& rows) {
   jpeg_compress_struct info;

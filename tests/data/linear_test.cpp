@@ -126,6 +126,16 @@ TEST_SUITE("data/linear") {
     expect_error([&] { set.load(); }, {"f0.exr", "holds no colours"});
     write_exr(set.path(0), {{"", filled(1, {0.75f}), {"Y"}}});
     CHECK(value({.transfer = "srgb"}) == 0.75f);
+    const ExrLayer normals{"N", filled(3, {0, 1, 0}), {"X", "Y", "Z"}},
+        flow{"uv", filled(2, {1, 1}), {"X", "Y"}};
+    write_exr(set.path(0), {layer("beauty", 0.5f), normals, flow});
+    CHECK(value({.transfer = "srgb"}) == 0.5f);
+    write_exr(set.path(0), {normals, flow});
+    expect_error([&] { set.load(); }, {"f0.exr", "holds no colours"});
+    write_exr(set.path(0), {{"", filled(2, {0.75f, 9}), {"Y", "Z"}}});  // grey and depth
+    CHECK(value({.transfer = "srgb"}) == 0.75f);
+    write_exr(set.path(0), {{"", filled(2, {9, 0.75f}), {"R", "Y"}}});
+    CHECK(value({.transfer = "srgb"}) == 0.75f);
   }
 
   TEST_CASE("a damaged OpenEXR file is named with its frame") {

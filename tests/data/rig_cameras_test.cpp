@@ -3,6 +3,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "data/times/seen_moments.hpp"
+
 using namespace splinevox;
 using namespace splinevox::data;
 
@@ -80,5 +86,63 @@ TEST_SUITE("data/rig_cameras") {
     for (RawFrame& f : way) f.camera = f.file_path == "r_11.png" ? "r_0.png" : f.file_path;
     auto named = scene(way);
     CHECK(settle_cameras(named).size() == 11);
+  }
+
+  TEST_CASE("films with time stamps of their own are of the same moments, cameras that take turns are not") {
+    const auto shares = [](int cameras, double apart) {
+      std::vector<std::set<double>> seen(static_cast<std::size_t>(cameras));
+      std::set<double> moments;
+      for (int c = 0; c < cameras; ++c)
+        for (int i = 0; i < 40; ++i) {
+          seen[std::size_t(c)].insert(i + c * apart);
+          moments.insert(i + c * apart);
+        }
+      const auto each = shares_of_moments(seen, moments);
+      return std::pair(*std::min_element(each.begin(), each.end()), count_moments(seen, moments));
+    };
+    CHECK(shares(6, 0) == std::pair(1.0, std::size_t(40)));
+    CHECK(shares(6, 0.04) == std::pair(1.0, std::size_t(40)));
+    for (const int cameras : {2, 3, 6, 8, 12}) {
+      CAPTURE(cameras);
+      CHECK(shares(cameras, 1.0 / cameras).first < 0.75);
+      CHECK(shares(cameras, 1.0 / cameras).second == std::size_t(40 * cameras));
+    }
+    CHECK(shares_of_moments({{0, 1, 2, 4, 5}, {0, 1, 2, 3, 4, 5}}, {0, 1, 2, 3, 4, 5})[0] ==
+          doctest::Approx(5.0 / 6));
+    CHECK(shares_of_moments({{0}, {}}, {0}) == std::vector<double>{1, 0});
+    CHECK(shares_of_moments({}, {}).empty());
+  }
+
+  TEST_CASE("a rig of films whose stamps differ a little loses a whole camera") {
+    std::vector<RawFrame> frames;
+    for (int i = 0; i < 20; ++i)
+      for (int c = 0; c < 6; ++c)
+        frames.push_back(frame("cam" + std::to_string(c) + "/" + std::to_string(i) + ".png", c,
+                               i * (1 + 1e-3 * c) + 0.03 * c, "cam" + std::to_string(c)));
+    auto splits = scene(frames);
+    const auto cameras = settle_cameras(splits);
+    for (RawFrame& f : splits[0].frames) f.pose.position = {f.matrix[3], 0, 0};
+    CHECK(cameras_to_hold_out(splits[0], cameras).size() == 1);
+  }
+
+  TEST_CASE("of few cameras each gives pictures to the test split in its turn") {
+    for (const int cameras : {2, 4}) {
+      CAPTURE(cameras);
+      std::vector<RawFrame> frames;
+      for (int i = 0; i < 40; ++i)
+        for (int c = 0; c < cameras; ++c)
+          frames.push_back(frame("cam" + std::to_string(c) + "/" + std::to_string(100 + i) + ".png", c, i,
+                                 "cam" + std::to_string(c)));
+      RawScene raw;
+      raw.splits = {{"train", "file", true, std::move(frames)}};
+      raw.one_list = true;
+      raw.cameras = settle_cameras(raw.splits);
+      hold_out(raw);
+      REQUIRE(raw.splits.size() == 2);
+      std::map<std::string, int> held_out;
+      for (const RawFrame& f : raw.splits[1].frames) ++held_out[f.camera];
+      REQUIRE(int(held_out.size()) == cameras);
+      for (const auto& [name, count] : held_out) CHECK(count == 5);
+    }
   }
 }

@@ -130,13 +130,17 @@ TEST_SUITE("data/wild_cameras") {
     const Cameras cameras = true_cameras({11, 12, 5.5, 4.25}, 10);
     for (const std::string matrix : {"[[11, 0, 5.5], [0, 12, 4.25], [0, 0, 1]]",
                                      "[11, 0, 5.5, 0, 12, 4.25, 0, 0, 1]", "[11, 12, 5.5, 4.25]"})
-      for (const std::string name : {"K", "intrinsics", "camera_intrinsics"}) {
+      for (const std::string name :
+           {"K", "intrinsics", "camera_intrinsics", "intrinsic", "intrinsic_matrix", "camera_matrix"}) {
+        CAPTURE(name);
         const TempFolder file, frame;
         const std::string field = "\"" + name + "\": " + matrix + ", ";
         write_frames(file.path(), cameras, field);
         write_frames(frame.path(), cameras, "\"camera_angle_x\": 0.1,", matrix_text, field);
         CHECK(worst_of(load_dataset(file.str()), cameras) < 1e-6);
         CHECK(worst_of(load_dataset(frame.str()), cameras) < 1e-6);
+        for (const TempFolder* folder : {&file, &frame})
+          CHECK(count_notes(load_dataset(folder->str()), "is not read") == 0);
       }
     const std::pair<const char*, const char*> bad[] = {
         {"[[0.9, 0, 0.5], [0, 0.9, 0.5], [0, 0, 1]]", "'K' is not in pixels"},

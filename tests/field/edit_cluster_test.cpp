@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
+#include "splinevox/core/error.hpp"
 #include "splinevox/field/edit.hpp"
 #include "splinevox/field/sample.hpp"
 #include "support/empty_model.hpp"
@@ -42,6 +45,58 @@ VoxelModel two_balls() {
     for (int i = 0; i < kBrickRows; ++i)
       if (level.topology->position(b, i).x > -0.01f)
         level.row(std::size_t(b) * kBrickRows + std::size_t(i))[2] = -kRise;
+  return m;
+}
+
+/// The same, and the ball that rises grows denser.
+VoxelModel growing_denser() {
+  VoxelModel m = two_balls();
+  const Channels old = m.motion.levels[0];
+  m.motion.first_point = FirstPoint::free;
+  m.motion.presence = true;
+  const int stride = m.motion.stride(), width = m.motion.width();
+  m.motion.levels[0] =
+      make_channels(old.topology, width, std::vector<float>(std::size_t(width), 0.0f).data());
+  for (std::size_t r = kBrickRows; r < old.topology->rows(); ++r) {
+    if (old.row(r)[2] == 0) continue;
+    float* row = m.motion.levels[0].row(r);
+    row[stride + 2] = old.row(r)[2];
+    row[3] = -2;
+    row[stride + 3] = 2;
+  }
+  return m;
+}
+
+/// A solid ball on the left. On the right the canonical volume has another one, which is thin on the mean
+/// over time. It is shown further along y, where presence makes it dense in the end.
+VoxelModel brief_ball() {
+  VoxelModel m = test::empty_model(48, {60, -4}, -1);
+  const Topology& t = *m.radiance.raw.topology;
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Vec3 x = t.position(b, i);
+      const bool left = x.x < 0;
+      const float d = length(x - Vec3{left ? -0.5f : 0.5f, 0, 0});
+      m.radiance.raw.row(std::size_t(b) * kBrickRows + std::size_t(i))[0] =
+          std::clamp((0.2f - d) / 0.02f, test::kEmpty, left ? 6.0f : -6.0f);
+    }
+  m.motion.points = 2;
+  m.motion.first_point = FirstPoint::free;
+  m.motion.rigidity = false;
+  m.motion.presence = true;
+  const int stride = m.motion.stride(), width = m.motion.width();
+  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 12)), width,
+                                   std::vector<float>(std::size_t(width), 0.0f).data())};
+  Channels& level = m.motion.levels[0];
+  for (int b = 1; b <= level.topology->brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      if (const Vec3 x = level.topology->position(b, i); x.x < 0.1f || x.y < 0.6f) continue;
+      float* row = level.row(std::size_t(b) * kBrickRows + std::size_t(i));
+      for (int k = 0; k < 2; ++k) {
+        row[stride * k + 1] = -0.75f;
+        row[stride * k + 3] = k == 0 ? -12.0f : 12.0f;
+      }
+    }
   return m;
 }
 
@@ -173,5 +228,38 @@ TEST_SUITE("field/edit_cluster") {
     CHECK(e.disturbed == 0);
     CHECK(e.error_max < 1e-4);
     for (const double t : {0.0, 0.3, 0.5}) CHECK(ball_difference(before, t, model, 2 * t, shift({})) < 1e-3);
+  }
+  TEST_CASE(
+      "a part whose presence would have another mean over time is not slowed, and is without presence") {
+    VoxelModel model = growing_denser();
+    const VoxelModel before = model;
+    const MotionClusters c = find_clusters(model, 2);
+    const ChosenClusters rising{false, true};
+    CHECK_THROWS_WITH_AS(slow_clusters(model, c, rising, 0.5, 0.02), doctest::Contains("--freeze-presence"),
+                         Error);
+    CHECK(model.motion.levels[0].values == before.motion.levels[0].values);
+    VoxelModel mean = before, frozen = before;
+    scale_presence(mean.motion, 0);
+    freeze_presence(frozen, 0.5);
+    for (const VoxelModel& steady : {mean, frozen}) {
+      VoxelModel slowed = steady;
+      CHECK(slow_clusters(slowed, c, rising, 0.5, 0.02).disturbed == 0);
+      for (const double t : {0.0, 0.3, 0.5})
+        CHECK(ball_difference(steady, t, slowed, 2 * t, shift({})) < 1e-3);
+    }
+  }
+  TEST_CASE("a part does not come to where other canonical matter is seen part of the time") {
+    VoxelModel model = brief_ball();
+    const VoxelModel before = model;
+    MotionClusters c;
+    c.cells = model.radiance.raw.topology->lattice;
+    c.clusters.resize(2);
+    for (int x = 0; x < c.cells.size.x; ++x)
+      c.label.insert(c.label.end(), std::size_t(c.cells.size.y) * c.cells.size.z,
+                     c.cells.position({x, 0, 0}).x < 0);
+    const PartEdit e = carry_clusters(model, c, {false, true}, shift({1, 0, 0}), 0.02);
+    CHECK(e.disturbed == 0);
+    CHECK(e.covered > 0.5);
+    CHECK(model.radiance.raw.values == before.radiance.raw.values);
   }
 }

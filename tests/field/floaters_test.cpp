@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <utility>
+#include <vector>
+
 #include "field/lattice/lattice_view.hpp"
 #include "splinevox/field/edit.hpp"
+#include "splinevox/field/sample.hpp"
 #include "support/empty_model.hpp"
 
 using namespace splinevox;
@@ -11,6 +16,7 @@ using test::kEmpty;
 namespace {
 
 constexpr float kFog = -1.5f, kSolid = 6;  // raw densities: below 5% a voxel, opaque
+constexpr float kAdded = 10;               // what is added at the end of time, and lacks at its beginning
 
 VoxelModel nothing() { return test::empty_model(24, {2, -1}, -1); }
 
@@ -26,6 +32,27 @@ VoxelModel cube() {
   for (int x = 5; x < 11; ++x)
     for (int y = 5; y < 11; ++y)
       for (int z = 5; z < 11; ++z) at(m, {x, y, z}) = kSolid;
+  return m;
+}
+
+/// The same, with matter that comes and goes in one of the eight parts of the box. @param side  -1 or 1
+VoxelModel comes_on(VoxelModel m, float side) {
+  m.motion.displaces = m.motion.rigidity = false;
+  m.motion.first_point = FirstPoint::free;
+  m.motion.points = 2;
+  m.motion.presence = true;
+  const int width = m.motion.width();
+  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 8)), width,
+                                   std::vector<float>(std::size_t(width), 0.0f).data())};
+  Channels& level = m.motion.levels[0];
+  for (int b = 1; b <= level.topology->brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      const Vec3 x = side * level.topology->position(b, i);
+      if (std::min({x.x, x.y, x.z}) < 0.1f) continue;
+      float* row = level.row(std::size_t(b) * kBrickRows + std::size_t(i));
+      row[0] = -kAdded;
+      row[1] = kAdded;
+    }
   return m;
 }
 
@@ -77,6 +104,32 @@ TEST_SUITE("field/floaters") {
     CHECK(at(m, {12, 8, 8}) == kEmpty);
     CHECK(at(m, {11, 8, 8}) == kFog);
     CHECK(at(m, {10, 8, 8}) == kSolid);
+  }
+
+  TEST_CASE("what is thin on the mean over time and solid for a moment is matter") {
+    VoxelModel m = nothing();
+    for (int x = 5; x < 11; ++x)
+      for (int y = 5; y < 11; ++y)
+        for (int z = 5; z < 11; ++z) at(m, {x, y, z}) = kSolid - kAdded;
+    at(m, {20, 20, 20}) = kSolid;
+    m = comes_on(std::move(m), -1);
+    const RemovedFloaters removed = remove_floaters(m, 0.01);
+    CHECK(removed.count == 1);
+    CHECK(removed.left == 1);
+    CHECK(removed.share == doctest::Approx(1 / 217.0).epsilon(1e-3));
+    CHECK(at(m, {20, 20, 20}) == kEmpty);
+    CHECK(at(m, {8, 8, 8}) == kSolid - kAdded);
+  }
+
+  TEST_CASE("a speck that is there part of the time goes, at all times") {
+    VoxelModel m = cube();
+    at(m, {20, 20, 20}) = kSolid - kAdded;
+    m = comes_on(std::move(m), 1);
+    const Vec3 speck = m.radiance.raw.topology->lattice.position({20, 20, 20});
+    CHECK(FrameSampler(m, 1).density(speck) > 5);
+    CHECK(remove_floaters(m, 0.01).count == 1);
+    for (const double t : {0.0, 0.5, 1.0}) CHECK(FrameSampler(m, t).density(speck) < 1e-4f);
+    CHECK(at(m, {8, 8, 8}) == kSolid);
   }
 
   TEST_CASE("an empty model has no pieces") {

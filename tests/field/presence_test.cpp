@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "splinevox/field/edit.hpp"
 #include "splinevox/field/sample.hpp"
 #include "support/blob_model.hpp"
+#include "support/empty_model.hpp"
 
 using namespace splinevox;
 
@@ -14,6 +16,37 @@ namespace {
 
 VoxelModel noisy() {
   return test::noisy_model(3, 7, FirstPoint::free, BasisKind::bspline, 1, true, true, true);
+}
+
+constexpr Vec3 kFirst{0.125f, 0, 0}, kWay{0.25f, 0.1f, 0};  ///< displacement at time 0; its change to time 1
+constexpr double kDense = 0.4;                              ///< when the ball below is dense
+
+/// A ball about the canonical origin that is thin on the mean over time. All is displaced alike.
+VoxelModel dense_for_a_while() {
+  VoxelModel m = test::empty_model(32, {60, -4}, -1);
+  const Topology& t = *m.radiance.raw.topology;
+  for (int b = 1; b <= t.brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i)
+      m.radiance.raw.row(std::size_t(b) * kBrickRows + std::size_t(i))[0] =
+          std::clamp(2 - 40 * length(t.position(b, i)), test::kEmpty, -8.0f);
+  m.motion.basis = BasisKind::bspline;
+  m.motion.first_point = FirstPoint::free;
+  m.motion.points = 8;
+  m.motion.rigidity = false;
+  m.motion.presence = true;
+  const int stride = m.motion.stride(), width = m.motion.width();
+  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 8)), width,
+                                   std::vector<float>(std::size_t(width), 0.0f).data())};
+  Channels& level = m.motion.levels[0];
+  const Vec3 seen = -1.0f * (kFirst + float(kDense) * kWay);
+  for (int b = 1; b <= level.topology->brick_count(); ++b)
+    for (int i = 0; i < kBrickRows; ++i) {
+      float* row = level.row(std::size_t(b) * kBrickRows + std::size_t(i));
+      for (int k = 0; k < 8; ++k)  // evenly over time
+        for (int a = 0; a < 3; ++a) row[stride * k + a] = kFirst[a] + float(k - 1) / 5 * kWay[a];
+      if (length(level.topology->position(b, i) - seen) < 0.5f) row[stride * 3 + 3] = 24;
+    }
+  return m;
 }
 
 }  // namespace
@@ -62,6 +95,28 @@ TEST_SUITE("field/presence") {
     CHECK(count > 100);
     CHECK(changed / count > 0.2);
     CHECK(error < 0.2 * changed);  // two lattices: what is between their vertices differs
+  }
+
+  TEST_CASE("the first moment becomes canonical with the matter that is there at other times alone") {
+    const VoxelModel model = dense_for_a_while();
+    VoxelModel anchored = model;
+    CHECK(anchor_first(anchored).max < 0.05);
+    CHECK(length(FrameSampler(anchored, 0).warp({}).displacement) < 1e-5f);
+    CHECK(anchored.radiance.raw.topology->brick_count() < model.radiance.raw.topology->brick_count());
+    int dense = 0, wrong = 0;
+    for (const double t : {0.0, 0.25, kDense, 0.9}) {
+      CAPTURE(t);
+      const FrameSampler before(model, t), after(anchored, t);
+      for (int i = 0; i < 1000; ++i) {
+        const Vec3 x =
+            Vec3{-0.6f, -0.4f, -0.4f} + 0.08f * Vec3{float(i % 10), float(i / 10 % 10), float(i / 100)};
+        const float was = before.density(x);
+        dense += was > 10;
+        wrong += std::abs(after.density(x) - was) > 0.02f * was + 3e-3f;
+      }
+    }
+    CHECK(dense > 50);
+    CHECK(wrong == 0);
   }
 
   TEST_CASE("a track tells the density where it leads") {

@@ -19,7 +19,7 @@ set(limit 400)
 # What is in <> of an include, and the files that may have it.
 set(libraries
     "openvdb|nanovdb@^(src|include/splinevox)/io/" "cuda|cub|thrust|nccl@\\.(cu|cuh)$"
-    "Eigen@/math/nearest_point.hpp|/data/camera_check.cpp"
+    "Eigen@/math/nearest_point.hpp|/data/(camera_check|layouts/axes).cpp"
     "CLI@/cli/" "mpi@/cli/join_ranks.cpp" "httplib@/live/server.cpp"
     "tbb/parallel@/core/(parallel|in_order).cpp"
     "toml@/train/config/(toml_library|config_text).cpp|/run/(run_folder|sweep/sweep).cpp")

@@ -122,6 +122,23 @@ def check_sequence():
     check(psnr >= 30, "Cycles equals our renderer: PSNR %.2f dB, at least 30" % psnr)
 
 
+def check_open_scene():
+    """What a user has set in a scene that is open stays."""
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end, scene.render.fps, scene.render.fps_base = 1001, 1003, 25, 1
+    scene.render.film_transparent, scene.cycles.volume_bounces = False, 2
+    bpy.ops.wm.save_as_mainfile(filepath=path("scene.blend"))
+    load("export", "open.png", SHOWN, 1)
+    scene = bpy.context.scene
+    check((scene.frame_start, scene.frame_end) == (1001, 1003), "an open scene keeps its frames")
+    check((scene.render.fps, scene.render.fps_base) == (25, 1), "and its rate")
+    check(not scene.render.film_transparent and scene.cycles.volume_bounces == 2, "film and bounces")
+    with open(path("cameras.json")) as f:
+        written = [c["frame"] for c in json.load(f)["frames"]]
+    check(written == [1001, 1002, 1003], "cameras are written for its frames: %s" % written)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
 def check_clusters():
     theirs = load("clusters", "clusters.exr", SHOWN)
     names = sorted(o.name for o in bpy.data.objects if o.type == "VOLUME")
@@ -264,6 +281,7 @@ def check_fire():
 
 
 check_sequence()
+check_open_scene()
 check_clusters()
 check_view()
 check_mesh()

@@ -5,10 +5,12 @@
 #include <random>
 
 #include "field/outer_walk.hpp"
+#include "math/adam.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "support/small_run.hpp"
+#include "train/learn_surroundings.hpp"
 #include "train/start.hpp"
 
 using namespace splinevox;
@@ -128,6 +130,33 @@ TEST_SUITE("train/surroundings") {
       }
     }
     CHECK(compared > 40);
+  }
+
+  TEST_CASE("a background is given the gradient that surroundings let through") {
+    Surroundings around = random_surroundings(4);
+    const Background background;
+    const Vec3 d{0.5f, -1, 2};
+    std::mt19937 random(6);
+    std::normal_distribution<double> normal;
+    std::vector<Ray> rays;
+    std::vector<float> through;
+    for (int i = 0; i < 300; ++i) {
+      rays.push_back({{normal(random), normal(random), normal(random)},
+                      normalize(Vec3d{normal(random), normal(random), normal(random)})});
+      OuterWalk walk(around);
+      const Vec3 near = walk.forward(rays.back(), {}), far = walk.forward(rays.back(), {1, 1, 1});
+      CHECK(walk.transmittance == doctest::Approx(far.x - near.x).epsilon(1e-4).scale(1));
+      through.push_back(walk.transmittance);
+    }
+    std::vector<Vec3> behind(rays.size(), d);
+    behind[7] = 1e-5f * d;  // too faint to be walked
+    StepInput in{};
+    in.factors = moment_factors(0, 0.99, 1e-8, 1);
+    in.tv_scale = in.tv_share = in.radiance_rate = 1;
+    const Config config;
+    SurroundingsLearner(config, around).step(config, rays, behind, background, in, around);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      for (int c = 0; c < 3; ++c) CHECK(behind[i][c] == (i == 7 ? 0.0f : through[i] * d[c]));
   }
 
   TEST_CASE("a room around the box is learned, and the scene before it") {

@@ -34,6 +34,9 @@ struct Frame {
   PixelMask inside = {};   ///< the white of a mask that is used for nothing else, if LoadOptions::inside
   DepthMap depth = {};     ///< how far away its pixels are, where that is known and LoadOptions::depth
   std::vector<VisiblePoint> tracks = {};  ///< points that it shows, in order, if LoadOptions::tracks
+  /// Which picture it is, wherever the data set lies: a printable line with the file's path in the data set's
+  /// folder, its bytes and which picture of a film it is. Empty: not from a file.
+  std::string source = {};
 };
 
 /// Masks that lie beside the pictures of the splits that were read.

@@ -48,7 +48,8 @@ MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& a
 /// come along. It becomes observed space at time 0, C'(y) = C(W_0(y)), and the curves lead to where that is,
 /// W_0(x + Delta'(x, t)) = W_t(x), which is solved at many moments by inverting W_0 and fitted in the same
 /// basis; then Delta'(x, 0), next to nothing, is taken off every curve. Without motion at time 0 this is the
-/// subtraction. The light stays: its gain is that of a place in observed space.
+/// subtraction. Light and presence stay: they are those of a place in observed space. The canonical volume
+/// keeps what is there at any time.
 /// @pre at most one motion level, model.motion.moves()
 /// @return the distance between W_0(x + Delta') and W_t(x), which includes places whose canonical matter is
 /// absent from observed space at time 0
@@ -61,9 +62,9 @@ struct RemovedFloaters {
 };
 
 /// Takes small pieces out of the canonical volume. A piece is made of vertices that lie next to each other,
-/// corners included, and have at least 5% opacity over a voxel. It floats if it has less than `least` of all
-/// matter in pieces, by opacity. Thinner matter up to two voxels around goes with it, but not beside what
-/// stays. Motion stays.
+/// corners included, and have at least 5% opacity over a voxel at some time. It floats if it has less than
+/// `least` of all matter in pieces, by opacity when there is most. Thinner matter up to two voxels around
+/// goes with it, but not beside what stays. Motion stays.
 RemovedFloaters remove_floaters(VoxelModel& model, double least);
 
 /// Which parts of the canonical volume move alike.
@@ -147,6 +148,8 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
 /// The motion of the clusters at F times the speed from time 0 on, at most to its end; the rest keeps its
 /// own. Motion voxels that serve other matter as well at some time keep theirs: `disturbed` is here the share
 /// of the part in such voxels.
+/// Throws Error (input) where matter comes and goes in the part, since its presence would have another mean
+/// over time, which the canonical volume holds.
 /// @pre the identity as time curve. @return as carry_clusters; the error is that of the curves' fit.
 PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
                        double factor, double limit);

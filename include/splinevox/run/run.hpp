@@ -60,7 +60,9 @@ struct PictureRoom {
 };
 
 /// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale, time
-/// map and rules. Masks that are not used otherwise are Frame::inside. Throws Error (input).
+/// map and rules. Masks that are not used otherwise are Frame::inside. Throws Error (input); also if pictures
+/// of another split than train were trained on, as where the data set has changed since. Where its own lists
+/// have a picture for both there is a note.
 Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
                    const PictureRoom& room = {});
 

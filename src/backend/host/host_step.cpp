@@ -78,7 +78,7 @@ StepSums HostStep::run(const StepInput& in) {
     return out;
   }
   update(in);
-  if (in.background->learned())
+  if (in.background->learned() && in.behind.empty())
     out.background = background_gradient(*in.background, in.rays, tasks, behind_, ranks_);
   std::copy_n(behind_.begin(), in.behind.size(), in.behind.begin());
   out.update_seconds = watch.lap();

@@ -102,6 +102,10 @@ std::vector<std::string> best_of(const std::vector<Candidate>& candidates, const
 
 bool MaskUse::keeps_black(const fs::path& mask) const {
   if (kept != Kept::by_name) return kept == Kept::black;
+  return is_dynamic_mask(mask);
+}
+
+bool is_dynamic_mask(const fs::path& mask) {
   return lower_case(mask.filename().string()).starts_with("dynamic_mask");
 }
 

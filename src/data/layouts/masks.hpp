@@ -22,6 +22,8 @@ struct MaskUse {
   /// nobody wants to see who ignores something.
   bool keeps_black(const std::filesystem::path& mask) const;
 };
+/// Whether a mask is called dynamic_mask_NAME, whatever its case.
+bool is_dynamic_mask(const std::filesystem::path& mask);
 /// Throws Error (Fault::input) for what is no use of masks.
 MaskUse parse_masks(const std::string& text);
 

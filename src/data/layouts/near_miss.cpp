@@ -2,8 +2,10 @@
 #include "data/layouts/near_miss.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 #include "data/layouts/folder_list.hpp"
+#include "data/layouts/transforms.hpp"
 #include "data/message_text.hpp"
 
 namespace splinevox::data {
@@ -12,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-/// Fields of transforms files that are read.
+/// Fields of transforms files that are read, beside kLensMatrixFields.
 constexpr const char* kRead[] = {"file_path",
                                  "transform_matrix",
                                  "time",
@@ -37,9 +39,6 @@ constexpr const char* kRead[] = {"file_path",
                                  "k4",
                                  "p1",
                                  "p2",
-                                 "K",
-                                 "intrinsics",
-                                 "camera_intrinsics",
                                  "train_filenames",
                                  "val_filenames",
                                  "test_filenames"};
@@ -74,11 +73,21 @@ std::string bare_name(std::string_view text) {
   return name;
 }
 
+/// All fields of transforms files that are read.
+const std::vector<std::string>& known_fields() {
+  static const std::vector<std::string> fields = [] {
+    std::vector<std::string> all(std::begin(kRead), std::end(kRead));
+    all.insert(all.end(), std::begin(kLensMatrixFields), std::end(kLensMatrixFields));
+    return all;
+  }();
+  return fields;
+}
+
 /// The known field that a name may be meant for; empty if the name is known, or none is near.
 std::string meant_field(const std::string& name) {
   constexpr std::size_t kShortest = 4;  // of shorter names every other is one letter off
   std::string near;
-  for (const std::string known : kRead) {
+  for (const std::string& known : known_fields()) {
     if (name == known) return {};
     if (bare_name(name) == bare_name(known) ||
         (std::min(name.size(), known.size()) >= kShortest && edits(name, known) == 1))

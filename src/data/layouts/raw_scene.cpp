@@ -81,8 +81,9 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
 
 namespace {
 
-/// Every eighth frame, as far as both ends of time keep some for training.
-std::vector<bool> every_eighth(const RawSplit& all) {
+/// Every eighth frame, as far as both ends of time keep some for training. Cameras take turns: the same place
+/// in each eight would be the same camera of two or four.
+std::vector<bool> every_eighth(const RawSplit& all, int cameras) {
   const std::size_t n = all.frames.size();
   const double first = n > 0 ? all.frames.front().time : 0, last = n > 0 ? all.frames.back().time : 0;
   constexpr std::ptrdiff_t kManyCameras = 4;  // a moment with as many keeps some for training
@@ -96,13 +97,19 @@ std::vector<bool> every_eighth(const RawSplit& all) {
     return (time > first || first_may) && (time < last || last_may);
   };
   std::vector<bool> tests(n, false);
-  for (std::size_t block = 0; block < n; block += kEvery)
+  for (std::size_t block = 0; block + kEvery / 2 < n; block += kEvery) {
+    const int turn = cameras > 0 ? int(block / kEvery) % cameras : -1;
+    std::optional<std::size_t> taken;
     for (const std::size_t in_block : {4, 3, 2, 1, 5, 6, 7}) {  // the middle, or near it
       const std::size_t i = block + in_block;
-      if (block + kEvery / 2 >= n || i >= n || !may_test(i)) continue;
-      tests[i] = true;
+      if (i >= n || !may_test(i)) continue;
+      if (!taken) taken = i;
+      if (all.frames[i].camera_id != turn) continue;
+      taken = i;
       break;
     }
+    if (taken) tests[*taken] = true;
+  }
   return tests;
 }
 
@@ -115,7 +122,7 @@ void hold_out(RawScene& scene) {
   const std::size_t n = all.frames.size();
   const std::vector<int> cameras = cameras_to_hold_out(all, scene.cameras);
   std::vector<bool> tests(n, false);
-  if (cameras.empty()) tests = every_eighth(all);
+  if (cameras.empty()) tests = every_eighth(all, int(scene.cameras.size()));
   for (std::size_t i = 0; i < n && !cameras.empty(); ++i)
     tests[i] = std::binary_search(cameras.begin(), cameras.end(), all.frames[i].camera_id);
   RawSplit train{"train", all.file, all.timed, {}, {}, all.tracks}, test{"test", all.file, all.timed, {}};

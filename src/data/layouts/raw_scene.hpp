@@ -24,7 +24,8 @@ struct RawFrame {
   RigidPose pose;
   Lens lens;
   int film_frame = -1;         ///< which picture of a film, from 0; -1: file_path is a picture
-  PictureSize film_size = {};  ///< of that film's pictures
+  PictureSize film_size = {};  ///< of that film's pictures, as stored
+  int film_turn = 1;           ///< how a player turns them, as EXIF's orientation would say it
   std::string name = {};       ///< as reports show it; empty: the file's name without folder and extension
   std::string label = {};      ///< how messages name it; empty: by its number
   std::optional<Error> fault = {};  ///< what is wrong with its camera, for leave_out
@@ -78,9 +79,9 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
                const std::string& lack = "pictures are missing and");
 
 /// Divides a scene that has one list. Of a rig (rig_cameras.hpp, cameras_to_hold_out) whole cameras become
-/// the test split. Else it is every eighth frame in the order of time, and the others train. The first and
-/// the last moment always train: pictures of theirs are held out only where four or more cameras see them.
-/// Says so in notes.
+/// the test split. Else it is every eighth frame in the order of time, of each camera in its turn, and the
+/// others train. The first and the last moment always train: pictures of theirs are held out only where four
+/// or more cameras see them. Says so in notes.
 void hold_out(RawScene& scene);
 
 /// Sorts frames by time, then by picture and place in the film.

@@ -61,19 +61,6 @@ std::map<std::string, std::string> masks_of_camera(const fs::path& folder, const
   return masks;
 }
 
-/// What cameras' pictures are called, in the order in which people count, if most cameras use the same names;
-/// else empty.
-std::vector<std::string> shared_names(const std::vector<Footage>& footage) {
-  std::map<std::string, int> uses;
-  for (const Footage& f : footage)
-    for (const std::string& path : f.pictures) ++uses[fs::path(path).filename().string()];
-  const auto shared = std::count_if(uses.begin(), uses.end(), [](const auto& u) { return u.second > 1; });
-  std::vector<std::string> names;
-  if (2 * std::size_t(shared) > uses.size())
-    for (const auto& [name, count] : uses) names.push_back(name);
-  return names;
-}
-
 /// One picture per name, whether it is there or not.
 std::vector<std::string> asked_for(const Footage& footage, const std::vector<std::string>& names) {
   const fs::path inside = fs::path(footage.pictures.at(0)).parent_path();
@@ -98,6 +85,17 @@ void check_numbers(const std::vector<Footage>& footage, const std::string& where
 
 }  // namespace
 
+std::vector<std::string> shared_names(const std::vector<Footage>& footage) {
+  std::map<std::string, int> uses;
+  for (const Footage& f : footage)
+    for (const std::string& path : f.pictures) ++uses[fs::path(path).filename().string()];
+  const auto shared = std::count_if(uses.begin(), uses.end(), [](const auto& u) { return u.second > 1; });
+  std::vector<std::string> names;
+  if (2 * std::size_t(shared) > uses.size())
+    for (const auto& [name, count] : uses) names.push_back(name);
+  return names;
+}
+
 bool is_no_camera(const std::string& name) {
   const std::string low = lower_case(name);
   return low.starts_with("images") || low.starts_with("sparse") || low.starts_with("colmap") ||
@@ -120,6 +118,7 @@ int add_film(const fs::path& folder, const RawFrame& camera, const std::string& 
   frame.file_path = film;
   const FilmFacts facts = film_facts(folder / film, printable((folder / film).string()));
   frame.film_size = {facts.width, facts.height};
+  frame.film_turn = facts.orientation();
   if (rate == 0) rate = facts.rate;
   for (frame.film_frame = 0; frame.film_frame < facts.frames(); ++frame.film_frame) {
     const double time = rate * facts.times[std::size_t(frame.film_frame)], whole = std::round(time);

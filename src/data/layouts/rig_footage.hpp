@@ -16,6 +16,10 @@ struct Footage {
   std::vector<std::string> pictures;  ///< paths in the data set, in the order in which people count
 };
 
+/// What cameras' pictures are called, without their folders and sorted by characters, if most names are used
+/// by several cameras; else empty.
+std::vector<std::string> shared_names(const std::vector<Footage>& footage);
+
 /// Whether a folder of pictures is no camera's but what other layouts and programs leave.
 bool is_no_camera(const std::string& name);
 

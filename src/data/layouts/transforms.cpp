@@ -65,6 +65,18 @@ std::string no_field(const UnreadFields& unread, const std::vector<std::string>&
   return meant.empty() ? "no such field" : "no such field, but " + meant;
 }
 
+std::string read_file_path(const json& frame, const std::string& where, const UnreadFields& unread) {
+  const auto found = frame.find("file_path");
+  if (found == frame.end())
+    fail({where, "'file_path' is missing", "the picture's path within the folder",
+          no_field(unread, {"file_path"}), ""});
+  if (!found->is_string() || found->get_ref<const std::string&>().empty())
+    fail({where, "'file_path' is not a path", "the picture's path within the folder", shown(*found), ""});
+  return found->get<std::string>();
+}
+
+}  // namespace
+
 std::array<double, 16> read_matrix(const json& frame, const std::string& where, const UnreadFields& unread) {
   const auto found = frame.find("transform_matrix");
   if (found == frame.end())
@@ -89,18 +101,6 @@ std::array<double, 16> read_matrix(const json& frame, const std::string& where, 
   }
   return m;
 }
-
-std::string read_file_path(const json& frame, const std::string& where, const UnreadFields& unread) {
-  const auto found = frame.find("file_path");
-  if (found == frame.end())
-    fail({where, "'file_path' is missing", "the picture's path within the folder",
-          no_field(unread, {"file_path"}), ""});
-  if (!found->is_string() || found->get_ref<const std::string&>().empty())
-    fail({where, "'file_path' is not a path", "the picture's path within the folder", shown(*found), ""});
-  return found->get<std::string>();
-}
-
-}  // namespace
 
 const json& frames_of(const json& file, const std::string& where) {
   if (!file.is_object())

@@ -11,6 +11,8 @@
 
 namespace splinevox::data {
 
+class UnreadFields;
+
 /// The name of a split's file within the folder: "transforms_train.json".
 std::string transforms_name(const std::string& split);
 
@@ -39,9 +41,17 @@ const nlohmann::json& needed_field(const nlohmann::json& object, const char* fie
 /// The lens of a file or a frame, from fields of its own or a matrix in "K", "intrinsics" ... of numbers in
 /// pixels.
 Lens read_lens(const nlohmann::json& object, const std::string& where);
-/// The field with such a matrix; empty if there is none. It is read where there is no fl_x.
+/// Fields that may hold such a matrix: the first that is there counts.
+inline constexpr const char* kLensMatrixFields[] = {"K",         "intrinsics",       "camera_intrinsics",
+                                                    "intrinsic", "intrinsic_matrix", "camera_matrix"};
+/// The one of them with such a matrix; empty if there is none. It is read where there is no fl_x.
 std::string lens_matrix_field(const nlohmann::json& object);
 const nlohmann::json& frames_of(const nlohmann::json& file, const std::string& where);
+/// The 'transform_matrix' of a frame, row by row. Where it has three rows the fourth is 0 0 0 1. Any other
+/// fourth row is kept: take_last_rows (axes.hpp) needs those of all frames.
+/// @param unread  of the file and its frames: tells what may be meant for a matrix that is missing
+std::array<double, 16> read_matrix(const nlohmann::json& frame, const std::string& where,
+                                   const UnreadFields& unread);
 /// Fills in the times: all frames have one, or none has and the split is not timed.
 void read_times(const nlohmann::json& frames, const char* field, RawSplit& split);
 /// All frames of a file but their times: matrices are camera to world, OpenGL axes.

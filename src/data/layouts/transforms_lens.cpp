@@ -93,8 +93,7 @@ Lens read_lens(const json& object, const std::string& where) {
 }
 
 std::string lens_matrix_field(const json& object) {
-  for (const char* field :
-       {"K", "intrinsics", "camera_intrinsics", "intrinsic", "intrinsic_matrix", "camera_matrix"})
+  for (const char* field : kLensMatrixFields)
     if (const auto found = object.find(field); found != object.end() && found->is_array()) return field;
   return {};
 }

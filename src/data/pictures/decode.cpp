@@ -76,7 +76,7 @@ void decode_films(const PicturePlan& plan, const TakePicture& take) {
     for (const std::size_t i : frames) wanted.push_back(plan.film_frame[i]);
     const PictureSize& size = plan.sizes[frames[0]];
     read_film(
-        path, size, wanted,
+        path, size, plan.turns[frames[0]] != 1, wanted,
         [&, &list = frames](std::size_t k, Image16&& image) {
           Image16 small = area_downscale(std::move(image), plan.downscale);
           if (plan.linear[list[k]]) show(small);

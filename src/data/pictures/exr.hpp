@@ -36,12 +36,16 @@ struct ExrNotes {
   std::map<std::string, std::string> texts{};  ///< further attributes
 };
 
+/// Names of layers and the letters of their channels in the order R G B A, X Y Z, then by name, of a file
+/// with such channels.
+std::map<std::string, std::vector<std::string>> exr_layers(const std::vector<std::string>& channels);
+
 /// Largest picture read_exr_layers accepts, checked before anything is allocated for it.
 inline constexpr int kExrMaxSide = 16384, kExrMaxChannels = 256;
 inline constexpr std::size_t kExrMaxBytes = std::size_t(2) << 30;  ///< width * height * channels * 4
 
 /// Reads all channels of a single-part OpenEXR file as floats (half and unsigned channels are converted),
-/// grouped into layers; channels of a layer come in the order R G B A, X Y Z, then by name.
+/// grouped by exr_layers.
 ///
 /// @param choose  may leave out layers, which then are not read; their images are empty when it is called
 ///

@@ -13,21 +13,13 @@ namespace {
 
 using Letters = std::set<std::string>;
 
-bool has_colours(const Letters& letters) {
-  return letters.contains("Y") || (letters.contains("R") && letters.contains("G") && letters.contains("B"));
+bool has_rgb(const Letters& letters) {
+  return letters.contains("R") && letters.contains("G") && letters.contains("B");
 }
 
-/// Names of layers and their letters, of channels "layer.R" and "R".
-std::map<std::string, Letters> layers_of(const std::vector<std::string>& channels) {
-  std::map<std::string, Letters> out;
-  for (const std::string& channel : channels) {
-    const std::size_t dot = channel.rfind('.');
-    if (dot == std::string::npos)
-      out[""].insert(channel);
-    else
-      out[channel.substr(0, dot)].insert(channel.substr(dot + 1));
-  }
-  return out;
+/// Y beside X is no brightness but a direction or a place. Z alone beside it is depth.
+bool has_colours(const Letters& letters) {
+  return has_rgb(letters) || (letters.contains("Y") && !letters.contains("X"));
 }
 
 /// The layer to read.
@@ -57,7 +49,9 @@ std::string choose_layer(const std::map<std::string, Letters>& layers, const std
 PictureHeader exr_picture_header(const std::filesystem::path& path, const std::string& where,
                                  const std::string& layer) {
   const ExrHeader header = called(where, nullptr, [&] { return read_exr_header(path.string()); });
-  const std::map<std::string, Letters> layers = layers_of(header.channels);
+  std::map<std::string, Letters> layers;
+  for (const auto& [name, letters] : exr_layers(header.channels))
+    layers[name] = Letters(letters.begin(), letters.end());
   const Letters& letters = layers.at(choose_layer(layers, layer, where));
   if (!header.whole)
     fail({where, "the picture is cut out of its display window, or larger",
@@ -84,7 +78,7 @@ Image read_exr_picture(const std::filesystem::path& path, const std::string& whe
       return int(std::find(from.channels.begin(), from.channels.end(), letter) - from.channels.begin());
     };
     const int count = from.image.channels;
-    const bool grey = place("R") == count;
+    const bool grey = !has_rgb(Letters(from.channels.begin(), from.channels.end()));
     const int colours[3] = {place(grey ? "Y" : "R"), place(grey ? "Y" : "G"), place(grey ? "Y" : "B")};
     const int alpha = place("A");
     Image out(from.image.width, from.image.height, 4);

@@ -170,29 +170,18 @@ std::pair<int, std::string> order(const std::string& letter) {
   return {int(kOrder.size()), letter};
 }
 
-/// Groups the file's channels into layers (without pixels yet).
-std::vector<ExrLayer> group(const Imf::ChannelList& list, const std::string& path) {
-  std::map<std::string, std::vector<std::string>> groups;
+/// The file's layers, without pixels yet.
+std::vector<ExrLayer> empty_layers(const Imf::ChannelList& list, const std::string& path) {
+  std::vector<std::string> channels;
   for (auto it = list.begin(); it != list.end(); ++it) {
-    const std::string full = it.name();
+    channels.emplace_back(it.name());
     if (it.channel().xSampling != 1 || it.channel().ySampling != 1)
-      refuse(path, "channel '" + full + "' is subsampled", "one value per pixel",
+      refuse(path, "channel '" + channels.back() + "' is subsampled", "one value per pixel",
              "every " + std::to_string(it.channel().xSampling) + " by " +
                  std::to_string(it.channel().ySampling));
-    const std::size_t dot = full.rfind('.');
-    if (dot != std::string::npos)
-      groups[full.substr(0, dot)].push_back(full.substr(dot + 1));
-    else if (order(full).first < 7)
-      groups[""].push_back(full);
-    else
-      groups[full].push_back("");
   }
   std::vector<ExrLayer> layers;
-  for (auto& [name, letters] : groups) {
-    std::sort(letters.begin(), letters.end(),
-              [](const auto& a, const auto& b) { return order(a) < order(b); });
-    layers.push_back({name, {}, letters});
-  }
+  for (auto& [name, letters] : exr_layers(channels)) layers.push_back({name, {}, letters});
   return layers;
 }
 
@@ -201,6 +190,23 @@ std::string channel_name(const ExrLayer& layer, const std::string& letter) {
 }
 
 }  // namespace
+
+std::map<std::string, std::vector<std::string>> exr_layers(const std::vector<std::string>& channels) {
+  std::map<std::string, std::vector<std::string>> layers;
+  for (const std::string& channel : channels) {
+    const std::size_t dot = channel.rfind('.');
+    if (dot != std::string::npos)
+      layers[channel.substr(0, dot)].push_back(channel.substr(dot + 1));
+    else if (order(channel).first < 7)
+      layers[""].push_back(channel);
+    else
+      layers[channel].push_back("");
+  }
+  for (auto& [name, letters] : layers)
+    std::sort(letters.begin(), letters.end(),
+              [](const auto& a, const auto& b) { return order(a) < order(b); });
+  return layers;
+}
 
 ExrHeader read_exr_header(const std::string& path) {
   constexpr std::size_t kHeaderBytes = 1u << 20;
@@ -220,7 +226,7 @@ std::vector<ExrLayer> read_exr_layers(const std::string& path,
     Imf::InputFile file(memory, 0);
     const Imath::Box2i window = file.header().dataWindow();
     const int width = int(facts.width), height = int(facts.height);
-    std::vector<ExrLayer> layers = group(file.header().channels(), path);
+    std::vector<ExrLayer> layers = empty_layers(file.header().channels(), path);
     if (choose) choose(layers);
     Imf::FrameBuffer frame;
     for (ExrLayer& layer : layers) {

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <cmath>
+#include <iterator>
 #include <string_view>
+#include <utility>
 
 #include "core/child.hpp"
 #include "data/file_bytes.hpp"
@@ -31,13 +34,15 @@ ChildWords words_of(const char* program, std::vector<std::string> arguments, con
 
 /// What ffprobe prints of a film's stream and its packets.
 struct ProbeText {
-  int width = 0, height = 0, rotation = 0;
+  int width = 0, height = 0;
+  int rotation = 0;  ///< degrees, anticlockwise
   std::string transfer;
   std::vector<double> stamps;  ///< of packets that are shown; seconds
   std::size_t without = 0;     ///< packets that are shown and have no time stamp
 };
 
-/// Lines such as "packet|pts_time=0.033333|flags=K__" and "stream|width=64|height=48".
+/// Lines such as "packet|pts_time=0.033333|flags=K__" and "stream|width=64|height=48|side_data|rotation=-90".
+/// Side data may stand on a line of its own. Newer programs call it "side_datum/display_matrix:rotation=-90".
 void read_line(std::string_view line, ProbeText& text) {
   const auto value_of = [&](std::string_view key) -> std::string_view {
     const std::size_t at = line.find(key);
@@ -52,10 +57,12 @@ void read_line(std::string_view line, ProbeText& text) {
   if (line.starts_with("stream|")) {
     number_of("|width=", text.width);
     number_of("|height=", text.height);
-    number_of("|rotation=", text.rotation);
     text.transfer = value_of("|color_transfer=");
   }
-  if (!line.starts_with("packet|")) return;
+  if (!line.starts_with("packet|")) {
+    for (const char* key : {"|rotation=", ":rotation="}) number_of(key, text.rotation);
+    return;
+  }
   if (value_of("|flags=").find('D') != std::string_view::npos) return;  // decoded for others, never shown
   double stamp = 0;
   if (number_of("|pts_time=", stamp))
@@ -83,6 +90,69 @@ std::vector<double> even_times(std::vector<double> stamps) {
   if (!std::all_of(stamps.begin(), stamps.end(), even)) return stamps;
   for (double& s : stamps) s = std::round(s / gap) * gap;
   return stamps;
+}
+
+/// FilmFacts::rotation. At other angles than quarters ffmpeg keeps the picture's size: they count as none.
+int clockwise(int anticlockwise) {
+  const int degrees = (360 - anticlockwise % 360) % 360;
+  return degrees % 90 == 0 ? degrees : 0;
+}
+
+/// How a film is to be decoded.
+struct FilmOrder {
+  const std::filesystem::path& path;
+  PictureSize size;      ///< of the frames that ffmpeg gives out
+  bool upright;          ///< turned as a player turns them, else as stored
+  std::string filters;   ///< for ffmpeg; may be empty
+  int frames;            ///< that must be there
+  std::string if_short;  ///< what to do where they are not
+};
+
+ChildWords ffmpeg_words(const FilmOrder& film, const std::vector<std::string>& output,
+                        const std::string& where) {
+  std::vector<std::string> words;
+  if (!film.upright) words.emplace_back("-noautorotate");
+  words.insert(words.end(), {"-i", "file:" + film.path.string(), "-map", "0:v:0"});
+  if (!film.filters.empty()) words.insert(words.end(), {"-vf", film.filters});
+  words.insert(words.end(), {"-pix_fmt", "rgb24", "-fps_mode", "passthrough"});
+  words.insert(words.end(), output.begin(), output.end());
+  return words_of("ffmpeg", std::move(words), where);
+}
+
+/// The last lines that ffmpeg prints of a film of which it gives out no frame; empty if there are none.
+std::string complaint(const FilmOrder& film, const std::string& where) {
+  constexpr std::size_t kLines = 3;
+  constexpr std::chrono::seconds kPatience{10};
+  ChildWords words = ffmpeg_words(film, {"-frames:v", "1", "-f", "null", "-"}, where);
+  words.errors = true;
+  Child ffmpeg(words);
+  const auto end = std::chrono::steady_clock::now() + kPatience;
+  std::vector<std::string> lines;
+  for (std::string line; ffmpeg.read_line(line, [&] { return std::chrono::steady_clock::now() > end; });) {
+    if (!line.empty()) lines.push_back(printable(line));
+    if (lines.size() > kLines) lines.erase(lines.begin());
+  }
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "; ") + line;
+  return text;
+}
+
+/// Hands over the frames from the first on, [height * width * 3], until `take` wants no more.
+void each_frame(const FilmOrder& film, const std::function<bool(int, std::span<const std::uint8_t>)>& take,
+                const std::string& where) {
+  Child ffmpeg(ffmpeg_words(film, {"-f", "rawvideo", "-"}, where));
+  std::vector<std::uint8_t> rgb(std::size_t(film.size.width) * std::size_t(film.size.height) * 3);
+  for (int i = 0;; ++i) {
+    if (!ffmpeg.read(reinterpret_cast<char*>(rgb.data()), rgb.size())) {
+      const bool refused = !ffmpeg.finish() && i == 0;
+      if (const std::string said = refused ? complaint(film, where) : ""; !said.empty())
+        fail({where, "ffmpeg cannot decode the film", "ffmpeg 5.1 or later, and a whole film", said,
+              "ffmpeg -version says which one there is; else copy the file again"});
+      fail({where, "the film ends early", std::to_string(film.frames) + " frames",
+            std::to_string(i) + " that ffmpeg could decode", film.if_short});
+    }
+    if (!take(i, rgb)) return;
+  }
 }
 
 }  // namespace
@@ -116,47 +186,34 @@ FilmFacts film_facts(const std::filesystem::path& path, const std::string& where
           std::to_string(text.width) + " x " + std::to_string(text.height), ""});
   std::vector<double> times = even_times(std::move(text.stamps));
   const double rate = times.back() > 0 ? double(times.size() - 1) / times.back() : 1;
-  return {text.width, text.height, rate, std::move(times), text.rotation % 180 != 0, text.transfer};
+  return {text.width, text.height, rate, std::move(times), clockwise(text.rotation), text.transfer};
 }
 
-void read_film(const std::filesystem::path& path, const PictureSize& size, const std::vector<int>& wanted,
-               const std::function<void(std::size_t, Image16&&)>& take, const std::string& where) {
-  Child film(words_of("ffmpeg",
-                      {"-noautorotate", "-i", "file:" + path.string(), "-map", "0:v:0", "-f", "rawvideo",
-                       "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"},
-                      where));
-  std::vector<char> rgb(std::size_t(size.width) * std::size_t(size.height) * 3);
+void read_film(const std::filesystem::path& path, const PictureSize& size, bool upright,
+               const std::vector<int>& wanted, const std::function<void(std::size_t, Image16&&)>& take,
+               const std::string& where) {
+  if (wanted.empty()) return;
   std::size_t next = 0;
-  for (int i = 0; next < wanted.size(); ++i) {
-    if (!film.read(rgb.data(), rgb.size()))
-      fail({where, "the film ends early", "frame " + std::to_string(wanted[next]),
-            std::to_string(i) + " frames that ffmpeg could decode", "copy the file again"});
-    if (i != wanted[next]) continue;
+  const auto pick = [&](int i, std::span<const std::uint8_t> rgb) {
+    if (i != wanted[next]) return true;
     Image16 image{size.width, size.height, {}};
     image.rgba.resize(image.pixels() * 4, 65535);
     for (std::size_t p = 0; p < image.pixels(); ++p)
-      for (std::size_t c = 0; c < 3; ++c)
-        image.rgba[4 * p + c] = std::uint16_t(257 * std::uint8_t(rgb[3 * p + c]));
+      for (std::size_t c = 0; c < 3; ++c) image.rgba[4 * p + c] = std::uint16_t(257 * rgb[3 * p + c]);
     take(next++, std::move(image));
-  }
+    return next < wanted.size();
+  };
+  each_frame({path, size, upright, "", wanted.back() + 1, "copy the file again"}, pick, where);
 }
 
-void read_film_upright(const std::filesystem::path& path, const PictureSize& size, int frames,
-                       const std::function<bool(int, std::span<const std::uint8_t>)>& take,
-                       const std::string& where) {
-  Child film(
-      words_of("ffmpeg",
-               {"-i", "file:" + path.string(), "-map", "0:v:0", "-vf",
-                "scale=" + std::to_string(size.width) + ":" + std::to_string(size.height) + ":flags=area",
-                "-f", "rawvideo", "-pix_fmt", "rgb24", "-fps_mode", "passthrough", "-"},
-               where));
-  std::vector<std::uint8_t> rgb(std::size_t(size.width) * std::size_t(size.height) * 3);
-  for (int i = 0; i < frames; ++i) {
-    if (!film.read(reinterpret_cast<char*>(rgb.data()), rgb.size()))
-      fail({where, "the film ends early", std::to_string(frames) + " frames",
-            std::to_string(i) + " that ffmpeg could decode", "copy the file again, or cut it with --to"});
-    if (!take(i, rgb)) return;
-  }
+void read_film_scaled(const std::filesystem::path& path, const PictureSize& size, int frames,
+                      const std::function<bool(int, std::span<const std::uint8_t>)>& take,
+                      const std::string& where) {
+  const std::string scale =
+      "scale=" + std::to_string(size.width) + ":" + std::to_string(size.height) + ":flags=area";
+  each_frame(
+      {path, size, true, scale, frames, "copy the file again, or cut it with --to"},
+      [&](int i, std::span<const std::uint8_t> rgb) { return take(i, rgb) && i + 1 < frames; }, where);
 }
 
 }  // namespace splinevox::data

@@ -56,48 +56,53 @@ std::optional<double> misfit(const Lens& lens, const PictureSize& size) {
   return {};
 }
 
-/// The orientation to obey: the picture's, if its camera is for the upright picture.
-int turn_of(const PictureHeader& header, const Lens& lens, bool upright) {
-  if (header.orientation == 1) return 1;
-  const PictureSize after = turned(header.size, header.orientation);
-  const auto as_stored = misfit(lens, header.size), as_turned = misfit(lens, after);
-  const bool obey = as_stored && as_turned && *as_stored != *as_turned ? *as_turned < *as_stored : upright;
-  return obey ? header.orientation : 1;
+/// Whether a turned picture's camera is for the picture upright; nothing if its size does not tell.
+std::optional<bool> told_upright(const PictureHeader& header, const Lens& lens) {
+  const auto as_stored = misfit(lens, header.size),
+             as_turned = misfit(lens, turned(header.size, header.orientation));
+  if (!as_stored || !as_turned || *as_stored == *as_turned) return {};
+  return *as_turned < *as_stored;
 }
 
-}  // namespace
-
-PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
-                          bool upright, const DatasetRules& rules) {
-  const std::string& transfer = rules.transfer;
-  if (!transfer.empty() && transfer != "srgb" && transfer != "linear")
-    fail({"--transfer", "there is no such transfer", "srgb or linear", transfer, ""});
+/// Names the pictures of a split. @return their headers
+std::vector<PictureHeader> name_pictures(const std::filesystem::path& folder, const RawSplit& split,
+                                         PicturePlan& plan) {
   const std::filesystem::path root = std::filesystem::canonical(folder);
-  PicturePlan plan;
-  plan.downscale = downscale;
-  plan.layer = rules.layer;
-  std::map<std::filesystem::path, PictureHeader> headers;  // frames may name one file again and again
+  std::map<std::filesystem::path, PictureHeader> known;  // frames may name one file again and again
+  std::vector<PictureHeader> headers;
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
-    plan.paths.push_back(split.frames[i].found);
-    const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
+    const RawFrame& frame = split.frames[i];
+    plan.paths.push_back(frame.found);
+    const std::string shown = printable((folder / frame.found.lexically_relative(root)).string());
     plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
-    plan.film_frame.push_back(split.frames[i].film_frame);
-    PictureHeader header;
+    plan.film_frame.push_back(frame.film_frame);
     if (plan.film()) {
-      header.size = split.frames[i].film_size;
-    } else {
-      const auto [known, first] = headers.try_emplace(plan.paths[i]);
-      if (first) known->second = read_picture_header(plan.paths[i], plan.where[i], rules.layer);
-      header = known->second;
+      headers.push_back({.size = frame.film_size, .orientation = frame.film_turn});
+      continue;
     }
+    const auto [header, first] = known.try_emplace(frame.found);
+    if (first) header->second = read_picture_header(frame.found, plan.where[i], plan.layer);
+    headers.push_back(header->second);
+  }
+  return headers;
+}
+
+/// Completes the plan of a split. @param told  what lenses of the data set say of turned pictures
+void measure_pictures(const RawSplit& split, const std::vector<PictureHeader>& headers,
+                      std::optional<bool> told, bool upright, const std::string& transfer,
+                      PicturePlan& plan) {
+  for (std::size_t i = 0; i < headers.size(); ++i) {
+    const PictureHeader& header = headers[i];
     const Lens& lens = split.frames[i].lens;
     plan.alpha |= header.alpha;
     const bool cut = !split.frames[i].mask_file.empty();
     plan.real.push_back(header.real);
     plan.linear.push_back(transfer.empty() ? header.real || header.linear : transfer == "linear");
-    const bool deep = header.deep || downscale > 1 || plan.linear.back();
+    const bool deep = header.deep || plan.downscale > 1 || plan.linear.back();
     plan.pixel_bytes.push_back((header.alpha || cut ? 4 : 3) * (deep ? 2 : 1));
-    plan.turns.push_back(turn_of(header, lens, upright));
+    const bool obey = told_upright(header, lens).value_or(told.value_or(upright || plan.film()));
+    plan.turns.push_back(obey ? header.orientation : 1);
+    plan.guessed |= !told && !plan.film() && plan.turns.back() != 1;
     plan.asked.push_back(header.orientation);
     plan.sizes.push_back(turned(header.size, plan.turns.back()));
     const PictureSize &first = plan.sizes[0], &size = plan.sizes.back();
@@ -110,7 +115,30 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
             "render or crop them to one size, or give every frame its lens in pixels (w, h, fl_x, fl_y, cx, "
             "cy)"});
   }
-  return plan;
+}
+
+}  // namespace
+
+std::vector<PicturePlan> plan_pictures(const std::filesystem::path& folder,
+                                       const std::vector<RawSplit>& splits, int downscale, bool upright,
+                                       const DatasetRules& rules) {
+  const std::string& transfer = rules.transfer;
+  if (!transfer.empty() && transfer != "srgb" && transfer != "linear")
+    fail({"--transfer", "there is no such transfer", "srgb or linear", transfer, ""});
+  std::vector<PicturePlan> plans(splits.size());
+  std::vector<std::vector<PictureHeader>> headers;
+  std::optional<bool> told;
+  for (std::size_t s = 0; s < splits.size(); ++s) {
+    plans[s].downscale = downscale;
+    plans[s].layer = rules.layer;
+    headers.push_back(name_pictures(folder, splits[s], plans[s]));
+    for (std::size_t i = 0; i < headers[s].size(); ++i)
+      if (const auto one = told_upright(headers[s][i], splits[s].frames[i].lens))
+        told = *one && told.value_or(true);
+  }
+  for (std::size_t s = 0; s < splits.size(); ++s)
+    measure_pictures(splits[s], headers[s], told, upright, transfer, plans[s]);
+  return plans;
 }
 
 void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes) {

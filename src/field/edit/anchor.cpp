@@ -9,6 +9,7 @@
 #include "field/columns.hpp"
 #include "field/edit/edit_motion.hpp"
 #include "field/edit/observed_at.hpp"
+#include "field/largest_presence.hpp"
 #include "field/lattice/locate.hpp"
 #include "math/rigidity.hpp"
 
@@ -18,7 +19,7 @@ namespace {
 using Eight = Simd<float>::Eight;
 
 constexpr int kSamplesPerPoint = 4;
-constexpr float kEmpty = 1e-4f;          ///< opacity over a voxel below which a brick need not be stored
+constexpr float kEmpty = 1e-4f;          ///< opacity over a voxel that a stored brick has at some time
 constexpr double kTolerance = 1e-3;      ///< of a voxel, of the inverse
 constexpr int kTimes = 16, kStride = 2;  ///< at which the result is measured
 
@@ -29,6 +30,7 @@ Channels observed_volume(const VoxelModel& model, const FrameSampler& first) {
   Channels dense = make_channels(make_dense_topology(lattice), field.raw.width, field.raw.row(0));
   const BrickView<float> view(*field.raw.topology);
   const Topology& t = *dense.topology;
+  const LargestPresence presence(model);
   std::vector<char> matters(t.bricks.size(), 0);
   parallel_for(t.brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
@@ -37,7 +39,8 @@ Channels observed_volume(const VoxelModel& model, const FrameSampler& first) {
       float* row = dense.row(std::size_t(index + 1) * kBrickRows + std::size_t(i));
       for (int k = 0; k < dense.width; k += 8)
         store(row + k, interpolate<Eight>(at, field.raw.values.data(), dense.width, k));
-      if (first.radiance(c).density * lattice.spacing >= kEmpty) matters[std::size_t(index + 1)] = 1;
+      const float density = first.radiance(c, presence.around(c, lattice.spacing)).density;
+      if (density * lattice.spacing >= kEmpty) matters[std::size_t(index + 1)] = 1;
     }
   });
   std::vector<Int3> bricks;

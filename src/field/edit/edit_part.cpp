@@ -7,7 +7,9 @@
 
 #include "core/parallel.hpp"
 #include "field/edit/edit_motion.hpp"
+#include "field/largest_presence.hpp"
 #include "field/lattice/locate.hpp"
+#include "field/lattice/slice.hpp"
 #include "math/activation.hpp"
 #include "math/sh.hpp"
 #include "splinevox/core/error.hpp"
@@ -18,9 +20,10 @@ namespace {
 
 using Eight = Simd<float>::Eight;
 
-constexpr int kTimes = 24;       ///< parameters at which places with matter are collected
-constexpr float kDense = 1e-2f;  ///< opacity over a voxel from which a canonical place counts as taken
-constexpr int kFitSamples = 8;   ///< per control point
+constexpr int kTimes = 24;           ///< parameters at which places with matter are collected
+constexpr float kDense = 1e-2f;      ///< opacity over a voxel from which a canonical place counts as taken
+constexpr int kFitSamples = 8;       ///< per control point
+constexpr float kMostShift = 1e-2f;  ///< of raw density, where presence has another mean over time
 
 /// A place of observed space that has matter at a time.
 struct Place {
@@ -207,6 +210,25 @@ void carry_motion(MotionField& next, const MotionField& motion, const std::vecto
   }
 }
 
+/// Refuses changed curves of presence that have another mean over time. Presence goes without its mean, so
+/// the raw density would be off by the difference at all times. The canonical volume cannot make up for it:
+/// the difference belongs to observed places, several of which show one canonical place.
+void check_means(const MotionField& next, const MotionField& motion) {
+  if (!motion.presence) return;
+  const Contraction by(motion);
+  const int presence = by.layout.scalar[kPresence];
+  const Channels &level = next.levels[0], &old = motion.levels[0];
+  float shift = 0;
+  for (std::size_t r = kBrickRows; r < level.topology->rows(); ++r)
+    shift =
+        std::max(shift, std::abs(by.mean_at(level.row(r) + presence) - by.mean_at(old.row(r) + presence)));
+  if (shift > kMostShift)
+    fail({"edit",
+          "matter comes and goes in this part: in a time of its own it would be too dense or too thin",
+          "a part whose presence keeps its mean over time", "a raw density off by " + std::to_string(shift),
+          "--freeze-presence T or --scale-presence 0 before --clusters"});
+}
+
 /// The error of the parts' warp, and the ghosts: matter that is visible where the parts no longer are.
 void measure(const VoxelModel& next, const VoxelModel& model, const std::vector<Place>& places,
              const RigidMotion& g, PartEdit& out) {
@@ -265,6 +287,7 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
   PartEdit out;
   double others = 0, part = 0, disturbed = 0, covered = 0;
   const FrameSampler still(model, FrameSampler::AtParameter{0});
+  const LargestPresence presence(model);
   std::vector<char> rows;
   if (!next.motion.levels.empty()) rows = rows_of(next.motion.levels[0], observed);
   const BrickView<float> view =
@@ -275,8 +298,8 @@ PartEdit carry_clusters(VoxelModel& model, const MotionClusters& clusters, const
       const Vec3 q = carried(p.canonical);
       const int label = clusters.at(q);
       const bool own = label >= 0 && chosen[std::size_t(label)];
-      if (!own && one_minus_exp_neg(still.radiance(q).density * lattice.spacing) >= kDense)
-        covered += p.weight;
+      const float there = still.radiance(q, presence.around(q)).density;
+      if (!own && one_minus_exp_neg(there * lattice.spacing) >= kDense) covered += p.weight;
     } else {
       others += p.weight;
       if (!rows.empty() && touches(view, rows, p.x)) disturbed += p.weight;
@@ -327,6 +350,7 @@ PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const 
                             product(fit_matrix(m.basis, m.points, m.first_point, at), old));
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (!rows[r] || kept[r]) std::copy_n(level.row(r), level.width, next.motion.levels[0].row(r));
+  check_means(next.motion, m);
   // Against the old motion at the slower time, where the part is then.
   const double voxel = model.radiance.raw.topology->lattice.spacing;
   DistanceSum error;

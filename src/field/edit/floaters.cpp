@@ -4,15 +4,17 @@
 #include <numeric>
 #include <vector>
 
+#include "field/largest_presence.hpp"
 #include "field/lattice/lattice_view.hpp"
 #include "math/activation.hpp"
 #include "math/emission.hpp"
+#include "math/presence.hpp"
 #include "splinevox/field/edit.hpp"
 
 namespace splinevox {
 namespace {
 
-constexpr float kSolid = 0.05f;  // opacity of a voxel from which it holds its neighbours
+constexpr float kSolid = 0.05f;  // opacity of a voxel at some time from which it holds its neighbours
 constexpr int kFog = 2;          // voxels around a piece whose thinner matter goes with it
 
 /// Sets of rows that hang together (union-find); a set is known by its lowest row.
@@ -67,8 +69,10 @@ RemovedFloaters remove_floaters(VoxelModel& model, double least) {
   const Topology& t = *raw.topology;
   std::vector<float> alpha(t.rows(), 0.0f);
   const DensityActivation& activation = model.radiance.activation;
-  for_each_vertex(t, [&](std::uint32_t row, Int3) {
-    const float density = density_of(raw.row(row)[0], activation.scale, activation.shift).value;
+  const LargestPresence presence(model);
+  for_each_vertex(t, [&](std::uint32_t row, Int3 v) {
+    const float most = present(raw.row(row)[0], presence.around(t.lattice.position(v)));
+    const float density = density_of(most, activation.scale, activation.shift).value;
     alpha[row] = one_minus_exp_neg(density * t.lattice.spacing);
   });
   Pieces pieces(t.rows());
@@ -103,7 +107,9 @@ RemovedFloaters remove_floaters(VoxelModel& model, double least) {
   for_each_vertex(t, [&](std::uint32_t row, Int3 v) {
     if (alpha[row] < kSolid || !floats(row)) return;
     for_each_near(t, v, kFog, [&](std::uint32_t other, Int3 w) {
-      if (!beside_what_stays(w)) raw.row(other)[0] = std::min(raw.row(other)[0], empty);
+      if (beside_what_stays(w)) return;
+      float& density = raw.row(other)[0];  // empty at all times
+      density = std::min(density, empty - presence.around(t.lattice.position(w)));
     });
   });
   return out;

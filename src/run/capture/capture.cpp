@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 
 #include "core/atomic_file.hpp"
 #include "core/own_folder.hpp"
@@ -43,6 +44,37 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+/// What capture writes in the folder, in the order in which it is set aside and removed there: as long as
+/// `work` is there, all of it was set aside.
+constexpr const char* kWritten[] = {"capture.json", "transforms.json", "masks", "images", "work"};
+/// Where what an earlier call wrote lies until the new data set is there.
+constexpr const char* kAside = "earlier_capture";
+
+/// Refuses sources that lie where capture writes: it would remove them. @param out  folder of the data set
+void require_outside(const std::vector<fs::path>& sources, const fs::path& out) {
+  std::vector<fs::path> written;
+  for (const char* name : kWritten) written.push_back(fs::weakly_canonical(fs::absolute(out / name)));
+  written.push_back(fs::weakly_canonical(fs::absolute(out / kAside)));
+  for (const fs::path& source : sources) {
+    const fs::path whole = fs::absolute(source);
+    // A link lies in one place, what it leads to in another.
+    for (const fs::path& place :
+         {fs::weakly_canonical(whole), fs::weakly_canonical(whole.parent_path()) / whole.filename()})
+      for (const fs::path& folder : written) {
+        const fs::path inside = place.lexically_relative(folder);
+        if (!inside.empty() && *inside.begin() != "..")
+          fail({printable(source.string()), "this source lies where capture writes and removes",
+                "films, pictures and masks elsewhere than in " + printable(folder.string()), "",
+                "another folder for --out, or the sources copied to another place"});
+      }
+  }
+}
+
+std::vector<fs::path> files_of(const CaptureCamera& camera) {
+  if (camera.is_film()) return {camera.film};
+  return camera.pictures;
+}
+
 /// What decides what comes out: the options, and the files by their names and sizes.
 Json request_of(const CaptureOptions& o, const std::vector<CaptureCamera>& cameras) {
   Json sources = Json::array();
@@ -71,9 +103,10 @@ class Capture {
     check_options(options_);
     std::vector<CaptureCamera> cameras = find_capture_input(options_.sources);
     if (!options_.walk.empty()) cameras.push_back(find_walk(cameras));
-    const bool ours = claim_folder();
+    for (const CaptureCamera& camera : cameras) require_outside(files_of(camera), folder_);
+    claim_folder();
     const FolderLock lock(options_.out, "capturing into");
-    open_folder(ours, request_of(options_, cameras));
+    open_folder(request_of(options_, cameras));
     ColmapProgram colmap(folder_ / "work/colmap.log", talk_);
     stage(1, "frames", [&] { take_frames(cameras); });
     stage(2, "features", [&] { find_features(folder_, state_, options_, colmap, talk_); });
@@ -144,31 +177,65 @@ class Capture {
   }
 
   /// A folder that is empty or an earlier call's. Nothing in it is changed before it is locked.
-  /// @return whether an earlier call began it
-  bool claim_folder() const {
+  void claim_folder() const {
     std::error_code ignored;
     const bool there = fs::exists(folder_, ignored);
-    const bool ours = fs::exists(folder_ / "work/state.json", ignored);
+    const bool ours = fs::exists(folder_ / "work/state.json", ignored) ||
+                      fs::exists(folder_ / kAside / "work/state.json", ignored);
     if (there && !ours && !(fs::is_directory(folder_) && names_in_folder(options_.out).empty()))
       fail({printable(options_.out), "there is something of that name already",
             "an empty folder, a name that is free, or a folder that capture began", "",
             "another folder for --out"});
     probe_output_folder(options_.out);
-    return ours;
   }
 
-  void open_folder(bool ours, const Json& request) {
-    if (ours && options_.fresh)
-      for (const char* name : {"images", "masks", "work", "transforms.json", "capture.json"})
-        fs::remove_all(folder_ / name);
-    state_ = read_capture_state(folder_);
+  /// What an earlier call did, unless it is to be begun anew. It stays until clear_folder.
+  void open_folder(const Json& request) {
+    bring_back();
+    if (!options_.fresh) state_ = read_capture_state(folder_);
     if (!state_.request.is_null() && state_.request != request)
       fail({printable(options_.out), "this folder was made from other films or with other options",
             "the same as then: " + json_text(state_.request), json_text(request),
             "--fresh begins anew, or another folder for --out"});
     state_.request = request;
+  }
+
+  /// What a call began to set aside that was stopped meanwhile.
+  void bring_back() const {
+    const fs::path aside = folder_ / kAside;
+    if (!fs::exists(aside) || fs::exists(aside / "work")) return;
+    for (const char* name : kWritten)
+      if (fs::exists(aside / name) && !fs::exists(folder_ / name)) fs::rename(aside / name, folder_ / name);
+    std::error_code not_empty;
+    fs::remove(aside, not_empty);
+  }
+
+  /// Of several calls that begin anew and are stopped, the first sets aside what was there.
+  void set_aside() const {
+    const fs::path aside = folder_ / kAside;
+    if (fs::exists(folder_ / "capture.json")) drop_aside();  // it is written last: this is newer and whole
+    if (fs::exists(aside / "work")) {
+      for (const char* name : {"work", "images", "masks", "transforms.json"}) fs::remove_all(folder_ / name);
+    } else if (fs::exists(folder_ / "work")) {
+      fs::create_directories(aside);
+      for (const char* name : kWritten)
+        if (fs::exists(folder_ / name)) fs::rename(folder_ / name, aside / name);
+    }
+  }
+
+  void drop_aside() const {
+    for (const char* name : kWritten) fs::remove_all(folder_ / kAside / name);
+    std::error_code ignored;  // what is still in it is a user's
+    fs::remove(folder_ / kAside, ignored);
+  }
+
+  /// Removes what new frames replace. From here on the folder says what it is made from.
+  void clear_folder() const {
+    if (options_.fresh) set_aside();
+    for (const char* name : {"images", "masks", "work/masks", "work/database.db"})
+      fs::remove_all(folder_ / name);
     fs::create_directories(folder_ / "work");
-    if (state_.done == 0) write_capture_state(folder_, state_);
+    write_capture_state(folder_, state_);
   }
 
   void stage(int number, const std::string& name, const std::function<void()>& work) {
@@ -196,22 +263,36 @@ class Capture {
       cameras.pop_back();
     }
     std::vector<CapturePlan> plans = plan_capture(std::move(cameras), options_, talk_);
-    for (const char* name : {"images", "masks", "work/masks", "work/database.db"})
-      fs::remove_all(folder_ / name);
     state_.rig.clear();
     if (plans.size() > 1)
       for (const CapturePlan& plan : plans) state_.rig.push_back(plan.camera.name);
     if (walk) plans.push_back(plan_walk(std::move(*walk), options_, talk_));
+    check_plans(plans);
+    clear_folder();
     state_.frames = write_capture_frames(plans, folder_, talk_);
-    if (state_.frames.size() < 3)
-      fail({printable(options_.out), "there are too few pictures", "3 or more",
-            fmt::format("{}", state_.frames.size()), "a smaller --every, or more of --from to --to"});
+    state_.numbered = needs_numbers(state_);
+  }
+
+  /// What can be told before anything is removed.
+  void check_plans(const std::vector<CapturePlan>& plans) const {
+    std::size_t pictures = 0;
+    std::vector<fs::path> masks;
+    for (const CapturePlan& plan : plans) {
+      pictures += plan.groups.size();
+      std::copy_if(plan.masks.files.begin(), plan.masks.files.end(), std::back_inserter(masks),
+                   [](const fs::path& mask) { return !mask.empty(); });
+    }
+    require_outside(masks, folder_);
+    if (pictures < 3)
+      fail({printable(options_.out), "there are too few pictures", "3 or more", fmt::format("{}", pictures),
+            "a smaller --every, or more of --from to --to"});
   }
 
   std::optional<Solved> solve() const {
     const auto found = largest_model(folder_ / state_.models());
     if (!found) return {};
     Solved solved{data::read_colmap_binary(found->first), found->second, {}};
+    name_frames(solved.model, state_);
     solved.scene = place_frames(solved.model, state_.frames, state_.rig);
     return solved;
   }
@@ -264,6 +345,7 @@ class Capture {
                        {"request", state_.request},
                        {"notes", state_.notes}};
     write_file((folder_ / "capture.json").string(), {json_text(figures, 1) + "\n"});
+    drop_aside();
     return figures;
   }
 

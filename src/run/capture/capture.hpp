@@ -23,7 +23,7 @@ struct CaptureOptions {
   std::string lens;     ///< a name of capture_lenses(); empty: as the kind of input asks for
   int moments = 3;      ///< at which cameras that stand still are placed
   int threads = 0;      ///< 0: every core
-  bool fresh = false;   ///< what an earlier call left in the folder is removed first
+  bool fresh = false;   ///< what an earlier call left in the folder is replaced
 };
 
 /// Names of lenses: "pinhole", "radial", "opencv", "fisheye".
@@ -35,7 +35,8 @@ constexpr int kUsualFrames = 150;
 constexpr double kLeastPlaced = 1.0 / 3;
 
 /// Writes the data set, going on where an earlier call with the same options was stopped: transforms.json,
-/// images, masks, capture.json, and in `work` what COLMAP made.
+/// images, masks, capture.json, and in `work` what COLMAP made. One that begins anew keeps in
+/// `earlier_capture` what was there, until the new data set is.
 /// @return what capture.json holds: docs/capture.md
 /// Throws CaptureStopped if the talk was asked to stop. Throws Error: Fault::input for options, sources,
 /// missing programs and pictures that find no place; Fault::output.

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/atomic_file.hpp"
 #include "data/file_bytes.hpp"
+#include "data/layouts/masks.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/film_read.hpp"
 #include "data/pictures/picture_header.hpp"
@@ -23,8 +25,7 @@ constexpr int kWalkFrames = 100;  ///< of a walk, at most
 
 /// The size of frames whose longer side is `most` at most, with even sides. 0: as they are.
 PictureSize frame_size(const FilmFacts& film, int most) {
-  PictureSize size{film.width, film.height};
-  if (film.sideways) std::swap(size.width, size.height);
+  const PictureSize size = turned(PictureSize{film.width, film.height}, film.orientation());
   const int longer = std::max(size.width, size.height);
   if (most <= 0 || longer <= most) return size;
   const auto scaled = [&](int side) {
@@ -43,13 +44,7 @@ void note_film(const FilmFacts& film, const std::string& where, CaptureTalk& tal
       where, film.transfer == "smpte2084" ? "PQ" : "HLG"));
 }
 
-void plan_times(CapturePlan& plan, const CaptureOptions& options, CaptureTalk& talk) {
-  if (!plan.camera.is_film()) {
-    for (std::size_t i = 0; i < plan.camera.pictures.size(); ++i)
-      plan.times.push_back(double(i) / options.fps);
-    plan.masks = find_capture_masks(plan.camera, options.masks);
-    return;
-  }
+void plan_film_times(CapturePlan& plan, const CaptureOptions& options, CaptureTalk& talk) {
   find_capture_masks(plan.camera, options.masks);  // refuses what it cannot do
   const std::string where = printable(plan.camera.film.string());
   FilmFacts film = film_facts(plan.camera.film, where);
@@ -77,6 +72,26 @@ void share_moments(std::vector<CapturePlan>& plans, const CaptureOptions& option
   for (const FrameGroup& group : frame_groups(plans[0].times, options.from, shortest, options.every, most))
     moments.push_back(plans[0].times[std::size_t(group.first)]);
   for (CapturePlan& plan : plans) plan.groups = frames_at(plan.times, moments);
+}
+
+/// The same moments for cameras whose pictures' names tell them: of each group that which most cameras saw. A
+/// camera without a picture of it has a gap.
+void share_named_moments(std::vector<CapturePlan>& plans, const CaptureOptions& options) {
+  std::map<double, int> seen;  // by how many cameras
+  for (const CapturePlan& plan : plans)
+    for (const double time : plan.times) ++seen[time];
+  std::vector<double> times;
+  for (const auto& [time, cameras] : seen) times.push_back(time);
+  for (const auto& [first, second] :
+       frame_groups(times, options.from, options.to, options.every, options.frames)) {
+    const double moment = *std::max_element(times.begin() + first, times.begin() + second,
+                                            [&](double a, double b) { return seen.at(a) < seen.at(b); });
+    for (CapturePlan& plan : plans) {
+      const auto at = std::lower_bound(plan.times.begin(), plan.times.end(), moment);
+      const int i = int(at - plan.times.begin());
+      if (at != plan.times.end() && *at == moment) plan.groups.emplace_back(i, i + 1);
+    }
+  }
 }
 
 void require_frames(const std::vector<CapturePlan>& plans, const CaptureOptions& options) {
@@ -158,8 +173,8 @@ class FrameWriter {
       done_();
       return ++g < plan_.groups.size();
     };
-    read_film_upright(plan_.camera.film, {plan_.width, plan_.height}, int(plan_.times.size()), take,
-                      printable(plan_.camera.film.string()));
+    read_film_scaled(plan_.camera.film, {plan_.width, plan_.height}, int(plan_.times.size()), take,
+                     printable(plan_.camera.film.string()));
   }
 
   std::size_t sharpest(const FrameGroup& group) const {
@@ -194,9 +209,8 @@ class FrameWriter {
   /// The mask as it is for training, and where COLMAP may find features.
   void write_masks(std::size_t i, CaptureFrame& frame) {
     const fs::path& from = plan_.masks.files[i];
-    const bool dynamic = from.filename().string().starts_with("dynamic_mask");
-    frame.mask = "masks/" + inside((dynamic ? "dynamic_mask_" : "") + fs::path(frame.name).stem().string() +
-                                   from.extension().string());
+    frame.mask = "masks/" + inside((is_dynamic_mask(from) ? "dynamic_mask_" : "") +
+                                   fs::path(frame.name).stem().string() + from.extension().string());
     const fs::path own = folder_ / frame.mask, features = folder_ / "work/masks" / (frame.name + ".png");
     make_folders(own.parent_path());
     make_folders(features.parent_path());
@@ -223,14 +237,24 @@ class FrameWriter {
 
 std::vector<CapturePlan> plan_capture(std::vector<CaptureCamera> cameras, const CaptureOptions& options,
                                       CaptureTalk& talk) {
+  PictureTimes pictures;
+  if (!cameras.at(0).is_film()) pictures = picture_times(cameras, options.fps, talk);
   std::vector<CapturePlan> plans;
-  for (CaptureCamera& camera : cameras) {
-    plans.push_back({std::move(camera), {}, {}, 0, 0, {}});
-    plan_times(plans.back(), options, talk);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    plans.push_back({std::move(cameras[i]), {}, {}, 0, 0, {}});
+    CapturePlan& plan = plans.back();
+    if (plan.camera.is_film()) {
+      plan_film_times(plan, options, talk);
+    } else {
+      plan.times = std::move(pictures.times.at(i));
+      plan.masks = find_capture_masks(plan.camera, options.masks);
+    }
   }
   CapturePlan& first = plans.at(0);
   const int most = options.frames > 0 || !first.camera.is_film() ? options.frames : kUsualFrames;
-  if (plans.size() > 1)
+  if (plans.size() > 1 && pictures.by_names)
+    share_named_moments(plans, options);
+  else if (plans.size() > 1)
     share_moments(plans, options, talk);
   else
     first.groups = frame_groups(first.times, options.from, options.to, options.every, most);
@@ -242,7 +266,12 @@ CapturePlan plan_walk(CaptureCamera camera, const CaptureOptions& options, Captu
   CapturePlan plan{std::move(camera), {}, {}, 0, 0, {}};
   CaptureOptions own = options;
   own.masks.clear();
-  plan_times(plan, own, talk);
+  if (plan.camera.is_film()) {
+    plan_film_times(plan, own, talk);
+  } else {
+    plan.times = ordered_times(plan.camera.pictures.size(), options.fps);
+    plan.masks = find_capture_masks(plan.camera, own.masks);
+  }
   plan.groups = frame_groups(plan.times, 0, plan.times.back(), 0, kWalkFrames);
   return plan;
 }

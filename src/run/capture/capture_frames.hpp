@@ -28,8 +28,9 @@ struct CapturePlan {
   data::MaskPlan masks;            ///< of pictures; with no files where there are none
 };
 
-/// Which frames are taken, and what is odd about the films as notes. Cameras that stand still get the same
-/// moments. Throws Error (Fault::input).
+/// Which frames are taken, and what is odd about films and pictures' names as notes. Cameras that stand still
+/// get the same moments. Where names of pictures tell these, a camera that lacks one has a gap. Nothing is
+/// written. Throws Error (Fault::input).
 std::vector<CapturePlan> plan_capture(std::vector<CaptureCamera> cameras, const CaptureOptions& options,
                                       CaptureTalk& talk);
 /// The same of a walk past cameras that stand still, of which all is taken that helps.

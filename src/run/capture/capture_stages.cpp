@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "core/atomic_file.hpp"
@@ -35,19 +36,59 @@ std::string threads_of(const CaptureOptions& options) {
   return fmt::format("{}", options.threads > 0 ? options.threads : -1);
 }
 
-/// The frames that COLMAP is given, by their numbers.
+/// The frames that COLMAP is given, by their numbers: all, but of cameras that stand still those of a few
+/// moments. These are of the camera with the most frames; others have the nearest to them.
 std::vector<std::size_t> frames_for_colmap(const CaptureState& state, const CaptureOptions& options) {
+  std::vector<FrameGroup> cameras;  // the frames of each
+  for (int i = 0; i < int(state.frames.size()); ++i) {
+    const CaptureFrame& frame = state.frames[std::size_t(i)];
+    if (i == 0 || frame.camera != state.frames[std::size_t(i - 1)].camera) cameras.emplace_back(i, i);
+    cameras.back().second = i + 1;
+  }
+  const auto times_of = [&](const FrameGroup& camera) {
+    std::vector<double> times;
+    for (int i = camera.first; i < camera.second; ++i) times.push_back(state.frames[std::size_t(i)].time);
+    return times;
+  };
+  const auto stands_still = [&](const FrameGroup& camera) {
+    return state.of_rig() && !state.of_walk(state.frames[std::size_t(camera.first)]);
+  };
+  FrameGroup most{0, 0};
+  for (const FrameGroup& camera : cameras)
+    if (stands_still(camera) && camera.second - camera.first > most.second - most.first) most = camera;
+  const std::vector<double> all = times_of(most);
+  const std::size_t wanted = std::min(all.size(), std::size_t(options.moments));
+  std::vector<double> moments;
+  for (std::size_t k = 0; k < wanted; ++k) moments.push_back(all[(2 * k + 1) * all.size() / (2 * wanted)]);
   std::vector<std::size_t> chosen;
-  for (std::size_t i = 0; i < state.frames.size();) {
-    std::size_t end = i;
-    while (end < state.frames.size() && state.frames[end].camera == state.frames[i].camera) ++end;
-    const std::size_t count = end - i;
-    const bool few = state.of_rig() && !state.of_walk(state.frames[i]);
-    const std::size_t most = few ? std::min(count, std::size_t(options.moments)) : count;
-    for (std::size_t k = 0; k < most; ++k) chosen.push_back(i + (2 * k + 1) * count / (2 * most));
-    i = end;
+  for (const FrameGroup& camera : cameras) {
+    if (stands_still(camera))
+      for (const FrameGroup& at : frames_at(times_of(camera), moments))
+        chosen.push_back(std::size_t(camera.first + at.first));
+    else
+      for (int i = camera.first; i < camera.second; ++i) chosen.push_back(std::size_t(i));
   }
   return chosen;
+}
+
+/// Pictures under the names that COLMAP knows, and masks for it, as long as it looks for features.
+void number_pictures(const fs::path& folder, const CaptureState& state,
+                     const std::vector<std::size_t>& chosen, const fs::path& numbered) {
+  const auto put = [](const fs::path& from, const fs::path& to) {
+    fs::create_directories(to.parent_path());
+    std::error_code no_links;  // in this file system: then the bytes are there twice for a while
+    fs::create_hard_link(from, to, no_links);
+    if (no_links) fs::copy_file(from, to);
+  };
+  fs::remove_all(numbered);
+  fs::create_directories(numbered / "masks");
+  for (const std::size_t i : chosen) {
+    const CaptureFrame& frame = state.frames[i];
+    put(folder / "images" / frame.name, numbered / "images" / colmap_name(state, i));
+    if (!frame.mask.empty())
+      put(folder / "work/masks" / (frame.name + ".png"),
+          numbered / "masks" / (colmap_name(state, i) + ".png"));
+  }
 }
 
 /// Whether all pictures have one size, and so may have one lens.
@@ -68,8 +109,8 @@ std::string pairs_with_walk(const CaptureState& state, const CaptureOptions& opt
   std::string pairs;
   for (std::size_t i = 0; i < chosen.size(); ++i)
     for (std::size_t k = i + 1; k < chosen.size(); ++k) {
-      const CaptureFrame &a = state.frames[chosen[i]], &b = state.frames[chosen[k]];
-      if (!state.of_walk(a) || k - i <= kNear) pairs += a.name + " " + b.name + "\n";
+      if (state.of_walk(state.frames[chosen[i]]) && k - i > kNear) continue;
+      pairs += colmap_name(state, chosen[i]) + " " + colmap_name(state, chosen[k]) + "\n";
     }
   return pairs;
 }
@@ -88,19 +129,48 @@ std::vector<std::string> capture_lenses() {
   return names;
 }
 
+bool needs_numbers(const CaptureState& state) {
+  const auto misread = [](const CaptureFrame& frame) {
+    return std::any_of(frame.name.begin(), frame.name.end(),
+                       [](char c) { return c == '#' || static_cast<unsigned char>(c) <= ' '; });
+  };
+  const auto before = [](const CaptureFrame& a, const CaptureFrame& b) { return a.name < b.name; };
+  return std::any_of(state.frames.begin(), state.frames.end(), misread) ||
+         (!state.of_rig() && !std::is_sorted(state.frames.begin(), state.frames.end(), before));
+}
+
+std::string colmap_name(const CaptureState& state, std::size_t frame) {
+  const CaptureFrame& named = state.frames.at(frame);
+  if (!state.numbered) return named.name;
+  const std::string folder = state.of_rig() ? fmt::format("{:03}/", named.camera) : "";
+  return fmt::format("{}{:06}{}", folder, frame, fs::path(named.name).extension().string());
+}
+
+void name_frames(data::ColmapModel& model, const CaptureState& state) {
+  if (!state.numbered) return;
+  std::map<std::string, std::string> names;
+  for (std::size_t i = 0; i < state.frames.size(); ++i)
+    names.emplace(colmap_name(state, i), state.frames[i].name);
+  for (data::ColmapImage& image : model.images)
+    if (const auto at = names.find(image.name); at != names.end()) image.name = at->second;
+}
+
 int pictures_for_colmap(const CaptureState& state, const CaptureOptions& options) {
   return int(frames_for_colmap(state, options).size());
 }
 
 void find_features(const fs::path& folder, const CaptureState& state, const CaptureOptions& options,
                    ColmapProgram& colmap, CaptureTalk& talk) {
+  const std::vector<std::size_t> chosen = frames_for_colmap(state, options);
   std::string list;
-  for (const std::size_t i : frames_for_colmap(state, options)) list += state.frames[i].name + "\n";
-  const fs::path file = folder / "work/pictures.txt";
+  for (const std::size_t i : chosen) list += colmap_name(state, i) + "\n";
+  const fs::path file = folder / "work/pictures.txt", numbered = folder / "work/numbered",
+                 masks = state.numbered ? numbered / "masks" : folder / "work/masks";
   write_file(file.string(), {list});
+  if (state.numbered) number_pictures(folder, state, chosen, numbered);
   std::vector<ColmapOption> words{
       {"database_path", (folder / "work/database.db").string()},
-      {"image_path", (folder / "images").string()},
+      {"image_path", ((state.numbered ? numbered : folder) / "images").string()},
       {"image_list_path", file.string()},
       {"ImageReader.camera_model", colmap_lens(options.lens, state.of_rig())},
       {"SiftExtraction.use_gpu|FeatureExtraction.use_gpu", "0"},
@@ -118,8 +188,9 @@ void find_features(const fs::path& folder, const CaptureState& state, const Capt
   else
     talk.note("pictures differ in size: each gets a lens of its own");
   if (std::any_of(state.frames.begin(), state.frames.end(), [](const auto& f) { return !f.mask.empty(); }))
-    words.push_back({"ImageReader.mask_path", (folder / "work/masks").string()});
+    words.push_back({"ImageReader.mask_path", masks.string()});
   require_well(colmap.run("feature_extractor", words), "find features", colmap);
+  fs::remove_all(numbered);
 }
 
 void match_features(const fs::path& folder, const CaptureState& state, const CaptureOptions& options,
@@ -198,6 +269,7 @@ CaptureState read_capture_state(const fs::path& folder) {
     state.done = json.at("done").get<int>();
     state.wide = json.at("wide").get<bool>();
     state.straight = json.value("straight", false);
+    state.numbered = json.value("numbered", false);
     state.rig = json.at("rig").get<std::vector<std::string>>();
     state.notes = json.at("notes").get<std::vector<std::string>>();
     state.seconds = json.at("seconds");
@@ -215,9 +287,9 @@ void write_capture_state(const fs::path& folder, const CaptureState& state) {
   Json frames = Json::array();
   for (const CaptureFrame& f : state.frames)
     frames.push_back({{"name", f.name}, {"camera", f.camera}, {"time", f.time}, {"mask", f.mask}});
-  const Json json{{"request", state.request},   {"done", state.done}, {"wide", state.wide},
-                  {"straight", state.straight}, {"rig", state.rig},   {"notes", state.notes},
-                  {"seconds", state.seconds},   {"frames", frames}};
+  const Json json{{"request", state.request},   {"done", state.done},         {"wide", state.wide},
+                  {"straight", state.straight}, {"numbered", state.numbered}, {"rig", state.rig},
+                  {"notes", state.notes},       {"seconds", state.seconds},   {"frames", frames}};
   write_file((folder / "work/state.json").string(), {json_text(json, 1) + "\n"});
 }
 

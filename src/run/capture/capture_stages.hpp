@@ -16,6 +16,7 @@ struct CaptureState {
   int done = 0;       ///< stages that are finished
   bool wide = false;  ///< pictures were compared with more of the others, since too few were placed at first
   bool straight = false;  ///< lenses have no distortion, since with one no camera's lens was found
+  bool numbered = false;  ///< COLMAP knows frames by numbers; see needs_numbers
   std::vector<CaptureFrame> frames;
   std::vector<std::string> rig;  ///< names of cameras that stand still
   std::vector<std::string> notes;
@@ -34,6 +35,14 @@ struct CaptureState {
 /// Empty if there is none. Throws Error (Fault::input) naming the file.
 CaptureState read_capture_state(const std::filesystem::path& folder);
 void write_capture_state(const std::filesystem::path& folder, const CaptureState& state);
+
+/// Whether names of frames would mislead COLMAP: its lists end a name at a blank and leave out lines that
+/// begin with #, and it takes the order of characters for the order in which one camera took its pictures.
+bool needs_numbers(const CaptureState& state);
+/// What COLMAP calls a frame: its name, or its number if the state says so.
+std::string colmap_name(const CaptureState& state, std::size_t frame);
+/// Gives the images of a model, which COLMAP called so, the names of the frames.
+void name_frames(data::ColmapModel& model, const CaptureState& state);
 
 constexpr const char* kWalk = "walk";  ///< the name of that camera
 

@@ -1,10 +1,158 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/capture/frame_choice.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "data/layouts/rig_footage.hpp"
+#include "data/message_text.hpp"
+#include "data/times/names.hpp"
+#include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
+namespace {
+
+/// What tells when each camera's pictures were taken, ascending: equal numbers are one moment.
+using Moments = std::vector<std::vector<double>>;
+
+std::string name_of(const std::filesystem::path& picture) { return picture.filename().string(); }
+
+/// The numbers in the names; none where they do not surely count the moments, in the pictures' order.
+std::optional<Moments> moments_by_numbers(const std::vector<CaptureCamera>& cameras) {
+  const bool several = cameras.size() > 1;
+  std::vector<data::NamedPicture> pictures;
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    for (const std::filesystem::path& picture : cameras[c].pictures)  // one camera alone moves
+      pictures.push_back({(std::filesystem::path(cameras[c].name) / picture.filename()).generic_string(),
+                          several ? c : pictures.size(), 0});
+  const data::NamesRead read = data::read_names(pictures);
+  if (read.verdict != data::NamesRead::Verdict::times || (several && !read.sure)) return {};
+  Moments moments;
+  auto next = read.times.begin();
+  for (const CaptureCamera& camera : cameras) {
+    const auto end = next + std::ptrdiff_t(camera.pictures.size());
+    if (std::adjacent_find(next, end, std::greater_equal<>()) != end) return {};
+    moments.emplace_back(next, end);
+    next = end;
+  }
+  return moments;
+}
+
+/// The places of the names among all that are used, where most are used by several cameras; else none.
+std::optional<Moments> moments_by_names(const std::vector<CaptureCamera>& cameras) {
+  std::vector<data::Footage> footage;
+  for (const CaptureCamera& camera : cameras) {
+    footage.push_back({camera.name, "", {}});
+    for (const std::filesystem::path& picture : camera.pictures)
+      footage.back().pictures.push_back(name_of(picture));
+  }
+  std::vector<std::string> names = data::shared_names(footage);
+  if (names.empty()) return {};
+  std::sort(names.begin(), names.end(), data::natural_less);
+  Moments moments;
+  for (const data::Footage& camera : footage) {
+    moments.emplace_back();
+    for (const std::string& name : camera.pictures)
+      moments.back().push_back(
+          double(std::lower_bound(names.begin(), names.end(), name, data::natural_less) - names.begin()));
+  }
+  return moments;
+}
+
+/// A name that pictures of two cameras have; empty if there is none.
+std::string name_in_common(const std::vector<CaptureCamera>& cameras) {
+  std::set<std::string> names;
+  for (const CaptureCamera& camera : cameras)
+    for (const std::filesystem::path& picture : camera.pictures)
+      if (!names.insert(name_of(picture)).second) return name_of(picture);
+  return {};
+}
+
+void note_gaps(const std::vector<CaptureCamera>& cameras, const Moments& moments, CaptureTalk& talk) {
+  std::map<double, std::string> all;  // with what a picture of the moment is called
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    for (std::size_t i = 0; i < moments[c].size(); ++i)
+      all.emplace(moments[c][i], name_of(cameras[c].pictures[i]));
+  std::size_t missing = 0;
+  std::string first;
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    for (const auto& [moment, name] : all)
+      if (!std::binary_search(moments[c].begin(), moments[c].end(), moment) && ++missing == 1)
+        first = cameras[c].name + "/" + name;
+  if (missing > 0)
+    talk.note(fmt::format(
+        "pictures are missing of moments that other cameras saw: {} of {}, such as {}; there these cameras "
+        "have gaps",
+        missing, cameras.size() * all.size(), data::in_quotes(first)));
+}
+
+/// Seconds from the first moment on. @pre there is one
+Moments seconds_of(Moments moments, double fps, CaptureTalk& talk) {
+  std::set<double> all;
+  for (const std::vector<double>& camera : moments) all.insert(camera.begin(), camera.end());
+  const double first = *all.begin();
+  std::vector<double> steps;
+  for (auto it = std::next(all.begin()); it != all.end(); ++it) steps.push_back(*it - *std::prev(it));
+  double usual = 1;
+  if (!steps.empty()) {
+    const auto middle = steps.begin() + std::ptrdiff_t((steps.size() - 1) / 2);
+    std::nth_element(steps.begin(), middle, steps.end());
+    usual = *middle;
+  }
+  const auto uneven = std::count_if(steps.begin(), steps.end(),
+                                    [&](double step) { return std::abs(step - usual) > 1e-6 * usual; });
+  if (uneven > 0)
+    talk.note(fmt::format(
+        "the numbers in names of pictures grow unevenly, {} of {} times by another step than the usual: "
+        "times are by these numbers, --fps usual steps a second",
+        uneven, steps.size()));
+  for (std::vector<double>& camera : moments)
+    for (double& time : camera) {
+      const double usuals = (time - first) / usual;
+      time = (uneven > 0 ? usuals : std::round(usuals)) / fps;
+    }
+  return moments;
+}
+
+}  // namespace
+
+std::vector<double> ordered_times(std::size_t count, double fps) {
+  std::vector<double> times;
+  for (std::size_t i = 0; i < count; ++i) times.push_back(double(i) / fps);
+  return times;
+}
+
+PictureTimes picture_times(const std::vector<CaptureCamera>& cameras, double fps, CaptureTalk& talk) {
+  const bool several = cameras.size() > 1;
+  std::optional<Moments> moments = moments_by_numbers(cameras);
+  if (several && !moments) moments = moments_by_names(cameras);
+  if (moments) {
+    if (several) note_gaps(cameras, *moments, talk);
+    return {seconds_of(std::move(*moments), fps, talk), true};
+  }
+  if (several) {
+    if (const std::string name = name_in_common(cameras); !name.empty())
+      fail({data::printable(cameras[0].pictures.at(0).parent_path().string()),
+            "the names of pictures do not tell which cameras took at the same moment",
+            "the same names in all folders for the same moments; or no name in common, where the order tells",
+            data::in_quotes(name) + " is in two folders, most names are in one alone", "rename them"});
+    talk.note(
+        "cameras have no names of pictures in common: the first picture of each is taken for one moment, and "
+        "so are the second, the third ...");
+  }
+  PictureTimes in_order;
+  for (const CaptureCamera& camera : cameras)
+    in_order.times.push_back(ordered_times(camera.pictures.size(), fps));
+  return in_order;
+}
 
 std::vector<FrameGroup> frame_groups(const std::vector<double>& times, double from, double to, int every,
                                      int most) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "run/support.hpp"
@@ -43,6 +44,8 @@ std::string sweep_commands(const std::vector<SweepTask>& tasks);
 /// Slurm's script for an array with one task each.
 std::string slurm_script(const std::string& description, const std::string& out, std::size_t tasks,
                          int threads);
+/// Whether a file is such a script, of any version.
+bool is_slurm_script(std::string_view text);
 
 /// Trains and evaluates what is not done yet, in as many processes at a time as `jobs`; what they say goes to
 /// NAME.log beside the runs. A signal to stop is waited for: the runs save themselves and go on next time.

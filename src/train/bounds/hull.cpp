@@ -179,7 +179,7 @@ std::vector<Camera> cameras_of(const Split& train) {
 
 Box camera_cube(const std::vector<Camera>& cameras) {
   NearestPoint nearest;
-  nearest.across = 1e-9 * Eigen::Matrix3d::Identity();  // parallel axes have no such point: any will do
+  nearest.hold({0, 0, 0}, 1e-9);  // parallel axes have no such point: any will do
   for (const Camera& c : cameras) {
     const Vec3d z = c.axes[2], p = c.position;
     nearest.add({z.x, z.y, z.z}, {p.x, p.y, p.z});

@@ -66,8 +66,7 @@ double missed_by(const std::vector<Sight>& seen) {
       sum += weights[i] /= 1 + misses[i] * misses[i] / (usual * usual);
     constexpr double kHeld = 1e-9;  // where it was, as far as no ray says another: all may be parallel
     NearestPoint nearest;
-    nearest.across = kHeld * Eigen::Matrix3d::Identity();
-    nearest.through = kHeld * Eigen::Vector3d(at.x, at.y, at.z);
+    nearest.hold({at.x, at.y, at.z}, kHeld);
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const auto& [o, d] = rays[i];
       nearest.add({d.x, d.y, d.z}, {o.x, o.y, o.z}, weights[i] / sum);

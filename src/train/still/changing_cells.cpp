@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/parallel.hpp"
+#include "data/times/seen_moments.hpp"
 #include "train/cell_votes.hpp"
 
 namespace splinevox {
@@ -39,13 +40,16 @@ struct Voter {
 };
 
 std::vector<Voter> voters_of(const std::vector<StillCamera>& cameras, const Split& split) {
-  std::set<double> all;
-  for (const Frame& frame : split.frames) all.insert(frame.time);
+  std::set<double> moments;
+  for (const Frame& frame : split.frames) moments.insert(frame.time);
+  std::vector<std::set<double>> seen(cameras.size());
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    for (const int f : cameras[c].frames) seen[c].insert(split.frames[std::size_t(f)].time);
+  const std::vector<double> shares = shares_of_moments(seen, moments);
   std::vector<Voter> out;
-  for (const StillCamera& camera : cameras) {
-    std::set<double> moments;
-    for (const int f : camera.frames) moments.insert(split.frames[std::size_t(f)].time);
-    if (double(moments.size()) < kMostMoments * double(all.size()) || !camera.steady()) continue;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const StillCamera& camera = cameras[c];
+    if (shares[c] < kMostMoments || !camera.steady()) continue;
     out.push_back({camera, SquareVotes(split.frames[std::size_t(camera.frames.front())].camera, camera.factor,
                                        camera.width, camera.height, [&](int x, int y) {
                                          const std::size_t i = camera.block(x, y);

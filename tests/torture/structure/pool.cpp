@@ -49,9 +49,7 @@ std::vector<std::uint8_t> stored(int shot, int turn, int& wide, int& high) {
 
 test::Bytes jpeg_of(int shot, int turn) {
   test::JpegKind kind{.quality = 100, .whole_colours = true};
-  kind.app1 = {'E', 'x', 'i', 'f',  0,    0, 'M', 'M', 0, 42, 0, 0, 0,
-               8,   0,   1,   0x01, 0x12, 0, 3,   0,   0, 0,  1, 0, std::uint8_t(turn),
-               0,   0,   0,   0,    0,    0};
+  kind.app1 = test::exif_turn(turn);
   const std::vector<std::uint8_t> rows = stored(shot, turn, kind.width, kind.height);
   const std::string bytes = test::jpeg_bytes(kind, rows);
   return {bytes.begin(), bytes.end()};

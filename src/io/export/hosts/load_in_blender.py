@@ -235,16 +235,21 @@ def light_up(scene):
 
 
 def set_up_scene(scene, sequence, args, fresh):
-    scene.frame_start, scene.frame_end = sequence.first, sequence.last
-    scene.render.fps = max(1, round(sequence.fps))
-    scene.render.fps_base = scene.render.fps / sequence.fps
+    """Frames, rate and film are set in an empty scene alone: in one that is open they are the user's."""
     scene.render.engine = "CYCLES"
+    if fresh:
+        scene.frame_start, scene.frame_end = sequence.first, sequence.last
+        scene.render.fps = max(1, round(sequence.fps))
+        scene.render.fps_base = scene.render.fps / sequence.fps
+        scene.cycles.volume_bounces = 0
+        scene.cycles.use_denoising = False
+        scene.render.film_transparent = True
+    elif abs(scene.render.fps / scene.render.fps_base - sequence.fps) > 1e-3:
+        print("the scene has %g frames a second, the sequence %g: it plays at another speed; "
+              "splinevox export --fps makes one for this scene"
+              % (scene.render.fps / scene.render.fps_base, sequence.fps), flush=True)
     if args.material == "smoke":
         scene.cycles.volume_bounces = max(4, scene.cycles.volume_bounces)
-    else:
-        scene.cycles.volume_bounces = 0
-    scene.cycles.use_denoising = False
-    scene.render.film_transparent = True
     # Display-referred colours are shown as they are; any other transform would change the picture. Light in a
     # scene of the user's is shown as the user chose.
     if args.material == "seen":

@@ -6,9 +6,10 @@
 #include <vector>
 
 #include "core/simd.hpp"
+#include "field/cells.hpp"
 #include "field/lattice/brick_view.hpp"
+#include "field/lattice/slice.hpp"
 #include "math/warp.hpp"
-#include "render/occupancy.hpp"
 
 namespace splinevox {
 
@@ -16,7 +17,7 @@ namespace splinevox {
 /// looked up in a table per axis: finding the rows would cost more than reading them.
 class WarpedCenters {
  public:
-  WarpedCenters(const VoxelModel& model, const MotionSlice& slice, const BitGrid& grid)
+  WarpedCenters(const VoxelModel& model, const MotionSlice& slice, const CellGrid& grid)
       : view_(*slice.topology),
         values_(slice.values.data()),
         rigidity_(model.motion.rigidity),
