@@ -31,6 +31,7 @@ class Job:
     def __init__(self, words):
         self.events = queue.Queue()
         self.last = {}
+        self.stopped = False
         self.said = tempfile.TemporaryFile()
         self.process = subprocess.Popen([program(), *words, "--json"], stdin=subprocess.DEVNULL,
                                         stdout=subprocess.PIPE, stderr=self.said, text=True, errors="replace")
@@ -54,8 +55,9 @@ class Job:
         return self.reader.is_alive() or self.process.poll() is None
 
     def stop(self):
-        """As Ctrl-C does: what is finished stays."""
-        if self.process.poll() is None:
+        """As Ctrl-C does: what is finished stays. Once: a second signal would end it at once."""
+        if self.process.poll() is None and not self.stopped:
+            self.stopped = True
             self.process.send_signal(signal.SIGINT if os.name == "posix" else signal.SIGTERM)
 
     def result(self):
@@ -117,7 +119,7 @@ class Calls:
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
-        if event.type == "ESC":
+        if event.type == "ESC" and event.value == "PRESS":
             self.job.stop()
         if event.type != "TIMER":
             return {"PASS_THROUGH"}

@@ -88,7 +88,8 @@ class SPLINEVOX_OT_import(Calls, bpy.types.Operator):
     def shown(self, context, folder):
         volumes = show(context, folder)
         set_motion_blur(context.scene, context.scene.splinevox)
-        return "%s: %d volume%s" % (folder, len(volumes), "" if len(volumes) == 1 else "s")
+        said = ["%s: %d volume%s" % (folder, len(volumes), "" if len(volumes) == 1 else "s")]
+        return "; ".join(said + loader.differences(context.scene, read_sequence(folder)))
 
     def of_export(self, context):
         """An export needs no program."""
@@ -146,11 +147,13 @@ def time_curve(scene):
         raise Failed("The time is not keyed. Try: right-click on Time > Insert Keyframe, at two frames")
     points = [((f - first) / (last - first), min(1.0, max(0.0, curve.evaluate(f))))
               for f in range(first, last + 1)]
-    kept = points[:1]
+    kept, since = points[:1], []  # since: left out behind the last one kept
     for i in range(1, len(points) - 1):
-        (t0, s0), (t1, s1), (t2, s2) = kept[-1], points[i], points[i + 1]
-        if abs(s0 + (s2 - s0) * (t1 - t0) / (t2 - t0) - s1) > 1e-4:
+        (t0, s0), (t2, s2) = kept[-1], points[i + 1]
+        since.append(points[i])
+        if any(abs(s0 + (s2 - s0) * (t1 - t0) / (t2 - t0) - s1) > 1e-4 for t1, s1 in since):
             kept.append(points[i])
+            since = []
     return ",".join("%.6g:%.6g" % point for point in kept + points[-1:])
 
 

@@ -208,7 +208,8 @@ int eval_run(const EvalOptions& o) {
   if (volume && !o.json) print_volumes(*volume);
   if (o.json) tell_scores(result, notes);
   std::fflush(stdout);
-  if (!otherwise.any()) save(run, read, result);  // the run keeps figures of its own pictures
+  // The run keeps figures of its own pictures, shown as all are.
+  if (!otherwise.any() && across == 0) save(run, read, result);
   if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);
   return 0;
 }

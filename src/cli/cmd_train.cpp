@@ -111,9 +111,9 @@ int train(const TrainVerb& o, std::chrono::steady_clock::time_point start) {
   const bool interrupted = run.end == TrainedRun::End::interrupted;
   if (run.writes && interrupted) {
     const std::int64_t step = run.figures["steps"];
-    progress.event("interrupted", {{"interrupted", true}, {"step", step}});
     progress.note(
         fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume", step));
+    progress.event("interrupted", {{"interrupted", true}, {"step", step}});  // the last line
   } else if (json) {
     write_event("result", run.figures);
   } else if (!quiet && run.end == TrainedRun::End::finished) {

@@ -20,13 +20,14 @@ RenderFrames plan_frames(const Run& run, CameraRequest cameras, const FrameWords
     for (std::size_t i = 0; i < out.shots.size(); ++i) {
       out.shown.push_back(i);
       out.numbers.push_back(int(i) + 1);
+      out.held.push_back(false);
     }
     return out;
   }
   if (!cameras.times.empty())
     fail({"--times", "the times are given twice", "--frames or --times", cameras.times, ""});
   const FrameRange range = frame_range(words);
-  const int last = std::max(range.start(), int(std::lround(range.start() + range.length() * range.fps)));
+  const int last = std::max(range.start(), int(std::ceil(range.start() + range.length() * range.fps - 1e-6)));
   if (last - range.start() > 1'000'000)
     fail({"--seconds", "the whole motion has too many frames", "at most 1000000",
           std::to_string(last - range.start()), ""});
@@ -37,6 +38,7 @@ RenderFrames plan_frames(const Run& run, CameraRequest cameras, const FrameWords
   for (int f = range.first; f <= range.last; ++f) {
     out.shown.push_back(std::size_t(std::clamp(f - range.start(), 0, int(out.shots.size()) - 1)));
     out.numbers.push_back(f);
+    out.held.push_back(f < range.start() || f > last);
   }
   return out;
 }

@@ -15,6 +15,7 @@ struct RenderFrames {
   std::vector<Shot> shots;         ///< of the whole shot
   std::vector<std::size_t> shown;  ///< those to render
   std::vector<int> numbers;        ///< of their files
+  std::vector<char> held;  ///< whether each is before or behind the motion, where its ends stand still
 };
 
 /// Cameras and times of what is asked for. With `frames`, a shot has a camera for every frame over which the

@@ -31,8 +31,10 @@ std::vector<std::string> all_names() {
 }
 
 /// Motion to the shot before or behind. At either end there is none: matter goes on as it came.
+/// @param held  the frame is beyond that end, where all stands still
 Image vectors(const VoxelModel& model, const Rendered& r, const std::vector<Shot>& shots, std::size_t at,
-              bool forward) {
+              bool forward, bool held) {
+  if (held) return Image(r.rgb.width, r.rgb.height, 2);
   const bool there = forward ? at + 1 < shots.size() : at > 0;
   if (there) return motion_vectors(model, r, shots[at], shots[forward ? at + 1 : at - 1]);
   if (shots.size() < 2) return Image(r.rgb.width, r.rgb.height, 2);
@@ -97,7 +99,8 @@ void write_layers(const std::string& path, const VoxelModel& model, const Render
     if (n == "RGBA") layers.push_back({"", premultiplied(model, r, shot.camera), {"R", "G", "B", "A"}, true});
     if (n == "Z") layers.push_back({"Z", depth_layer(r), {}});
     if (n == "forward" || n == "backward")
-      layers.push_back({n, vectors(model, r, frames.shots, at, n == "forward"), {"u", "v"}});
+      layers.push_back(
+          {n, vectors(model, r, frames.shots, at, n == "forward", frames.held[index]), {"u", "v"}});
     if (n != "crypto") continue;
     for (ExrLayer& layer : parts.mattes().layers(shot.camera, shot.time, r.alpha, options))
       layers.push_back(std::move(layer));

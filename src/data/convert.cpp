@@ -157,12 +157,12 @@ void convert_dataset(const std::string& path, const std::string& target, const C
   const fs::path folder(target);
   check_target(path, folder);
   OpenScene open = open_scene(path, {.rules = rules});
-  std::vector<PicturePlan> plans = plan_pictures(path, open.scene.splits, 1, open.scene.upright, rules);
+  std::vector<PicturePlan> plans;
   std::vector<Json> files;
   int done = 0, total = 0;
-  for (std::size_t s = 0; s < plans.size(); ++s) {
-    const RawSplit& raw = open.scene.splits[s];
-    PicturePlan& plan = plans[s];
+  for (const RawSplit& raw : open.scene.splits) {
+    plans.push_back(plan_pictures(path, raw, 1, open.scene.upright, rules));
+    PicturePlan& plan = plans.back();
     plan.masks = plan_masks(path, raw, open.mask_use, plan.sizes, plan.turns);
     const std::vector<std::string> to = targets(raw, plan), masks = mask_targets(raw, plan);
     Json frames = Json::array();

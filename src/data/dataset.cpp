@@ -73,14 +73,15 @@ void note_turns(const RawSplit& raw, const PicturePlan& plan, std::vector<std::s
              not_turned = std::count_if(plan.asked.begin(), plan.asked.end(), turns) - turned;
   const std::string all = " of " + std::to_string(plan.turns.size()) + " pictures ",
                     says = plan.film() ? "as their film says" : "as their EXIF says";
+  const std::string doubt = "; their size does not tell whether their cameras are for that";
   if (turned > 0)
     notes.push_back(raw.name + ": " + std::to_string(turned) + all + "are turned upright, " + says +
-                    (plan.guessed ? "; their size does not tell whether their cameras are for that. If they "
-                                    "come out the wrong way up, remove the tag: exiftool -Orientation= FILE"
+                    (plan.guessed ? doubt + ". If they come out the wrong way up, remove the tag: exiftool "
+                                            "-Orientation= FILE"
                                   : ""));
   if (not_turned > 0)
     notes.push_back(raw.name + ": " + std::to_string(not_turned) + all + "are taken as stored, not turned " +
-                    says + ": their cameras are for the stored pixels");
+                    says + (plan.guessed ? doubt : ": their cameras are for the stored pixels"));
   if (plan.masks.guessed > 0)
     notes.push_back(raw.name + ": " + std::to_string(plan.masks.guessed) +
                     " masks are turned as their pictures are; their size does not tell whether they were "
@@ -231,12 +232,11 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   dataset.notes = open.scene.notes;
   dataset.downscale = options.downscale;
   dataset.time_map = map_of(open, options, dataset.notes);
-  std::vector<PicturePlan> plans =
-      plan_pictures(folder, raw, options.downscale, open.scene.upright, options.rules);
+  std::vector<PicturePlan> plans;
   const fs::path root = fs::canonical(folder);
-  for (std::size_t s = 0; s < raw.size(); ++s) {
-    const RawSplit& split = raw[s];
-    PicturePlan& plan = plans[s];
+  for (const RawSplit& split : raw) {
+    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright, options.rules));
+    PicturePlan& plan = plans.back();
     plan.masks = plan_masks(folder, split, open.mask_use, plan.sizes, plan.turns);
     note_turns(split, plan, dataset.notes);
     note_transfer(split, plan, dataset.notes);

@@ -54,8 +54,10 @@ void bind_run(py::module_& m) {
           [](const run::Run& run, const std::string& camera, const std::string& times, int size,
              double elevation) {
             std::vector<std::pair<Camera, double>> out;
-            for (const run::Shot& s : run::plan_shots(run, {camera, times, "", size, elevation}))
-              out.emplace_back(s.camera, s.time);
+            released([&] {
+              for (const run::Shot& s : run::plan_shots(run, {camera, times, "", size, elevation}))
+                out.emplace_back(s.camera, s.time);
+            });
             return out;
           },
           "Cameras with times as `splinevox render` plans them: auto, orbit, stabilised, interpolate, "

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "math/rotation.hpp"
+#include "run/training_cameras.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -44,7 +45,9 @@ Camera camera_of(const Numbers& n, const std::optional<Vec3d>& middle, const Cam
   const double w = c.width;
   c.axes = axes_of({n[0], n[1], n[2], n[3]});
   const Vec3d place{n[4], n[5], n[6]};
-  c.position = middle ? *middle + std::exp(n[7]) * normalize(place) : place;
+  // Half-way between opposite cameras there is no direction: then the one that the camera looks back along.
+  const Vec3d out = length(place) > 1e-9 ? normalize(place) : c.axes[2];
+  c.position = middle ? *middle + std::exp(n[7]) * out : place;
   c.fx = n[8] * w;
   c.fy = n[9] * w;
   c.cx = 0.5 * w + n[10] * w;
@@ -249,6 +252,23 @@ std::vector<Camera> round_trip(std::vector<Camera> cameras, std::size_t most) {
       }
   }
   return cameras;
+}
+
+bool open_at_wide_leg(std::vector<Camera>& trip, const Vec3d& middle) {
+  constexpr double kWidest = std::numbers::pi / 3, kMuchWider = 1.5;
+  double widest = 0, second = 0;
+  std::size_t start = 0;  // behind that leg
+  for (std::size_t i = 0; i < trip.size(); ++i) {
+    const std::size_t next = (i + 1) % trip.size();
+    const double leg = angle_between(trip[i].position - middle, trip[next].position - middle);
+    second = std::max(second, std::min(leg, widest));
+    if (leg <= widest) continue;
+    widest = leg;
+    start = next;
+  }
+  if (widest <= kWidest || widest < kMuchWider * second) return false;
+  std::rotate(trip.begin(), trip.begin() + std::ptrdiff_t(start), trip.end());
+  return true;
 }
 
 std::vector<Camera> spiral(const std::vector<Camera>& cameras, const Vec3d& middle,

@@ -36,6 +36,12 @@ std::vector<Camera> interpolated(const std::vector<Camera>& cameras, const Vec3d
 /// that are furthest from each other.
 std::vector<Camera> round_trip(std::vector<Camera> cameras, std::size_t most);
 
+/// Opens a round trip before its longest leg, if that spans over 60 degrees as seen from the middle and
+/// is 1.5 times as wide as any other: places and axes on so wide a leg would part, and the camera look past
+/// the scene. Such a trip is to be gone there and back. A ring of few cameras stays closed.
+/// @return whether it was opened
+bool open_at_wide_leg(std::vector<Camera>& trip, const Vec3d& middle);
+
 /// Two turns of an ellipse in the plane of the mean camera, with a slower swing along its axis, looking at
 /// the point of its axis that is as far away as the middle (Mildenhall et al. 2019, LLFF). Half axes are what
 /// the positions deviate from their mean, root of mean squares.

@@ -104,10 +104,15 @@ std::vector<Shot> way(const TrainingCameras& train, const CameraRequest& request
   } else if (train.places.size() < 2) {
     fail({"--camera", "all training pictures were taken from one place: there is no way between them",
           "two places or more", name, "--camera held, or orbit"});
+  } else if (name == "interpolate" && film) {
+    shots = timed(interpolated(cameras_of(train.film), train.middle, false, evenly(count, false)));
   } else if (name == "interpolate") {
-    shots =
-        timed(interpolated(film ? cameras_of(train.film) : round_trip(cameras_of(train.places), kFewPlaces),
-                           train.middle, !film, evenly(count, !film)));
+    std::vector<Camera> trip = round_trip(cameras_of(train.places), kFewPlaces);
+    const bool open = open_at_wide_leg(trip, train.middle);
+    std::vector<double> at = evenly(count, true);
+    for (double& t : at)
+      if (open) t = 1 - std::abs(2 * t - 1);  // there and back
+    shots = timed(interpolated(trip, train.middle, !open, at));
   } else {
     shots = timed(spiral(cameras_of(train.places), train.middle, evenly(count, true)));
   }

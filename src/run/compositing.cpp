@@ -53,7 +53,7 @@ Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& ca
 Image depth_layer(const Rendered& r) {
   Image out = r.depth;
   for (std::size_t p = 0; p < out.pixels(); ++p)
-    if (!(r.depth.data[p] > 0)) out.data[p] = kEmptyDepth;  // alpha may still be a few millionths
+    if (!(r.depth.data[p] > 0)) out.data[p] = kEmptyDepth;  // of next to no alpha, too
   return out;
 }
 

@@ -22,7 +22,9 @@ void TrainSession::obey() {
   Wishes wishes = watcher.take_wishes();
   if (wishes.pause && !wishes.stop) {
     log_wish("pause", Json::object(), "pause");
-    finish_checkpoint();
+    const double asked = clock();
+    finish_checkpoint();  // one that is on its way: no cost of the run's, as it goes beside the steps
+    stepped_at_ += clock() - asked;
     if (written_step_ != last_.step) start_checkpoint();  // a pause may be the end
     const double start = clock();
     for (; wishes.pause && !wishes.stop && !stop_asked(); wishes = watcher.take_wishes()) {

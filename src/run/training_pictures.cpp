@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -11,6 +12,8 @@
 #include "run/run_folder.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
+
+namespace fs = std::filesystem;
 
 namespace splinevox::run {
 namespace {
@@ -38,6 +41,12 @@ std::string training_pictures_text(const Split& train) {
 
 void check_held_out(const std::string& run, const LoadOptions& load, Dataset& data) {
   const std::string list = run + "/" + kTrainingPictures;
+  if (!fs::exists(list)) {
+    data.notes.push_back(
+        "the run is of an older version and does not list its training pictures: whether the " +
+        data.splits.front().name + " split has some of them is not known");
+    return;
+  }
   Sources trained;
   for (std::string& line : split_list(read_text_if_there(list), '\n')) trained.insert(std::move(line));
   const Split& split = data.splits.front();
@@ -61,8 +70,8 @@ void check_held_out(const std::string& run, const LoadOptions& load, Dataset& da
             ": the data set is divided otherwise than it was for training, because pictures are missing or "
             "new, its lists or the use of masks are others, or the program is",
         "pictures that are not in " + list, "first " + both.front(),
-        "give missing pictures back, leave --masks as the run has it, or train again; --split train measures "
-        "pictures that were trained on"});
+        "give missing pictures back, leave --masks as the run has it, or train again; --split train "
+        "(--camera dataset:train) has pictures that were trained on"});
 }
 
 }  // namespace splinevox::run

@@ -13,6 +13,7 @@
 #include "core/printable.hpp"
 #include "data/json_file.hpp"
 #include "data/npz_file.hpp"
+#include "data/times/names.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "math/trilinear.hpp"
 #include "splinevox/core/error.hpp"
@@ -223,7 +224,7 @@ Stored extent_of(const std::string& path, const std::string& name) {
 }
 
 TruthVolumes from_files(const std::string& folder, std::vector<std::string> files) {
-  std::sort(files.begin(), files.end());
+  std::sort(files.begin(), files.end(), data::natural_less);  // 10 comes after 9
   TruthVolumes out;
   out.folder = folder;
   const double last = double(std::max<std::size_t>(1, files.size() - 1));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "field/columns.hpp"
 #include "field/largest_presence.hpp"
@@ -86,13 +87,12 @@ struct StoredColumn {
         visit(visible[slot].test(i), field.raw.row(std::size_t(t.table[slot]) * kBrickRows + i)[column]);
     }
   }
-  /// @param all  of the rows that are not visible as well
-  Quantiser range(int first, int last, float limit, int bits, bool all) const {
+  Quantiser range(int first, int last, float limit, int bits) const {
     Quantiser q{0, 0, bits};
     bool any = false;
     for (int c = first; c < last; ++c)
       each(c, [&](bool used, float v) {
-        if (!(used || all) || !std::isfinite(v)) return;
+        if (!used || !std::isfinite(v)) return;
         v = std::clamp(v, -limit, limit);
         q.lo = any ? std::min(q.lo, v) : v;
         q.hi = any ? std::max(q.hi, v) : v;
@@ -124,6 +124,14 @@ constexpr Packing kPackings[] = {{&ViewQuality::density_bits, 1e30f, false},
                                  {&ViewQuality::sh_bits, 1e30f, true}};
 static_assert(std::size(kPackings) == std::size_t(ColumnKind::control), "one for each kind of radiance");
 
+/// A raw density that no presence of the model makes visible.
+float invisible_density(const DensityActivation& activation, const LargestPresence& presence, float step) {
+  const std::vector<float>& all = presence.cells().values;
+  const float most = std::max(0.0f, *std::max_element(all.begin(), all.end()));
+  const double depth = optical_depth(kVisibleAlpha);
+  return float(raw_of_depth(depth, double(activation.scale) * step, activation.shift)) - most - 1;
+}
+
 Json pack_radiance(Writer& w, const RadianceField& field, const LargestPresence& presence, float step,
                    const ViewQuality& quality) {
   const Topology& t = *field.raw.topology;
@@ -146,13 +154,17 @@ Json pack_radiance(Writer& w, const RadianceField& field, const LargestPresence&
         std::find_if(first, columns.end(), [&](const Column& c) { return c.kind != first->kind; });
     const int last = std::prev(next)->first + first->width;
     const Packing& how = kPackings[int(first->kind)];
-    // A density that is not visible becomes the lowest. Where presence is added, none may rise by that.
-    const bool all = presence.any() && !how.repeat;
-    const Quantiser q = stored.range(first->first, last, how.limit, quality.*how.bits, all);
+    Quantiser q = stored.range(first->first, last, how.limit, quality.*how.bits);
+    float most = std::numeric_limits<float>::infinity();  // of what is not packed
+    if (presence.any() && !how.repeat) {
+      // A density that is not visible becomes the lowest: none may be seen by the presence that is added.
+      most = invisible_density(field.activation, presence, step);
+      q.lo = std::min(q.lo, most);
+    }
     for (int c = first->first; c < last; ++c)
       out["columns"].push_back({{"lo", q.lo},
                                 {"hi", q.hi},
-                                {"background", std::clamp(field.raw.row(0)[c], q.lo, q.hi)},
+                                {"background", std::clamp(std::min(field.raw.row(0)[c], most), q.lo, q.hi)},
                                 {"plane", w.plane(stored.quantised(c, q, how.repeat), q.bits)}});
     first = next;
   }

@@ -129,6 +129,16 @@ TEST_SUITE("app/capture names") {
         {"do not tell which cameras took at the same moment", "'IMG_0006.png' is in two folders", "rename"});
   }
 
+  TEST_CASE("folders per camera: one that stopped early has gaps at the end") {
+    const TempFolder folder;
+    const Planned early = plan_of(
+        folder, both(numbered("cam01/", {0, 1, 2, 3, 4, 5, 6, 7, 8, 9}), numbered("cam02/", {0, 1, 2})));
+    CHECK(taken_times(early.plans[0]).size() == 10);
+    CHECK(taken_times(early.plans[1]) == Times{0, 1, 2});
+    REQUIRE(early.notes.size() == 1);
+    CHECK(contains(early.notes[0], "7 of 20, such as 'cam02/0003.png'"));
+  }
+
   TEST_CASE("one folder: numbers that grow unevenly are times, those of photographs are not") {
     CaptureOptions options;
     options.fps = 2;

@@ -271,8 +271,9 @@ mapper*) test -e "$root/found" && cp -r "$root/model/sparse/0" "$root/out/work/s
     // One that is stopped while it moves things: the next puts them back.
     fs::rename(out, root + "/later");
     fs::rename(root + "/later/earlier_capture", out);
-    fs::create_directories(aside);
-    for (const char* name : {"capture.json", "images"}) fs::rename(out + "/" + name, aside + "/" + name);
+    const std::string moving = aside + ".part";
+    fs::create_directories(moving);
+    for (const char* name : {"capture.json", "work"}) fs::rename(out + "/" + name, moving + "/" + name);
     CHECK(captures(root, words, 2));
     CHECK(contains(slurp(root + "/said"), "this is no state of a capture"));
     CHECK(contents(out) == before);

@@ -134,6 +134,16 @@ TEST_SUITE("app/compositing") {
       CHECK(slurp(small.path("part") + name) == slurp(small.path("whole") + name));
     }
     CHECK_FALSE(fs::exists(small.path("part") + "/frame_1002.exr"));
+    // Before the motion begins nothing moves.
+    REQUIRE(render("before", {"--frames", "1000-1001", "--at", "1001-1006"}).code == 0);
+    const auto longest = [&](const std::string& frame, const std::string& layer) {
+      const std::string file = small.path("before") + "/frame_" + frame + ".exr";
+      const std::vector<ExrLayer> all = read_exr_layers(file);
+      const std::vector<float>& v = find_exr_layer(all, layer, file).image.data;
+      return std::max(*std::max_element(v.begin(), v.end()), -*std::min_element(v.begin(), v.end()));
+    };
+    CHECK(longest("1001", "forward") > 0.01f);
+    for (const char* layer : {"forward", "backward"}) CHECK(longest("1000", layer) == 0);
 
     const std::string path = small.path("part") + "/frame_1003.exr";
     const std::vector<ExrLayer> layers = read_exr_layers(path);

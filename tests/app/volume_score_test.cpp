@@ -152,6 +152,13 @@ TEST_SUITE("app/volume_score") {
     REQUIRE(truth.notes.size() == 1);
     CHECK(truth.notes[0].find("evenly") != std::string::npos);
     CHECK(score_volumes(model, truth).l1 < 1e-3);
+    // By numbers as people count them: without padding 10 comes after 9.
+    const char* numbers[] = {"s.9.npz", "s.10.npz", "s.11.npz"};
+    for (std::size_t i = 0; i < 3; ++i)
+      std::filesystem::rename(truth.moments[i].file, folder.path() / numbers[i]);
+    const TruthVolumes counted = open_truth_volumes(folder.str(), model.time_map);
+    for (std::size_t i = 0; i < 3; ++i)
+      CHECK(std::filesystem::path(counted.moments[i].file).filename().string() == numbers[i]);
   }
 
   TEST_CASE("synth's own volumes come back voxel by voxel, also as a sequence alone") {

@@ -169,6 +169,21 @@ TEST_SUITE("app/ways") {
     CHECK(apart(open[1], arc(4, 90).back()) < 1e-9);
   }
 
+  TEST_CASE("a way along a wide arc looks at the scene all the time, and goes there and back") {
+    for (const auto& [count, degrees] : {std::pair{8, 180.0}, std::pair{12, 150.0}, std::pair{5, 120.0}}) {
+      CAPTURE(degrees);
+      std::vector<Camera> trip = round_trip(arc(count, degrees), 24);
+      REQUIRE(open_at_wide_leg(trip, {}));
+      for (const Camera& c : interpolated(trip, {}, false, evenly(501)))
+        CHECK(angle_between(c.axes[2], c.position) < 0.05);
+    }
+    std::vector<Camera> narrow = round_trip(arc(5, 50), 24);
+    CHECK_FALSE(open_at_wide_leg(narrow, {}));
+    const std::vector<Camera> facing{looks_at({}, 0, 0), looks_at({}, 180, 0)};
+    for (const Camera& c : interpolated(facing, {}, false, {0, 0.5, 1}))
+      CHECK(length(c.position) == doctest::Approx(5));
+  }
+
   TEST_CASE("a round trip of a ring goes round it") {
     std::vector<Camera> ring;
     for (int i = 0; i < 11; ++i) ring.push_back(looks_at({}, 360.0 * (i * 4 % 11) / 11, 0));

@@ -136,6 +136,10 @@ def check_open_scene():
     with open(path("cameras.json")) as f:
         written = [c["frame"] for c in json.load(f)["frames"]]
     check(written == [1001, 1002, 1003], "cameras are written for its frames: %s" % written)
+    script = runpy.run_path(path("export/load_in_blender.py"))
+    sequence = script["Sequence"]("", 1, FRAMES, 24, True, False, ("", ), -1)
+    said = script["differences"](scene, sequence)
+    check(len(said) == 2 and "1001 to 1003" in said[1], "what does not go with it is said: %s" % said)
     bpy.ops.wm.read_factory_settings(use_empty=True)
 
 

@@ -48,8 +48,6 @@ MaskPlan plan_masks(const std::filesystem::path& folder, const RawSplit& split, 
   MaskPlan plan;
   plan.use = use;
   if (use.what == MaskUse::What::none) return plan;
-  std::vector<std::size_t> untold;  // masks that fit both ways
-  bool some_stored = false, some_upright = false;
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
     const RawFrame& frame = split.frames[i];
     const std::string of = frame.file_path + " (" + split.name + ", frame " + std::to_string(i) + ")";
@@ -60,13 +58,12 @@ MaskPlan plan_masks(const std::filesystem::path& folder, const RawSplit& split, 
     std::string problem;
     try {
       const PictureSize size = read_picture_header(frame.mask_file, plan.where[i]).size;
-      const bool stored = turned(size, turns[i]) == sizes[i], upright = size == sizes[i];
-      if (stored && upright && turns[i] != 1) untold.push_back(i);
-      some_stored |= stored && !upright;
-      some_upright |= upright && !stored;
-      if (stored) continue;
+      if (turned(size, turns[i]) == sizes[i]) {
+        plan.guessed += turns[i] != 1 && size == sizes[i];
+        continue;
+      }
       plan.turns[i] = 1;
-      if (upright) continue;
+      if (size == sizes[i]) continue;
       fail({plan.where[i], "the mask is of another size than its picture", size_text(sizes[i]),
             size_text(size), "make masks of the pictures as they are stored"});
     } catch (const Error& error) {
@@ -76,9 +73,6 @@ MaskPlan plan_masks(const std::filesystem::path& folder, const RawSplit& split, 
     plan.files[i].clear();
     if (++plan.misfits == 1) plan.misfit = problem;
   }
-  if (some_upright && !some_stored)
-    for (const std::size_t i : untold) plan.turns[i] = 1;
-  if (!some_upright && !some_stored) plan.guessed = untold.size();
   return plan;
 }
 

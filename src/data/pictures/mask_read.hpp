@@ -20,14 +20,14 @@ struct MaskPlan {
   std::vector<std::filesystem::path> files = {};  ///< of each frame, empty where there is none
   std::vector<std::string> where = {};            ///< how errors name each
   std::vector<int> turns = {};                    ///< as the picture is turned, 1 where the mask is upright
-  std::size_t guessed = 0;  ///< turned ones, though the size of none tells whether it is upright already
+  std::size_t guessed = 0;  ///< turned ones whose size does not tell whether they are upright already
   std::string misfit = {};  ///< the first of those that are of another size than their picture and not used
   std::size_t misfits = 0;
 };
 
 /// Reads the headers of a split's masks. One of another size than its picture is an Error (Fault::input) if
-/// masks are used, else it is left out. A mask lies as its picture is stored or upright, as its size tells.
-/// One whose size does not goes with the others: it is upright if some of them are and none is as stored.
+/// masks are used, else it is left out. A mask lies as its picture is stored or upright, as its size tells;
+/// one whose size does not lies as stored.
 /// @param sizes  of the pictures once they are turned
 MaskPlan plan_masks(const std::filesystem::path& folder, const RawSplit& split, const MaskUse& use,
                     const std::vector<PictureSize>& sizes, const std::vector<int>& turns);

@@ -56,7 +56,8 @@ std::optional<double> misfit(const Lens& lens, const PictureSize& size) {
   return {};
 }
 
-/// Whether a turned picture's camera is for the picture upright; nothing if its size does not tell.
+/// Whether a turned picture's camera is for the picture upright; nothing if its size does not tell, as after
+/// a half turn.
 std::optional<bool> told_upright(const PictureHeader& header, const Lens& lens) {
   const auto as_stored = misfit(lens, header.size),
              as_turned = misfit(lens, turned(header.size, header.orientation));
@@ -64,45 +65,41 @@ std::optional<bool> told_upright(const PictureHeader& header, const Lens& lens) 
   return *as_turned < *as_stored;
 }
 
-/// Names the pictures of a split. @return their headers
-std::vector<PictureHeader> name_pictures(const std::filesystem::path& folder, const RawSplit& split,
-                                         PicturePlan& plan) {
-  const std::filesystem::path root = std::filesystem::canonical(folder);
-  std::map<std::filesystem::path, PictureHeader> known;  // frames may name one file again and again
-  std::vector<PictureHeader> headers;
-  for (std::size_t i = 0; i < split.frames.size(); ++i) {
-    const RawFrame& frame = split.frames[i];
-    plan.paths.push_back(frame.found);
-    const std::string shown = printable((folder / frame.found.lexically_relative(root)).string());
-    plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
-    plan.film_frame.push_back(frame.film_frame);
-    if (plan.film()) {
-      headers.push_back({.size = frame.film_size, .orientation = frame.film_turn});
-      continue;
-    }
-    const auto [header, first] = known.try_emplace(frame.found);
-    if (first) header->second = read_picture_header(frame.found, plan.where[i], plan.layer);
-    headers.push_back(header->second);
-  }
-  return headers;
-}
+}  // namespace
 
-/// Completes the plan of a split. @param told  what lenses of the data set say of turned pictures
-void measure_pictures(const RawSplit& split, const std::vector<PictureHeader>& headers,
-                      std::optional<bool> told, bool upright, const std::string& transfer,
-                      PicturePlan& plan) {
-  for (std::size_t i = 0; i < headers.size(); ++i) {
-    const PictureHeader& header = headers[i];
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
+                          bool upright, const DatasetRules& rules) {
+  const std::string& transfer = rules.transfer;
+  if (!transfer.empty() && transfer != "srgb" && transfer != "linear")
+    fail({"--transfer", "there is no such transfer", "srgb or linear", transfer, ""});
+  const std::filesystem::path root = std::filesystem::canonical(folder);
+  PicturePlan plan;
+  plan.downscale = downscale;
+  plan.layer = rules.layer;
+  std::map<std::filesystem::path, PictureHeader> headers;  // frames may name one file again and again
+  for (std::size_t i = 0; i < split.frames.size(); ++i) {
+    plan.paths.push_back(split.frames[i].found);
+    const std::string shown = printable((folder / plan.paths[i].lexically_relative(root)).string());
+    plan.where.push_back(shown + " (" + split.name + ", frame " + std::to_string(i) + ")");
+    plan.film_frame.push_back(split.frames[i].film_frame);
+    PictureHeader header;
+    if (plan.film()) {
+      header = {.size = split.frames[i].film_size, .orientation = split.frames[i].film_turn};
+    } else {
+      const auto [known, first] = headers.try_emplace(plan.paths[i]);
+      if (first) known->second = read_picture_header(plan.paths[i], plan.where[i], rules.layer);
+      header = known->second;
+    }
     const Lens& lens = split.frames[i].lens;
     plan.alpha |= header.alpha;
     const bool cut = !split.frames[i].mask_file.empty();
     plan.real.push_back(header.real);
     plan.linear.push_back(transfer.empty() ? header.real || header.linear : transfer == "linear");
-    const bool deep = header.deep || plan.downscale > 1 || plan.linear.back();
+    const bool deep = header.deep || downscale > 1 || plan.linear.back();
     plan.pixel_bytes.push_back((header.alpha || cut ? 4 : 3) * (deep ? 2 : 1));
-    const bool obey = told_upright(header, lens).value_or(told.value_or(upright || plan.film()));
-    plan.turns.push_back(obey ? header.orientation : 1);
-    plan.guessed |= !told && !plan.film() && plan.turns.back() != 1;
+    const auto told = told_upright(header, lens);
+    plan.guessed |= header.orientation != 1 && !told && !plan.film();
+    plan.turns.push_back(told.value_or(upright || plan.film()) ? header.orientation : 1);
     plan.asked.push_back(header.orientation);
     plan.sizes.push_back(turned(header.size, plan.turns.back()));
     const PictureSize &first = plan.sizes[0], &size = plan.sizes.back();
@@ -115,30 +112,7 @@ void measure_pictures(const RawSplit& split, const std::vector<PictureHeader>& h
             "render or crop them to one size, or give every frame its lens in pixels (w, h, fl_x, fl_y, cx, "
             "cy)"});
   }
-}
-
-}  // namespace
-
-std::vector<PicturePlan> plan_pictures(const std::filesystem::path& folder,
-                                       const std::vector<RawSplit>& splits, int downscale, bool upright,
-                                       const DatasetRules& rules) {
-  const std::string& transfer = rules.transfer;
-  if (!transfer.empty() && transfer != "srgb" && transfer != "linear")
-    fail({"--transfer", "there is no such transfer", "srgb or linear", transfer, ""});
-  std::vector<PicturePlan> plans(splits.size());
-  std::vector<std::vector<PictureHeader>> headers;
-  std::optional<bool> told;
-  for (std::size_t s = 0; s < splits.size(); ++s) {
-    plans[s].downscale = downscale;
-    plans[s].layer = rules.layer;
-    headers.push_back(name_pictures(folder, splits[s], plans[s]));
-    for (std::size_t i = 0; i < headers[s].size(); ++i)
-      if (const auto one = told_upright(headers[s][i], splits[s].frames[i].lens))
-        told = *one && told.value_or(true);
-  }
-  for (std::size_t s = 0; s < splits.size(); ++s)
-    measure_pictures(splits[s], headers[s], told, upright, transfer, plans[s]);
-  return plans;
+  return plan;
 }
 
 void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes) {

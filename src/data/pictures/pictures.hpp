@@ -18,7 +18,7 @@ struct PicturePlan {
   std::vector<PictureSize> sizes;  ///< pixels, after turning
   std::vector<int> asked;          ///< EXIF's orientation or a film's, 1 where there is none
   std::vector<int> turns;          ///< the same where it is obeyed, else 1: cameras are for the stored pixels
-  bool guessed = false;            ///< EXIF is obeyed though no lens of the data set tells for which pixels
+  bool guessed = false;            ///< EXIF turns a picture whose lens does not tell for which pixels it is
   bool alpha = false;              ///< some file has a channel for it
   std::vector<int> pixel_bytes;    ///< that each is likely to take once it is decoded
   std::vector<char> real, linear;  ///< whether each holds floats, and whether they stand for light
@@ -38,20 +38,15 @@ std::string size_text(const PictureSize& size);
 /// Whether both may be of one picture, of which one is smaller: sides were rounded to whole pixels.
 bool same_shape(const PictureSize& a, const PictureSize& b);
 
-/// Reads the headers of all splits' pictures, which were found. Throws Error (Fault::input) for the first
-/// whose picture is not a PNG, JPEG or film. Else for the first whose picture is not divisible by the
-/// downscale, or of another size than frame 0's of its split though its lens does not say what size it is for
-/// (w, h, fl_x): an angle of view means nothing for a picture that was cropped.
-///
-/// Turned pictures are taken upright or as stored, as their lens is for. Of a half turn, or of a turned
-/// square, the size does not tell. It goes with the others of the data set: as stored if the lens of any says
-/// so, else upright if the lens of any says that.
-/// @param upright  whether cameras are for pictures turned by EXIF where no lens tells. Films are upright
-///                 then: cameras were found in pictures as players show them.
+/// Reads the headers of a split's pictures, which were found. Throws Error (Fault::input) for the first frame
+/// whose picture is not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame
+/// 0's though its lens does not say what size it is for (w, h, fl_x): an angle of view means nothing for a
+/// picture that was cropped.
+/// @param upright  whether cameras are for pictures turned by EXIF where neither sizes nor angles tell. Films
+///                 are upright then: cameras were found in pictures as players show them.
 /// @param rules    transfer and layer
-std::vector<PicturePlan> plan_pictures(const std::filesystem::path& folder,
-                                       const std::vector<RawSplit>& splits, int downscale, bool upright,
-                                       const DatasetRules& rules = {});
+PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
+                          bool upright, const DatasetRules& rules = {});
 
 /// What was taken for light, and how it is trained.
 void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes);

@@ -4,23 +4,36 @@
 #include <numbers>
 
 #include "core/parallel.hpp"
+#include "field/largest_presence.hpp"
 #include "math/logit.hpp"
 #include "splinevox/field/edit.hpp"
 
 namespace splinevox {
 namespace {
 
-/// Calls visit(row) for every radiance row whose place belongs to a chosen cluster, or to none if `others`.
+/// Calls visit(row, place) for every radiance row whose place belongs to a chosen cluster, or to none if
+/// `others`.
 template <class Visit>
 void for_each_row(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
                   bool others, Visit&& visit) {
   Channels& raw = model.radiance.raw;
   parallel_for(raw.topology->brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
-      const int label = clusters.at(raw.topology->position(index + 1, i));
+      const Vec3 place = raw.topology->position(index + 1, i);
+      const int label = clusters.at(place);
       const bool member = label >= 0 && chosen[std::size_t(label)];
-      if (member != others) visit(raw.row(std::size_t(index + 1) * kBrickRows + std::size_t(i)));
+      if (member != others) visit(raw.row(std::size_t(index + 1) * kBrickRows + std::size_t(i)), place);
     }
+  });
+}
+
+/// Empty at all times: what comes and goes must not bring them back.
+void empty_rows(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen,
+                bool others) {
+  const LargestPresence presence(model);
+  const float empty = model.radiance.raw.row(0)[0], reach = model.radiance.raw.topology->lattice.spacing;
+  for_each_row(model, clusters, chosen, others, [&](float* row, const Vec3& place) {
+    row[0] = std::min(row[0], empty - presence.around(place, reach));
   });
 }
 
@@ -30,13 +43,11 @@ float flat_factor(const VoxelModel& model) { return model.radiance.sh_order >= 0
 }  // namespace
 
 void hide_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen) {
-  const float empty = model.radiance.raw.row(0)[0];
-  for_each_row(model, clusters, chosen, false, [&](float* row) { row[0] = std::min(row[0], empty); });
+  empty_rows(model, clusters, chosen, false);
 }
 
 void keep_clusters(VoxelModel& model, const MotionClusters& clusters, const ChosenClusters& chosen) {
-  const float empty = model.radiance.raw.row(0)[0];
-  for_each_row(model, clusters, chosen, true, [&](float* row) { row[0] = std::min(row[0], empty); });
+  empty_rows(model, clusters, chosen, true);
 }
 
 Vec3 paintable(const VoxelModel& model, Vec3 color) {
@@ -50,7 +61,7 @@ void paint_clusters(VoxelModel& model, const MotionClusters& clusters, const Cho
   const Vec3 possible = paintable(model, color);
   float raw[3];
   for (int a = 0; a < 3; ++a) raw[a] = logit(possible[a] / flat_factor(model));
-  for_each_row(model, clusters, chosen, false, [&](float* row) {
+  for_each_row(model, clusters, chosen, false, [&](float* row, const Vec3&) {
     for (int a = 0; a < 3; ++a) row[1 + a] = raw[a];
     std::fill_n(row + 4, model.radiance.sh_count(), 0.0f);
   });

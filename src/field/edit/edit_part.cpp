@@ -20,10 +20,9 @@ namespace {
 
 using Eight = Simd<float>::Eight;
 
-constexpr int kTimes = 24;           ///< parameters at which places with matter are collected
-constexpr float kDense = 1e-2f;      ///< opacity over a voxel from which a canonical place counts as taken
-constexpr int kFitSamples = 8;       ///< per control point
-constexpr float kMostShift = 1e-2f;  ///< of raw density, where presence has another mean over time
+constexpr int kTimes = 24;       ///< parameters at which places with matter are collected
+constexpr float kDense = 1e-2f;  ///< opacity over a voxel from which a canonical place counts as taken
+constexpr int kFitSamples = 8;   ///< per control point
 
 /// A place of observed space that has matter at a time.
 struct Place {
@@ -210,22 +209,38 @@ void carry_motion(MotionField& next, const MotionField& motion, const std::vecto
   }
 }
 
-/// Refuses changed curves of presence that have another mean over time. Presence goes without its mean, so
-/// the raw density would be off by the difference at all times. The canonical volume cannot make up for it:
-/// the difference belongs to observed places, several of which show one canonical place.
-void check_means(const MotionField& next, const MotionField& motion) {
+/// Refuses changed curves of presence whose other mean over time shows. Presence goes without its mean, so
+/// the raw density is off by the difference at all times. The canonical volume cannot make up for it: the
+/// difference belongs to observed places, several of which show one canonical place.
+/// @param until  the parameter up to which the part is shown
+/// @param limit  share of its opacity that may be off
+void check_means(const MotionField& next, const MotionField& motion, const std::vector<Place>& places,
+                 double until, double limit) {
   if (!motion.presence) return;
   const Contraction by(motion);
   const int presence = by.layout.scalar[kPresence];
   const Channels &level = next.levels[0], &old = motion.levels[0];
-  float shift = 0;
-  for (std::size_t r = kBrickRows; r < level.topology->rows(); ++r)
-    shift =
-        std::max(shift, std::abs(by.mean_at(level.row(r) + presence) - by.mean_at(old.row(r) + presence)));
-  if (shift > kMostShift)
+  const BrickView<float> view(*level.topology);
+  double part = 0, off = 0;
+  for (const Place& p : places) {
+    if (!p.member || p.parameter > until) continue;
+    const Located at = locate(view, p.x);
+    float w[kCorners], shift = 0;
+    trilinear_weights(at.fraction, w);
+    for (int c = 0; c < kCorners; ++c) {
+      const auto row = std::size_t(at.rows.row[c]);
+      shift += w[c] * (by.mean_at(old.row(row) + presence) - by.mean_at(level.row(row) + presence));
+    }
+    // No density grows by a larger factor than that of thin matter.
+    const float depth = optical_depth(std::min(p.weight, 0.9999f));
+    off += std::abs(one_minus_exp_neg(depth * std::exp(shift)) - p.weight);
+    part += p.weight;
+  }
+  if (off > limit * part)
     fail({"edit",
           "matter comes and goes in this part: in a time of its own it would be too dense or too thin",
-          "a part whose presence keeps its mean over time", "a raw density off by " + std::to_string(shift),
+          "a part whose presence keeps its mean over time",
+          std::to_string(std::lround(100 * off / part)) + "% of its opacity off",
           "--freeze-presence T or --scale-presence 0 before --clusters"});
 }
 
@@ -350,7 +365,7 @@ PartEdit slow_clusters(VoxelModel& model, const MotionClusters& clusters, const 
                             product(fit_matrix(m.basis, m.points, m.first_point, at), old));
   for (std::size_t r = 0; r < rows.size(); ++r)
     if (!rows[r] || kept[r]) std::copy_n(level.row(r), level.width, next.motion.levels[0].row(r));
-  check_means(next.motion, m);
+  check_means(next.motion, m, places, factor, limit);
   // Against the old motion at the slower time, where the part is then.
   const double voxel = model.radiance.raw.topology->lattice.spacing;
   DistanceSum error;

@@ -2,18 +2,21 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <vector>
 
+#include "field/edit/edit_motion.hpp"
 #include "field/largest_presence.hpp"
 #include "field/lattice/lattice_view.hpp"
+#include "field/lattice/locate.hpp"
 #include "math/activation.hpp"
 #include "math/emission.hpp"
-#include "math/presence.hpp"
 #include "splinevox/field/edit.hpp"
 
 namespace splinevox {
 namespace {
 
+constexpr int kTimes = 24;       // at which what comes and goes is looked for
 constexpr float kSolid = 0.05f;  // opacity of a voxel at some time from which it holds its neighbours
 constexpr int kFog = 2;          // voxels around a piece whose thinner matter goes with it
 
@@ -62,19 +65,42 @@ void for_each_vertex(const Topology& t, Visit&& visit) {
     if (const Int3 v = view.vertex(row); within(t, v)) visit(std::uint32_t(row), v);
 }
 
+/// The opacity of a voxel at each canonical row: on the mean over time, or more where some moment shows it
+/// so.
+std::vector<float> largest_opacity(const VoxelModel& model) {
+  const Channels& raw = model.radiance.raw;
+  const Topology& t = *raw.topology;
+  const DensityActivation& activation = model.radiance.activation;
+  const auto opacity = [&](float value) {
+    return one_minus_exp_neg(density_of(value, activation.scale, activation.shift).value * t.lattice.spacing);
+  };
+  std::vector<float> alpha(t.rows(), 0.0f);
+  for_each_vertex(t, [&](std::uint32_t row, Int3) { alpha[row] = opacity(raw.row(row)[0]); });
+  if (!comes_and_goes(model.motion)) return alpha;
+  const BrickView<float> view(t);
+  const int slabs = matter_slabs(model, 1);
+  for (int i = 0; i < kTimes; ++i) {
+    std::vector<std::vector<std::pair<Vec3, float>>> seen(static_cast<std::size_t>(slabs));
+    visit_matter(model, double(i) / (kTimes - 1), 1, [&](int slab, const MatterSample& s) {
+      seen[std::size_t(slab)].emplace_back(s.x + s.warp.displacement, s.warp.presence);
+    });
+    for (const auto& slab : seen)
+      for (const auto& [place, presence] : slab)
+        for (const std::int32_t corner : locate(view, place).rows.row) {
+          const auto row = std::size_t(corner);
+          if (row >= kBrickRows) alpha[row] = std::max(alpha[row], opacity(raw.row(row)[0] + presence));
+        }
+  }
+  return alpha;
+}
+
 }  // namespace
 
 RemovedFloaters remove_floaters(VoxelModel& model, double least) {
   Channels& raw = model.radiance.raw;
   const Topology& t = *raw.topology;
-  std::vector<float> alpha(t.rows(), 0.0f);
-  const DensityActivation& activation = model.radiance.activation;
+  const std::vector<float> alpha = largest_opacity(model);
   const LargestPresence presence(model);
-  for_each_vertex(t, [&](std::uint32_t row, Int3 v) {
-    const float most = present(raw.row(row)[0], presence.around(t.lattice.position(v)));
-    const float density = density_of(most, activation.scale, activation.shift).value;
-    alpha[row] = one_minus_exp_neg(density * t.lattice.spacing);
-  });
   Pieces pieces(t.rows());
   for_each_vertex(t, [&](std::uint32_t row, Int3 v) {
     if (alpha[row] >= kSolid)
@@ -109,7 +135,7 @@ RemovedFloaters remove_floaters(VoxelModel& model, double least) {
     for_each_near(t, v, kFog, [&](std::uint32_t other, Int3 w) {
       if (beside_what_stays(w)) return;
       float& density = raw.row(other)[0];  // empty at all times
-      density = std::min(density, empty - presence.around(t.lattice.position(w)));
+      density = std::min(density, empty - presence.around(t.lattice.position(w), t.lattice.spacing));
     });
   });
   return out;

@@ -44,17 +44,17 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-/// What capture writes in the folder, in the order in which it is set aside and removed there: as long as
-/// `work` is there, all of it was set aside.
+/// What capture writes in the folder.
 constexpr const char* kWritten[] = {"capture.json", "transforms.json", "masks", "images", "work"};
-/// Where what an earlier call wrote lies until the new data set is there.
-constexpr const char* kAside = "earlier_capture";
+/// Where what an earlier call wrote lies until the new data set is there, and while it is moved there.
+constexpr const char *kAside = "earlier_capture", *kMoving = "earlier_capture.part";
 
 /// Refuses sources that lie where capture writes: it would remove them. @param out  folder of the data set
 void require_outside(const std::vector<fs::path>& sources, const fs::path& out) {
   std::vector<fs::path> written;
   for (const char* name : kWritten) written.push_back(fs::weakly_canonical(fs::absolute(out / name)));
-  written.push_back(fs::weakly_canonical(fs::absolute(out / kAside)));
+  for (const char* name : {kAside, kMoving})
+    written.push_back(fs::weakly_canonical(fs::absolute(out / name)));
   for (const fs::path& source : sources) {
     const fs::path whole = fs::absolute(source);
     // A link lies in one place, what it leads to in another.
@@ -180,8 +180,12 @@ class Capture {
   void claim_folder() const {
     std::error_code ignored;
     const bool there = fs::exists(folder_, ignored);
+    // A call that was to begin anew was stopped: before it had moved all, or before it wrote a new state.
+    const auto moving = [&](const char* name) { return fs::exists(folder_ / kMoving / name, ignored); };
     const bool ours = fs::exists(folder_ / "work/state.json", ignored) ||
-                      fs::exists(folder_ / kAside / "work/state.json", ignored);
+                      std::any_of(std::begin(kWritten), std::end(kWritten), moving) ||
+                      (!fs::exists(folder_ / "capture.json", ignored) &&
+                       fs::exists(folder_ / kAside / "work/state.json", ignored));
     if (there && !ours && !(fs::is_directory(folder_) && names_in_folder(options_.out).empty()))
       fail({printable(options_.out), "there is something of that name already",
             "an empty folder, a name that is free, or a folder that capture began", "",
@@ -202,24 +206,29 @@ class Capture {
 
   /// What a call began to set aside that was stopped meanwhile.
   void bring_back() const {
-    const fs::path aside = folder_ / kAside;
-    if (!fs::exists(aside) || fs::exists(aside / "work")) return;
+    const fs::path moving = folder_ / kMoving;
+    if (!fs::exists(moving)) return;
     for (const char* name : kWritten)
-      if (fs::exists(aside / name) && !fs::exists(folder_ / name)) fs::rename(aside / name, folder_ / name);
+      if (fs::exists(moving / name) && !fs::exists(folder_ / name)) fs::rename(moving / name, folder_ / name);
     std::error_code not_empty;
-    fs::remove(aside, not_empty);
+    fs::remove(moving, not_empty);
   }
 
   /// Of several calls that begin anew and are stopped, the first sets aside what was there.
   void set_aside() const {
-    const fs::path aside = folder_ / kAside;
+    const fs::path aside = folder_ / kAside, moving = folder_ / kMoving;
     if (fs::exists(folder_ / "capture.json")) drop_aside();  // it is written last: this is newer and whole
-    if (fs::exists(aside / "work")) {
+    const auto kept = [&](const char* name) { return fs::exists(aside / name); };
+    if (std::any_of(std::begin(kWritten), std::end(kWritten), kept)) {
       for (const char* name : {"work", "images", "masks", "transforms.json"}) fs::remove_all(folder_ / name);
     } else if (fs::exists(folder_ / "work")) {
-      fs::create_directories(aside);
+      if (fs::exists(aside))
+        fail({printable(aside.string()), "there is something of that name that capture did not write",
+              "a name that is free, for what an earlier call made", "", "move it away"});
+      fs::create_directories(moving);
       for (const char* name : kWritten)
-        if (fs::exists(folder_ / name)) fs::rename(folder_ / name, aside / name);
+        if (fs::exists(folder_ / name)) fs::rename(folder_ / name, moving / name);
+      fs::rename(moving, aside);
     }
   }
 

@@ -46,6 +46,23 @@ std::optional<Moments> moments_by_numbers(const std::vector<CaptureCamera>& came
   return moments;
 }
 
+/// All names that are used, where most of each camera's are those of the camera with the most pictures:
+/// others may have stopped early. Else none.
+std::vector<std::string> names_of_most(const std::vector<data::Footage>& footage) {
+  const auto most = std::max_element(
+      footage.begin(), footage.end(),
+      [](const data::Footage& a, const data::Footage& b) { return a.pictures.size() < b.pictures.size(); });
+  const std::set<std::string> long_list(most->pictures.begin(), most->pictures.end());
+  std::set<std::string> all;
+  for (const data::Footage& camera : footage) {
+    const auto known = std::count_if(camera.pictures.begin(), camera.pictures.end(),
+                                     [&](const std::string& name) { return long_list.contains(name); });
+    if (2 * std::size_t(known) <= camera.pictures.size()) return {};
+    all.insert(camera.pictures.begin(), camera.pictures.end());
+  }
+  return {all.begin(), all.end()};
+}
+
 /// The places of the names among all that are used, where most are used by several cameras; else none.
 std::optional<Moments> moments_by_names(const std::vector<CaptureCamera>& cameras) {
   std::vector<data::Footage> footage;
@@ -55,6 +72,7 @@ std::optional<Moments> moments_by_names(const std::vector<CaptureCamera>& camera
       footage.back().pictures.push_back(name_of(picture));
   }
   std::vector<std::string> names = data::shared_names(footage);
+  if (names.empty()) names = names_of_most(footage);
   if (names.empty()) return {};
   std::sort(names.begin(), names.end(), data::natural_less);
   Moments moments;

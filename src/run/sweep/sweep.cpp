@@ -50,8 +50,8 @@ toml::table read(const std::string& path) {
   }
 }
 
-/// How a script for Slurm begins, and what else each has, whatever a cluster wants added to it.
-constexpr std::string_view kScriptStart = "#!/bin/bash\n#SBATCH --job-name=splinevox\n",
+/// What each script for Slurm has, whatever a cluster wants added to it.
+constexpr std::string_view kScriptName = "#SBATCH --job-name=splinevox\n",
                            kScriptTask =
                                " --task \"$SLURM_ARRAY_TASK_ID\" --threads \"${SLURM_CPUS_PER_TASK:-";
 
@@ -186,15 +186,17 @@ std::string slurm_script(const std::string& description, const std::string& out,
     fail({"--out", "this folder's path cannot stand in a script for Slurm", "a path without \", \\ and %",
           path, "another folder for --out"});
   return fmt::format(
-      "{}#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n#SBATCH --output=\"{}/slurm_%a.log\"\n"
+      "#!/bin/bash\n{}#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n#SBATCH "
+      "--output=\"{}/slurm_%a.log\"\n"
       "cd {} && exec {} sweep {} --out {}{}{}}}\"\n",
-      kScriptStart, tasks - 1, std::max(threads, 1), whole(out), shell_word(fs::current_path().string()),
+      kScriptName, tasks - 1, std::max(threads, 1), whole(out), shell_word(fs::current_path().string()),
       shell_word(own_program()), shell_word(whole(description)), shell_word(out), kScriptTask,
       std::max(threads, 1));
 }
 
 bool is_slurm_script(std::string_view text) {
-  return text.starts_with(kScriptStart) && text.find(kScriptTask) != text.npos;
+  return text.starts_with("#!/bin/bash\n") && text.find(kScriptName) != text.npos &&
+         text.find(kScriptTask) != text.npos;
 }
 
 }  // namespace splinevox::run

@@ -17,6 +17,7 @@ BACKGROUND = (1, 1, 1)  # display colour the model was made before; composite ov
 
 import argparse
 import collections
+import functools
 import json
 import os
 import sys
@@ -102,17 +103,9 @@ def harmonics(nodes):
     x, y, z = split.outputs
 
     def times(*factors):
-        product = factors[0]
-        for f in factors[1:]:
-            product = nodes.math("MULTIPLY", f, product)
-        return product
+        return functools.reduce(lambda product, f: nodes.math("MULTIPLY", f, product), factors)
 
-    def plus(a, b):
-        return nodes.math("ADD", a, b)
-
-    def minus(a, b):
-        return nodes.math("SUBTRACT", a, b)
-
+    plus, minus = functools.partial(nodes.math, "ADD"), functools.partial(nodes.math, "SUBTRACT")
     found = [0.28209479177387814]
     if order > 0:
         found += [times(v, 0.4886025119029199) for v in (y, z, x)]
@@ -234,6 +227,17 @@ def light_up(scene):
     print("the scene was empty: a sun and a grey sky light it", flush=True)
 
 
+def differences(scene, sequence):
+    """In what an open scene does not go with a sequence, a sentence each."""
+    rate, said = scene.render.fps / scene.render.fps_base, []
+    if abs(rate - sequence.fps) > 1e-3:
+        said.append("the scene has %g frames a second, the sequence %g" % (rate, sequence.fps))
+    if sequence.last < scene.frame_start or sequence.first > scene.frame_end:
+        said.append("the scene's frames %d to %d show none of the sequence's, %d to %d" % (
+            scene.frame_start, scene.frame_end, sequence.first, sequence.last))
+    return [text + "; splinevox export --frames --fps makes others" for text in said]
+
+
 def set_up_scene(scene, sequence, args, fresh):
     """Frames, rate and film are set in an empty scene alone: in one that is open they are the user's."""
     scene.render.engine = "CYCLES"
@@ -244,10 +248,8 @@ def set_up_scene(scene, sequence, args, fresh):
         scene.cycles.volume_bounces = 0
         scene.cycles.use_denoising = False
         scene.render.film_transparent = True
-    elif abs(scene.render.fps / scene.render.fps_base - sequence.fps) > 1e-3:
-        print("the scene has %g frames a second, the sequence %g: it plays at another speed; "
-              "splinevox export --fps makes one for this scene"
-              % (scene.render.fps / scene.render.fps_base, sequence.fps), flush=True)
+    for difference in [] if fresh else differences(scene, sequence):
+        print(difference, flush=True)
     if args.material == "smoke":
         scene.cycles.volume_bounces = max(4, scene.cycles.volume_bounces)
     # Display-referred colours are shown as they are; any other transform would change the picture. Light in a
@@ -344,7 +346,10 @@ def render(scene, path, frame, samples):
 def show(sequence, args, fresh):
     """Volumes, material and scene. @return the volume objects, one for each prefix"""
     material = make_material(sequence, args)
+    shown = bpy.context.scene.frame_current
     volumes = [import_sequence(sequence, prefix) for prefix in sequence.prefixes]
+    if not fresh:
+        bpy.context.scene.frame_set(shown)
     for volume in volumes:
         volume.data.materials.append(material)
     set_up_scene(bpy.context.scene, sequence, args, fresh)
@@ -366,7 +371,7 @@ def main():
     parser.add_argument("--write-cameras", help="JSON file to write: the scene's camera at every frame, "
                                                 "for splinevox render --camera")
     parser.add_argument("--render", help="picture to write, .exr or .png")
-    parser.add_argument("--frame", type=int, default=FIRST)
+    parser.add_argument("--frame", type=int, help="the one to show and render; of an empty scene the first")
     parser.add_argument("--samples", type=int, default=64)
     parser.add_argument("--material", choices=sorted(MATERIALS), default="seen",
                         help="seen: as it was reconstructed; smoke: lit by the scene; fire: lights it")
@@ -381,13 +386,14 @@ def main():
     sequence = Sequence(here, FIRST, LAST, FPS, VELOCITY, LINEAR, PREFIXES, SH_ORDER)
     show(sequence, args, fresh)
     scene = bpy.context.scene
-    scene.frame_set(args.frame)
+    if fresh or args.frame is not None:
+        scene.frame_set(FIRST if args.frame is None else args.frame)
     if args.camera:
         set_up_camera(scene, args.camera)
     if args.write_cameras:
         write_cameras(scene, args.write_cameras)
     if args.render:
-        render(scene, args.render, args.frame, args.samples)
+        render(scene, args.render, scene.frame_current, args.samples)
 
 
 if __name__ == "__main__":
