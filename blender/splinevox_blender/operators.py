@@ -40,10 +40,9 @@ def shot(context):
             "--fps", repr(scene.render.fps / scene.render.fps_base)]
 
 
-def show(context, folder):
+def show(context, folder, sequence):
     """The sequence of a folder in the open scene, in a collection of its own. @return its objects"""
     settings = context.scene.splinevox
-    sequence = read_sequence(folder)
     args = argparse.Namespace(material=settings.material, strength=settings.strength,
                               albedo="color" if settings.albedo_of_color else round(settings.albedo, 6))
     volumes = loader.show(sequence, args, fresh=False)
@@ -86,10 +85,11 @@ class SPLINEVOX_OT_import(Calls, bpy.types.Operator):
         return self.shown(context, self.out)
 
     def shown(self, context, folder):
-        volumes = show(context, folder)
+        sequence = read_sequence(folder)
+        volumes = show(context, folder, sequence)
         set_motion_blur(context.scene, context.scene.splinevox)
         said = ["%s: %d volume%s" % (folder, len(volumes), "" if len(volumes) == 1 else "s")]
-        return "; ".join(said + loader.differences(context.scene, read_sequence(folder)))
+        return "; ".join(said + loader.differences(context.scene, sequence))
 
     def of_export(self, context):
         """An export needs no program."""

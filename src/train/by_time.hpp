@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,17 @@ std::vector<std::size_t> starts_of_moments(std::span<const int> frames, const Ti
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < frames.size(); ++i)
     if (i == 0 || time_of(frames[i]) != time_of(frames[i - 1])) out.push_back(i);
+  return out;
+}
+
+/// When each camera took pictures, by camera_id; frames of no known camera are left out.
+inline std::vector<std::set<double>> times_of_cameras(const Split& split) {
+  std::vector<std::set<double>> out;
+  for (const Frame& f : split.frames) {
+    if (f.camera_id < 0) continue;
+    if (f.camera_id >= int(out.size())) out.resize(std::size_t(f.camera_id) + 1);
+    out[std::size_t(f.camera_id)].insert(f.time);
+  }
   return out;
 }
 

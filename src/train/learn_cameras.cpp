@@ -5,9 +5,11 @@
 #include <cmath>
 #include <set>
 
+#include "data/times/seen_moments.hpp"
 #include "math/exposure.hpp"
 #include "math/median.hpp"
 #include "math/tridiagonal.hpp"
+#include "train/by_time.hpp"
 
 namespace splinevox {
 namespace {
@@ -18,27 +20,13 @@ constexpr double kGainsBegin = 0.03;  ///< progress: before it the model is fog,
 constexpr double kNoise = 0.01;       ///< of brightness: a gain is told by rays brighter than that
 constexpr double kStray = 0.25;       ///< intervals
 
-/// Median time between moments.
-double interval_of(const std::set<double>& moments) {
-  std::vector<double> between;
-  for (auto next = std::next(moments.begin()); next != moments.end(); ++next)
-    between.push_back(*next - *std::prev(next));
-  return median(between);
-}
-
 }  // namespace
 
 CameraFits rig_of(const Split& train) {
   constexpr std::size_t kFewest = 3;  // moments: poses that are met twice by chance are no camera
-  std::vector<std::set<double>> moments;
-  for (const Frame& f : train.frames) {
-    if (f.camera_id < 0) continue;
-    if (f.camera_id >= int(moments.size())) moments.resize(std::size_t(f.camera_id) + 1);
-    moments[std::size_t(f.camera_id)].insert(f.time);
-  }
   CameraFits out;
   int trained = 0;
-  for (const std::set<double>& m : moments) {
+  for (const std::set<double>& m : times_of_cameras(train)) {
     const bool one = m.size() >= kFewest;
     out.cameras.push_back({.interval = one ? interval_of(m) : 0, .trained = one});
     trained += one;

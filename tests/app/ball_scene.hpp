@@ -21,6 +21,21 @@ struct BallScene {
   }
 };
 
+/// The words that train a run on a few small lattices, without trials of effects.
+inline std::vector<std::string> train_small(const std::string& data, const std::string& out,
+                                            const std::vector<std::string>& more) {
+  std::vector<std::string> words = {"train",    data,
+                                    "--out",    out,
+                                    "--preset", "draft",
+                                    "--set",    "sampling.rays=128",
+                                    "--set",    "grid.radiance=8,12,16",
+                                    "--set",    "motion.points=4",
+                                    "--set",    "effects.steps=0",
+                                    "--quiet"};
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
 /// A run that is trained on such a ball for four steps, and the words for others beside it.
 struct SmallRun {
   TempFolder temp;
@@ -31,16 +46,7 @@ struct SmallRun {
   }
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
   std::vector<std::string> train(const std::string& out, const std::vector<std::string>& more) const {
-    std::vector<std::string> words = {"train",    data,
-                                      "--out",    path(out),
-                                      "--preset", "draft",
-                                      "--set",    "sampling.rays=128",
-                                      "--set",    "grid.radiance=8,12,16",
-                                      "--set",    "motion.points=4",
-                                      "--set",    "effects.steps=0",
-                                      "--quiet"};
-    words.insert(words.end(), more.begin(), more.end());
-    return words;
+    return train_small(data, path(out), more);
   }
 };
 

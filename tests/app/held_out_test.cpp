@@ -38,15 +38,7 @@ struct OneList {
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
   std::string picture(int i) const { return data + "/images/" + picture_name(i); }
   Ended train(const std::vector<std::string>& more) const {
-    std::vector<std::string> words = {"train",       data,
-                                      "--out",       run,
-                                      "--preset",    "draft",
-                                      "--max-steps", "4",
-                                      "--set",       "sampling.rays=128",
-                                      "--set",       "grid.radiance=8,12,16",
-                                      "--set",       "motion.points=4",
-                                      "--set",       "effects.steps=0",
-                                      "--quiet"};
+    std::vector<std::string> words = train_small(data, run, {"--max-steps", "4"});
     words.insert(words.end(), more.begin(), more.end());
     return program(words);
   }

@@ -68,10 +68,8 @@ VoxelModel brief_smoke(bool moves) {
   m.motion.displaces = moves;
   m.motion.rigidity = false;
   m.motion.presence = true;
-  const int stride = m.motion.stride(), width = m.motion.width();
-  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 8)), width,
-                                   std::vector<float>(std::size_t(width), 0.0f).data())};
-  Channels& level = m.motion.levels[0];
+  const int stride = m.motion.stride();
+  Channels& level = test::add_level(m, 8);
   const Vec3 way{0.36f, 0, 0};
   const Vec3 seen = moves ? (-5.0f / 9) * way : Vec3{};  // where it is when point 6 counts most
   for (int b = 1; b <= level.topology->brick_count(); ++b)

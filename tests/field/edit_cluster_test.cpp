@@ -38,9 +38,7 @@ VoxelModel two_balls() {
     }
   m.motion.points = 2;
   m.motion.rigidity = false;
-  m.motion.levels.push_back(make_channels(make_dense_topology(make_lattice(m.box, 12)), m.motion.width(),
-                                          std::vector<float>(std::size_t(m.motion.width()), 0.0f).data()));
-  Channels& level = m.motion.levels[0];
+  Channels& level = test::add_level(m, 12);
   for (int b = 1; b <= level.topology->brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i)
       if (level.topology->position(b, i).x > -0.01f)
@@ -84,10 +82,8 @@ VoxelModel brief_ball() {
   m.motion.first_point = FirstPoint::free;
   m.motion.rigidity = false;
   m.motion.presence = true;
-  const int stride = m.motion.stride(), width = m.motion.width();
-  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 12)), width,
-                                   std::vector<float>(std::size_t(width), 0.0f).data())};
-  Channels& level = m.motion.levels[0];
+  const int stride = m.motion.stride();
+  Channels& level = test::add_level(m, 12);
   for (int b = 1; b <= level.topology->brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       if (const Vec3 x = level.topology->position(b, i); x.x < 0.1f || x.y < 0.6f) continue;

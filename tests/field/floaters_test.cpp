@@ -41,10 +41,7 @@ VoxelModel comes_on(VoxelModel m, float side) {
   m.motion.first_point = FirstPoint::free;
   m.motion.points = 2;
   m.motion.presence = true;
-  const int width = m.motion.width();
-  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 8)), width,
-                                   std::vector<float>(std::size_t(width), 0.0f).data())};
-  Channels& level = m.motion.levels[0];
+  Channels& level = test::add_level(m, 8);
   for (int b = 1; b <= level.topology->brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       const Vec3 x = side * level.topology->position(b, i);

@@ -34,10 +34,8 @@ VoxelModel dense_for_a_while() {
   m.motion.points = 8;
   m.motion.rigidity = false;
   m.motion.presence = true;
-  const int stride = m.motion.stride(), width = m.motion.width();
-  m.motion.levels = {make_channels(make_dense_topology(make_lattice(m.box, 8)), width,
-                                   std::vector<float>(std::size_t(width), 0.0f).data())};
-  Channels& level = m.motion.levels[0];
+  const int stride = m.motion.stride();
+  Channels& level = test::add_level(m, 8);
   const Vec3 seen = -1.0f * (kFirst + float(kDense) * kWay);
   for (int b = 1; b <= level.topology->brick_count(); ++b)
     for (int i = 0; i < kBrickRows; ++i) {

@@ -23,4 +23,13 @@ inline VoxelModel empty_model(int cells, DensityActivation activation, int sh_or
   return m;
 }
 
+/// Gives it one motion level of so many cells, stored everywhere and zero. @pre the motion says what a row
+/// holds
+inline Channels& add_level(VoxelModel& m, int cells) {
+  const std::vector<float> zero(std::size_t(m.motion.width()), 0.0f);
+  m.motion.levels = {
+      make_channels(make_dense_topology(make_lattice(m.box, cells)), int(zero.size()), zero.data())};
+  return m.motion.levels[0];
+}
+
 }  // namespace splinevox::test

@@ -3,22 +3,12 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "math/median.hpp"
 
 namespace splinevox {
 namespace {
-
-double interval_of(const std::vector<std::set<double>>& cameras) {
-  std::vector<double> intervals;
-  for (const std::set<double>& times : cameras) {
-    std::vector<double> between;
-    for (auto t = times.begin(); t != times.end() && std::next(t) != times.end(); ++t)
-      between.push_back(*std::next(t) - *t);
-    if (!between.empty()) intervals.push_back(median(std::move(between)));
-  }
-  return intervals.empty() ? 0 : median(std::move(intervals));
-}
 
 bool has_near(const std::set<double>& times, double time, double reach) {
   const auto next = times.lower_bound(time - reach);
@@ -27,10 +17,20 @@ bool has_near(const std::set<double>& times, double time, double reach) {
 
 }  // namespace
 
+double interval_of(const std::set<double>& moments) {
+  std::vector<double> between;
+  for (auto next = std::next(moments.begin()); next != moments.end(); ++next)
+    between.push_back(*next - *std::prev(next));
+  return median(std::move(between));
+}
+
 std::vector<double> shares_of_moments(const std::vector<std::set<double>>& cameras,
                                       const std::set<double>& moments) {
   constexpr double kReach = 0.3;  // of an interval
-  const double reach = kReach * interval_of(cameras);
+  std::vector<double> intervals;
+  for (const std::set<double>& times : cameras)
+    if (times.size() > 1) intervals.push_back(interval_of(times));
+  const double reach = intervals.empty() ? 0 : kReach * median(std::move(intervals));
   std::vector<double> out;
   for (const std::set<double>& times : cameras) {
     const auto seen = std::count_if(moments.begin(), moments.end(),

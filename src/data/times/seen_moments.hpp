@@ -7,6 +7,9 @@
 
 namespace splinevox {
 
+/// Median time between moments. @pre two or more
+double interval_of(const std::set<double>& moments);
+
 /// The share of a scene's moments that each camera saw, in [0, 1]. Films of one rig have time stamps of their
 /// own, so a camera saw a moment if it took a picture within three tenths of an interval of it. The interval
 /// is that between two pictures of a camera, the median over each and over all. Where stamps are equal, that

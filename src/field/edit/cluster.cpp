@@ -70,23 +70,21 @@ void finish(const Sum* sums, float voxel, std::vector<float>& out) {
 
 Paths find_paths(const VoxelModel& model, const Lattice& cells) {
   struct Hit {
-    std::size_t cell;
+    std::ptrdiff_t cell;  // negative: none
     float weight;
     Vec3 moved;
   };
   std::vector<Sum> sums(cell_count(cells) * kMoments);
   for (int m = 0; m < kMoments; ++m) {
-    std::vector<std::vector<Hit>> slabs(std::size_t(matter_slabs(model, 1)));
-    visit_matter(model, double(m) / (kMoments - 1), 1, [&](int slab, const MatterSample& s) {
-      const std::ptrdiff_t cell = index_of(cells, s.x + s.warp.displacement);
-      if (cell >= 0) slabs[std::size_t(slab)].push_back({std::size_t(cell), s.weight, -s.warp.displacement});
+    const std::vector<Hit> hits = matter_at(model, double(m) / (kMoments - 1), [&](const MatterSample& s) {
+      return Hit{index_of(cells, s.x + s.warp.displacement), s.weight, -s.warp.displacement};
     });
-    for (const auto& slab : slabs)
-      for (const Hit& h : slab) {
-        Sum& sum = sums[h.cell * kMoments + std::size_t(m)];
-        sum.weight += h.weight;
-        sum.moved += h.weight * h.moved;
-      }
+    for (const Hit& h : hits) {
+      if (h.cell < 0) continue;
+      Sum& sum = sums[std::size_t(h.cell) * kMoments + std::size_t(m)];
+      sum.weight += h.weight;
+      sum.moved += h.weight * h.moved;
+    }
   }
   Paths out;
   const float voxel = model.radiance.raw.topology->lattice.spacing;

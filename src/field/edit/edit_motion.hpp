@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <type_traits>
 #include <vector>
 
 #include "math/least_squares.hpp"
@@ -42,6 +43,20 @@ struct MatterSample {
 void visit_matter(const VoxelModel& model, double parameter, int stride,
                   const std::function<void(int slab, const MatterSample&)>& visit);
 int matter_slabs(const VoxelModel& model, int stride);
+
+/// make(sample) of every vertex that has matter at a parameter, in the order of slabs. `make` runs in
+/// parallel.
+template <class Make>
+auto matter_at(const VoxelModel& model, double parameter, const Make& make) {
+  std::vector<std::vector<std::invoke_result_t<Make, const MatterSample&>>> slabs(
+      std::size_t(matter_slabs(model, 1)));
+  visit_matter(model, parameter, 1, [&](int slab, const MatterSample& sample) {
+    slabs[std::size_t(slab)].push_back(make(sample));
+  });
+  std::vector<std::invoke_result_t<Make, const MatterSample&>> all;
+  for (const auto& slab : slabs) all.insert(all.end(), slab.begin(), slab.end());
+  return all;
+}
 
 /// Adds distances up to one.
 struct DistanceSum {

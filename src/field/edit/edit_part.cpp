@@ -37,14 +37,12 @@ std::vector<Place> find_places(const VoxelModel& model, const MotionClusters& cl
   std::vector<Place> all;
   for (int i = 0; i < kTimes; ++i) {
     const double s = double(i) / (kTimes - 1);
-    std::vector<std::vector<Place>> slabs(std::size_t(matter_slabs(model, 1)));
-    visit_matter(model, s, 1, [&](int slab, const MatterSample& place) {
+    const std::vector<Place> now = matter_at(model, s, [&](const MatterSample& place) {
       const Vec3 canonical = place.x + place.warp.displacement;
       const int label = clusters.at(canonical);
-      slabs[std::size_t(slab)].push_back(
-          {s, place.x, canonical, place.weight, label >= 0 && chosen[std::size_t(label)]});
+      return Place{s, place.x, canonical, place.weight, label >= 0 && chosen[std::size_t(label)]};
     });
-    for (const auto& slab : slabs) all.insert(all.end(), slab.begin(), slab.end());
+    all.insert(all.end(), now.begin(), now.end());
   }
   return all;
 }
@@ -220,20 +218,20 @@ void check_means(const MotionField& next, const MotionField& motion, const std::
   const Contraction by(motion);
   const int presence = by.layout.scalar[kPresence];
   const Channels &level = next.levels[0], &old = motion.levels[0];
+  std::vector<float> shift(level.topology->rows());  // of raw density, by row
+  for (std::size_t row = 0; row < shift.size(); ++row)
+    shift[row] = by.mean_at(old.row(row) + presence) - by.mean_at(level.row(row) + presence);
   const BrickView<float> view(*level.topology);
   double part = 0, off = 0;
   for (const Place& p : places) {
     if (!p.member || p.parameter > until) continue;
     const Located at = locate(view, p.x);
-    float w[kCorners], shift = 0;
+    float w[kCorners], there = 0;
     trilinear_weights(at.fraction, w);
-    for (int c = 0; c < kCorners; ++c) {
-      const auto row = std::size_t(at.rows.row[c]);
-      shift += w[c] * (by.mean_at(old.row(row) + presence) - by.mean_at(level.row(row) + presence));
-    }
+    for (int c = 0; c < kCorners; ++c) there += w[c] * shift[std::size_t(at.rows.row[c])];
     // No density grows by a larger factor than that of thin matter.
     const float depth = optical_depth(std::min(p.weight, 0.9999f));
-    off += std::abs(one_minus_exp_neg(depth * std::exp(shift)) - p.weight);
+    off += std::abs(one_minus_exp_neg(depth * std::exp(there)) - p.weight);
     part += p.weight;
   }
   if (off > limit * part)

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
-#include <utility>
 #include <vector>
 
 #include "field/edit/edit_motion.hpp"
@@ -78,18 +77,19 @@ std::vector<float> largest_opacity(const VoxelModel& model) {
   for_each_vertex(t, [&](std::uint32_t row, Int3) { alpha[row] = opacity(raw.row(row)[0]); });
   if (!comes_and_goes(model.motion)) return alpha;
   const BrickView<float> view(t);
-  const int slabs = matter_slabs(model, 1);
+  struct LookedUp {
+    Vec3 place;  // canonical
+    float presence;
+  };
   for (int i = 0; i < kTimes; ++i) {
-    std::vector<std::vector<std::pair<Vec3, float>>> seen(static_cast<std::size_t>(slabs));
-    visit_matter(model, double(i) / (kTimes - 1), 1, [&](int slab, const MatterSample& s) {
-      seen[std::size_t(slab)].emplace_back(s.x + s.warp.displacement, s.warp.presence);
+    const std::vector<LookedUp> now = matter_at(model, double(i) / (kTimes - 1), [](const MatterSample& s) {
+      return LookedUp{s.x + s.warp.displacement, s.warp.presence};
     });
-    for (const auto& slab : seen)
-      for (const auto& [place, presence] : slab)
-        for (const std::int32_t corner : locate(view, place).rows.row) {
-          const auto row = std::size_t(corner);
-          if (row >= kBrickRows) alpha[row] = std::max(alpha[row], opacity(raw.row(row)[0] + presence));
-        }
+    for (const LookedUp& at : now)
+      for (const std::int32_t corner : locate(view, at.place).rows.row) {
+        const auto row = std::size_t(corner);
+        if (row >= kBrickRows) alpha[row] = std::max(alpha[row], opacity(raw.row(row)[0] + at.presence));
+      }
   }
   return alpha;
 }

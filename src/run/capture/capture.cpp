@@ -220,7 +220,7 @@ class Capture {
     if (fs::exists(folder_ / "capture.json")) drop_aside();  // it is written last: this is newer and whole
     const auto kept = [&](const char* name) { return fs::exists(aside / name); };
     if (std::any_of(std::begin(kWritten), std::end(kWritten), kept)) {
-      for (const char* name : {"work", "images", "masks", "transforms.json"}) fs::remove_all(folder_ / name);
+      for (const char* name : kWritten) fs::remove_all(folder_ / name);
     } else if (fs::exists(folder_ / "work")) {
       if (fs::exists(aside))
         fail({printable(aside.string()), "there is something of that name that capture did not write",

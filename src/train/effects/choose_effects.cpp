@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -66,23 +65,13 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
                     config.motion.points, basis.most_points(halvings));
 }
 
-std::size_t moments_of(const Split& train) {
-  std::map<int, std::set<double>> by_camera;
-  std::set<double> moments;
-  for (const Frame& f : train.frames) {
-    moments.insert(f.time);
-    if (f.camera_id >= 0) by_camera[f.camera_id].insert(f.time);
-  }
-  std::vector<std::set<double>> cameras;
-  for (auto& [id, times] : by_camera) cameras.push_back(std::move(times));
-  return count_moments(cameras, moments);
-}
-
 /// What comes and goes is told moment by moment: about as many pieces in the end as there are moments, where
 /// several cameras see each. At most thrice as many as configured.
 /// @param halvings  of the pieces that are still to come
 int points_for_moments(const Config& config, const Split& train, int halvings) {
-  const std::size_t moments = moments_of(train);
+  std::set<double> all;
+  for (const Frame& f : train.frames) all.insert(f.time);
+  const std::size_t moments = count_moments(times_of_cameras(train), all);
   const Basis& basis = basis_of(config.motion.basis);
   if (2 * moments > train.frames.size() || basis.pieces(config.motion.points) <= 1)
     return config.motion.points;
