@@ -67,6 +67,8 @@ class Archive {
     return out;
   }
   bool exhausted() const { return !in_ || at_ == end_; }
+  /// Whether what is read, or the present section of it, goes on.
+  bool more() const { return !exhausted(); }
 
   template <class... T>
   void operator()(T&... values) {

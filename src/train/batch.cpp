@@ -121,15 +121,17 @@ float BatchSampler::changing_share(int frame) const {
 float BatchSampler::chance(const Patch& patch, const ErrorDraw* by_error) const {
   const std::size_t f = std::size_t(patch.frame);
   const SilhouetteBlocks& shown = shown_[f];
-  float out = 1 / float(shown.usable_count());
+  const bool known = !changing_.empty() && changing_[f].count() > 0;
+  const float changing = known ? changing_share(patch.frame) : 0, any = 1 / float(shown.usable_count());
+  float out = any;
   if (const std::uint32_t near = shown.near_count(); near > 0) {
     float busy = shown.is_near(patch.block) ? 1 / float(near) : 0;
     if (by_error) busy += config_.hard_share * (by_error->chance(patch.block) - busy);
-    out += kBusyShare * (busy - out);
+    out += std::max(0.0f, kBusyShare - changing) * (busy - any);
   }
-  if (changing_.empty() || changing_[f].count() == 0) return out;
-  const float there = changing_[f].has(patch.block) ? 1 / float(changing_[f].count()) : 0;
-  return out + changing_share(patch.frame) * (there - out);
+  if (!known) return out;
+  const float there = float(changing_[f].times(patch.block)) / float(changing_[f].count());
+  return out + changing * (there - any);
 }
 
 Patch BatchSampler::draw_patch(std::uint64_t step, std::uint64_t number, int frame,

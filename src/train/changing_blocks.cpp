@@ -46,8 +46,12 @@ std::uint32_t ChangingBlocks::at(std::uint32_t k) const {
          along(block % std::uint32_t(width_), part % parts_);
 }
 
-bool ChangingBlocks::has(std::uint32_t block) const {
-  return near(int(block % std::uint32_t(along_)) * 2, int(block / std::uint32_t(along_)) * 2);
+std::uint32_t ChangingBlocks::times(std::uint32_t block) const {
+  const int x = 2 * int(block % std::uint32_t(along_)), y = 2 * int(block / std::uint32_t(along_));
+  std::uint32_t count = 0;
+  for (int v = y / factor_; v <= std::min((y + 1) / factor_, height_ - 1); ++v)
+    for (int u = x / factor_; u <= std::min((x + 1) / factor_, width_ - 1); ++u) count += set_.test(u, v);
+  return count;
 }
 
 }  // namespace splinevox

@@ -20,8 +20,8 @@ class ChangingBlocks {
   std::uint32_t count() const { return parts_ * parts_ * set_.count(); }
   /// The k-th of them, numbered as SilhouetteBlocks does. @pre k < count()
   std::uint32_t at(std::uint32_t k) const;
-  /// Whether a block, numbered as SilhouetteBlocks does, is among them.
-  bool has(std::uint32_t block) const;
+  /// How often a block, numbered as SilhouetteBlocks does, is among them: a block may lie in several squares.
+  std::uint32_t times(std::uint32_t block) const;
   /// Whether a pixel is in one of them.
   bool near(int x, int y) const {
     return set_.test(std::min(x / factor_, width_ - 1), std::min(y / factor_, height_ - 1));

@@ -49,8 +49,8 @@ void steepen(RadianceField& radiance, float by) {
 Lattices::Lattices(const Setting& setting, const TimeMap& time_map, const Box& box) {
   const Config& c = setting.config;
   model.box = box;
-  model.background = starting_background(c, setting.train, setting.stats);
-  model.surroundings = starting_surroundings(c, box, model.background, setting.stats);
+  model.background = starting_background(c, setting.train, setting.stats, setting.unit);
+  model.surroundings = starting_surroundings(c, box, model.background, setting.stats, setting.unit);
   model.time_map = time_map;
   model.radiance.sh_order = order_at(c.radiance, 0);
   MotionField& m = model.motion;

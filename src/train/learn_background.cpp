@@ -42,7 +42,8 @@ bool learns_background(const Config& config, const PictureStats& stats) {
   return config.run.background_order >= 0 && !stats.see_through;
 }
 
-Background starting_background(const Config& config, const Split& train, const PictureStats& stats) {
+Background starting_background(const Config& config, const Split& train, const PictureStats& stats,
+                               float unit) {
   const std::vector<float>& c = config.run.background;
   Background out{.color = {c[0], c[1], c[2]}};
   if (!learns_background(config, stats)) return out;
@@ -52,7 +53,7 @@ Background starting_background(const Config& config, const Split& train, const P
   float band0;
   sh_basis(0, Vec3{}, &band0);
   const Vec3 start = border_color(train);
-  for (int a = 0; a < 3; ++a) out.raw[0][a] = logit(std::clamp(start[a], kEnd, 1 - kEnd)) / band0;
+  for (int a = 0; a < 3; ++a) out.raw[0][a] = logit(std::clamp(start[a], kEnd * unit, 1 - kEnd)) / band0;
   out.color = mean_color(out);
   return out;
 }

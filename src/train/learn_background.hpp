@@ -17,8 +17,9 @@ struct BackgroundLearner {
 bool learns_background(const Config& config, const PictureStats& stats);
 
 /// One colour before training, that along the borders of the pictures: what is there is more often behind
-/// than what is in the middle.
-Background starting_background(const Config& config, const Split& train, const PictureStats& stats);
+/// than what is in the middle. @param unit  of brightness (train/start.hpp)
+Background starting_background(const Config& config, const Split& train, const PictureStats& stats,
+                               float unit);
 
 /// One step on the harmonics; `color` follows their band 0.
 void update(Background& background, BackgroundLearner& learner, const BackgroundGradient& gradient,

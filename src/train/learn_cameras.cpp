@@ -14,6 +14,8 @@
 namespace splinevox {
 namespace {
 
+constexpr std::size_t kMostGains = 25;  ///< of a camera, over time
+
 constexpr double kClocksBegin = 0.2;  ///< progress: before it little is known of motion
 constexpr double kGainsBegin = 0.03;  ///< progress: before it the model is fog, and gains would be those of
                                       ///< what a camera happens to look at
@@ -57,7 +59,7 @@ TakenBy taken_by(const Split& train) {
 }
 
 CameraFits cameras_to_learn(const CamerasConfig& config, const Split& train) {
-  constexpr std::size_t kEach = 6, kMost = 25;  // pictures a gain; gains
+  constexpr std::size_t kEach = 6;  // pictures a gain
   CameraFits out;
   if (config.exposure || config.clock || config.drift) out = rig_of(train);
   if (!config.drift) return out;
@@ -69,7 +71,7 @@ CameraFits cameras_to_learn(const CamerasConfig& config, const Split& train) {
   for (const Frame& f : train.frames) pictures += out.knows(out.index_of(f));
   for (const CameraFit& c : out.cameras) trained += c.trained;
   if (trained == 0) return out;
-  const std::size_t gains = std::clamp(1 + pictures / (trained * kEach), std::size_t(1), kMost);
+  const std::size_t gains = std::clamp(1 + pictures / (trained * kEach), std::size_t(1), kMostGains);
   for (CameraFit& c : out.cameras) c.gains.resize(gains, {1, 1, 1});
   return out;
 }
@@ -230,12 +232,13 @@ void CameraLearner::archive(Archive& a, CameraFits& fits) {
   for (Learned& l : learned_) {
     const std::size_t gains = l.rows.size();
     a(l.rows, l.m, l.looked);
-    check_fits(l.rows.size() == gains);
+    // Of a film whose camera rests, an older version knew the resting pictures alone, and gave them fewer.
+    check_fits(l.rows.size() == gains || (fits.film && !l.rows.empty() && l.rows.size() <= kMostGains));
   }
-  for (CameraFit& camera : fits.cameras) {
-    const std::size_t gains = camera.gains.size();
+  for (std::size_t c = 0; c < fits.cameras.size(); ++c) {
+    CameraFit& camera = fits.cameras[c];
     a(camera.gains, camera.offset);
-    check_fits(camera.gains.size() == gains);
+    check_fits(camera.gains.size() == learned_[c].rows.size());
   }
 }
 

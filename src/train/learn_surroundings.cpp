@@ -12,31 +12,28 @@
 namespace splinevox {
 namespace {
 
-constexpr float kFaintest = 2e-4f;  ///< gradient behind a ray: an error of a tenth behind an alpha of 0.999
+constexpr float kFaintest = 2e-4f;  ///< gradient behind a ray, of brightness: an error of a tenth behind an
+                                    ///< alpha of 0.999
 
 float max_abs(const Vec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
 
 }  // namespace
 
-bool learns_surroundings(const Config& config, const PictureStats& stats) {
-  return config.run.surroundings && !config.grid.surroundings.empty() && config.run.background_order >= 0 &&
-         !stats.see_through;
-}
-
 Surroundings starting_surroundings(const Config& config, const Box& box, const Background& background,
-                                   const PictureStats& stats) {
+                                   const PictureStats& stats, float unit) {
   Surroundings out;
   if (!learns_surroundings(config, stats)) return out;
   out.box = box;
   out.shift = float(inverse_softplus(optical_depth(config.radiance.outer_alpha)));
   float row[OuterWalk::kWidth] = {};
-  for (int c = 0; c < 3; ++c) row[1 + c] = logit(std::clamp(background.color[c], 0.01f, 0.99f));
+  for (int c = 0; c < 3; ++c) row[1 + c] = logit(std::clamp(background.color[c], 0.01f * unit, 0.99f));
   out.raw = make_channels(outer_topology(config.grid.surroundings[0]), OuterWalk::kWidth, row);
   for (int i = 0; i < kBrickRows; ++i) out.raw.row(i)[0] = kEmptyDensity;
   return out;
 }
 
-SurroundingsLearner::SurroundingsLearner(const Config& config, const Surroundings& surroundings) {
+SurroundingsLearner::SurroundingsLearner(const Config& config, const Surroundings& surroundings, float unit)
+    : unit_(unit) {
   begin(config, surroundings);
 }
 
@@ -56,7 +53,7 @@ void SurroundingsLearner::step(const Config& config, std::span<const Ray> rays, 
                                Surroundings& surroundings) {
   const int count = int(rays.size()), tasks = (count + kTaskRays - 1) / kTaskRays;
   const BrickView<float> view(*surroundings.raw.topology);
-  const float least = config.sampling.min_weight;
+  const float least = config.sampling.min_weight, faintest = kFaintest * unit_;
   records_.resize(std::size_t(tasks));
   scatter_.begin(tasks, surroundings.raw.topology->brick_count() + 1);
   parallel_for(tasks, [&](int t) {
@@ -64,7 +61,7 @@ void SurroundingsLearner::step(const Config& config, std::span<const Ray> rays, 
     Walked& records = records_[std::size_t(t)];
     records.clear();
     for (int i = t * kTaskRays; i < std::min(count, (t + 1) * kTaskRays); ++i) {
-      if (!(max_abs(behind[i]) > kFaintest)) {  // next to nothing of it shows
+      if (!(max_abs(behind[i]) > faintest)) {  // next to nothing of it shows
         behind[i] = {};
         continue;
       }

@@ -13,19 +13,17 @@
 
 namespace splinevox {
 
-/// Whether surroundings are learned behind these pictures: the configuration wants them and they are opaque.
-bool learns_surroundings(const Config& config, const PictureStats& stats);
-
 /// Thin fog in the colour of the background everywhere around the box; none where none are learned.
+/// @param unit  of brightness (train/start.hpp)
 Surroundings starting_surroundings(const Config& config, const Box& box, const Background& background,
-                                   const PictureStats& stats);
+                                   const PictureStats& stats, float unit);
 
 /// Learns the surroundings from what the steps say of the colours behind their rays. It works on the host,
 /// whoever makes the steps: no ray of the box needs to know of it. The same bits for any number of threads.
 class SurroundingsLearner {
  public:
   SurroundingsLearner() = default;
-  SurroundingsLearner(const Config& config, const Surroundings& surroundings);
+  SurroundingsLearner(const Config& config, const Surroundings& surroundings, float unit = 1);
 
   /// One step. @param rays  of the batch, in the data's own coordinates. @param behind  gradient of the
   /// colour behind the box; what is left of it behind the surroundings takes its place
@@ -41,6 +39,7 @@ class SurroundingsLearner {
 
   void begin(const Config& config, const Surroundings& surroundings);
 
+  float unit_ = 1;  ///< of brightness
   int stage_ = 0;
   Learner learner_;
   Gradient gradient_;  ///< zero between steps

@@ -13,7 +13,7 @@ struct Setting {
         unit(brightness(c, stats)),
         config(for_silhouettes(stats, for_thin(stats, for_places(stats, in_units_of(unit, c))))),
         train(t),
-        still(asks_still_cameras(c) ? still_cameras(t) : std::vector<StillCamera>()) {}
+        still(asks_still_cameras(c) ? still_cameras(t, unit) : std::vector<StillCamera>()) {}
 
   const PictureStats stats;
   const float unit;     ///< of brightness; 1 unless the scene is dark

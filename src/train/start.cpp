@@ -42,17 +42,21 @@ void check_place(const Box& box, int cells) {
                     text(c), -c.x, -c.y, -c.z)});
 }
 
+/// Of a box whose lattices OpenVDB takes.
+float least_edge(const GridConfig& grid) {
+  return kLeastSpacing * float(std::max(grid.radiance.back(), grid.motion.empty() ? 0 : grid.motion.back()));
+}
+
 /// A model is stored with voxels that OpenVDB takes. Beyond the largest box the rates lose decibels (1e8
 /// units: 2 dB, 1e7: none).
-void check_unit(const Box& box, int cells) {
+void check_unit(const Box& box, const GridConfig& grid) {
   constexpr float kLargest = 1e8f;
-  const float edge = box.longest_edge();
-  if (edge >= kLeastSpacing * float(cells) && edge <= kLargest) return;
+  const float edge = box.longest_edge(), least = least_edge(grid);
+  if (edge >= least && edge <= kLargest) return;
   const double scale = std::pow(10, std::round(std::log10(1 / double(edge))));
   fail({"the training cameras",
         edge > 1 ? "the scene's unit is too small for it" : "the scene's unit is too large for it",
-        fmt::format("a box from {:.3g} to {:.3g} wide", kLeastSpacing * float(cells), kLargest),
-        fmt::format("{:.3g} wide", edge),
+        fmt::format("a box from {:.3g} to {:.3g} wide", least, kLargest), fmt::format("{:.3g} wide", edge),
         fmt::format("multiply every position: splinevox convert DATASET --out NEW --scale={:g}", scale)});
 }
 
@@ -122,10 +126,12 @@ void count_places(const Split& train, PictureStats& stats) {
   stats.pictures = int(train.frames.size());
 }
 
+bool holds_lattices(const Box& box, const GridConfig& grid) { return box.longest_edge() >= least_edge(grid); }
+
 SceneBounds starting_bounds(const Config& config, const Split& train, const PictureStats& stats) {
   const SceneBounds bounds = bounds_of(config, train, stats);
   check_place(bounds.box, config.grid.radiance.back());
-  check_unit(bounds.box, config.grid.radiance.back());
+  check_unit(bounds.box, config.grid);
   return bounds;
 }
 
@@ -170,8 +176,13 @@ Config for_thin(const PictureStats& stats, Config config) {
   return config;
 }
 
+bool learns_surroundings(const Config& config, const PictureStats& stats) {
+  return config.run.surroundings && !config.grid.surroundings.empty() && config.run.background_order >= 0 &&
+         !stats.see_through;
+}
+
 float initial_alpha(const Config& config, const PictureStats& stats) {
-  return stats.see_through || config.run.surroundings
+  return stats.see_through || learns_surroundings(config, stats)
              ? config.radiance.initial_alpha
              : std::max(config.radiance.initial_alpha, config.radiance.opaque_alpha);
 }

@@ -30,6 +30,9 @@ void count_places(const Split& train, PictureStats& stats);
 /// cells apart.
 SceneBounds starting_bounds(const Config& config, const Split& train, const PictureStats& stats);
 
+/// Whether a box is large enough for the finest lattices, in scene units (kLeastSpacing).
+bool holds_lattices(const Box& box, const GridConfig& grid);
+
 /// The unit of brightness that a scene is trained in: 1, or for pictures darker than 0.03 on average
 /// the brightest value in them or of a fixed background. Random backgrounds go no higher: against 0 to 1
 /// the silhouettes of a scene of 0.01 would be 10^4 times as loud as all that its colours say (numerics
@@ -55,6 +58,9 @@ Config for_silhouettes(const PictureStats& stats, Config config);
 /// Of thin matter that comes and goes hardly any sample is worth nothing: skipped and left alone is a tenth
 /// of what solid bodies can do without, and the box cuts off a hundredth. Its colours vary little.
 Config for_thin(const PictureStats& stats, Config config);
+
+/// Whether surroundings are learned behind these pictures: the configuration wants them and they are opaque.
+bool learns_surroundings(const Config& config, const PictureStats& stats);
 
 /// Alpha of one step of the first lattice before training. Behind opaque pictures matter is everywhere and is
 /// taken away: what begins thin stays full of holes. With

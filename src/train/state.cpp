@@ -23,16 +23,24 @@ SamplingConfig sampling_of(const Config& config) {
   return out;
 }
 
-/// What moves in each frame: by cameras that stand still, else as the frames have it. Empty where nothing is
-/// known or nothing is asked.
-std::vector<CoarseMask> moving_in(const Setting& setting) {
+/// Whether Frame::moving says what moves. Cameras that stand still all the time know it better; those of a
+/// film that rests for a while do not.
+bool told_by_frames(const Setting& setting) {
+  const std::vector<Frame>& frames = setting.train.frames;
+  return !tell_cells(setting.still, setting.train) &&
+         std::any_of(frames.begin(), frames.end(), [](const Frame& f) { return !f.moving.empty(); });
+}
+
+/// What moves in each frame: as the frames have it if `told`, else by cameras that stand still. Empty where
+/// nothing is known or nothing is asked.
+std::vector<CoarseMask> moving_in(const Setting& setting, bool told) {
   const std::vector<Frame>& frames = setting.train.frames;
   std::vector<CoarseMask> out(frames.size());
   for (const StillCamera& camera : setting.still)
     for (std::size_t i = 0; i < camera.frames.size(); ++i)
       out[std::size_t(camera.frames[i])] = camera.changing(i);
-  if (setting.still.empty())
-    for (std::size_t f = 0; f < frames.size(); ++f) out[f] = frames[f].moving;
+  for (std::size_t f = 0; f < frames.size() && told; ++f)
+    if (!frames[f].moving.empty()) out[f] = frames[f].moving;
   const bool any = std::any_of(out.begin(), out.end(), [](const CoarseMask& m) { return !m.empty(); });
   return any && changes(effects_of(setting.config)) ? out : std::vector<CoarseMask>();
 }
@@ -46,6 +54,7 @@ void archive_masks(Archive& a, const Split& train, std::vector<CoarseMask>& mask
     CoarseMask& mask = masks[f];
     std::vector<std::uint64_t> words = mask.squares.words();
     a(mask.factor, words);
+    if (a.reading() && words.empty()) mask = {};
     if (!a.reading() || words.empty()) continue;
     const Picture& image = train.frames[f].image;
     check_fits(mask.factor > 0 && mask.factor <= std::max(image.width, image.height));
@@ -56,15 +65,15 @@ void archive_masks(Archive& a, const Split& train, std::vector<CoarseMask>& mask
   }
 }
 
-/// @param masks  what moves in each frame
-Volume starting_volume(const Setting& setting, const TimeMap& time_map,
-                       const std::vector<CoarseMask>& masks) {
+/// @param masks  what moves in each frame, told by the frames if `told`
+Volume starting_volume(const Setting& setting, const TimeMap& time_map, const std::vector<CoarseMask>& masks,
+                       bool told) {
   const SceneBounds bounds = starting_bounds(setting.config, setting.train, setting.stats);
   MovingPart part;
   // What cameras that stand still see change is no mask of all that moves: they alone say what is static.
   if (freezes(setting.config))
-    part.cells = setting.still.empty() ? cells_that_move(masks, setting.train, bounds.box)
-                                       : changing_cells(setting.still, setting.train, bounds.box);
+    part.cells = told ? cells_that_move(masks, setting.train, bounds.box)
+                      : changing_cells(setting.still, setting.train, bounds.box);
   part.proved = part.cells.cells() > 0;
   return {Lattices(setting, time_map, bounds.box),
           {bounds.hull, {}, {}},
@@ -78,8 +87,9 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
                       std::unique_ptr<StepBackend> backend)
     : setting(config, train),
       ranks(r),
-      moving(moving_in(setting)),
-      home(starting_volume(setting, time_map, moving), std::move(backend)),
+      told(told_by_frames(setting)),
+      moving(moving_in(setting, told)),
+      home(starting_volume(setting, time_map, moving, told), std::move(backend)),
       sampler(train, home.read().lattices.model.box, sampling_of(config), config.run.seed, setting.unit),
       cameras(setting.config.cameras, home.read().cameras, setting.unit),
       errors(config.sampling.hard_share > 0 ? ErrorMap(train) : ErrorMap()),
@@ -87,14 +97,14 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
       followed(config.loss.tracks > 0 && config.motion.enabled ? points_that_move(train)
                                                                : std::vector<char>()) {
   tell_what_moves();
-  if (home.surroundings().any()) surroundings = SurroundingsLearner(setting.config, home.surroundings());
+  if (home.surroundings().any())
+    surroundings = SurroundingsLearner(setting.config, home.surroundings(), setting.unit);
 }
 
 /// To the sampler of rays.
 void Trainer::State::tell_what_moves() {
   // Of a rig other cameras see what one does not. Its cells are known better, and need no prior.
-  const bool rig = !setting.still.empty();
-  sampler.set_moving(moving, rig ? 0 : setting.config.loss.still);
+  sampler.set_moving(moving, told ? setting.config.loss.still : 0);
 }
 
 bool Trainer::State::refine(double progress_now) {
@@ -220,7 +230,11 @@ void Trainer::State::archive(Archive& a) {
     a.section("surroundings",
               [&] { check_fits(surroundings.archive(a, setting.config, home.surroundings())); });
   a.section("moving", [&] {  // what cameras that stand still tell is found again
-    if (setting.still.empty()) archive_masks(a, setting.train, moving);
+    if (a.reading() && told != a.more()) {
+      told = !told;
+      if (!told) moving = moving_in(setting, told);  // as an older version began it
+    }
+    if (told) archive_masks(a, setting.train, moving);
   });
   a.section("cameras", [&] { cameras.archive(a, home.cameras()); });
   if (!errors.empty())

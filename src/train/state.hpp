@@ -27,6 +27,7 @@ struct Trainer::State {
 
   const Setting setting;
   Ranks* const ranks;              ///< who trains with us; null: nobody
+  bool told;                       ///< what moves is told by the frames, not by cameras that stand still
   std::vector<CoarseMask> moving;  ///< what moves in each frame; empty: nobody knows
   Home home;
   BatchSampler sampler;

@@ -103,6 +103,44 @@ TEST_SUITE("backend/step") {
                         deterministic ? ", deterministic" : "", first, last);
         }
   }
+  TEST_CASE("what is behind the box is learned alike from a device's gradient and from the CPU's") {
+    const Dataset data = test::ball_before(
+        [](const Ray& ray) {
+          return Vec3{0.5f + 0.3f * float(std::sin(4 * ray.direction.x)), 0.4f, 0.6f};
+        },
+        12, 24);
+    Config config = test::small_run(12);
+    config.grid.surroundings = {16};
+    config.grid.surroundings_start = {0};
+    for (const bool around : {false, true}) {
+      CAPTURE(around);
+      config.run.surroundings = around;
+      const auto trained = [&](std::unique_ptr<StepBackend> device) {
+        Trainer trainer(config, *data.find("train"), data.time_map, 0, nullptr, std::move(device));
+        while (!trainer.done()) trainer.step();
+        return trainer.model();
+      };
+      const VoxelModel cpu = trained(make_step(Device::cpu));
+      REQUIRE(cpu.background.learned());
+      REQUIRE(cpu.surroundings.any() == around);
+      for (const test::Runner& runner : test::runners()) {
+        CAPTURE(runner.name);
+        const VoxelModel device = trained(runner.step(true));
+        for (int j = 0; j < cpu.background.count(); ++j)
+          for (int c = 0; c < 3; ++c)
+            CHECK(device.background.raw[j][c] == doctest::Approx(cpu.background.raw[j][c]).epsilon(1e-2));
+        const auto &a = device.surroundings.raw.values, &b = cpu.surroundings.raw.values;
+        REQUIRE(a.size() == b.size());
+        double apart = 0, moved = 0;
+        for (std::size_t i = 4 * kBrickRows; i < a.size(); ++i) {
+          apart += std::abs(a[i] - b[i]);
+          moved += std::abs(b[i] - (i % 4 == 0 ? 0 : b[i % 4]));  // colours begin as that of row 0
+        }
+        CHECK(apart <= 1e-2 * moved);
+        CHECK((moved > 0) == around);
+      }
+    }
+  }
   TEST_CASE("deterministic: the same bits for any number of threads and again") {
     const Config config = tiny_config(24, 1, true);
     for (const test::Runner& runner : test::runners()) {

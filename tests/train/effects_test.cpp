@@ -70,6 +70,7 @@ TEST_SUITE("train/effects") {
     CHECK(verdict(a, Effect::motion)->decision != EffectDecision::on);
     CHECK_FALSE(a.chosen.has(Effect::presence));
     CHECK_FALSE(b.chosen.has(Effect::presence));
+    CHECK(b.points == short_choice().motion.points);
     CHECK(a.trials.size() == 4);  // the last with presence
     CHECK(b.trials.size() == 3);
 
@@ -121,19 +122,24 @@ TEST_SUITE("train/effects") {
   }
   TEST_CASE(
       "a long sequence that repeats a motion gets the control points to follow it, one that does it once "
-      "keeps few") {
+      "keeps few; a model file has grids for them") {
+    Config config = short_choice();
+    config.sampling.occupancy_cells = 24;
     const EffectChoice often =
-        choose(make_synth("ball", {.frames = 400, .size = 32, .look = {.repeats = 10}}));
+        choose(make_synth("ball", {.frames = 1300, .size = 24, .look = {.repeats = 32}}), config);
     CHECK(often.chosen.has(Effect::motion));
-    const Config config = short_choice();
     const int pieces_in_the_end = (often.points - 3) << config.motion.halve_start.size();
     CHECK(pieces_in_the_end > 34);
+    Config chosen = config;
+    apply(often.chosen, chosen);
+    chosen.motion.points = often.points;
+    CHECK_NOTHROW(validate(chosen));
+    CHECK(grids_at_end(chosen) > kMostGrids - 4);  // more would follow it better
     REQUIRE_FALSE(often.points_verdicts.empty());
     CHECK(often.points_verdicts.back().gain.mean > 0.1);
     const EffectChoice once = choose(make_synth("ball", {.frames = 400, .size = 32}));
     CHECK(once.chosen.has(Effect::motion));
     CHECK(once.points < often.points);
-    CHECK(choose(make_synth("ball", {.frames = 40, .size = 32})).points == config.motion.points);
   }
   TEST_CASE("views of one time show no motion, and too few views or steps judge nothing") {
     Dataset data = make_synth("ball", {.frames = 40, .size = 24});

@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -129,6 +130,58 @@ TEST_CASE("patches go where errors are, and weights undo it as far as is asked")
   CHECK(shares[1] < shares[0]);
   CHECK(shares[1] > shares[2]);
   CHECK(shares[2] == doctest::Approx(share(even)).epsilon(0.1));
+}
+
+TEST_CASE("weights undo what errors change also where more is drawn of what moves") {
+  const Dataset data = make_synth("ball", {.frames = 8, .size = 64, .seed = 2});
+  const Split& train = *data.find("train");
+  const SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
+  SamplingConfig config;
+  config.frames = 8;
+  config.rays = 32768;
+  config.growth = 1;
+  config.window = 1;
+  config.carve = 0;
+  config.hard_undo = 1;
+  // What moves reaches across the lower left of every picture, in squares of an odd and of an even size.
+  for (const int factor : {1, 3, 4})
+    for (const float changing : {0.3f, 0.95f}) {
+      CAPTURE(factor);
+      CAPTURE(changing);
+      config.changing = changing;
+      std::vector<CoarseMask> moving(8, CoarseMask{PixelMask(64 / factor, 64 / factor), factor});
+      const auto inside = [&](int x, int y) { return x < 40 && y >= 32; };
+      for (CoarseMask& mask : moving)
+        for (int y = 0; y < 64 / factor; ++y)
+          for (int x = 0; x < 64 / factor; ++x)
+            if (inside(x * factor, y * factor))
+              mask.squares.set(std::size_t(y) * std::size_t(64 / factor) + x);
+      BatchSampler sampler(train, bounds.box, config, 9);
+      sampler.set_moving(moving, 0);
+      ErrorMap map(train);
+      Batch batch;
+      sampler.draw(0, 1, 0.02f, {}, {}, batch);
+      for (const Patch& p : batch.patches)
+        map.learn(std::vector<Patch>{p}, std::vector<Vec3>(4, Vec3{p.block % 32 < 12 ? 0.4f : 0.1f, 0, 0}));
+      // Shares of what moves, left and right, and of the rest.
+      const auto shares = [&](const ErrorMap* errors) {
+        std::array<double, 3> out{};
+        double all = 0;
+        for (int step = 1; step < 25; ++step) {
+          sampler.draw(step, 1, 0.02f, {}, {}, batch, {}, {}, errors);
+          for (std::size_t p = 0; p < batch.patches.size(); ++p) {
+            const int x = int(batch.patches[p].block % 32) * 2, y = int(batch.patches[p].block / 32) * 2;
+            const double w = double(batch.rays[4 * p].weight);
+            out[!inside(x, y) ? 2 : x < 24 ? 0 : 1] += w;
+            all += w;
+          }
+        }
+        for (double& share : out) share /= all;
+        return out;
+      };
+      const auto even = shares(nullptr), undone = shares(&map);
+      for (std::size_t k = 0; k < 3; ++k) CHECK(undone[k] == doctest::Approx(even[k]).epsilon(0.015));
+    }
 }
 
 }  // namespace

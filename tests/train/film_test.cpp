@@ -197,7 +197,8 @@ TEST_SUITE("train/film") {
   }
 
   TEST_CASE("masks of what moves stand in for a still world, wherever cameras are") {
-    const Config config = short_config();
+    Config config = short_config();
+    config.effects.steps = 20;  // what moves is told
     for (const double orbit : {0.0, 0.5}) {
       CAPTURE(orbit);
       Dataset data = make_synth("toy", {.frames = 20, .size = 32, .orbit = orbit});
@@ -263,5 +264,23 @@ TEST_SUITE("train/film") {
     }
     Trainer without(ready, untold, data.time_map);
     CHECK(values(without, 60) != want);
+
+    // While the camera rests it is one that stands still. That says less than what is told of the whole film.
+    Split rests = told;
+    for (std::size_t f = 0; f < rests.frames.size(); ++f)
+      if (f < rests.frames.size() / 3) {
+        rests.frames[f].camera = rests.frames[0].camera;
+        rests.frames[f].image = rests.frames[0].image;
+      }
+    Split named = rests;
+    for (std::size_t f = 0; f < named.frames.size(); ++f)
+      named.frames[f].camera_id = std::max(0, int(f) - int(named.frames.size() / 3) + 1);
+    Trainer plain(ready, rests, data.time_map), rested(ready, named, data.time_map);
+    const std::vector<float> same = values(plain, 60);
+    values(rested, 30);
+    for (Frame& f : named.frames) f.moving = {};
+    Trainer on(ready, named, data.time_map);
+    on.restore(rested.save());
+    CHECK(values(on, 30) == same);
   }
 }

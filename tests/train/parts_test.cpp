@@ -221,6 +221,29 @@ TEST_SUITE("train/refine") {
 }
 
 TEST_SUITE("train/bounds and batches") {
+  TEST_CASE("a picture that shows nothing says nothing of what lies outside it") {
+    const Dataset data = make_synth("ball", {.frames = 40, .size = 32, .rig = {.cameras = 6}});
+    Split train = *data.find("train");
+    for (Frame& f : train.frames)
+      if (f.camera_id == 3 && f.time >= 0.5) {  // it was turned round
+        f.camera.axes[0] = -f.camera.axes[0];
+        f.camera.axes[2] = -f.camera.axes[2];
+        f.image = Image16{32, 32, std::vector<std::uint16_t>(std::size_t(4) * 32 * 32, 0)};
+      }
+    const SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
+    const SynthScene scene = SynthScene::open("ball");
+    int hits = 0;
+    for (const Frame& frame : train.frames)
+      for (int y = 4; y < 32; y += 4)
+        for (int x = 4; x < 32; x += 4)
+          if (const auto hit = scene.at(frame.time).trace(camera_ray(frame.camera, x + 0.5, y + 0.5))) {
+            ++hits;
+            const Vec3 p = cast<float>(hit->position);
+            CHECK(bounds.hull.test(bounds.hull.index(bounds.hull.cell_of(p))));
+            for (int a = 0; a < 3; ++a) CHECK((p[a] > bounds.box.lo[a] && p[a] < bounds.box.hi[a]));
+          }
+    CHECK(hits > 200);
+  }
   TEST_CASE("the hull of a moving ball holds the ball at every time and the rays reach it") {
     const Dataset data = make_synth("ball", {.frames = 40, .size = 64, .seed = 2});
     const Split& train = *data.find("train");

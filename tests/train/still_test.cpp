@@ -185,6 +185,29 @@ TEST_SUITE("train/still") {
     CHECK(verdict_on(train_of(make_synth("static", fading))) != StillVerdict::unchanged);
   }
 
+  TEST_CASE("in a dark scene as much is proved as in a bright one") {
+    SynthOptions opaque = rig();
+    opaque.look.opaque = true;
+    for (const char* scene : {"toy", "static"}) {
+      CAPTURE(scene);
+      const Dataset data = make_synth(scene, opaque);
+      Split dark = train_of(data);
+      for (Frame& f : dark.frames) {
+        Image16 image = f.image.unpacked();
+        for (std::size_t i = 0; i < image.rgba.size(); ++i)
+          if (i % 4 < 3) image.rgba[i] = std::uint16_t(std::lround(0.02 * image.rgba[i]));
+        f.image = image;
+      }
+      const float unit = brightness({}, picture_stats(dark));
+      CHECK(unit < 0.03f);
+      const StillProof proof = prove(dark, unit);
+      REQUIRE(proof.evidence);
+      CHECK(proof.evidence->verdict == verdict_on(train_of(data)));
+      const double bright = mean_share(train_of(data));
+      CHECK(std::abs(proof.evidence->share - bright) <= 0.3 * bright);
+    }
+  }
+
   TEST_CASE("only cameras that are known, stand still and have three moments say anything") {
     const Dataset data = make_synth("ball", rig());
     Split moved = train_of(data), few = moved;

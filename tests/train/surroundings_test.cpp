@@ -261,4 +261,14 @@ TEST_SUITE("train/places") {
     stats.see_through = true;
     CHECK(initial_alpha(config, stats) == config.radiance.initial_alpha);
   }
+
+  TEST_CASE("surroundings that are asked for and not learned leave as much matter to begin with") {
+    Config config;
+    config.run.surroundings = true;
+    config.grid.surroundings = {16};
+    config.run.background_order = 0;
+    CHECK(initial_alpha(config, PictureStats{}) == config.radiance.initial_alpha);
+    config.run.background_order = -1;
+    CHECK(initial_alpha(config, PictureStats{}) == config.radiance.opaque_alpha);
+  }
 }

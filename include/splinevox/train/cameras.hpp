@@ -46,10 +46,10 @@ struct CameraFit {
 class CameraFits {
  public:
   std::vector<CameraFit> cameras;
-  bool film = false;  ///< there is one camera, and frames of no known camera are its
+  bool film = false;  ///< there is one camera, which took every frame
 
   /// Which of `cameras` took a frame; -1: nobody knows.
-  int index_of(const Frame& frame) const { return film && frame.camera_id < 0 ? 0 : frame.camera_id; }
+  int index_of(const Frame& frame) const { return film ? 0 : frame.camera_id; }
   bool knows(int camera) const {
     return camera >= 0 && camera < int(cameras.size()) && cameras[std::size_t(camera)].trained;
   }

@@ -202,5 +202,7 @@ std::string write_config(const Config& config);
 void validate(const Config& config);
 /// Control points of a curve of the finished model: training may add to those it begins with.
 int points_at_end(const MotionConfig& motion);
+/// Grids that the model of a finished run has, of kMostGrids at most.
+int grids_at_end(const Config& config);
 
 }  // namespace splinevox

@@ -210,7 +210,9 @@ struct EffectChoice {
 /// points can follow. So its middle 80 moments are fitted as a sequence of their own:
 ///   1. with the configuration's points,
 ///   2. with half as many pieces each time, until fewer pieces lose more than effects.min_gain on the mean,
-///   3. twice the pieces that a unit of time then has are laid out over the whole, less halvings to come.
+///   3. twice the fewest that do not are laid out over the whole, as many a unit of time, less halvings to
+///      come; the configuration's own pieces where all of them are needed. A model file limits their number
+///      (kMostGrids).
 /// Such a stretch also has a say in whether the scene moves. It is asked for bases alone whose pieces join
 /// smoothly by construction (Basis::smooth).
 ///

@@ -30,9 +30,4 @@ const Channels& LevelSums::make(std::span<const Channels* const> levels, std::sp
   return *sum_;
 }
 
-void LevelSums::clear() {
-  sums_.clear();
-  sum_ = nullptr;
-}
-
 }  // namespace splinevox

@@ -18,9 +18,6 @@ class LevelSums {
   const Channels& make(std::span<const Channels* const> levels, std::span<const RowMask> rows);
   /// What `make` returned.
   const Channels& sum() const { return *sum_; }
-  /// Whether there is one.
-  bool any() const { return sum_; }
-  void clear();
 
  private:
   std::vector<Channels> sums_;  ///< of the levels up to each but the first

@@ -30,7 +30,7 @@ struct PixelRuns {
   };
   int width = 0, height = 0;
   std::vector<Run> runs;  ///< those of kUnseen before those of kInside
-  bool complete = true;   ///< nothing touches the picture's border, so nothing lies outside it
+  bool complete = true;   ///< it shows something, and nothing touches its border, so nothing lies outside it
 
   explicit PixelRuns(const Frame& frame) : width(frame.image.width), height(frame.image.height) {
     const Picture& image = frame.image;
@@ -47,6 +47,8 @@ struct PixelRuns {
     };
     if (!frame.ignored.empty()) add([&](int x, int y) { return frame.ignored.test(x, y); }, kUnseen);
     add([&](int x, int y) { return image.pixel(x, y)[3] >= 1000 && !frame.ignored.test(x, y); }, kInside);
+    // What has left a picture altogether may be anywhere outside it.
+    complete &= std::any_of(runs.begin(), runs.end(), [](const Run& run) { return run.view == kInside; });
   }
 };
 

@@ -119,23 +119,25 @@ void check_motion(const MotionConfig& m) {
 
 /// Writers obey the readers' limit: a model of more grids could be trained and never be read.
 void check_grids(const Config& c) {
+  if (const int grids = grids_at_end(c); grids > kMostGrids)
+    wrong("motion.points", "leads to more grids than a model file may have",
+          fmt::format("at most {} grids: fewer control points in the end{}", kMostGrids,
+                      c.motion.enabled && c.motion.light ? ", of motion and light each" : ""),
+          fmt::format("{} grids with {} control points", grids, points_at_end(c.motion)));
+}
+
+}  // namespace
+
+int grids_at_end(const Config& c) {
   RadianceField radiance;
   radiance.sh_order = c.radiance.sh_order;
-  std::size_t grids = radiance_columns(radiance).size();
   MotionField motion;
   motion.basis = c.motion.basis;
   motion.points = points_at_end(c.motion);
   motion.first_point = c.motion.first_point;
   store(effects_of(c), motion);
-  grids += motion_columns(motion).size();
-  if (grids > std::size_t(kMostGrids))
-    wrong("motion.points", "leads to more grids than a model file may have",
-          fmt::format("at most {} grids: fewer control points in the end{}", kMostGrids,
-                      motion.displaces && motion.light ? ", of motion and light each" : ""),
-          fmt::format("{} grids with {} control points", grids, motion.points));
+  return int(radiance_columns(radiance).size() + motion_columns(motion).size());
 }
-
-}  // namespace
 
 int points_at_end(const MotionConfig& motion) {
   const Basis& basis = basis_of(motion.basis);

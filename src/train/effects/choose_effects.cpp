@@ -80,6 +80,16 @@ int points_for_moments(const Config& config, const Split& train, int halvings) {
   return std::clamp(basis.points_of(pieces), config.motion.points, basis.most_points(halvings));
 }
 
+/// The points that were found out, or as many as a model file has grids for, with those that it begins with.
+int points_that_fit(const Config& config, const EffectChoice& choice) {
+  Config c = config;
+  apply(choice.chosen, c);
+  for (c.motion.points = choice.points;
+       c.motion.points > config.motion.points && grids_at_end(c) > kMostGrids;)
+    --c.motion.points;
+  return c.motion.points;
+}
+
 /// Whether effects stay, each judged beside all that do so far.
 class Trials {
  public:
@@ -322,7 +332,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.chosen = unchanging(out.chosen);
     out.note = "every view is of one time: nothing can be seen to change";
   }
-  const StillProof proof = prove(train);
+  const StillProof proof = prove(train, brightness(config, stats));
   out.still = proof.evidence;
   if (proof.says(StillVerdict::unchanged)) {
     out.chosen = unchanging(out.chosen);
@@ -364,6 +374,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
       }))
     leave_out(out, Effect::light,
               "brightness changes with the camera's way: no light, which could not be told from that");
+  out.points = points_that_fit(config, out);
   // Of a long sequence the whole and a stretch may differ: what either finds is used.
   for (EffectVerdict& v : out.verdicts)
     if (v.decision == EffectDecision::confounded && out.chosen.has(v.effect))

@@ -16,8 +16,8 @@ constexpr double kAgreeing = 0.3;  // of the cameras, that do at least
 
 }  // namespace
 
-StillProof prove(const Split& train) {
-  StillProof out{still_cameras(train), {}};
+StillProof prove(const Split& train, float unit) {
+  StillProof out{still_cameras(train, unit), {}};
   if (out.cameras.empty()) return out;
   StillEvidence e;
   e.cameras = int(out.cameras.size());

@@ -18,7 +18,8 @@ struct StillProof {
 
   bool says(StillVerdict verdict) const { return evidence && evidence->verdict == verdict; }
 };
-StillProof prove(const Split& train);
+/// @param unit  of brightness (train/start.hpp)
+StillProof prove(const Split& train, float unit = 1);
 
 /// 1 where a held-out picture differs from its camera's still picture, or is beside such a pixel; 0
 /// everywhere in a picture of a camera that does not stand still. Each of the size of its picture, one

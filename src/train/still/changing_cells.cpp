@@ -39,30 +39,37 @@ struct Voter {
   }
 };
 
-std::vector<Voter> voters_of(const std::vector<StillCamera>& cameras, const Split& split) {
+/// Those that see nearly every moment, in steady light.
+std::vector<const StillCamera*> voting(const std::vector<StillCamera>& cameras, const Split& split) {
   std::set<double> moments;
   for (const Frame& frame : split.frames) moments.insert(frame.time);
   std::vector<std::set<double>> seen(cameras.size());
   for (std::size_t c = 0; c < cameras.size(); ++c)
     for (const int f : cameras[c].frames) seen[c].insert(split.frames[std::size_t(f)].time);
   const std::vector<double> shares = shares_of_moments(seen, moments);
-  std::vector<Voter> out;
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const StillCamera& camera = cameras[c];
-    if (shares[c] < kMostMoments || !camera.steady()) continue;
-    out.push_back({camera, SquareVotes(split.frames[std::size_t(camera.frames.front())].camera, camera.factor,
-                                       camera.width, camera.height, [&](int x, int y) {
-                                         const std::size_t i = camera.block(x, y);
-                                         return camera.ever[i] || camera.unknown[i];
-                                       })});
-  }
+  std::vector<const StillCamera*> out;
+  for (std::size_t c = 0; c < cameras.size(); ++c)
+    if (shares[c] >= kMostMoments && cameras[c].steady()) out.push_back(&cameras[c]);
   return out;
+}
+
+Voter voter_of(const StillCamera& camera, const Split& split) {
+  return {camera, SquareVotes(split.frames[std::size_t(camera.frames.front())].camera, camera.factor,
+                              camera.width, camera.height, [&](int x, int y) {
+                                const std::size_t i = camera.block(x, y);
+                                return camera.ever[i] || camera.unknown[i];
+                              })};
 }
 
 }  // namespace
 
+bool tell_cells(const std::vector<StillCamera>& cameras, const Split& split) {
+  return int(voting(cameras, split).size()) >= kFewestVotes;
+}
+
 BitGrid changing_cells(const std::vector<StillCamera>& cameras, const Split& split, const Box& box) {
-  const std::vector<Voter> voters = voters_of(cameras, split);
+  std::vector<Voter> voters;
+  for (const StillCamera* camera : voting(cameras, split)) voters.push_back(voter_of(*camera, split));
   if (int(voters.size()) < kFewestVotes) return {};
   BitGrid cells(box, kCells);
   struct Votes {

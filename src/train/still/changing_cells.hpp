@@ -18,6 +18,8 @@ namespace splinevox {
 ///
 /// Cameras vote that see nearly every moment of the split, in steady light. Where fewer than two do, nothing
 /// is known, and no cells are returned.
+/// Whether enough of these cameras vote.
+bool tell_cells(const std::vector<StillCamera>& cameras, const Split& split);
 BitGrid changing_cells(const std::vector<StillCamera>& cameras, const Split& split, const Box& box);
 
 }  // namespace splinevox

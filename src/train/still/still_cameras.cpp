@@ -39,16 +39,18 @@ using Values = std::vector<float>;  ///< [channels][height][width]
 struct Film {
   const Split& split;
   StillCamera& camera;
+  float unit;  ///< of brightness
 
   std::size_t blocks() const { return std::size_t(camera.width) * camera.height; }
 
-  /// Means over blocks; of large ones over four pixels of them. Not a number where a mask ignores one of
-  /// them.
+  /// Means over blocks, colours in the unit; of large ones over four pixels of them. Not a number where a
+  /// mask ignores one of them.
   Values values(int frame) const {
     const Picture& picture = split.frames[std::size_t(frame)].image;
     const PixelMask& ignored = split.frames[std::size_t(frame)].ignored;
     const ReadAll all_of(picture);
     const int step = std::max(1, camera.factor / 2), f = camera.factor;
+    const float level = 1 / 65535.0f / unit;
     Values out(kChannels * blocks());
     for (int y = 0; y < camera.height; ++y)
       for (int x = 0; x < camera.width; ++x) {
@@ -58,7 +60,7 @@ struct Film {
           for (int u = x * f; u < (x + 1) * f; u += step) {
             const auto p = picture.rgba(u, v);
             const float alpha = ignored.test(u, v) ? kIgnored : p[3] * (1 / 65535.0f);
-            for (std::size_t c = 0; c < 3; ++c) sum[c] += alpha * p[c] * (1 / 65535.0f);
+            for (std::size_t c = 0; c < 3; ++c) sum[c] += alpha * p[c] * level;
             sum[3] += alpha;
             ++count;
           }
@@ -221,13 +223,13 @@ Difference difference(const Film& film, const Still& still, Values picture) {
   return out;
 }
 
-void look(const Split& split, StillCamera& camera) {
+void look(const Split& split, StillCamera& camera, float unit) {
   const Frame& first = split.frames[std::size_t(camera.frames.front())];
   const int longest = std::max(first.image.width, first.image.height);
   camera.factor = std::max(1, (longest + kMostBlocks - 1) / kMostBlocks);
   camera.width = first.image.width / camera.factor;
   camera.height = first.image.height / camera.factor;
-  const Film film{split, camera};
+  const Film film{split, camera, unit};
   const std::size_t n = film.blocks();
   const int count = int(camera.frames.size()), looks = std::min(count, kMostLooks);
   std::vector<Values> pictures{std::size_t(looks)};
@@ -272,7 +274,7 @@ double share_of(const BlockMap& map) {
   return double(std::count(map.begin(), map.end(), 1)) / double(map.size());
 }
 
-std::vector<StillCamera> still_cameras(const Split& split) {
+std::vector<StillCamera> still_cameras(const Split& split, float unit) {
   std::map<int, StillCamera> by_id;
   for (const int f : frames_by_time(split))
     if (const int id = split.frames[std::size_t(f)].camera_id; id >= 0) by_id[id].frames.push_back(f);
@@ -288,7 +290,7 @@ std::vector<StillCamera> still_cameras(const Split& split) {
                now.image.width == before.image.width && now.image.height == before.image.height;
     }
     if (!still || moments < kFewestMoments) continue;
-    look(split, camera);
+    look(split, camera, unit);
     if (camera.most < kMoved) out.push_back(std::move(camera));
   }
   return out;

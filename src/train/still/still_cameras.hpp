@@ -40,6 +40,7 @@ struct StillCamera {
 /// The cameras of a split that stand still and have three moments or more: frames of one camera_id, of one
 /// pose and lens. None where the data knows no cameras. A camera most of whose picture differs at one moment
 /// has moved, or its light has: it is left out too.
-std::vector<StillCamera> still_cameras(const Split& split);
+/// @param unit  of brightness, in (0, 1]: that of a dark scene, whose noise is as much smaller
+std::vector<StillCamera> still_cameras(const Split& split, float unit = 1);
 
 }  // namespace splinevox
