@@ -87,7 +87,8 @@ class SPLINEVOX_OT_import(Calls, bpy.types.Operator):
     def shown(self, context, folder):
         sequence = read_sequence(folder)
         volumes = show(context, folder, sequence)
-        set_motion_blur(context.scene, context.scene.splinevox)
+        if context.scene.splinevox.motion_blur:  # what the scene has is the user's
+            set_motion_blur(context.scene, context.scene.splinevox)
         said = ["%s: %d volume%s" % (folder, len(volumes), "" if len(volumes) == 1 else "s")]
         return "; ".join(said + loader.differences(context.scene, sequence))
 
@@ -140,8 +141,7 @@ class SPLINEVOX_OT_motion_blur(bpy.types.Operator):
 def time_curve(scene):
     """The keyed time as "T:S,...": at T, 0 to 1 over the scene's frames, the run's time S. Frames on a
     straight line between others are left out."""
-    action = scene.animation_data.action if scene.animation_data else None
-    curve = action.fcurves.find("splinevox.time") if action else None
+    curve = next((c for c in loader.keyed_curves(scene) if c.data_path == "splinevox.time"), None)
     first, last = scene.frame_start, scene.frame_end
     if curve is None or last <= first:
         raise Failed("The time is not keyed. Try: right-click on Time > Insert Keyframe, at two frames")

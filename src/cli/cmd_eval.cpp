@@ -15,6 +15,7 @@
 #include "core/system.hpp"
 #include "run/correspondence.hpp"
 #include "run/folder_lock.hpp"
+#include "run/folder_mark.hpp"
 #include "run/held_camera.hpp"
 #include "run/outer_metric.hpp"
 #include "run/own_json.hpp"
@@ -33,29 +34,35 @@ namespace fs = std::filesystem;
 namespace splinevox::cli {
 namespace {
 
-constexpr const char* kPicturesMark =
-    "eval.json";  ///< in a folder of --images: what is there may be replaced
-constexpr const char* kPicturesFormat = "splinevox eval pictures";
+constexpr FolderMark kPicturesMark{"eval.json", "splinevox eval pictures"};  ///< in a folder of --images
 
 /// Makes a folder for pictures ours. One that holds anything else, as a data set's does, is refused: frames
 /// have the names of their pictures.
 void claim_pictures(const std::string& folder, const Run& run, const std::string& split) {
-  const fs::path mark = fs::path(folder) / kPicturesMark;
   std::error_code ignored;
-  const bool empty =
-      !fs::exists(folder, ignored) || (fs::is_directory(folder, ignored) && fs::is_empty(folder));
-  bool ours = empty;
-  if (!empty && fs::exists(mark, ignored)) {
-    const Json j = read_json(mark.string());
-    ours = j.is_object() && j.contains("format") && j["format"] == kPicturesFormat;
-  }
-  if (fs::is_directory(folder, ignored) && !ours)
+  if (fs::is_directory(folder, ignored) && !fs::is_empty(folder) && !has_mark(folder, kPicturesMark))
     fail({folder, "this folder holds files that `eval --images` did not write",
           "an empty folder, a name that is free, or the pictures of an earlier eval", "",
           "another folder for --images"});
   probe_output_folder(folder);
-  write_file(mark.string(),
-             {json_text({{"format", kPicturesFormat}, {"run", run.path}, {"split", split}}, 2) + "\n"});
+  write_mark(folder, kPicturesMark, {{"run", run.path}, {"split", split}});
+}
+
+/// Whether figures are of the pictures that the run is about. Where its own data set is no longer there, what
+/// is given for it is that.
+bool own_pictures(const Run& run, const std::string& data) {
+  std::error_code ignored;
+  return data.empty() || !fs::exists(run.record.dataset, ignored) ||
+         fs::equivalent(data, run.record.dataset, ignored);
+}
+
+/// Whether a file is one in which a run keeps figures.
+bool of_run(const fs::path& file) {
+  std::error_code ignored;
+  const std::string name = file.filename().string();
+  const bool figures = name == "metrics.json" || name == "metrics_train.json" || name == "metrics_val.json" ||
+                       name == "metrics.jsonl";
+  return figures && fs::exists(file.parent_path() / "config.toml", ignored);
 }
 
 /// Which file model.vdb is: one that replaces it is another.
@@ -180,7 +187,7 @@ int eval_run(const EvalOptions& o) {
   result["depth_determined"] = !flat;
   result["eval_seconds"] = scores.seconds;
   result["eval_device"] = describe(device);
-  result["eval_data"] = fs::absolute(data.path).lexically_normal().string();
+  result["eval_data"] = whole_path(data.path).string();
   std::optional<HeldCamera> held;
   if (const std::optional<Dataset> film = open_film(run, o.data, o.room))
     held = held_camera_test(run.model, renderer, *film->find("train"), *data.find(o.split));
@@ -206,15 +213,24 @@ int eval_run(const EvalOptions& o) {
   }
   if (o.truth && !o.json) print_truth(motion);
   if (volume && !o.json) print_volumes(*volume);
+  const bool own = own_pictures(run, o.data);
+  if (!own) {
+    notes.push_back(
+        "these are pictures of another data set: the run does not keep their figures; --out FILE does");
+    if (!o.json) fmt::print("note: {}\n", notes.back());
+  }
   if (o.json) tell_scores(result, notes);
   std::fflush(stdout);
   // The run keeps figures of its own pictures, shown as all are.
-  if (!otherwise.any() && across == 0) save(run, read, result);
+  if (own && !otherwise.any() && across == 0) save(run, read, result);
   if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);
   return 0;
 }
 
 int eval(const EvalOptions& o) {
+  if (!o.out.empty() && of_run(fs::absolute(o.out)))
+    fail({"--out", "a run keeps its own figures in this file", "another file", o.out,
+          "none is needed: a run keeps the figures of its own pictures"});
   if (!o.out.empty()) probe_output_file(o.out, are_figures);
   return o.pictures.empty() ? eval_run(o) : eval_pictures(o);
 }

@@ -111,8 +111,7 @@ int export_run(ExportVerb& o) {
   const std::unique_ptr<Ranks> ranks = o.share.empty() ? join_ranks("export") : nullptr;
   const Run run = open_run(o.run);
   refuse_run_folder(o.out, "an export");
-  std::error_code ignored;
-  o.options.run = std::filesystem::absolute(o.run, ignored).lexically_normal().string();
+  o.options.run = whole_path(o.run).string();
   probe_output_folder(o.out);
   catch_stop_signals();
   const Talk talk = choose_talk(o.talk.quiet, o.talk.json);

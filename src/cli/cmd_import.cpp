@@ -49,7 +49,7 @@ int import_sequence(ImportVerb& o) {
   std::error_code ignored;
   if (std::filesystem::equivalent(o.out, o.splats, ignored))
     fail({o.out, "the splats are in this folder", "a folder of its own", "", "--out " + o.out + "/vdb"});
-  o.options.source = std::filesystem::absolute(o.splats, ignored).lexically_normal().string();
+  o.options.source = whole_path(o.splats).string();
   probe_output_folder(o.out);
   const FolderLock lock(o.out, "importing into");
   catch_stop_signals();

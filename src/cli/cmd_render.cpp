@@ -5,14 +5,17 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 
 #include "cli/camera_files.hpp"
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "cli/render_layers.hpp"
 #include "core/nearest.hpp"
+#include "core/own_folder.hpp"
 #include "io/export/export_sidecar.hpp"
 #include "run/film_write.hpp"
+#include "run/folder_mark.hpp"
 #include "run/shares.hpp"
 #include "run/teller.hpp"
 #include "splinevox/backend/device.hpp"
@@ -25,6 +28,11 @@
 namespace splinevox::cli {
 namespace {
 
+std::string picture_name(const std::string& layer, int number) {
+  return fmt::format("{}_{:04}.png", layer, number);
+}
+std::string exr_name(int number) { return fmt::format("frame_{:04}.exr", number); }
+
 struct RenderVerb {
   std::string run, out, layers = "rgb", format = "png", device = "auto", share, antialias = "auto";
   CameraRequest cameras;
@@ -34,13 +42,51 @@ struct RenderVerb {
   TalkWords talk;
 };
 
+constexpr FolderMark kRenderMark{"render.json", "splinevox render"};  ///< in a folder of pictures
+
+std::vector<std::string> names_of(const RenderVerb& o, const std::vector<std::string>& layers,
+                                  const RenderFrames& frames) {
+  if (o.format == "cameras") return {kCamerasJson, kCamerasUsd};
+  std::vector<std::string> out;
+  for (const std::string& layer : layers) {
+    if (o.format == "mp4") out.push_back(layer + ".mp4");
+    for (const int number : frames.numbers)
+      if (o.format == "png") out.push_back(picture_name(layer, number));
+  }
+  for (const int number : frames.numbers)
+    if (o.format == "exr") out.push_back(exr_name(number));
+  return out;
+}
+
+/// Makes a folder for pictures ours. One with files of their names that no render wrote is refused.
+void claim_folder(const std::string& folder, const Run& run, const std::vector<std::string>& names) {
+  probe_output_folder(folder);
+  if (has_mark(folder, kRenderMark)) return;
+  const std::vector<std::string> there = names_in_folder(folder);
+  const std::set<std::string> taken(there.begin(), there.end());
+  for (const std::string& name : names)
+    if (taken.contains(name))
+      fail({folder + "/" + name, "`render` did not write this file and would replace it",
+            "a folder of its own, or that of an earlier render", "",
+            "another folder for --out, or remove the file: what older versions rendered has no render.json "
+            "beside it"});
+  write_mark(folder, kRenderMark, {{"run", run.path}});
+}
+
 /// Where the pictures would be taken from, and no pictures.
 int write_cameras_only(const RenderVerb& o, const Run& run, const RenderFrames& frames,
                        const Teller& teller) {
   write_cameras(o.out, frames, o.frames.fps, run.model.time_map);
   const bool bent = std::any_of(frames.shots.begin(), frames.shots.end(),
                                 [](const Shot& s) { return s.camera.lens.kind != Distortion::Kind::none; });
-  if (show_cameras(o.out)) teller.note("the stage of the export in this folder shows them too");
+  const CamerasShown shown = show_cameras(o.out);
+  if (shown == CamerasShown::yes) teller.note("the stage of the export in this folder shows them too");
+  if (shown == CamerasShown::other_rate)
+    teller.note(
+        fmt::format("the stage of the export in this folder has other frames a second than these cameras, "
+                    "{}, and does not "
+                    "show them; its own with --fps does",
+                    o.frames.fps));
   if (bent) teller.note("these lenses bend the picture; the files have pinhole cameras, without that");
   teller.result(
       {{"out", o.out}, {"cameras", frames.shown.size()}, {"files", {kCamerasJson, kCamerasUsd}}},
@@ -64,7 +110,7 @@ int render(const RenderVerb& o) {
   Teller teller(choose_talk(o.talk.quiet, o.talk.json));
   const RenderFrames frames =
       plan_frames(run, o.cameras, o.frames, [&](const std::string& line) { teller.note(line); });
-  probe_output_folder(o.out);
+  claim_folder(o.out, run, names_of(o, layers, frames));
   if (o.format == "cameras") return write_cameras_only(o, run, frames, teller);
   Renderer renderer = make_renderer(run.model, device);
   PartPictures parts(run.model, layers, device);
@@ -76,14 +122,14 @@ int render(const RenderVerb& o) {
     const int number = frames.numbers[i];
     Rendered r = renderer.render(shot.camera, shot.time, options);
     if (o.format == "exr")
-      write_layers(fmt::format("{}/frame_{:04}.exr", o.out, number), run.model, r, parts, layers, frames, i,
-                   o.frames.fps, options);
+      write_layers(o.out + "/" + exr_name(number), run.model, r, parts, layers, frames, i, o.frames.fps,
+                   options);
     for (const std::string& layer : layers) {
       if (o.format == "exr") continue;
       const Image picture =
           layer == "cluster" ? parts.picture(shot, options) : layer_picture(run.model, r, layer, shot.camera);
       if (o.format == "png") {
-        write_png(fmt::format("{}/{}_{:04}.png", o.out, layer, number), picture);
+        write_png(o.out + "/" + picture_name(layer, number), picture);
         continue;
       }
       const auto film = films

@@ -30,9 +30,7 @@ struct SweepVerb {
   TalkWords talk;
 };
 
-constexpr const char* kSweepMark =
-    "sweep.json";  ///< in a sweep's folder: its lists and tables may be replaced
-constexpr const char* kSweepFormat = "splinevox sweep";
+constexpr FolderMark kSweepMark{"sweep.json", "splinevox sweep"};  ///< in a sweep's folder
 
 /// Makes a folder for lists and tables ours. One that has files of their names which no sweep wrote, as the
 /// folder of a paper may, is refused. Sweeps of older versions left no mark: their script tells.
@@ -42,20 +40,16 @@ void claim_sweep(const std::string& out) {
     std::error_code ignored;
     return fs::exists(fs::symlink_status(path(name), ignored));
   };
-  bool ours = false;
-  if (there(kSweepMark)) {
-    const Json j = read_json(path(kSweepMark));
-    ours = j.is_object() && j.contains("format") && j["format"] == kSweepFormat;
-  } else {
-    ours = is_slurm_script(read_text_if_there(path("array.sh")));
-  }
+  const bool marked = there(kSweepMark.name),
+             ours =
+                 marked ? has_mark(out, kSweepMark) : is_slurm_script(read_text_if_there(path("array.sh")));
   for (const char* name :
-       {kSweepMark, "tasks.txt", "array.sh", "table.csv", "settings.csv", "table.md", "table.tex"})
+       {kSweepMark.name, "tasks.txt", "array.sh", "table.csv", "settings.csv", "table.md", "table.tex"})
     if (!ours && there(name))
       fail({path(name), "`sweep` did not write this file and would replace it",
             "a folder of its own, or that of an earlier sweep", "", "another folder for --out"});
   probe_output_folder(out);
-  if (!there(kSweepMark)) write_file(path(kSweepMark), {json_text({{"format", kSweepFormat}}, 2) + "\n"});
+  if (!marked) write_mark(out, kSweepMark);
 }
 
 int sweep(const SweepVerb& o) {

@@ -47,11 +47,8 @@ void summarise(const Json& j, const std::string& run) {
 
 /// A folder for a run that nobody named: runs/NAME-DATE, of the data set and of now. Not there yet.
 std::string free_run_folder(const std::string& dataset) {
-  fs::path folder = fs::absolute(dataset).lexically_normal();
-  if (folder.filename().empty()) folder = folder.parent_path();
   const std::time_t now = std::time(nullptr);
-  const std::string name =
-      fmt::format("runs/{}-{:%Y%m%d-%H%M%S}", folder.filename().string(), fmt::localtime(now));
+  const std::string name = fmt::format("runs/{}-{:%Y%m%d-%H%M%S}", folder_name(dataset), fmt::localtime(now));
   std::string out = name;
   for (int i = 2; fs::exists(fs::symlink_status(out)); ++i) out = fmt::format("{}-{}", name, i);
   return out;
@@ -86,8 +83,7 @@ int port_of(const std::string& word) {
 std::unique_ptr<LivePage> open_page(const TrainVerb& o, const Ranks* ranks) {
   if (!o.live) return nullptr;
   if (ranks) fail({"--live", "the page is for a training in one process", "", "several under mpirun", ""});
-  auto page =
-      std::make_unique<LivePage>(port_of(*o.live), fs::path(o.out).lexically_normal().filename().string());
+  auto page = std::make_unique<LivePage>(port_of(*o.live), folder_name(o.out));
   if (o.json)
     write_event("live", {{"live", page->address()}});
   else

@@ -70,7 +70,7 @@ int eval_pictures(const EvalOptions& o) {
         if (!o.json) print_view(frame, v);
         metrics.take(frame, v);
       });
-  const auto whole = [](const std::string& path) { return fs::absolute(path).lexically_normal().string(); };
+  const auto whole = [](const std::string& path) { return whole_path(path).string(); };
   Json result = scores_json(scores);
   metrics.finish(result);
   result["pictures"] = whole(o.pictures);

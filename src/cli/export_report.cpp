@@ -11,6 +11,7 @@
 #include "core/printable.hpp"
 #include "core/process.hpp"
 #include "io/export/export_profiles.hpp"
+#include "io/export/export_sidecar.hpp"
 #include "io/export/what_changes.hpp"
 #include "run/support.hpp"
 
@@ -158,6 +159,13 @@ void ExportReport::advise(const std::string& folder, const VoxelModel& model) co
   const std::string changes = what_changes(model.motion);
   if (!changes.empty() && find_profile(options_.profile).velocity)
     teller_.note(fmt::format("nothing moves in this run, {}: the frames have no velocity grid", changes));
+  if (const std::optional<double> rate = cameras_rate(folder);
+      options_.profile == "usd" && rate && *rate != options_.fps)
+    teller_.note(
+        fmt::format("cameras.usda in this folder has {} frames a second, and the stage does not show it; "
+                    "`render --format "
+                    "cameras --fps {}` writes one that it shows",
+                    *rate, options_.fps));
   if (options_.profile != "blender") return;
   teller_.note(fmt::format("in Blender: blender -P {}/load_in_blender.py", folder));
   if (model.motion.presence)

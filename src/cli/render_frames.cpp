@@ -1,12 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/render_frames.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::cli {
+namespace {
+
+/// Frames with the cameras of their own numbers, of the whole shot and of what is asked for beyond it. One
+/// without has that before it, or the first.
+void add_numbered(RenderFrames& out, const FrameRange& range, int from, int to,
+                  const std::map<int, Camera>& given,
+                  const std::function<void(const std::string&)>& on_note) {
+  int missing = 0;
+  for (int f = from; f <= to; ++f) {
+    auto camera = given.upper_bound(f);
+    if (camera != given.begin()) --camera;
+    out.shots.push_back({camera->second, range.time_at(f)});
+    if (f < range.first || f > range.last) continue;
+    missing += camera->first != f;
+    out.shown.push_back(std::size_t(f - from));
+    out.numbers.push_back(f);
+    out.held.push_back(false);  // a camera may move on where the motion has ended
+  }
+  if (!on_note) return;
+  on_note(moments_text(range));
+  if (missing > 0)
+    on_note(
+        fmt::format("{} of {} frames have no camera of their number in the file, which has {} from {} to "
+                    "{}: the one before is taken, or the first",
+                    missing, range.count(), given.size(), given.begin()->first, given.rbegin()->first));
+}
+
+}  // namespace
 
 RenderFrames plan_frames(const Run& run, CameraRequest cameras, const FrameWords& words,
                          const std::function<void(const std::string&)>& on_note) {
@@ -32,6 +63,11 @@ RenderFrames plan_frames(const Run& run, CameraRequest cameras, const FrameWords
     fail({"--seconds", "the whole motion has too many frames", "at most 1000000",
           std::to_string(last - range.start()), ""});
   const int end = range.at || range.seconds > 0 ? last : range.last;
+  const std::map<int, Camera> given = numbered_cameras(run, cameras, on_note);
+  if (const auto first = given.lower_bound(range.first); first != given.end() && first->first <= range.last) {
+    add_numbered(out, range, std::min(range.first, range.start()), std::max(range.last, end), given, on_note);
+    return out;
+  }
   for (int f = range.start(); f <= end; ++f) cameras.moments.push_back(range.time_at(f));
   out.shots = plan_shots(run, cameras, on_note);
   if (on_note) on_note(moments_text(range));

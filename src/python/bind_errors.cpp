@@ -6,7 +6,7 @@ namespace splinevox::python {
 namespace {
 
 struct Kinds {
-  PyObject *error, *input, *output, *numeric;
+  PyObject *error, *input, *output, *numeric, *memory;
 };
 Kinds g_kinds;
 
@@ -18,11 +18,23 @@ PyObject* make_kind(py::module_& m, const char* name, const char* doc, const py:
   return kind;
 }
 
+PyObject* kind_of(Fault fault) {
+  switch (fault) {
+    case Fault::input:
+      return g_kinds.input;
+    case Fault::output:
+      return g_kinds.output;
+    case Fault::numeric:
+      return g_kinds.numeric;
+    case Fault::memory:
+      return g_kinds.memory;
+  }
+  return g_kinds.error;
+}
+
 /// The same message as on the command line, and its parts as attributes.
 void raise(const Error& e) {
-  PyObject* kind = e.fault == Fault::input    ? g_kinds.input
-                   : e.fault == Fault::output ? g_kinds.output
-                                              : g_kinds.numeric;
+  PyObject* kind = kind_of(e.fault);
   const py::object exception = py::reinterpret_borrow<py::object>(kind)(py::str(e.what()));
   exception.attr("where") = e.problem.where;
   exception.attr("what") = e.problem.what;
@@ -47,6 +59,9 @@ void bind_errors(py::module_& m) {
   g_kinds.numeric =
       make_kind(m, "NumericError", "The computation itself failed: steps in a row that were not finite.",
                 py::make_tuple(base(g_kinds.error), base(PyExc_ArithmeticError)));
+  g_kinds.memory =
+      make_kind(m, "OutOfMemoryError", "There is not enough memory for this, or not as much as was allowed.",
+                py::make_tuple(base(g_kinds.error), base(PyExc_MemoryError)));
   py::register_exception_translator([](std::exception_ptr p) {
     try {
       if (p) std::rethrow_exception(p);

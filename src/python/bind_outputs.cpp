@@ -71,7 +71,7 @@ py::list export_frames(const py::object& source, const std::string& folder, cons
   o.clusters = clusters;
   o.resume = !afresh;
   const bool of_run = py::isinstance<run::Run>(source);
-  if (of_run) o.run = std::filesystem::absolute(folder_of(source)).lexically_normal().string();
+  if (of_run) o.run = run::whole_path(folder_of(source)).string();
   const ModelPtr model =
       of_run ? ModelPtr(source.cast<RunPtr>(), &source.cast<RunPtr>()->model) : source.cast<ModelPtr>();
   ExportResult result;

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <optional>
 
 #include "core/json_text.hpp"
@@ -187,8 +188,12 @@ Shot shot_of(const FileJson& frame, const std::array<double, 16>& matrix, const 
   return s;
 }
 
-std::vector<Shot> from_file(const Run& run, const CameraRequest& request, const std::string& path,
-                            const Note& note) {
+struct FileShots {
+  std::vector<Shot> shots;
+  std::map<int, Camera> numbered;  ///< empty unless there are several, each with a number of its own
+};
+
+FileShots from_file(const Run& run, const CameraRequest& request, const std::string& path, const Note& note) {
   const FileJson file = data::read_json(path, path);
   const FileJson frames = file.is_object() && file.contains("frames")
                               ? file["frames"]
@@ -214,12 +219,25 @@ std::vector<Shot> from_file(const Run& run, const CameraRequest& request, const 
     matrices.push_back(data::read_matrix(frame, where(i), unread));
   }
   if (const std::string text = data::take_last_rows(matrices); !text.empty()) note(path + ": " + text);
-  std::vector<Shot> shots;
+  FileShots out;
+  std::vector<Shot>& shots = out.shots;
   for (std::size_t i = 0; i < frames.size(); ++i)
     shots.push_back(shot_of(frames[i], matrices[i], lens, request, run.record.time_map, where(i)));
   for (std::size_t i = 0; !timed && i < shots.size() && shots.size() > 1; ++i)
     shots[i].time = double(i) / double(shots.size() - 1);
-  return shots;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    if (frames[i].contains("frame") && frames[i]["frame"].is_number_integer())
+      out.numbered.try_emplace(frames[i]["frame"].get<int>(), shots[i].camera);
+  if (out.numbered.size() < std::max(shots.size(), std::size_t(2))) out.numbered.clear();
+  return out;
+}
+
+bool names_file(const std::string& camera) {
+  const std::vector<std::string> ways = camera_ways();
+  std::error_code ignored;
+  return std::find(ways.begin(), ways.end(), camera) == ways.end() && camera != "dataset" &&
+         !camera.starts_with("dataset:") &&
+         (camera.ends_with(".json") || std::filesystem::exists(camera, ignored));
 }
 
 std::vector<std::string> known_cameras() {
@@ -237,7 +255,7 @@ std::vector<Shot> of_data(const Run& run, const CameraRequest& request, const No
     fail({"--camera", "the data set brings no way of its own",
           fmt::format("{} in its folder, laid out as transforms_train.json", kDataWay), path,
           "--camera FILE for cameras of yours"});
-  return from_file(run, request, path, note);
+  return from_file(run, request, path, note).shots;
 }
 
 }  // namespace
@@ -254,7 +272,6 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
   const std::string& c = request.camera;
   const std::vector<double> times = request.times.empty() ? request.moments : parse_times(request.times);
   const int count = int(times.size());
-  std::error_code ignored;
   std::vector<Shot> shots;
   if (c == "auto")
     shots = suitable(run, request, count, note);
@@ -264,10 +281,10 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
     shots = way(training_cameras(run, request.data, request.elevation), request, c, count, note);
   else if (c == "data")
     shots = of_data(run, request, note);
-  else if (c == "dataset" || c.rfind("dataset:", 0) == 0)
+  else if (c == "dataset" || c.starts_with("dataset:"))
     shots = from_dataset(run, request);
-  else if (c.ends_with(".json") || std::filesystem::exists(c, ignored))
-    shots = from_file(run, request, c, note);
+  else if (names_file(c))
+    shots = from_file(run, request, c, note).shots;
   else
     fail({"--camera", "there is no such camera",
           fmt::format("{}, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file",
@@ -278,6 +295,17 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
   for (std::size_t i = 0; i < times.size(); ++i)
     planned.push_back({shots[i * shots.size() / times.size()].camera, times[i]});
   return planned;
+}
+
+std::map<int, Camera> numbered_cameras(const Run& run, const CameraRequest& request,
+                                       const std::function<void(const std::string&)>& on_note) {
+  if (!names_file(request.camera)) return {};
+  std::vector<std::string> notes;
+  std::map<int, Camera> cameras = from_file(run, request, request.camera, [&](const std::string& line) {
+                                    notes.push_back(line);
+                                  }).numbered;
+  if (!cameras.empty() && on_note) std::for_each(notes.begin(), notes.end(), on_note);
+  return cameras;
 }
 
 }  // namespace splinevox::run

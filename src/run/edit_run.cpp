@@ -30,9 +30,8 @@ EditedRun edit_run(const std::string& path, const std::string& out, const std::v
   Json steps = read_history_if_there(from + "/" + kEditHistory);
   EditSession session(std::move(run), say);
   for (const AskedEdit& a : asked) session.apply(a.operation, a.value);
-  steps.push_back({{"from", fs::absolute(from).lexically_normal().string()},
-                   {"splinevox", kVersion},
-                   {"operations", session.done()}});
+  steps.push_back(
+      {{"from", whole_path(from).string()}, {"splinevox", kVersion}, {"operations", session.done()}});
   Manifest manifest{"run", {{"splinevox", kVersion}, {"edited", "yes"}}, {}};
   const std::string config = read_text(from + "/config.toml");
   // The model first: one that cannot be written leaves no run behind.

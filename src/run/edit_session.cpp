@@ -121,16 +121,15 @@ struct EditOperations {
     return Json::object();
   }
 
-  static MotionField& with_presence(EditSession& s, const char* name) {
-    MotionField& m = changing(model(s), name);
-    if (!m.presence)
+  static void with_presence(EditSession& s, const char* name) {
+    if (!changing(model(s), name).presence)
       wrong_edit(name, "no matter comes or goes in this run", "a run with presence", "",
                  "splinevox info RUN shows what a model has");
-    return m;
   }
   static Json scale_presence(EditSession& s, const std::string& v) {
     const double factor = edit_number("scale-presence", v, -100, 100, "a factor from -100 to 100");
-    splinevox::scale_presence(with_presence(s, "scale-presence"), float(factor));
+    with_presence(s, "scale-presence");
+    splinevox::scale_presence(model(s), float(factor));
     return Json::object();
   }
   static Json freeze_presence(EditSession& s, const std::string& v) {

@@ -32,8 +32,8 @@ int run(const char* program, const std::function<int()>& work) {
     return say(program, error.what(), error.problem, error.fault);
   } catch (const std::bad_alloc&) {
     return say(program,
-               "out of memory\n  try:      --downscale 2, or fewer cells: --set grid.radiance=40,64,96 --set "
-               "grid.radiance_start=0,.15,.5",
+               "out of memory\n  try:      in training --downscale 2, or fewer cells: --set "
+               "grid.radiance=40,64,96 --set grid.radiance_start=0,.15,.5; of exports a larger --voxel-size",
                {program, "out of memory"}, Fault::memory);
   } catch (const std::exception& error) {
     const std::string text = all_printable(error.what());

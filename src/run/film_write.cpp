@@ -66,7 +66,8 @@ Film::Film(const std::string& path, int width, int height, double fps)
     ::close(ends[1]);
     fail_output({path, "could not be written", "room and permission", std::strerror(why), ""});
   }
-  // yuv420p wants even sides; libx264 at 18 is visually lossless
+  // yuv420p wants even sides; libx264 at 18 is visually lossless. Without a matrix ffmpeg takes that of
+  // BT.601, and without tags players take large pictures for BT.709.
   const std::vector<std::string> words = {"ffmpeg",
                                           "-y",
                                           "-loglevel",
@@ -83,13 +84,22 @@ Film::Film(const std::string& path, int width, int height, double fps)
                                           "-",
                                           "-an",
                                           "-vf",
-                                          "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                                          "pad=ceil(iw/2)*2:ceil(ih/2)*2,"
+                                          "scale=out_color_matrix=bt709:out_range=tv",
                                           "-c:v",
                                           "libx264",
                                           "-crf",
                                           "18",
                                           "-pix_fmt",
                                           "yuv420p",
+                                          "-colorspace",
+                                          "bt709",
+                                          "-color_primaries",
+                                          "bt709",
+                                          "-color_trc",
+                                          "iec61966-2-1",
+                                          "-color_range",
+                                          "tv",
                                           "-movflags",
                                           "+faststart",
                                           "-f",

@@ -7,6 +7,10 @@ bool is_page(std::string_view start) {
   return start.starts_with("<!doctype html>") && start.find("<title>splinevox: ") != start.npos;
 }
 
+bool is_view(std::string_view start) {
+  return is_page(start) && start.find("content=\"splinevox view\"") != start.npos;
+}
+
 std::string escape(const std::string& text) {
   std::string out;
   for (const char c : text) {

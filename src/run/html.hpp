@@ -12,6 +12,8 @@ namespace splinevox::run {
 
 /// Whether a file begins as the pages of `view` and `report` do.
 bool is_page(std::string_view start);
+/// Of these, those of `view`.
+bool is_view(std::string_view start);
 
 /// Text made safe for HTML, also within an attribute.
 std::string escape(const std::string& text);

@@ -81,6 +81,13 @@ void make_output_folder(const std::string& path) {
 
 }  // namespace
 
+std::filesystem::path whole_path(const std::filesystem::path& path) {
+  std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+std::string folder_name(const std::filesystem::path& path) { return whole_path(path).filename().string(); }
+
 void probe_output_folder(const std::string& path) {
   check_own_folder(path, Depth::entries);
   make_output_folder(path);

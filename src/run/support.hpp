@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -25,6 +26,12 @@ std::vector<std::string> split_list(const std::string& text, char separator = ',
 /// Numbers of a list such as "0:1:24" or "1,1,1". Throws Error naming the option.
 std::vector<double> numbers(const std::string& text, char separator, const std::string& option,
                             const std::string& expected);
+
+/// A path without turns: absolute, and without a slash behind it.
+std::filesystem::path whole_path(const std::filesystem::path& path);
+/// What the last part of a path is called, however it is written: "scene" of "a/scene", "a/scene/",
+/// "a/scene/.".
+std::string folder_name(const std::filesystem::path& path);
 
 /// Makes the folder if need be and proves that files can be written there, before any work is done.
 /// Throws Error (input): a place that cannot be written is a wrong argument, and so is one with links that

@@ -57,9 +57,8 @@ DatasetRules rules_of(const TrainOptions& o, const RunRecord& record) {
       },
       rules, o.rules);
   if (data::parse_times(rules.times).source == data::TimesChoice::Source::file)
-    rules.times = fs::absolute(rules.times).lexically_normal().string();
-  if (!rules.tracks.empty() && rules.tracks != "none")
-    rules.tracks = fs::absolute(rules.tracks).lexically_normal().string();
+    rules.times = whole_path(rules.times).string();
+  if (!rules.tracks.empty() && rules.tracks != "none") rules.tracks = whole_path(rules.tracks).string();
   return rules;
 }
 
@@ -216,14 +215,16 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   }
   greet(data, config, device, progress);
   progress.note(memory_line(bound, needs, data));
+  const std::string dataset = whole_path(o.dataset).string(), before = record_text(record);
   if (past.checkpoint) {
     cut_ground(config, data);
+    record.dataset = dataset;  // it may have moved
+    record.rules = load.rules;
   } else {
     const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, progress);
     config = ready.config;
-    record = {kVersion,         SPLINEVOX_COMPILER, fs::absolute(o.dataset).lexically_normal().string(),
-              data.fingerprint, data.time_map,      load.rules,
-              ready.parallax};
+    record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
+              data.time_map, load.rules,         ready.parallax};
   }
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const auto write_settings = [&] {
@@ -248,6 +249,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     write_settings();
     if (!past.checkpoint) write_file(folder.file("metrics.jsonl"), {std::string()});
   }
+  if (writes && past.checkpoint && !past.longer && record_text(record) != before) write_settings();
   Json figures = session.run();
   const auto end = session.interrupted() ? TrainedRun::End::interrupted : TrainedRun::End::finished;
   if (!writes) return {folder.path(), Json::object(), end, writes};

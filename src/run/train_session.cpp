@@ -138,7 +138,7 @@ Json TrainSession::run() {
   const FileDigest digest = save_model(setup_.folder.file("model.vdb"), model,
                                        {{"splinevox", kVersion},
                                         {"preset", setup_.config.preset},
-                                        {"dataset", fs::path(setup_.data.path).filename().string()}});
+                                        {"dataset", folder_name(setup_.data.path)}});
   finish_checkpoint();
   saving_ = clock() - start;
   if (!interrupted_) {

@@ -13,9 +13,13 @@ struct BallScene {
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
   std::vector<std::string> train(const std::string& run, const std::string& steps,
                                  std::vector<std::string> more = {}) const {
-    std::vector<std::string> words = {
-        "train",       data,  "--out", path(run),           "--preset", "draft",
-        "--max-steps", steps, "--set", "sampling.rays=512", "--set",    "grid.radiance=16,24,32"};
+    std::vector<std::string> words = {"train",       data,
+                                      "--out",       path(run),
+                                      "--preset",    "draft",
+                                      "--max-steps", steps,
+                                      "--set",       "sampling.rays=512",
+                                      "--set",       "grid.radiance=16,24,32",
+                                      "--set",       "sampling.occupancy_cells=24"};
     words.insert(words.end(), more.begin(), more.end());
     return words;
   }
@@ -29,6 +33,7 @@ inline std::vector<std::string> train_small(const std::string& data, const std::
                                     "--preset", "draft",
                                     "--set",    "sampling.rays=128",
                                     "--set",    "grid.radiance=8,12,16",
+                                    "--set",    "sampling.occupancy_cells=24",
                                     "--set",    "motion.points=4",
                                     "--set",    "effects.steps=0",
                                     "--quiet"};

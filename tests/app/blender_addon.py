@@ -4,6 +4,7 @@
 import json
 import os
 import sys
+import types
 
 import bpy
 
@@ -70,6 +71,9 @@ def check_import(scene, settings):
     settings.motion_blur = False
     bpy.ops.splinevox.motion_blur()
     check(not scene.render.use_motion_blur, "and off again")
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.8
+    bpy.ops.splinevox.import_scene()
+    check(scene.render.use_motion_blur and scene.render.motion_blur_shutter > 0.7, "the user's blur stays")
     settings.parts = True
     refused(bpy.ops.splinevox.import_scene, "run_blender", "clusters")
     settings.out, settings.material = os.path.join(FOLDER, "parts"), "smoke"
@@ -122,7 +126,16 @@ def check_time(scene, settings):
     for frame, time in ((1, 1.0), (FRAMES, 0.0)):
         settings.time = time
         scene.keyframe_insert("splinevox.time", frame=frame)
-    for point in scene.animation_data.action.fcurves.find("splinevox.time").keyframe_points:
+    from splinevox_blender import load_in_blender as loader
+    check(not list(loader.keyed_curves(bpy.data.worlds.new("not keyed"))), "nothing keyed has no curves")
+    keyed = list(loader.keyed_curves(scene))
+    slot = types.SimpleNamespace(identifier="SCScene")
+    strip = types.SimpleNamespace(
+        channelbag=lambda of: types.SimpleNamespace(fcurves=keyed) if of is slot else None)
+    layers = [types.SimpleNamespace(strips=[strip])]
+    slotted = types.SimpleNamespace(action=types.SimpleNamespace(layers=layers), action_slot=slot)
+    check(loader.keyed_curves(types.SimpleNamespace(animation_data=slotted)) == keyed, "as in Blender 5")
+    for point in next(c for c in keyed if c.data_path == "splinevox.time").keyframe_points:
         point.interpolation = "LINEAR"
     bpy.ops.splinevox.edit_time()
     check(settings.folder == RUN + "_time1", "the new run is chosen")

@@ -129,6 +129,18 @@ TEST_SUITE("app/capture names") {
         {"do not tell which cameras took at the same moment", "'IMG_0006.png' is in two folders", "rename"});
   }
 
+  TEST_CASE("folders per camera: one without a picture of any moment that is taken is named") {
+    const TempFolder folder;
+    std::vector<std::string> names = numbered("cam4/", {1, 3, 5, 7});
+    for (const char* camera : {"cam1/", "cam2/"}) names = both(names, numbered(camera, {0, 2, 4, 6}));
+    names = both(names, numbered("cam3/", {0, 1, 2, 3, 4, 5, 6, 7}));
+    CHECK(plan_of(folder, names).plans.size() == 4);
+    CaptureOptions options;
+    options.every = 2;
+    expect_error([&] { plan_of(folder, {}, options); },
+                 {"in, camera cam4: has no picture of any moment that is taken of the other cameras", "--every"});
+  }
+
   TEST_CASE("folders per camera: one that stopped early has gaps at the end") {
     const TempFolder folder;
     const Planned early = plan_of(

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "splinevox/field/edit.hpp"
+
 #include <doctest/doctest.h>
 
 #include "program.hpp"
@@ -17,11 +19,11 @@ namespace {
 struct Trained {
   TempFolder temp;
   std::string data = temp.str() + "/ball", run = temp.str() + "/run";
-  Trained() {
+  explicit Trained(const char* effects = "motion,light") {
     write_moving_ball(data, {12, 2, 3, 24, 0.8});
     const Ended e = program({"train", data, "--out", run, "--preset", "draft", "--max-steps", "150", "--set",
-                             "sampling.rays=512", "--set", "grid.radiance=16,24,32", "--effects",
-                             "motion,light", "--quiet"});
+                             "sampling.rays=512", "--set", "grid.radiance=16,24,32", "--set",
+                             "sampling.occupancy_cells=24", "--effects", effects, "--quiet"});
     CAPTURE(e.err);
     REQUIRE(e.code == 0);
   }
@@ -49,6 +51,15 @@ double picture_difference(const std::string& a, double at_a, const std::string& 
   for (std::size_t i = 0; i < p.data.size(); ++i)
     worst = std::max(worst, double(std::abs(p.data[i] - q.data[i])));
   return worst;
+}
+
+/// Mean over the pixels of run a at one time and run b at another.
+double mean_difference(const std::string& a, double at_a, const std::string& b, double at_b) {
+  const VoxelModel x = load_model(a + "/model.vdb"), y = load_model(b + "/model.vdb");
+  const Image p = render_image(x, camera(), at_a).rgb, q = render_image(y, camera(), at_b).rgb;
+  double sum = 0;
+  for (std::size_t i = 0; i < p.data.size(); ++i) sum += double(std::abs(p.data[i] - q.data[i]));
+  return sum / double(p.data.size());
 }
 
 }  // namespace
@@ -107,6 +118,48 @@ TEST_SUITE("app/edit") {
     REQUIRE(history.size() == 3);
     CHECK(history[1]["operation"] == "reverse");
     CHECK(history[2]["value"] == "0.5");
+  }
+  TEST_CASE("every word for parts and for what comes and goes does to a run what it says") {
+    const Trained t("motion,light,presence");
+    const auto done = [&](const char* name, const std::vector<std::string>& words) {
+      const Ended e = t.edit(t.run, name, words);
+      CAPTURE(e.err);
+      CHECK(e.code == 0);
+      return Json::parse(slurp(t.path(name) + "/edit.json"))["history"][0]["operations"].back();
+    };
+    const std::vector<std::string> ball{"--freeze-presence", "0.5", "--clusters", "2", "--cluster", "moving"};
+    const auto of_ball = [&](std::vector<std::string> words) {
+      words.insert(words.begin(), ball.begin(), ball.end());
+      return words;
+    };
+    done("steady", {"--freeze-presence", "0.5"});
+    CHECK(picture_difference(t.path("steady"), 0.5, t.run, 0.5) < 0.05);
+    CHECK_FALSE(load_model(t.path("steady") + "/model.vdb").motion.presence);
+    done("mean", {"--scale-presence", "0"});
+    done("only", of_ball({"--only"}));
+    CHECK(picture_difference(t.path("only"), 0.3, t.path("steady"), 0.3) < 0.1);
+    CHECK(done("slow", of_ball({"--slow", "0.5"}))["kept_old_time_share"].get<double>() < 0.02);
+    // Pictures of 40 pixels show a few voxels of what the clusters leave out.
+    const std::string steady_run = t.path("steady");
+    for (const double time : {0.1, 0.4})
+      CHECK(mean_difference(t.path("slow"), 2 * time, steady_run, time) <
+            0.25 * mean_difference(t.path("slow"), time, steady_run, 2 * time));
+    const Json moved = done("moved", of_ball({"--move", "0,0,-0.6"}));
+    CHECK(moved["error_max_voxels"].get<double>() < 1);
+    const double far = mean_difference(t.path("moved"), 0.3, steady_run, 0.3);
+    CHECK(far > 0.01);
+    const auto center = [](const VoxelModel& model) { return find_clusters(model, 2).clusters[1].center; };
+    const VoxelModel steady = load_model(t.path("steady") + "/model.vdb");
+    const Vec3 shift = center(load_model(t.path("moved") + "/model.vdb")) - center(steady);
+    CHECK(length(shift - Vec3{0, 0, -0.6f}) < 0.1f);
+    done("back",
+         of_ball({"--move", "0,0,-0.6", "--clusters", "2", "--cluster", "moving", "--move", "0,0,0.6"}));
+    CHECK(mean_difference(t.path("back"), 0.3, steady_run, 0.3) < 0.2 * far);
+    CHECK(done("turned", of_ball({"--rotate", "z,180,0,0,1"}))["operation"] == "rotate");
+    done("clean", {"--remove-floaters", "0.001"});
+    CHECK(picture_difference(t.path("clean"), 0.3, t.run, 0.3) < 0.1);
+    done("anchored", {"--freeze-presence", "0.5", "--anchor-first"});
+    CHECK(mean_difference(t.path("anchored"), 0, steady_run, 0) < 0.2 * far);
   }
   TEST_CASE("parts are found, hidden and painted; what makes no sense is refused and leaves nothing behind") {
     const Trained t;

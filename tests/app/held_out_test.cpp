@@ -126,9 +126,20 @@ TEST_SUITE("app/held_out") {
       if (i != 1)
         write_png(other + "/images/" + picture_name(i),
                   TinyPng{12, 12, 8, PngKind::rgb, Bytes(std::size_t(3 * 12 * 12), 90)});
-    const Ended eval = program({"eval", scene.run, "--data", other});
+    REQUIRE(program({"eval", scene.run}).code == 0);
+    const std::string metrics = slurp(scene.run + "/metrics.json"), out = scene.path("other.json");
+    const Ended eval = program({"eval", scene.run, "--data", other, "--out", out});
     CAPTURE(eval.err);
     CHECK(eval.code == 0);
+    CHECK(contains(eval.out, "of another data set: the run does not keep their figures"));
+    CHECK(slurp(scene.run + "/metrics.json") == metrics);
+    CHECK(Json::parse(slurp(out))["psnr"] != Json::parse(metrics)["psnr"]);
+    for (const char* name : {"/metrics.json", "/metrics_val.json"}) {
+      const Ended own = program({"eval", scene.run, "--data", other, "--out", scene.run + name});
+      CHECK(own.code == 2);
+      CHECK(contains(own.err, "a run keeps its own figures in this file"));
+    }
+    CHECK(slurp(scene.run + "/metrics.json") == metrics);
     scene.lose_one();
     fs::remove(scene.list);
     CHECK(program({"eval", scene.run}).code == 0);

@@ -70,7 +70,7 @@ TEST_SUITE("app/memory") {
     CHECK(contains(memory.err, "memory: pictures 0.00 GB; lattices"));
     run::TrainOptions as;
     as.preset = "draft";
-    as.sets = {"sampling.rays=512", "grid.radiance=16,24,32"};
+    as.sets = {"sampling.rays=512", "grid.radiance=16,24,32", "sampling.occupancy_cells=24"};
     const Config config = run::effective_config(as);
     const Dataset frames = load_dataset(data, {.splits = {"train"}, .pixels = false});
     const std::string bound =

@@ -68,6 +68,38 @@ TEST_SUITE("app/resume") {
         2);
   }
 
+  TEST_CASE("a run goes on with a data set that has moved, and knows where it is then") {
+    const Scene scene;
+    const auto trained = [&](const std::string& data) {
+      fs::remove(scene.path("run") + "/metrics.json");  // as if it had been killed behind its last checkpoint
+      std::vector<std::string> words = scene.train("run", "10", {"--quiet", "--resume"});
+      words[1] = data;
+      const Ended e = program(words);
+      CAPTURE(e.err);
+      CHECK(e.code == 0);
+    };
+    const auto measured = [&] { return program({"eval", scene.path("run")}).code == 0; };
+    trained(scene.data + "/");
+    CHECK(measured());
+    CHECK(contains(slurp(scene.path("run") + "/config.toml"), "dataset = \"" + scene.data + "\""));
+    fs::rename(scene.data, scene.path("moved"));
+    CHECK_FALSE(measured());
+    trained(scene.path("moved"));
+    CHECK(measured());
+    REQUIRE(program({"view", scene.path("run"), "--out", scene.path("page.html")}).code == 0);
+    CHECK(contains(slurp(scene.path("page.html")), ">moved, preset draft"));
+    CHECK(program({"report", scene.path("run"), "--out", scene.path("page.html")}).code == 2);
+    CHECK(program({"report", scene.path("run"), "--out", scene.path("report.html")}).code == 0);
+    const std::string report = slurp(scene.path("report.html"));
+    CHECK(program({"view", scene.path("run"), "--out", scene.path("report.html")}).code == 2);
+    CHECK(slurp(scene.path("report.html")) == report);
+    // Steps that were discarded have no time, and a chart none of them.
+    const std::string lines = scene.path("run") + "/metrics.jsonl";
+    write_text(lines, "{\"step\": 1, \"discarded\": true}\n" + slurp(lines));
+    CHECK(program({"report", scene.path("run"), "--out", scene.path("report.html")}).code == 0);
+    CHECK(slurp(scene.path("report.html")) == report);
+  }
+
   TEST_CASE("verify says of a run that has not ended that it has not") {
     const Scene scene;
     REQUIRE(program(scene.train("run", "5", {"--quiet"})).code == 0);

@@ -266,7 +266,7 @@ TEST_SUITE("app/stranger") {
     CAPTURE(e.err);
     CHECK(e.code == 0);
     REQUIRE(fs::exists(out + "/rgb.mp4"));
-    CHECK(std::distance(fs::directory_iterator(out), {}) == 1);
+    CHECK(std::distance(fs::directory_iterator(out), {}) == 2);  // and render.json
     home.link(out + "/rgb.mp4", home.precious);
     CHECK(program(words).code == 2);
     home.check_untouched();

@@ -2,6 +2,7 @@
 #include "run/sweep/sweep.hpp"
 
 #include <doctest/doctest.h>
+#include <fmt/format.h>
 
 #include <csignal>
 #include <filesystem>
@@ -154,6 +155,27 @@ TEST_SUITE("app/sweep") {
     CHECK(again.code == 0);
     CHECK(contains(again.out, "ball_draft_smooth_s7: was done"));
     CHECK(slurp(out + "/table.csv") == table);
+    for (const std::string& spelled : {out + "/", folder.str() + "/moved"}) {
+      if (spelled != out + "/") std::filesystem::rename(out, spelled);
+      const Ended other = program({"sweep", description, "--out", spelled});
+      CHECK(other.code == 0);
+      CHECK(contains(other.out, "ball_draft_smooth_s7: was done"));
+    }
+    std::filesystem::rename(folder.str() + "/moved", out);
+
+    // A run without a figure has an empty cell, and takes no part in a mean.
+    const std::string of_run = out + "/ball_draft_smooth_s7/metrics.json", metrics = slurp(of_run);
+    Json without = Json::parse(metrics);
+    without["ssim"] = nullptr;
+    write_text(of_run, without.dump());
+    CHECK(program({"sweep", description, "--out", out, "--table"}).code == 0);
+    CHECK(contains(slurp(out + "/table.csv"), ",,"));
+    CHECK(contains(
+        slurp(out + "/settings.csv"),
+        fmt::format("{:.4f}", state_of(read_sweep(description, out)[2]).metrics["ssim"].get<double>())));
+    const Ended said = program({"info", out + "/ball_draft_smooth_s7"});
+    CHECK(contains(said.out, " dB, MS-SSIM"));
+    write_text(of_run, metrics);
 
     std::filesystem::remove_all(out + "/ball_draft_smooth_s7");
     const Ended one = program({"sweep", description, "--out", out, "--task", "3", "--threads", "1",

@@ -16,6 +16,18 @@ using namespace splinevox;
 using namespace splinevox::test;
 using Json = nlohmann::json;
 
+namespace {
+
+/// What is read goes through the nearest rotation, which rounds.
+void check_same(const Json& a, const Json& b) {
+  for (std::size_t r = 0; r < 4; ++r)
+    for (std::size_t k = 0; k < 4; ++k)
+      CHECK(a["transform_matrix"][r][k].get<double>() ==
+            doctest::Approx(b["transform_matrix"][r][k].get<double>()));
+}
+
+}  // namespace
+
 TEST_SUITE("cli/cameras") {
   TEST_CASE("cameras as files: JSON that render reads as the same, and USD that sees the same") {
     const SmallRun small;
@@ -58,6 +70,69 @@ TEST_SUITE("cli/cameras") {
     }
   }
 
+  TEST_CASE("pictures that no render wrote are not replaced, earlier ones are") {
+    const SmallRun small;
+    const auto rendered = [&](const std::string& out, const std::string& format) {
+      return program({"render", small.run, "--out", small.path(out), "--format", format, "--camera", "held",
+                      "--frames", "1-2"});
+    };
+    for (const auto& [format, name] : {std::pair{"png", "rgb_0002.png"},
+                                       {"exr", "frame_0002.exr"},
+                                       {"mp4", "rgb.mp4"},
+                                       {"cameras", "cameras.json"}}) {
+      CAPTURE(format);
+      if (format == std::string("mp4") && found_in_path("ffmpeg").empty()) continue;
+      const std::string out = std::string("of_") + format, file = small.path(out) + "/" + name;
+      write_text(file, "mine");
+      const Ended refused = rendered(out, format);
+      CHECK(refused.code == 2);
+      CHECK(contains(refused.err, "`render` did not write this file and would replace it"));
+      CHECK(slurp(file) == "mine");
+      std::filesystem::remove(file);
+      write_text(small.path(out) + "/notes.txt", "mine");
+      for (int again = 0; again < 2; ++again) CHECK(rendered(out, format).code == 0);
+      CHECK(slurp(file) != "mine");
+      CHECK_FALSE(slurp(file).empty());
+      CHECK(slurp(small.path(out) + "/notes.txt") == "mine");
+    }
+  }
+
+  TEST_CASE("cameras with numbers are those of their frames, whatever part of a shot is asked for") {
+    const SmallRun small;
+    const auto written = [&](const std::string& camera, const std::vector<std::string>& frames,
+                             const std::string& out) {
+      std::vector<std::string> words{"render",   small.run, "--out",    small.path(out),
+                                     "--format", "cameras", "--camera", camera};
+      words.insert(words.end(), frames.begin(), frames.end());
+      const Ended e = program(words);
+      CAPTURE(e.err);
+      REQUIRE(e.code == 0);
+      return std::pair{Json::parse(slurp(small.path(out) + "/cameras.json"))["frames"], e.out + e.err};
+    };
+    const auto [part, said] = written("dataset:train", {"--frames", "3-6", "--at", "1-12"}, "part");
+    REQUIRE(part.size() == 4);
+    CHECK(part[0]["transform_matrix"] != part[3]["transform_matrix"]);
+    const std::string file = small.path("part") + "/cameras.json";
+    const auto [same, ignored] = written(file, {"--frames", "3-6", "--at", "1-12"}, "same");
+    REQUIRE(same.size() == part.size());
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      check_same(same[i], part[i]);
+      CHECK(same[i]["frame"] == part[i]["frame"]);
+      CHECK(same[i]["time"] == part[i]["time"]);
+    }
+    // Others have the camera before them, or the first, and are said. A frame behind the motion has its own.
+    const auto [more, notes] = written(file, {"--frames", "2-8", "--at", "1-4"}, "more");
+    REQUIRE(more.size() == 7);
+    for (std::size_t i = 0; i < 7; ++i) check_same(more[i], part[std::size_t(std::clamp(int(i) - 1, 0, 3))]);
+    // Where no number fits, as where Blender counts from 1, they are spread over the shot as ever.
+    const auto [spread, quiet] = written(file, {"--frames", "1001-1008"}, "spread");
+    REQUIRE(spread.size() == 8);
+    for (std::size_t i = 0; i < 8; ++i) check_same(spread[i], part[i / 2]);
+    CHECK_FALSE(contains(quiet, "no camera of their number"));
+    CHECK(
+        contains(notes, "3 of 7 frames have no camera of their number in the file, which has 4 from 3 to 6"));
+  }
+
   TEST_CASE("the stage of an export shows cameras that come into its folder, before it or after") {
     const SmallRun small;
     const std::string folder = small.path("usd");
@@ -90,6 +165,14 @@ TEST_SUITE("cli/cameras") {
     exported();
     CHECK(layers());
     CHECK(whole());
+    for (const char* fps : {"30", "24"}) {  // of another rate USD would play them at other times
+      const Ended e = program({"render", small.run, "--out", folder, "--format", "cameras", "--camera",
+                               "dataset:train", "--frames", "3-5", "--fps", fps});
+      CHECK(e.code == 0);
+      CHECK(contains(e.out, "has other frames a second") == (fps[0] == '3'));
+      CHECK(layers() == (fps[0] != '3'));
+      CHECK(whole());
+    }
 
     // SPLINEVOX_TINYUSDZ is the folder of the npm package tinyusdz.
     const char* tiny = std::getenv("SPLINEVOX_TINYUSDZ");

@@ -235,13 +235,31 @@ TEST_SUITE("field/edit_cluster") {
                          Error);
     CHECK(model.motion.levels[0].values == before.motion.levels[0].values);
     VoxelModel mean = before, frozen = before;
-    scale_presence(mean.motion, 0);
+    scale_presence(mean, 0);
     freeze_presence(frozen, 0.5);
     for (const VoxelModel& steady : {mean, frozen}) {
       VoxelModel slowed = steady;
       CHECK(slow_clusters(slowed, c, rising, 0.5, 0.02).disturbed == 0);
       for (const double t : {0.0, 0.3, 0.5})
         CHECK(ball_difference(steady, t, slowed, 2 * t, shift({})) < 1e-3);
+    }
+  }
+  TEST_CASE("what was hidden stays hidden when presence grows, and empty air stays empty") {
+    VoxelModel model = growing_denser();
+    hide_clusters(model, find_clusters(model, 2), {false, true});
+    for (const float factor : {3.0f, -3.0f}) {
+      VoxelModel scaled = model;
+      scale_presence(scaled, factor);
+      for (const double t : {0.0, 0.4, 1.0}) {
+        const FrameSampler sampler(scaled, t), before(model, t);
+        double most = 0, other = 0;
+        for (float x = -0.9f; x <= 0.9f; x += 0.1f)
+          for (float z = -0.9f; z <= 0.9f; z += 0.1f) {
+            most = std::max(most, double(sampler.density({x, 0, z})));
+            other = std::max(other, double(before.density({x, 0, z})));
+          }
+        CHECK(most == doctest::Approx(other).epsilon(1e-3));  // the other ball, which does not come and go
+      }
     }
   }
   TEST_CASE("a part does not come to where other canonical matter is seen part of the time") {

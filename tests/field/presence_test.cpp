@@ -52,8 +52,8 @@ VoxelModel dense_for_a_while() {
 TEST_SUITE("field/presence") {
   TEST_CASE("presence scales about its mean over time, and 0 leaves the mean") {
     VoxelModel model = noisy(), doubled = model, none = model;
-    scale_presence(doubled.motion, 2);
-    scale_presence(none.motion, 0);
+    scale_presence(doubled, 2);
+    scale_presence(none, 0);
     const Vec3 x{0.2f, -0.1f, 0.1f};
     for (const double t : {0.0, 0.3, 1.0}) {
       const auto before = FrameSampler(model, t).warp(x), twice = FrameSampler(doubled, t).warp(x);

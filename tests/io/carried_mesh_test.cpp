@@ -161,6 +161,27 @@ TEST_SUITE("io/carried_mesh") {
     CHECK(length(glb.target(1).first[0] + kBlobShift) < 0.01f);
   }
 
+  TEST_CASE("a mesh that would not find room for all its frames is refused before the first of them") {
+    const Scratch scratch;
+    ExportOptions options = three_frames();
+    options.first = 0;
+    options.last = 999'999;
+    for (const char* format : {"glb", "usd"}) {
+      options.mesh_format = format;
+      try {
+        export_vdb(blob_model(48), scratch.path("out"), options);
+        FAIL("there was room");
+      } catch (const Error& e) {
+        CHECK(e.fault == Fault::memory);
+        CHECK(e.problem.hint.find("--voxel-size") != std::string::npos);
+      }
+    }
+    CHECK_FALSE(std::filesystem::exists(scratch.path("out/frame_0000.vdb")));
+    options.mesh_format = "ply";  // as the message says
+    options.last = 1;
+    CHECK(export_vdb(blob_model(24), scratch.path("out"), options).finished);
+  }
+
   TEST_CASE("what stands still has no values in any frame") {
     const Scratch scratch;
     export_vdb(blob_model(32, {.moves = false}), scratch.path("out"), three_frames());

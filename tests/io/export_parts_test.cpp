@@ -145,6 +145,18 @@ TEST_SUITE("io/export_parts") {
     }
     for (const auto& grid : sh) CHECK(grid.size() == color.size());  // a voxel beyond the density as well
 
+    // A mesh has no harmonics: its colours are what they are without.
+    ExportOptions meshes = options;
+    meshes.mesh = true;
+    export_vdb(model, scratch.path("with"), meshes);
+    meshes.sh = false;
+    export_vdb(model, scratch.path("without"), meshes);
+    CHECK(slurp(scratch.path("with/mesh_0002.ply")) == slurp(scratch.path("without/mesh_0002.ply")));
+    meshes.sh = true;
+    meshes.bake_view = "none";
+    export_vdb(model, scratch.path("none"), meshes);
+    CHECK(slurp(scratch.path("with/mesh_0002.ply")) != slurp(scratch.path("none/mesh_0002.ply")));
+
     const auto refused = [&](const char* option, auto change) {
       ExportOptions other = options;
       change(other);

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "core/own_folder.hpp"
 #include "data/expect_error.hpp"
 #include "io/manifest.hpp"
 #include "io/scratch.hpp"
@@ -141,6 +143,67 @@ TEST_SUITE("io/export_range") {
                    "its model is not the run's present one"));
     CHECK(slurp(scratch.path("manifest.json")) == before);
     for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);
+  }
+
+  TEST_CASE("a file of a frame's name that no export lists is somebody else's") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    int number = 0;
+    for (const char* name : {"frame_1051.vdb", "sequence.usda", "mesh.usda"}) {
+      CAPTURE(name);
+      const std::string folder = scratch.path(std::to_string(++number));
+      std::filesystem::create_directories(folder);
+      spit(folder + "/" + name, "a simulation");
+      ExportOptions options = part_of_shot(1050, 1051);
+      options.profile = "usd";
+      options.mesh = true;
+      const std::string said = refused_export(model, folder, options);
+      CHECK(contains(said, "holds a file that this would overwrite"));
+      CHECK(contains(said, name));
+      CHECK(contains(said, "--afresh"));
+      CHECK(slurp(folder + "/" + name) == "a simulation");
+      CHECK(names_in_folder(folder).size() == 1);
+      options.resume = false;
+      export_vdb(model, folder, options);
+      for (const FileCheck& check : verify(folder)) CHECK(check.ok);
+    }
+    // Files of other names are no matter.
+    spit(scratch.path("notes.txt"), "mine");
+    export_vdb(model, scratch.folder(), part_of_shot(1050, 1051));
+    CHECK(slurp(scratch.path("notes.txt")) == "mine");
+  }
+
+  TEST_CASE("what lies beside the frames of a shot stays, or is asked for again") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    ExportOptions options = part_of_shot(1002, 1003);
+    options.profile = "usd";
+    options.points.chosen = 5;
+    options.controls = true;
+    export_vdb(model, scratch.folder(), options);
+    ExportOptions plain = options;
+    plain.points = {};
+    plain.controls = false;
+    const auto listed = [&](const char* name) {
+      return read_manifest(scratch.folder()).find(name) != nullptr;
+    };
+    export_vdb(model, scratch.folder(), plain);  // the same frames
+    for (const char* name : {"motion.vdb", "points.usda"}) CHECK(listed(name));
+    CHECK(contains(slurp(scratch.path("sequence.usda")), "@./points.usda@"));
+    plain.last = 1005;
+    const std::string said = refused_export(model, scratch.folder(), plain);
+    CHECK(contains(said, "has points of the frames that are there"));
+    CHECK(contains(said, "--points"));
+    plain.points.chosen = 5;
+    export_vdb(model, scratch.folder(), plain);
+    for (const char* name : {"motion.vdb", "points.usda"}) CHECK(listed(name));
+    CHECK(contains(slurp(scratch.path("points.usda")), "endTimeCode = 1005"));
+    for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);
+    ExportOptions meshes = part_of_shot(1002, 1003);
+    meshes.mesh = true;
+    export_vdb(model, scratch.path("mesh"), meshes);
+    meshes.mesh_format = "obj";
+    CHECK(contains(refused_export(model, scratch.path("mesh"), meshes), "mesh_format ply"));
   }
 
   TEST_CASE("asked to, it replaces what is there, and goes on with itself after a stop") {

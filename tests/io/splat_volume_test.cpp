@@ -198,6 +198,24 @@ TEST_SUITE("io/splat_volume") {
     CHECK_THROWS_WITH_AS(
         import_splats(splat_frames(scratch.path("sky.ply")), scratch.path("out"), import_options(0.01)),
         doctest::Contains("--box around what is wanted"), Error);
+    // Small ones far apart fill few bricks, in a box of very many. What was in the folder stays.
+    const auto ball = [](double at) { return splat_of({at, at, at}, {0.02, 0.02, 0.02}, {1, 0, 0, 0}, 0.9); };
+    write_ply(scratch.path("near.ply"), {ball(0)});
+    write_ply(scratch.path("apart.ply"), {ball(0), ball(1e4)});
+    ImportOptions options = import_options(0.01);
+    import_splats(splat_frames(scratch.path("near.ply")), scratch.path("out"), options);
+    const std::string list = slurp(scratch.path("out/manifest.json"));
+    options.afresh = true;
+    CHECK_THROWS_WITH_AS(import_splats(splat_frames(scratch.path("apart.ply")), scratch.path("out"), options),
+                         doctest::Contains("--box around what is wanted"), Error);
+    CHECK(slurp(scratch.path("out/manifest.json")) == list);
+    for (const FileCheck& check : verify(scratch.path("out"))) CHECK(check.ok);
+    // And what is refused in a new folder claims nothing: a box, as it asks for, is taken.
+    options.afresh = false;
+    const auto apart = splat_frames(scratch.path("apart.ply"));
+    CHECK_THROWS_AS(import_splats(apart, scratch.path("new"), options), Error);
+    options.box = ImportOptions::Box{{-1, -1, -1}, {1, 1, 1}};
+    CHECK(import_splats(apart, scratch.path("new"), options).finished);
   }
 
   TEST_CASE("frames are the numbers that names end in, else their order; what is there is not overwritten") {

@@ -3,6 +3,8 @@
 import gc
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -144,6 +146,27 @@ def test_errors_are_those_of_the_command_line(data, config, model, tmp_path):
     with pytest.raises(sv.OutputError):
         sv.save_model("/proc/none/model.vdb", model)
     assert issubclass(sv.OutputError, OSError) and issubclass(sv.NumericError, ArithmeticError)
+    assert issubclass(sv.OutOfMemoryError, MemoryError) and issubclass(sv.OutOfMemoryError, sv.Error)
+
+
+def test_lack_of_memory_is_no_fault_of_the_numbers(tmp_path, model):
+    """In a process of its own, whose limit the reader's child passes once it is there."""
+    path = str(tmp_path / "model.vdb")
+    sv.save_model(path, model)
+    code = """
+import resource, sys
+import splinevox as sv
+pages = int(open("/proc/self/statm").read().split()[0])
+refused = 0
+for megabytes in (0, 1, 4, 16, 64):
+    resource.setrlimit(resource.RLIMIT_AS, (4096 * pages + (megabytes << 20), resource.RLIM_INFINITY))
+    try:
+        sv.load_model(sys.argv[1])
+    except MemoryError:
+        refused += 1
+sys.exit(0 if refused else "never refused")
+"""
+    subprocess.run([sys.executable, "-c", code, path], check=True)
 
 
 def test_settings_go_in_and_come_out(config):

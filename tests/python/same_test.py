@@ -21,8 +21,13 @@ def same_values(a, b):
     """Every stored value that either has: files keep only bricks with something in them, so rows are matched
     by place."""
     radiance, motion = "radiance_positions", "motion_positions"
-    columns = [("density", radiance), ("rgb", radiance), ("control_points", motion), ("rigidity", motion)]
+    columns = [("density", radiance), ("rgb", radiance), ("sh", radiance), ("control_points", motion),
+               ("light", motion), ("presence", motion), ("rigidity", motion)]
+    assert {name for name, _ in columns} == set(ROWS)
+    assert rows(a).keys() == rows(b).keys()
     for name, where in columns:
+        if name not in rows(a):
+            continue
         tables = []
         for m in (a, b):
             places, values = getattr(m, where)()[512:], np.ascontiguousarray(getattr(m, name)[512:])

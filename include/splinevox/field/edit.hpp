@@ -18,8 +18,9 @@ void retime(MotionField& motion, const TimeCurve& change);
 /// Every displacement times `factor`; canonical places and light stay.
 void scale_motion(MotionField& motion, float factor);
 
-/// Presence times `factor`: 0 leaves the mean of the raw density at every time.
-void scale_presence(MotionField& motion, float factor);
+/// Presence times `factor`: 0 leaves the mean of the raw density at every time. Places that were emptied stay
+/// empty at all times, so what was hidden does not come back.
+void scale_presence(VoxelModel& model, float factor);
 
 /// Matter stays as it is at one time: the presence of that time becomes part of the canonical density, where
 /// that time shows it, and the model has none. Motion and light stay.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,5 +48,11 @@ struct CameraRequest {
 /// @param on_note  called with a line on what was chosen; may be empty
 std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
                              const std::function<void(const std::string&)>& on_note = {});
+
+/// Cameras of a transforms file whose frames are numbered (`frame`), as `render --format cameras` and
+/// load_in_blender.py write them. Empty where CameraRequest::camera is no file, has one camera, or where a
+/// frame has no number of its own. Throws Error (input).
+std::map<int, Camera> numbered_cameras(const Run& run, const CameraRequest& request,
+                                       const std::function<void(const std::string&)>& on_note = {});
 
 }  // namespace splinevox::run

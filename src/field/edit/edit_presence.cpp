@@ -3,13 +3,16 @@
 
 #include "core/parallel.hpp"
 #include "field/edit/observed_at.hpp"
+#include "field/largest_presence.hpp"
 #include "field/lattice/slice.hpp"
+#include "math/activation.hpp"
 #include "splinevox/field/edit.hpp"
 #include "splinevox/field/sample.hpp"
 
 namespace splinevox {
 namespace {
 
+constexpr double kLeastAlpha = 1e-3;  ///< of a voxel that counts as matter
 constexpr double kTolerance = 1e-2;  ///< of a voxel, where the place is looked for that shows a canonical one
 
 /// The same motion with no columns of presence.
@@ -38,13 +41,30 @@ MotionField without_presence(const MotionField& motion) {
 
 }  // namespace
 
-void scale_presence(MotionField& motion, float factor) {
+void scale_presence(VoxelModel& model, float factor) {
+  MotionField& motion = model.motion;
   const MotionLayout layout(motion);
   const int presence = layout.scalar[kPresence];
   if (presence < 0) return;
+  const LargestPresence before(model);
   for (Channels& level : motion.levels)
     for (std::size_t r = 0; r < level.topology->rows(); ++r)
       for (int k = 0; k < motion.stored_points(); ++k) level.row(r)[layout.stride * k + presence] *= factor;
+  const LargestPresence after(model);
+  Channels& raw = model.radiance.raw;
+  const DensityActivation& activation = model.radiance.activation;
+  const float spacing = raw.topology->lattice.spacing, empty = raw.row(0)[0],
+              least = float(raw_of_depth(optical_depth(kLeastAlpha), double(activation.scale) * spacing,
+                                         activation.shift));
+  parallel_for(raw.topology->brick_count(), [&](int index) {
+    for (int i = 0; i < kBrickRows; ++i) {
+      float& density = raw.row(std::size_t(index + 1) * kBrickRows + std::size_t(i))[0];
+      if (density > empty) continue;
+      const Vec3 place = raw.topology->position(index + 1, i);
+      if (density + before.around(place, spacing) < least)
+        density = std::min(density, empty - after.around(place, spacing));
+    }
+  });
 }
 
 void freeze_presence(VoxelModel& model, double time) {

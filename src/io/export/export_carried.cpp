@@ -1,26 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/export/export_carried.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <numeric>
 
 #include "core/atomic_file.hpp"
+#include "core/process.hpp"
 #include "io/export/carried_mesh.hpp"
 #include "io/export/carried_points.hpp"
 #include "io/export/export_sidecar.hpp"
 #include "io/export/usd_geometry.hpp"
+#include "splinevox/core/error.hpp"
 
 namespace splinevox {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kStill = 1e-3f;  ///< voxels by which what is carried may be off
-constexpr const char *kUsd = ".usda", *kPoints = "points";
+constexpr float kStill = 1e-3f;                             ///< voxels by which what is carried may be off
+constexpr const char *kUsd = ".usda", *kPoints = "points";  // kPointsFile is both
+/// Bytes for a vertex and frame at once: places and velocities, and their text twice; places and their
+/// differences twice, in glTF without velocities, where every frame has a weight at each. Tracks come before
+/// either and take less.
+constexpr double kUsdBytes = 2 * 12 + 2 * 80, kGlbBytes = 12 + 2 * 16;
+constexpr double kCarriedShare = 0.8;  ///< of the free memory
 
-std::string mesh_file(const CarriedMesh& carried, const ExportOptions& options, const FrameTimes& at,
+std::string mesh_file(CarriedMesh carried, const ExportOptions& options, const FrameTimes& at,
                       const UsdPlay& play) {
-  if (options.mesh_kind() == "usd") return usd_mesh(carried, play);
+  if (options.mesh_kind() == "usd") return usd_mesh(std::move(carried), play);
   MeshPlay glb{.name = play.name, .still = play.still};
   for (std::size_t i = 0; i < at.times.size(); ++i) {
     glb.frames.push_back("frame_" + std::to_string(play.frames[i]));
@@ -52,6 +61,29 @@ void add_size(std::map<std::string, double>& figures, const ColorMesh& mesh) {
   figures["triangles"] = double(mesh.triangles.size());
 }
 
+std::string carried_mesh_file(const ExportOptions& options) {
+  return options.mesh_kind() == "usd" ? "mesh.usda" : "mesh.glb";
+}
+
+void check_carried_room(const ExportOptions& options, const FrameBaker& baker, std::size_t frames) {
+  double vertices = 0;
+  for (const BakedPart& part : baker.bake(options.time_at(options.first), 0, true))
+    vertices = std::max(vertices, double(part.mesh.points.size()));
+  const double each = vertices * double(frames), weights = double(frames) * double(frames),
+               bytes = options.mesh_kind() == "usd" ? kUsdBytes * each
+                                                    : kGlbBytes * each + 3 * sizeof(float) * weights,
+               room = kCarriedShare * free_memory();
+  if (room == 0 || bytes <= room) return;
+  const auto mebibytes = [](double b) { return std::to_string(std::uint64_t(b) >> 20) + " MiB"; };
+  fail_memory(
+      {.where = "--mesh-format",
+       .what = "there is not enough memory for a surface that moves through so many frames",
+       .expected = mebibytes(bytes) + " for " + std::to_string(std::size_t(vertices)) + " vertices at " +
+                   std::to_string(frames) + " frames",
+       .got = mebibytes(room),
+       .hint = "a larger --voxel-size, fewer frames, or --mesh-format ply, which holds one at a time"});
+}
+
 std::vector<ManifestFile> write_carried(const VoxelModel& model, const std::string& folder,
                                         const ExportOptions& options, const FrameBaker& baker, int clusters,
                                         const std::vector<int>& frames) {
@@ -81,11 +113,14 @@ std::vector<ManifestFile> write_carried(const VoxelModel& model, const std::stri
   const std::vector<std::string> prefixes = part_prefixes(clusters);
   for (std::size_t c = 0; c < parts.size(); ++c) {
     play.name = prefixes[c] + "mesh";
-    const CarriedMesh carried = carry_mesh(model, std::move(parts[c].mesh), from, at);
-    auto& figures =
-        add(play.name + (usd ? kUsd : ".glb"), mesh_file(carried, options, at, play), carried.untracked);
+    CarriedMesh carried = carry_mesh(model, std::move(parts[c].mesh), from, at);
+    std::map<std::string, double> size;
+    add_size(size, carried.mesh);
+    const double untracked = carried.untracked;
+    auto& figures = add(prefixes[c] + carried_mesh_file(options),
+                        mesh_file(std::move(carried), options, at, play), untracked);
     if (clusters > 0) figures["cluster"] = double(c);
-    add_size(figures, carried.mesh);
+    figures.merge(size);
   }
   return files;
 }

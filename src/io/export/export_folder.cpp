@@ -60,6 +60,19 @@ bool same_but_times(ExportInfo a, ExportInfo b) {
         .hint = hint});
 }
 
+void refuse_others(const std::string& folder, const std::vector<std::string>& there,
+                   const std::vector<std::string>& names) {
+  const std::set<std::string> taken(there.begin(), there.end());
+  const auto found =
+      std::find_if(names.begin(), names.end(), [&](const auto& n) { return taken.contains(n); });
+  if (found == names.end()) return;
+  fail({.where = folder,
+        .what = "holds a file that this would overwrite, and no list of an export says whose it is",
+        .expected = "a folder of its own, or one of an earlier export",
+        .got = *found,
+        .hint = "another --out, or --afresh to replace what is there"});
+}
+
 }  // namespace
 
 std::optional<Manifest> export_list(const std::string& folder, const std::string& name) {
@@ -83,8 +96,13 @@ void make_export_folder(const std::string& folder) {
   check_own_folder(folder, Depth::entries);
 }
 
-std::vector<ManifestFile> listed_before(const std::string& folder, const ExportInfo& info, bool replace) {
+std::vector<ManifestFile> claim_export_folder(const std::string& folder, const ExportInfo& info,
+                                              const std::vector<std::string>& names_of_export,
+                                              const std::string& partial, bool replace) {
   const ExportInfo asked = settings_of(info);
+  // Before any list is read: whoever writes here at the same time has a list before it has a file.
+  const std::vector<std::string> there_before = names_in_folder(folder);
+  bool ours = false, listed = false;
   std::vector<std::string> names = partial_manifests(folder);
   names.push_back(kManifestName);
   std::vector<ManifestFile> files;
@@ -92,13 +110,18 @@ std::vector<ManifestFile> listed_before(const std::string& folder, const ExportI
   for (const std::string& name : names) {
     const std::optional<Manifest> list = export_list(folder, name);
     if (!list) continue;
+    ours = true;
     const ExportInfo there = settings_of(list->info);
-    if (there != asked && !replace) refuse(folder, there, asked);
+    const bool nothing = list->files.empty();  // of an export that was refused after all
+    if (there != asked && !replace && !nothing) refuse(folder, there, asked);
     if (there != asked && name != kManifestName) remove_quietly(folder, name);
     if (there != asked) continue;
+    listed = true;
     for (const ManifestFile& file : list->files)
       if (known.insert(file.name).second) files.push_back(file);
   }
+  if (!ours && !replace) refuse_others(folder, there_before, names_of_export);
+  if (!listed) write_manifest(folder, {"export", info, {}}, partial);
   return files;
 }
 

@@ -22,16 +22,21 @@ std::optional<Manifest> export_list(const std::string& folder, const std::string
 /// Makes the folder of a sequence. Throws Error (Fault::output).
 void make_export_folder(const std::string& folder);
 
-/// What earlier exports of the same settings listed in a folder, whether they ended or were interrupted, of
-/// the whole or of shares; a name once.
-///
-/// A folder holds one sequence. Where a list is of other settings, throws Error (Fault::input) that says
-/// which differ; with `replace` such lists of exports that have not ended are removed instead, and what they
-/// list is left alone.
-std::vector<ManifestFile> listed_before(const std::string& folder, const ExportInfo& info, bool replace);
-
 /// The list that an export of a share, or one that has not ended, keeps.
 std::string partial_name(const Share& share);
+
+/// Takes a folder for an export. From here on it has a list that says whose its files are.
+///
+/// A folder holds one sequence. Where a list is of other settings, throws Error (Fault::input) that says
+/// which differ, unless it lists nothing. Where there is none, a file with one of `names` is somebody else's:
+/// it throws as well. With `replace` it does neither; lists of exports with other settings that have not
+/// ended are removed then, and what they list is left alone.
+/// @param names  what the export will write  @param partial  partial_name()
+/// @return what earlier exports of the same settings listed, whether they ended or were interrupted, of the
+/// whole or of shares; a name once
+std::vector<ManifestFile> claim_export_folder(const std::string& folder, const ExportInfo& info,
+                                              const std::vector<std::string>& names,
+                                              const std::string& partial, bool replace);
 
 /// A listed file is there and has its checksum. @param by_size  only its size is asked
 bool intact(const std::string& folder, const ManifestFile& file, bool by_size = false);

@@ -180,7 +180,8 @@ FrameBaker::FrameBaker(const VoxelModel& model, const ExportOptions& options, co
       lattice_(export_lattice(model, options.voxel_size)),
       min_density_(density_of(options.min_alpha, lattice_)),
       reach_(model, min_density_),
-      view_(options.sh ? "none" : options.bake_view, model.radiance.sh_order) {}
+      view_(options.sh ? "none" : options.bake_view, model.radiance.sh_order),
+      mesh_view_(options.bake_view, model.radiance.sh_order) {}
 
 std::vector<BakedPart> FrameBaker::bake(double time, double per_second, bool mesh) const {
   const FrameSampler sampler(model_, time);
@@ -230,9 +231,18 @@ BakedPart FrameBaker::bake_part(const FrameSampler& sampler, LeafValues density,
   }
   place_grids(grids, cast<double>(lattice_.origin), double(lattice_.spacing), options_.half, profile_,
               out.figures);
-  if (mesh)
-    out.mesh = make_mesh(grids[0], grids[1], density_of(options_.mesh_alpha, lattice_),
-                         options_.colorspace == "linear");
+  if (mesh) {
+    const bool linear = options_.colorspace == "linear";
+    VdbGrid shown;
+    if (options_.sh) {
+      BakedColor seen = bake_color(sampler, lattice_, dense, mesh_view_, linear, 0);
+      shown = to_grid(seen.color, 3, profile_.color);
+      shown.origin = grids[1].origin;
+      shown.spacing = grids[1].spacing;
+    }
+    out.mesh = make_mesh(grids[0], options_.sh ? shown : grids[1], density_of(options_.mesh_alpha, lattice_),
+                         linear);
+  }
   shift_grids(grids, profile_);
   return out;
 }

@@ -49,7 +49,7 @@ class FrameBaker {
   Lattice lattice_;
   float min_density_;  ///< 1 / scene unit
   MatterReach reach_;
-  ViewBake view_;
+  ViewBake view_, mesh_view_;  ///< of voxels, and of surfaces, which hold no harmonics
 };
 
 /// The lattice that voxels are written on: the radiance field's, or one of `voxel_size` over the box.

@@ -6,6 +6,7 @@
 #include "core/atomic_file.hpp"
 #include "io/export/blender_script.hpp"
 #include "io/export/export_folder.hpp"
+#include "io/export/usd_text.hpp"
 
 namespace splinevox {
 namespace {
@@ -77,27 +78,48 @@ std::string frame_name(int frame, const ExportProfile& profile) {
 }
 std::string mesh_name(int frame, const std::string& format) { return numbered("mesh_", frame, "." + format); }
 
+std::string sidecar_name(const ExportProfile& profile) {
+  switch (profile.sidecar) {
+    case ExportSidecar::none:
+      return "";
+    case ExportSidecar::blender_script:
+      return kScriptName;
+    case ExportSidecar::usd_stage:
+      return kStageName;
+  }
+  return "";
+}
+
 std::vector<ManifestFile> write_sidecar(const std::string& folder, const ExportProfile& profile,
                                         const SequenceFacts& facts) {
   if (profile.sidecar == ExportSidecar::none) return {};
   const bool blender = profile.sidecar == ExportSidecar::blender_script;
-  const std::string name = blender ? kScriptName : kStageName;
-  std::string text = blender ? script(facts) : stage(profile, facts);
-  if (!blender && fs::exists(fs::path(folder) / kCamerasUsd)) text = with_cameras(text);
+  const std::string name = sidecar_name(profile);
+  const std::string text =
+      blender ? script(facts) : with_cameras(stage(profile, facts), cameras_rate(folder) == facts.fps);
   return {{name, write_file((fs::path(folder) / name).string(), {text}), {}}};
 }
 
-bool show_cameras(const std::string& folder) {
+std::optional<double> cameras_rate(const std::string& folder) {
+  const fs::path path = fs::path(folder) / kCamerasUsd;
+  std::error_code ignored;
+  if (!fs::is_regular_file(path, ignored)) return {};
+  return usd_rate(read_file(path.string()));
+}
+
+CamerasShown show_cameras(const std::string& folder) {
   std::optional<Manifest> list = export_list(folder, kManifestName);
-  if (!list) return false;
+  if (!list) return CamerasShown::no_stage;
   for (ManifestFile& file : list->files) {
     if (file.name != kStageName || !intact(folder, file)) continue;
-    const std::string path = (fs::path(folder) / kStageName).string();
-    file.digest = write_file(path, {with_cameras(read_file(path))});
+    const std::string path = (fs::path(folder) / kStageName).string(), text = read_file(path);
+    const std::optional<double> rate = usd_rate(text);
+    const bool same = rate && rate == cameras_rate(folder);
+    file.digest = write_file(path, {with_cameras(text, same)});
     write_manifest(folder, *list);
-    return true;
+    return same ? CamerasShown::yes : CamerasShown::other_rate;
   }
-  return false;
+  return CamerasShown::no_stage;
 }
 
 }  // namespace splinevox

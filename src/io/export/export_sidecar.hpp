@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,12 +32,19 @@ struct SequenceFacts {
   std::vector<UsdLayer> layers{};  ///< what is carried
 };
 
-/// Writes what the profile wants beside the frames. @return an entry for it, or none.
+/// What the profile wants beside the frames: "load_in_blender.py" or "sequence.usda"; "": nothing.
+std::string sidecar_name(const ExportProfile& profile);
+/// Writes it. @return an entry for it, or none.
 std::vector<ManifestFile> write_sidecar(const std::string& folder, const ExportProfile& profile,
                                         const SequenceFacts& facts);
 
-/// Makes the stage of a finished export show cameras.usda beside it. @return false: the folder has no such
-/// stage, or it is not as it was written
-bool show_cameras(const std::string& folder);
+/// Frames a second of the cameras.usda in a folder; none: there is no such file, or none of ours.
+std::optional<double> cameras_rate(const std::string& folder);
+
+enum class CamerasShown { no_stage, yes, other_rate };
+/// Makes the stage of a finished export show cameras.usda beside it, if their frames a second are the same:
+/// USD would play the frames of others at other times.
+/// @return no_stage: the folder has none, or it is not as it was written
+CamerasShown show_cameras(const std::string& folder);
 
 }  // namespace splinevox

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "core/hash.hpp"
 #include "core/in_order.hpp"
@@ -77,10 +78,14 @@ ExportInfo describe(const VoxelModel& model, const ExportOptions& o, double spac
                   {"colorspace", o.colorspace},
                   {"shutter", text(o.shutter)},
                   {"min_alpha", text(o.min_alpha)}};
-  if (o.mesh) info["mesh_alpha"] = text(o.mesh_alpha);
+  if (o.mesh) {
+    info["mesh_alpha"] = text(o.mesh_alpha);
+    info["mesh_format"] = o.mesh_kind();
+  }
   if (o.sh) {
     info["sh_order"] = std::to_string(model.radiance.sh_order);
     info["bake_view"] = "none";
+    if (o.mesh) info["mesh_bake_view"] = o.bake_view;
   }
   if (o.flame) info["flame"] = "luminance of the colour times density";
   if (clusters > 0) info["clusters"] = std::to_string(clusters);
@@ -106,19 +111,34 @@ class Sequence {
         baker_(model, options, parts_ ? &*parts_ : nullptr),
         sh_order_(options.sh ? model.radiance.sh_order : -1),
         info_(describe(model, options, lattice_.spacing, clusters())),
-        before_(listed_before(folder, info_, !options.resume)) {}
+        before_(claim_export_folder(folder, info_, names(), partial_name(options.share), !options.resume)) {}
 
   int clusters() const { return parts_ ? int(parts_->clusters.size()) : 0; }
   const std::optional<MotionClusters>& parts() const { return parts_; }
   const ExportInfo& info() const { return info_; }
   const Lattice& lattice() const { return lattice_; }
-  /// What earlier exports of other frames of the same shot left as it should be.
+  /// What earlier exports of the same shot left as it should be, and this one does not write: other frames,
+  /// and what lies beside them. Throws Error (Fault::input) for points that more frames would leave behind.
   std::vector<ManifestFile> other_files() const {
     std::vector<ManifestFile> files;
+    std::set<int> there;
+    for (const ManifestFile& file : before_) there.insert(frame_of(file));
+    bool more = false;
+    for (int f = options_.first; f <= options_.last; ++f) more |= !there.contains(f);
     for (const ManifestFile& file : before_) {
       const int frame = frame_of(file);
-      if (frame >= 0 && (frame < options_.first || frame > options_.last) && intact(folder_, file, true))
-        files.push_back(file);
+      const bool points = file.name == kPointsFile && !options_.points.any(),
+                 controls = file.name == kControlsName && !options_.controls;
+      const bool other = frame >= 0 ? frame < options_.first || frame > options_.last : points || controls;
+      if (!other || !intact(folder_, file, true)) continue;
+      if (points && more && !options_.resume) continue;
+      if (points && more)
+        fail({.where = (fs::path(folder_) / file.name).string(),
+              .what = "has points of the frames that are there, and none of those that would come",
+              .expected = "--points as before",
+              .got = "none",
+              .hint = "--points beside it, another --out, or remove this file"});
+      files.push_back(file);
     }
     return files;
   }
@@ -130,7 +150,10 @@ class Sequence {
     out.frame = options_.first + i;
     out.time = options_.time_at(out.frame);
     if (keep(out)) return out;
-    std::call_once(changed_, [&] { remove_quietly(folder_, kManifestName); });  // it is no longer true
+    std::call_once(changed_, [&] {  // the list of all is no longer true; one of what is there takes its place
+      write_manifest(folder_, {"export", info_, before_}, partial_name(options_.share));
+      remove_quietly(folder_, kManifestName);
+    });
     const Clock::time_point start = Clock::now();
     std::vector<BakedPart> parts =
         baker_.bake(out.time, options_.rate_at(out.frame), options_.mesh_per_frame());
@@ -177,6 +200,21 @@ class Sequence {
 
  private:
   std::string path(const std::string& name) const { return (fs::path(folder_) / name).string(); }
+
+  /// Of all files that the whole export may write.
+  std::vector<std::string> names() const {
+    std::vector<std::string> out{sidecar_name(profile_)};
+    if (options_.controls) out.push_back(kControlsName);
+    if (options_.points.any()) out.push_back(kPointsFile);
+    for (const std::string& prefix : part_prefixes(clusters())) {
+      if (options_.mesh_carried()) out.push_back(prefix + carried_mesh_file(options_));
+      for (int f = options_.first; f <= options_.last; ++f) {
+        out.push_back(prefix + frame_name(f, profile_));
+        if (options_.mesh_per_frame()) out.push_back(prefix + mesh_name(f, options_.mesh_kind()));
+      }
+    }
+    return out;
+  }
 
   /// Takes over the frame's files if an earlier export left all of them as they should be.
   bool keep(ExportedFrame& out) const {
@@ -259,6 +297,8 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     if (options.share.holds(i)) own.push_back(i);
   const int total = int(own.size());
   Manifest manifest{"export", sequence.info(), sequence.other_files()};
+  if (options.mesh_carried() && options.share.whole())
+    check_carried_room(options, sequence.baker(), frames_in(manifest).size() + std::size_t(options.count()));
   ExportResult result;
   if (sequence.parts()) result.clusters = sequence.parts()->clusters;
   std::vector<ExportedFrame> frames(std::size_t(total), ExportedFrame{});
@@ -295,7 +335,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     if (const auto reach = file.figures.find("velocity_padding"); reach != file.figures.end())
       padding = std::max(padding, int(reach->second));
   SequenceFacts facts = facts_of(model, options, frames_in(manifest), sequence, padding);
-  facts.layers = usd_layers(result.carried);
+  facts.layers = usd_layers(manifest.files);
   for (ManifestFile& file : write_sidecar(folder, find_profile(options.profile), facts))
     manifest.files.push_back(std::move(file));
   write_manifest(folder, manifest);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 #include "io/export/usd_text.hpp"
 #include "math/srgb.hpp"
@@ -91,7 +92,7 @@ std::string layer(const char* type, const UsdPlay& play) {
 
 }  // namespace
 
-std::string usd_mesh(const CarriedMesh& carried, const UsdPlay& play) {
+std::string usd_mesh(CarriedMesh carried, const UsdPlay& play) {
   const ColorMesh& mesh = carried.mesh;
   std::vector<Vec3> colors;
   for (const auto& c : mesh.colors)
@@ -104,7 +105,8 @@ std::string usd_mesh(const CarriedMesh& carried, const UsdPlay& play) {
                [](auto out, const auto& t) { fmt::format_to(out, "{}, {}, {}", t[0], t[1], t[2]); }) +
           "\n";
   text += "    uniform token orientation = \"rightHanded\"\n";
-  text += point_based(carried.places, carried.velocities, play, 0) + display_color(colors);
+  text += point_based(std::move(carried.places), std::move(carried.velocities), play, 0);
+  text += display_color(colors);
   return text + "    uniform token subdivisionScheme = \"none\"\n}\n";
 }
 

@@ -20,7 +20,7 @@ struct UsdPlay {
 
 /// Text of a .usda layer with one Mesh (UsdGeom's schema): faces and colours once, places, velocities and
 /// extent at every frame that is not like both beside it. Colours are linear, of the first frame.
-std::string usd_mesh(const CarriedMesh& carried, const UsdPlay& play);
+std::string usd_mesh(CarriedMesh carried, const UsdPlay& play);
 
 /// The same of Points. Where the way of some is lost at some frame, primvars:folded is 1 there.
 /// @param width  of a point, scene units

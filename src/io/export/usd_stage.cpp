@@ -73,11 +73,12 @@ std::string usd_stage(const UsdSequence& s) {
   return text + "}\n";
 }
 
-std::string with_cameras(const std::string& stage) {
+std::string with_cameras(std::string stage, bool shown) {
   const std::string line = std::string("    subLayers = [@./") + kCamerasUsd + "@]\n";
-  const std::size_t before = stage.find("    timeCodesPerSecond");
-  if (stage.find(line) < before) return stage;
-  return stage.substr(0, before) + line + stage.substr(before);
+  const std::size_t before = stage.find("    timeCodesPerSecond"), there = stage.find(line);
+  if (there < before && !shown) stage.erase(there, line.size());
+  if (there >= before && shown) stage.insert(before, line);
+  return stage;
 }
 
 }  // namespace splinevox

@@ -44,7 +44,7 @@ inline constexpr const char* kCamerasUsd = "cameras.usda";
 /// layers (/splinevox/mesh), lie below it. Z is up, a scene unit is a metre.
 std::string usd_stage(const UsdSequence& sequence);
 
-/// The same stage with the cameras' layer as a layer of its own. @param stage  text of usd_stage
-std::string with_cameras(const std::string& stage);
+/// The same stage with the cameras' layer as a layer of its own, or without. @param stage  text of usd_stage
+std::string with_cameras(std::string stage, bool shown);
 
 }  // namespace splinevox

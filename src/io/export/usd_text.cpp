@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+
 namespace splinevox {
 
 std::string usd_head(const std::string& root, const UsdTime& time, const std::string& doc) {
@@ -11,6 +13,16 @@ std::string usd_head(const std::string& root, const UsdTime& time, const std::st
       "    metersPerUnit = 1\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n    upAxis = \"Z\"\n)\n\n",
       root, doc.empty() ? "" : fmt::format("    doc = \"{}\"\n", doc), time.last, time.fps, time.first,
       time.fps);
+}
+
+std::optional<double> usd_rate(const std::string& text) {
+  const std::string key = "\n    timeCodesPerSecond = ";
+  const std::size_t at = text.find(key);
+  double rate = 0;
+  if (at == text.npos || text.find("\n)\n") < at) return {};
+  const char *first = text.data() + at + key.size(), *last = text.data() + text.size();
+  if (std::from_chars(first, last, rate).ec != std::errc()) return {};
+  return rate;
 }
 
 std::vector<std::size_t> usd_samples(std::size_t count,

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ struct UsdTime {
 /// The first lines of a .usda layer whose default prim is `root`. Z is up, a scene unit is a metre.
 /// @param doc  empty: none
 std::string usd_head(const std::string& root, const UsdTime& time, const std::string& doc = "");
+
+/// The time codes a second that usd_head wrote; none: the text is no such layer.
+std::optional<double> usd_rate(const std::string& text);
 
 /// Of `count` samples those that are needed: one that is like both beside it says nothing new, in whatever
 /// way programs go from sample to sample. @param same  whether samples i and j are

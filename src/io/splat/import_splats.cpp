@@ -158,8 +158,9 @@ ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::str
       options.voxel_size > 0 ? options.voxel_size : splat_spacing(SplatFile(frames.front().path));
   make_export_folder(folder);
   Manifest manifest{"export", describe(frames, options, result.voxel_size), {}};
-  listed_before(folder, manifest.info, options.afresh);
-  remove_quietly(folder, kManifestName);
+  std::vector<std::string> names{sidecar_name(profile)};
+  for (const SplatFrame& f : frames) names.push_back(frame_name(f.frame, profile));
+  claim_export_folder(folder, manifest.info, names, kPartialManifestName, options.afresh);
   const int first = frames.front().frame, last = frames.back().frame;
   for (const SplatFrame& f : frames) {
     const auto start = Clock::now();
@@ -174,6 +175,10 @@ ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::str
                   {"frame", std::int64_t(f.frame)},
                   {"time", frame.time}};
     frame.file.name = frame_name(f.frame, profile);
+    if (result.frames.empty()) {  // a list of all that was there is no longer true
+      write_manifest(folder, manifest, kPartialManifestName);
+      remove_quietly(folder, kManifestName);
+    }
     const auto writing = Clock::now();
     const double cpu = thread_seconds();
     frame.file.digest = write_frame(profile, (fs::path(folder) / frame.file.name).string(), std::move(grids),

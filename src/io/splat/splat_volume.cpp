@@ -70,6 +70,14 @@ class Scatter {
     return bricks;
   }
 
+  /// Refuses bricks so far apart that a table of the box around them would not find room: there are four.
+  void check_span(Int3 lo, Int3 hi) const {
+    const double slots = (double(hi.x) - lo.x + 3) * (double(hi.y) - lo.y + 3) * (double(hi.z) - lo.z + 3);
+    const double room = free_memory();
+    if (slots > kMostVisits || (room > 0 && 4 * sizeof(std::int32_t) * slots > kMemoryShare * room))
+      refuse("bricks of 8^3 voxels in the box around all splats that fit into memory", slots);
+  }
+
   double skipped() const { return double(skipped_); }
 
  private:
@@ -197,6 +205,7 @@ SplatVolume splat_volume(const SplatFile& file, double spacing, double min_alpha
       lo[a] = &brick == bricks.data() ? brick.at[a] : std::min(lo[a], brick.at[a]);
       hi[a] = &brick == bricks.data() ? brick.at[a] : std::max(hi[a], brick.at[a]);
     }
+  scatter.check_span(lo, hi);
   LeafSet set(lo, hi - lo + Int3{1, 1, 1});
   for (const Brick& brick : bricks) set.add(brick.at, brick.mask);
   SplatVolume out{LeafValues(set, 1), LeafValues(set.grown(1), 3), {}};

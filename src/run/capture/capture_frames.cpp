@@ -97,8 +97,17 @@ void share_named_moments(std::vector<CapturePlan>& plans, const CaptureOptions& 
 void require_frames(const std::vector<CapturePlan>& plans, const CaptureOptions& options) {
   for (const CapturePlan& plan : plans) {
     if (!plan.groups.empty()) continue;
-    const fs::path& what = plan.camera.is_film() ? plan.camera.film : plan.camera.root;
-    fail({printable(what.string()), "no frame is between --from and --to",
+    const std::string folder =
+        printable((plan.camera.is_film() ? plan.camera.film : plan.camera.root).string());
+    const std::string where = plan.camera.is_film() || plans.size() == 1
+                                  ? folder
+                                  : fmt::format("{}, camera {}", folder, printable(plan.camera.name));
+    const auto begin = std::lower_bound(plan.times.begin(), plan.times.end(), options.from);
+    if (begin != plan.times.end() && *begin <= options.to)
+      fail({where, "has no picture of any moment that is taken of the other cameras",
+            "pictures of the same moments, told by their names", "",
+            "take more moments, with a smaller --every or more --frames, or leave this camera out"});
+    fail({where, "no frame is between --from and --to",
           fmt::format("seconds of 0 to {:.3f}", plan.times.back()),
           fmt::format("{} to {}", options.from, options.to), ""});
   }

@@ -126,9 +126,7 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
       for (const auto& [setting, sets] : settings)
         for (const std::string& seed : seeds) {
           SweepTask t;
-          fs::path folder = fs::path(dataset).lexically_normal();
-          if (folder.filename().empty()) folder = folder.parent_path();
-          t.name = fmt::format("{}_{}{}{}_s{}", file_name(folder.filename().string()), preset,
+          t.name = fmt::format("{}_{}{}{}_s{}", file_name(folder_name(dataset)), preset,
                                setting.empty() ? "" : "_", file_name(setting), seed);
           if (!names.insert(t.name).second)
             fail({path, "two tasks would have the same folder",
@@ -179,18 +177,17 @@ std::string sweep_commands(const std::vector<SweepTask>& tasks) {
 
 std::string slurm_script(const std::string& description, const std::string& out, std::size_t tasks,
                          int threads) {
-  const auto whole = [](const std::string& p) { return fs::absolute(p).lexically_normal().string(); };
+  const std::string path = whole_path(out).string();
   // Slurm reads this line itself: quotes, and % for what it puts in, and no shell's escapes.
-  if (const std::string path = whole(out);
-      path.find_first_of("\"\\%") != path.npos || all_printable(path) != path)
+  if (path.find_first_of("\"\\%") != path.npos || all_printable(path) != path)
     fail({"--out", "this folder's path cannot stand in a script for Slurm", "a path without \", \\ and %",
           path, "another folder for --out"});
   return fmt::format(
       "#!/bin/bash\n{}#SBATCH --array=0-{}\n#SBATCH --cpus-per-task={}\n#SBATCH "
       "--output=\"{}/slurm_%a.log\"\n"
       "cd {} && exec {} sweep {} --out {}{}{}}}\"\n",
-      kScriptName, tasks - 1, std::max(threads, 1), whole(out), shell_word(fs::current_path().string()),
-      shell_word(own_program()), shell_word(whole(description)), shell_word(out), kScriptTask,
+      kScriptName, tasks - 1, std::max(threads, 1), path, shell_word(fs::current_path().string()),
+      shell_word(own_program()), shell_word(whole_path(description).string()), shell_word(out), kScriptTask,
       std::max(threads, 1));
 }
 

@@ -45,6 +45,14 @@ pid_t start(std::vector<std::string> words, const std::string& log) {
 
 constexpr std::chrono::milliseconds kLook{50};
 
+/// Words, a line each, without the folder of the run: it may have moved, and has many spellings.
+std::string without_folder(const std::string& words) {
+  const std::size_t at = words.find("\n--out\n");
+  if (at == words.npos) return words;
+  const std::size_t value = at + std::string_view("\n--out\n").size(), end = words.find('\n', value);
+  return words.substr(0, at + 1) + (end == words.npos ? "" : words.substr(end + 1));
+}
+
 /// What is still to do for a task: training, then evaluation. Empty: nothing.
 std::vector<std::string> next_words(const SweepTask& t, int threads) {
   const SweepState s = state_of(t);
@@ -52,7 +60,8 @@ std::vector<std::string> next_words(const SweepTask& t, int threads) {
   const std::string path = t.run + ".words", asked = fmt::format("{}\n", fmt::join(t.train, "\n"));
   if (!s.trained)
     write_file(path, {asked});
-  else if (const std::string trained = read_text_if_there(path); !trained.empty() && trained != asked)
+  else if (const std::string trained = read_text_if_there(path);
+           !trained.empty() && without_folder(trained) != without_folder(asked))
     throw std::runtime_error("was trained with other words than this sweep has for it, see " + path);
   if (s.done) return {};
   std::vector<std::string> words = s.trained ? std::vector<std::string>{"eval", t.run} : t.train;

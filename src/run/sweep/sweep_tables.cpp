@@ -3,6 +3,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <set>
 
 #include "run/sweep/sweep.hpp"
@@ -10,8 +12,11 @@
 namespace splinevox::run {
 namespace {
 
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+/// kNone where a run has no such figure, as SSIM where masks leave no window whole.
 double recorded(const Json& j, const char* key) {
-  return j.contains(key) && j[key].is_number() ? j[key].get<double>() : 0;
+  return j.contains(key) && j[key].is_number() ? j[key].get<double>() : kNone;
 }
 
 /// What the tables say of a task that is done.
@@ -33,10 +38,21 @@ Outcome outcome_of(const SweepState& s) {
           m.value("machine", "")};
 }
 
+/// Of those that have the figure; kNone: none has.
 double mean(const std::vector<Outcome>& all, double Outcome::*figure) {
   double sum = 0;
-  for (const Outcome& o : all) sum += o.*figure;
-  return sum / double(all.size());
+  int count = 0;
+  for (const Outcome& o : all)
+    if (std::isfinite(o.*figure)) {
+      sum += o.*figure;
+      ++count;
+    }
+  return count > 0 ? sum / count : kNone;
+}
+
+/// Empty where there is none.
+std::string cell(fmt::format_string<double&> form, double figure) {
+  return std::isfinite(figure) ? fmt::format(form, figure) : "";
 }
 
 /// What all say, or each once.
@@ -49,7 +65,7 @@ std::string together(const std::vector<Outcome>& all, std::string Outcome::*text
 std::string psnr_text(const std::vector<Outcome>& all) {
   const auto less = [](const Outcome& a, const Outcome& b) { return a.psnr < b.psnr; };
   const auto [low, high] = std::minmax_element(all.begin(), all.end(), less);
-  return fmt::format("{:.2f}", mean(all, &Outcome::psnr)) +
+  return cell("{:.2f}", mean(all, &Outcome::psnr)) +
          (all.size() > 1 ? fmt::format(" ± {:.2f}", (high->psnr - low->psnr) / 2) : "");
 }
 
@@ -75,7 +91,7 @@ Table tasks_table(const std::vector<SweepTask>& tasks) {
     if (const SweepState s = state_of(t); s.done) {
       const Outcome o = outcome_of(s);
       for (const double figure : {o.steps, o.seconds, o.psnr, o.ssim, o.ms_ssim, o.memory})
-        row.push_back(fmt::format("{}", figure));
+        row.push_back(cell("{}", figure));
       row.insert(row.end(), {o.effects, o.commit, o.machine});
     }
     row.resize(table.columns.size());
@@ -113,11 +129,11 @@ Table settings_table(const std::vector<SweepTask>& tasks) {
     std::vector<std::string> row = g.names;
     row.push_back(fmt::format("{} of {}", g.done.size(), g.tasks));
     if (!g.done.empty())
-      row.insert(row.end(), {psnr_text(g.done), fmt::format("{:.4f}", mean(g.done, &Outcome::ssim)),
-                             fmt::format("{:.0f}", mean(g.done, &Outcome::seconds)),
-                             fmt::format("{:.2f}", mean(g.done, &Outcome::memory) / 1e9),
-                             together(g.done, &Outcome::effects), together(g.done, &Outcome::commit),
-                             together(g.done, &Outcome::machine)});
+      row.insert(row.end(),
+                 {psnr_text(g.done), cell("{:.4f}", mean(g.done, &Outcome::ssim)),
+                  cell("{:.0f}", mean(g.done, &Outcome::seconds)),
+                  cell("{:.2f}", mean(g.done, &Outcome::memory) / 1e9), together(g.done, &Outcome::effects),
+                  together(g.done, &Outcome::commit), together(g.done, &Outcome::machine)});
     row.resize(table.columns.size());
     table.rows.push_back(std::move(row));
   }

@@ -39,8 +39,7 @@ def import_sequence(sequence, prefix):
     volume = bpy.context.object
     volume.name = " ".join(["splinevox"] + prefix.split("_")).strip()
     if len(files) > 1:
-        volume.data.frame_start = first  # scene frame n shows frame_000n.vdb
-        volume.data.frame_duration = len(files)
+        volume.data.frame_start, volume.data.frame_duration = first, len(files)  # frame n: frame_000n.vdb
     bpy.context.scene.frame_set(first)
     if sequence.velocity:
         # Blender looks for the name itself.
@@ -105,7 +104,7 @@ def harmonics(nodes):
     def times(*factors):
         return functools.reduce(lambda product, f: nodes.math("MULTIPLY", f, product), factors)
 
-    plus, minus = functools.partial(nodes.math, "ADD"), functools.partial(nodes.math, "SUBTRACT")
+    minus = functools.partial(nodes.math, "SUBTRACT")
     found = [0.28209479177387814]
     if order > 0:
         found += [times(v, 0.4886025119029199) for v in (y, z, x)]
@@ -166,7 +165,6 @@ def glowing(nodes, density, color, strength):
 
 def seen(nodes, density, color, args):
     """Emission and absorption, both driven by density: radiance = integral of T * density * color.
-
     Not Principled Volume: its emission is not weighted by density, and its density scatters as well."""
     return glowing(nodes, density, shown_color(nodes, color), density)
 
@@ -176,11 +174,9 @@ def smoke(nodes, density, color, args):
     together the density, so that it hides as much as it was seen to hide."""
     scatter = nodes.node("ShaderNodeVolumeScatter", -300, -100)
     absorb = nodes.node("ShaderNodeVolumeAbsorption", -300, 100)
-    albedo = args.albedo
-    if albedo == "color":
+    albedo = (args.albedo, args.albedo, args.albedo, 1)
+    if args.albedo == "color":
         albedo = nodes.vector("MINIMUM", linear_color(nodes, color), (1, 1, 1))
-    else:
-        albedo = (albedo, albedo, albedo, 1)
     for node in (scatter, absorb):
         nodes.put(albedo, node.inputs["Color"])
         nodes.put(density, node.inputs["Density"])
@@ -219,8 +215,7 @@ def make_material(sequence, args):
 def light_up(scene):
     """A sun and a dim sky, without which smoke in an empty scene is black."""
     sun = bpy.data.objects.new("splinevox sun", bpy.data.lights.new("splinevox sun", "SUN"))
-    sun.data.energy = 5
-    sun.rotation_euler = (0.7, 0.2, 0.6)
+    sun.data.energy, sun.rotation_euler = 5, (0.7, 0.2, 0.6)
     scene.collection.objects.link(sun)
     scene.world = bpy.data.worlds.new("splinevox sky")
     scene.world.color = (0.3, 0.3, 0.3)
@@ -262,6 +257,16 @@ def set_up_scene(scene, sequence, args, fresh):
         light_up(scene)
 
 
+def keyed_curves(thing):
+    """Curves of a thing's action; from Blender 5 on actions have none of their own, but one set a slot."""
+    action = thing.animation_data and thing.animation_data.action
+    if not action or hasattr(action, "fcurves"):
+        return action.fcurves if action else ()
+    slot = thing.animation_data.action_slot
+    bags = [strip.channelbag(slot) for layer in action.layers for strip in layer.strips]
+    return [curve for bag in bags if bag for curve in bag.fcurves]
+
+
 def set_up_camera(scene, path):
     """Pinhole cameras from JSON: w, h, fl_x, fl_y, cx, cy in pixels, transform_matrix camera to world, OpenGL
     axes; or a list `frames` of such, one a frame, as `splinevox render --format cameras` and --write-cameras
@@ -298,10 +303,9 @@ def set_up_camera(scene, path):
                              (data, ("lens", "shift_x", "shift_y"))):
             for name in names:
                 thing.keyframe_insert(name, frame=frame)
-    for thing in (camera, data):
-        for curve in thing.animation_data.action.fcurves if thing.animation_data else ():
-            for point in curve.keyframe_points:
-                point.interpolation = "LINEAR"
+    for curve in [*keyed_curves(camera), *keyed_curves(data)]:
+        for point in curve.keyframe_points:
+            point.interpolation = "LINEAR"
     return camera
 
 
@@ -334,12 +338,8 @@ def render(scene, path, frame, samples):
     scene.frame_set(frame)
     scene.cycles.samples = samples
     image = scene.render.image_settings
-    if path.endswith(".exr"):
-        image.file_format, image.color_depth = "OPEN_EXR", "32"
-    else:
-        image.file_format, image.color_depth = "PNG", "8"
-    image.color_mode = "RGBA"
-    scene.render.filepath = os.path.abspath(path)
+    image.file_format, image.color_depth = ("OPEN_EXR", "32") if path.endswith(".exr") else ("PNG", "8")
+    image.color_mode, scene.render.filepath = "RGBA", os.path.abspath(path)
     bpy.ops.render.render(write_still=True)
 
 
