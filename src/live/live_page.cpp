@@ -111,7 +111,7 @@ void LivePage::lay_beside(const VoxelModel& model) {
   const Split* split = data.find("val");
   if (!split || split->frames.empty()) split = data.find("train");
   beside_.emplace();
-  beside_->name = about_["folder"];
+  beside_->name = folder_name(about_["folder"].get<std::string>());
   beside_->note = "The model as it was at the step that the page names; it is still being trained.";
   beside_->split = split->name;
   beside_->shots = page_shots(*split, model, kShots, kShotSize);

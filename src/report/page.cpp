@@ -154,7 +154,10 @@ std::string charts(const std::vector<ReportRun>& runs) {
     Series photo{runs.size() > 1 ? runs[i].name : "photometric loss", colour, Series::Mark::line, {}};
     Series view{runs.size() > 1 ? runs[i].name : "one view", colour, Series::Mark::dots, {}};
     // A run's clock also counts what came before its first step: trials, a still world, reading.
-    const double start = runs[i].lines.empty() ? 0 : number(runs[i].lines.front(), "seconds");
+    // Lines of discarded steps have none.
+    const auto timed = std::find_if(runs[i].lines.begin(), runs[i].lines.end(),
+                                    [](const Json& j) { return std::isfinite(number(j, "seconds")); });
+    const double start = timed == runs[i].lines.end() ? 0 : number(*timed, "seconds");
     for (const Json& j : runs[i].lines) {
       const double s = number(j, "seconds") - start;
       if (j.contains("held_view")) {

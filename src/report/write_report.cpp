@@ -86,8 +86,7 @@ bool shows_run(const fs::path& file, const std::string& name) {
   std::string start(4096, '\0');
   in.read(start.data(), std::streamsize(start.size()));
   start.resize(std::size_t(in.gcount()));
-  return is_page(start) && start.find("<title>splinevox: " + escape(name) + "</title>") != start.npos &&
-         start.find("content=\"splinevox view\"") != start.npos;
+  return is_view(start) && start.find("<title>splinevox: " + escape(name) + "</title>") != start.npos;
 }
 
 /// Pages of `view` and films that lie beside the report, in its folder's film*/ or in the run.
@@ -182,7 +181,7 @@ ReportRun read_run(const ReportRequest& o, std::string path) {
 }  // namespace
 
 std::size_t write_report(const ReportRequest& o) {
-  probe_output_file(o.out, is_page);
+  probe_output_file(o.out, [](std::string_view start) { return is_page(start) && !is_view(start); });
   std::vector<ReportRun> runs;
   for (const std::string& path : o.runs) runs.push_back(read_run(o, path));
   std::set<std::string> names;

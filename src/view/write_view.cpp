@@ -24,7 +24,7 @@ namespace splinevox::run {
 namespace {
 
 std::string about(const Run& run) {
-  std::string text = fs::path(run.record.dataset).filename().string() + ", preset " + run.config.preset;
+  std::string text = folder_name(run.record.dataset) + ", preset " + run.config.preset;
   const std::string file = run.path + "/metrics.json";
   const Json metrics = read_metrics_if_there(file);
   if (metrics.contains("psnr") && metrics["psnr"].is_number() && metrics.contains("split"))
@@ -46,7 +46,7 @@ std::string described(const ViewQuality& q, const VoxelModel& model) {
 
 WrittenView write_view(const ViewRequest& o) {
   WrittenView out;
-  probe_output_file(o.out, is_page);
+  probe_output_file(o.out, is_view);
   const Run run = open_run(o.run);
   ViewPage page;
   page.name = fs::weakly_canonical(run.path).filename().string();

@@ -63,6 +63,14 @@ class Between {
       comes([&] { return done_.load(); }, 400);
       return;
     }
+    if (ask.path == run_.root + "lose") {  // the next question, as a tunnel may
+      lose_ = true;
+      return;
+    }
+    if (ask.path == run_.root + "state" && lose_.exchange(false)) {
+      answer.status = 502;
+      return;
+    }
     httplib::Client c = run_.client();
     const httplib::Result said = ask.method == "POST" ? c.Post(ask.target) : c.Get(ask.target);
     if (!said) {
@@ -91,7 +99,7 @@ class Between {
   const std::string script_;
   httplib::Server server_;
   std::thread listening_;
-  std::atomic<bool> done_ = false;
+  std::atomic<bool> done_ = false, lose_ = false;
 };
 
 /// A scene large enough to be looked at, and a run of it that ends when it is told to.
@@ -100,9 +108,15 @@ struct Watched {
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
   std::vector<std::string> words() const {
     REQUIRE(program({"synth", "dancer", "--out", path("scene"), "--size", "64", "--frames", "24"}).code == 0);
-    return {"train", path("scene"),        "--out",  path("run"), "--preset",
-            "draft", "--max-time",         "600",    "--live",    "--effects=motion",
-            "--set", "sampling.rays=1024", "--quiet"};
+    return {"train",      path("scene"),
+            "--out",      path("run"),
+            "--preset",   "draft",
+            "--max-time", "600",
+            "--live",     "--effects=motion",
+            "--set",      "sampling.rays=1024",
+            "--set",      "grid.radiance=16,24,32",
+            "--set",      "sampling.occupancy_cells=24",
+            "--quiet"};
   }
 };
 
@@ -135,8 +149,23 @@ TEST_SUITE("app/live in a browser") {
   result.another = seen() !== before;
   result.programs = app.gl.programs.size;
   result.error = app.gl.getError();
-  $("more").click();
+  await fetch("lose");
+  live.askSoon(0);
+  await until(() => live.lost);
+  result.lost = [$("pause").disabled, text("answer")];
+  live.askSoon(0);
+  await until(() => !live.lost);
+  result.found = [$("pause").disabled, text("answer")];
+  for (let i = 0; i < 5; ++i) live.askSoon(0), live.ask();
+  document.querySelector("#more summary").click();
+  $("quality").click();
+  $("add").click();
   await until(() => text("where").includes("of 11:00"));
+  document.querySelector("#more summary").click();
+  const ids = [...document.querySelectorAll("[id]")].map(e => e.id);
+  result.twice = ids.filter((id, i) => ids.indexOf(id) !== i);
+  const space = new KeyboardEvent("keydown", {key: " ", bubbles: true, cancelable: true});
+  result.ticks = $("follow").dispatchEvent(space);
   $("pause").click();
   await until(() => text("phase") === "Training");
   const step = live.last.step;
@@ -149,7 +178,7 @@ TEST_SUITE("app/live in a browser") {
   result.chips = [...document.querySelectorAll("#chips li")].map(c => c.className + ":" + c.textContent);
   result.log = text("log");
   result.wide = [document.documentElement.scrollWidth, innerWidth];
-  result.boxes = ["pause", "stop", "more", "share", "figures", "follow"].map(id => {
+  result.boxes = ["pause", "stop", "add", "share", "figures", "follow"].map(id => {
     const b = document.getElementById(id).getBoundingClientRect();
     return [id, b.left, b.right, b.width, b.height];
   });
@@ -161,6 +190,8 @@ TEST_SUITE("app/live in a browser") {
   await until(() => text("phase") === "Stopped and saved");
   await until(() => live.final);
   result.last = [live.shown, live.last.step];
+  const steps = live.views.map(v => v.step);
+  result.again = steps.some((s, i) => i > 0 && s <= steps[i - 1]);
   result.disabled = $("pause").disabled && $("stop").disabled;
   result.where = text("where");
   result.answer = text("answer");
@@ -176,6 +207,11 @@ TEST_SUITE("app/live in a browser") {
     CHECK(r["programs"].get<int>() <= 6);
     CHECK(r["error"] == 0);
     CHECK(r["pause"] == "Go on");
+    CHECK(r["lost"] == Json{true, "The training cannot be reached just now. It may have ended."});
+    CHECK(r["found"] == Json{false, ""});
+    CHECK(r["twice"] == Json::array());
+    CHECK(r["ticks"] == true);
+    CHECK(r["again"] == false);
     CHECK(r["pictures"][0].get<int>() > 0);
     CHECK(r["pictures"][1].get<int>() > 0);
     for (const Json& dots : r["drawn"]) CHECK(dots.get<int>() > 500);
@@ -218,9 +254,9 @@ TEST_SUITE("app/live in a browser") {
         Between between(run, R"js(
   await until(() => live.shown >= live.last.step && $("now").complete && $("true").complete);
   app.set({time: 0.5});
-  await until(() => app.painter.nextRow >= app.canvas.height);
-  await frames(4);
   result.dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  if (!result.dark) await until(() => app.painter.nextRow >= app.canvas.height);
+  await frames(4);
   result.size = [innerWidth, innerHeight];
 )js");
         between.open(scene.temp, window,

@@ -79,7 +79,9 @@ struct Page {
              "--set",
              "grid.radiance=16,24,32",
              "--set",
-             "sampling.rays=512"};
+             "sampling.rays=512",
+             "--set",
+             "sampling.occupancy_cells=24"};
     words.insert(words.end(), training.begin(), training.end());
     const Ended train = program(words);
     CAPTURE(train.err);

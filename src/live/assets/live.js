@@ -20,12 +20,13 @@ class Live {
     this.about = {};
     this.last = {};          // line of metrics.jsonl
     this.held = null;        // PSNR of the held-out view
+    this.asking = this.again = this.lost = false;
     this.start = null;       // seconds of the first line: what came before belongs to no step
     this.ready = new Promise(resolve => { this.resolve = resolve; });
     this.charts = [...document.querySelectorAll("#live canvas")].map(c => Chart.getChart(c));
     $("wait").textContent = "The model is shown here once it has made some steps.";
     $("pause").addEventListener("click", () => this.wish(this.paused ? "go" : "pause"));
-    $("more").addEventListener("click", () => this.wish("more?seconds=" + $("seconds").value));
+    $("add").addEventListener("click", () => this.wish("more?seconds=" + $("seconds").value));
     $("stop").addEventListener("click", () => this.stop());
     $("past").addEventListener("input", () => this.showPreview());
     document.addEventListener("visibilitychange", () => { if (!document.hidden) this.askSoon(0); });
@@ -37,27 +38,38 @@ class Live {
     this.timer = setTimeout(() => this.ask(), milliseconds);
   }
 
+  /// One question at a time: two answers to the same one would count their lines twice.
   async ask() {
+    this.again = this.asking;
+    if (this.asking) return;
+    this.asking = true;
+    const next = await this.askNow();
+    this.asking = false;
+    if (next !== null) this.askSoon(this.again && !this.lost ? 0 : next);
+  }
+
+  /// Resolves to the milliseconds until it should be asked again; null: nothing more is to come.
+  async askNow() {
     const follow = $("follow").checked && !document.hidden ? 1 : 0;
     try {
       const answer = await fetch(`state?lines=${this.lines}&notes=${this.notes}&follow=${follow}`);
       if (!answer.ok) throw new Error(answer.status);
       const state = await answer.json();
       this.take(state);
+      if (this.lost) this.tell("");
+      this.lost = false;
+      this.disable(this.over);
       if (follow && state.model > this.shown) await this.fetchModel();
-      const ended = state.phase === "saved" || state.phase === "finished";
-      if (!ended) this.askSoon(document.hidden ? kAskHidden : kAskEvery);
-      else if (follow && !this.final) this.askOnceMore(state);
+      if (!this.over) return document.hidden ? kAskHidden : kAskEvery;
+      this.final = !follow || state.model >= (this.last.step ?? 0);  // else the last model is on its way
+      return this.final ? null : 200;
     } catch (e) {
-      if (!this.over) this.tell("The training cannot be reached any more: it has ended, or was ended.");
-      this.disable();
+      if (this.over) return null;
+      this.lost = true;
+      this.tell("The training cannot be reached just now. It may have ended.");
+      this.disable(true);
+      return kAskHidden;
     }
-  }
-
-  /// The last model may still be on its way.
-  askOnceMore(state) {
-    this.final = state.model >= (this.last.step ?? 0);
-    if (!this.final) this.askSoon(200);
   }
 
   async fetchModel() {
@@ -166,7 +178,6 @@ class Live {
       ? `${parts.join(" \u00b7 ")} \u00b7 in ${this.about.folder}` : parts.join(" \u00b7 ");
     $("pause").textContent = state.paused ? "Go on" : "Pause";
     $("pause").setAttribute("aria-pressed", state.paused);
-    if (this.over) this.disable();
     const {psnr, loss, rays_per_second} = this.last, figures = [];
     if (this.held !== null) figures.push([this.held.toFixed(1) + " dB", "held-out"]);
     if (psnr !== undefined)
@@ -206,8 +217,8 @@ class Live {
     $("answer").textContent = text;
     $("answer").hidden = !text;
   }
-  disable() {
-    for (const e of document.querySelectorAll("#wishes button, #wishes select, #follow")) e.disabled = true;
+  disable(off) {
+    for (const e of document.querySelectorAll("#wishes button, #wishes select, #follow")) e.disabled = off;
   }
 }
 

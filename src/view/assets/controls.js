@@ -87,7 +87,8 @@ function bindPanel(app) {
   $("note").textContent = header.note;
   document.addEventListener("keydown", e => {
     if (e.ctrlKey || e.metaKey || e.altKey || e.target.closest("select, input[type=color]")) return;
-    const button = e.target.closest("button, summary"), slider = e.target.closest("input");
+    const button = e.target.closest("button, summary, input[type=checkbox]");
+    const slider = e.target.closest("input");
     const step = e.shiftKey ? 0.1 : 0.01;
     const keys = {
       " ": () => { if (button) return false; app.set({playing: !state.playing}); },
