@@ -137,8 +137,9 @@ TEST_SUITE("app/capture names") {
     CHECK(plan_of(folder, names).plans.size() == 4);
     CaptureOptions options;
     options.every = 2;
-    expect_error([&] { plan_of(folder, {}, options); },
-                 {"in, camera cam4: has no picture of any moment that is taken of the other cameras", "--every"});
+    expect_error(
+        [&] { plan_of(folder, {}, options); },
+        {"in, camera cam4: has no picture of any moment that is taken of the other cameras", "--every"});
   }
 
   TEST_CASE("folders per camera: one that stopped early has gaps at the end") {
