@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/signals.hpp"
 
+#include <time.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -9,12 +10,22 @@ namespace splinevox::run {
 namespace {
 
 volatile std::sig_atomic_t g_stop = 0;
+volatile std::sig_atomic_t g_stop_second = 0;  ///< of a clock that only goes on
 
+std::sig_atomic_t now() {
+  timespec time{};
+  ::clock_gettime(CLOCK_MONOTONIC, &time);
+  return std::sig_atomic_t(time.tv_sec);
+}
+
+/// The same kind again ends the program at once. Another kind is the same wish by another way: a batch
+/// system's, and that of the pool it stops. So is a termination that comes twice within two seconds: a batch
+/// system sends it to all, and a launcher passes it on.
 extern "C" void on_signal(int signal) {
-  if (g_stop == signal) ::_exit(1);
-  if (g_stop == 0)
-    g_stop = signal;  // another kind is the same wish by another way: a batch system's, and that of the pool
-                      // it stops
+  if (g_stop == signal && (signal != SIGTERM || now() - g_stop_second > 2)) ::_exit(1);
+  if (g_stop != 0) return;
+  g_stop_second = now();
+  g_stop = signal;
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/atomic_file.hpp"
+#include "core/hash.hpp"
 #include "core/process.hpp"
 #include "data/times/settle.hpp"
 #include "io/manifest.hpp"
@@ -30,6 +31,22 @@ namespace fs = std::filesystem;
 
 namespace splinevox::run {
 namespace {
+
+/// Gradients of different pictures, or of models of different shapes, must not be added up. All ranks throw.
+void check_ranks_agree(Ranks& ranks, const Dataset& data, const Config& config) {
+  const std::uint64_t facts[] = {data.fingerprint, hash64(write_config(config))};
+  std::vector<double> mine;  // halves of 32 bits, which doubles hold
+  for (const std::uint64_t fact : facts)
+    mine.insert(mine.end(), {double(fact & 0xffffffff), double(fact >> 32)});
+  const std::vector<double> all = ranks.gather(mine);
+  for (int rank = 1; rank < ranks.count(); ++rank)
+    for (std::size_t i = 0; i < mine.size(); ++i)
+      if (all[std::size_t(rank) * mine.size() + i] != all[i])
+        fail({fmt::format("process {} of {}", rank + 1, ranks.count()),
+              i < 2 ? "has other training pictures than the first"
+                    : "has settled on other settings than the first",
+              "the same data set, words and build of the program on every machine", "", ""});
+}
 
 /// The dataset as it was when the run began: another one cannot be gone on with.
 void check_same_run(const RunFolder& folder, const Config& saved, const Config& asked,
@@ -226,6 +243,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
               data.time_map, load.rules,         ready.parallax};
   }
+  if (ranks) check_ranks_agree(*ranks, data, config);
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   const auto write_settings = [&] {
     if (!config_difference(asked, config).empty())

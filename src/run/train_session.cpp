@@ -229,10 +229,19 @@ bool TrainSession::held_out_view_due(double seconds) const {
          last_.progress < 0.98;
 }
 
+/// A device whose memory the training fills has none for a second model: then the host shows it.
+Image TrainSession::picture_of(const VoxelModel& model, const Frame& view, Device device) const {
+  try {
+    return clamped(make_renderer(model, device).render(view.camera, view.time, {.across = 0}).rgb);
+  } catch (const Error&) {
+    if (device == Device::cpu) throw;
+    return picture_of(model, view, Device::cpu);
+  }
+}
+
 void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
   if (held_out_step_ == double(last_.step)) return;
-  const Image picture = clamped(
-      make_renderer(model, setup_.device).render(held_out_->camera, held_out_->time, {.across = 0}).rgb);
+  const Image picture = picture_of(model, *held_out_, setup_.device);
   held_out_psnr_ =
       capped_psnr(psnr(picture, composite(held_out_->image, model.background.color), held_out_->ignored));
   held_out_step_ = double(last_.step);
@@ -276,10 +285,11 @@ void TrainSession::resume() {
           "", "another folder for --out"});
   if (!saved.note.empty()) progress_.note("note: " + saved.note);
   trainer_.restore(saved.bytes);
-  std::error_code ignored;
-  fs::remove(setup_.folder.file(kManifestName), ignored);  // it lists files as they will soon not be
   last_.step = std::int64_t(saved.header.step);
   last_.seconds = trainer_.seconds();
+  if (!writes()) return;
+  std::error_code ignored;
+  fs::remove(setup_.folder.file(kManifestName), ignored);  // it lists files as they will soon not be
   cut_metrics(setup_.folder.file("metrics.jsonl"), last_.step);
 }
 

@@ -60,6 +60,7 @@ class TrainSession {
   void save_replay();
   bool held_out_view_due(double seconds) const;
   /// @param start  when this began, the making of the model included
+  Image picture_of(const VoxelModel& model, const Frame& view, Device device) const;
   void render_held_out_view(const VoxelModel& model, double start);
   /// Of a film that moves: how far what stands still goes, and a warning if that is far.
   void hold_camera(const VoxelModel& model);

@@ -118,10 +118,25 @@ TEST_SUITE("app/faults") {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     // Until one of them is the second: two that arrive together count as one.
     for (int i = 0; i < 500; ++i) {
-      ::kill(started.process(), SIGTERM);
+      ::kill(started.process(), SIGINT);
       std::this_thread::sleep_for(std::chrono::microseconds(50));
     }
     CHECK(started.wait().code == 1);
+  }
+
+  TEST_CASE("F11: a termination that a launcher passes on once more is one") {
+    const Small small;
+    std::vector<std::string> words = small.train("run", "100000000", {"--quiet"});
+    words.insert(words.begin(), SPLINEVOX_PROGRAM);
+    Started started(words);
+    for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    for (int i = 0; i < 3; ++i) {
+      ::kill(started.process(), SIGTERM);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    CHECK(started.wait().code == 130);
+    CHECK(program({"verify", small.path("run")}).code == 0);
   }
 
   TEST_CASE("F3: where there is room for the model and none for the checkpoint, the model is saved") {

@@ -31,6 +31,14 @@ check "PSNR within 0.5 dB" awk -v a="$(figure one psnr)" -v b="$(figure two psnr
   'BEGIN {exit !(a - b < 0.5 && b - a < 0.5)}'
 check "something was sent" awk -v b="$(figure two bytes_per_step)" 'BEGIN {exit !(b > 1000)}'
 
+"$program" synth dancer --out other --frames 12 --size 48 --seed 2 --quiet
+sizes=("${common[@]:2}")
+code=0
+mpirun -n 1 "$program" train scene "${sizes[@]}" --out apart : \
+  -n 1 "$program" train other "${sizes[@]}" --out apart 2>told || code=$?
+check "ranks with other pictures are refused" test $code -ne 0
+check "and it says so" grep -q "has other training pictures than the first" told
+
 echo "stopped by a signal to one rank, and gone on with"
 mpirun -n 2 "$program" "${common[@]}" --out half &
 launcher=$!
