@@ -73,12 +73,12 @@ void print_run(const Json& j) {
   if (metrics.contains("steps"))
     fmt::print("{} steps in {:.1f} s on {}\n", metrics["steps"].get<std::int64_t>(),
                metrics.value("train_seconds", 0.0), metrics.value("device", "cpu"));
-  if (metrics.contains("psnr"))
+  if (metrics.contains("psnr")) {
     fmt::print("{} split: PSNR {:.2f} dB", metrics.value("split", ""), metrics["psnr"].get<double>());
-  for (const auto& [key, name] : {std::pair{"ssim", "SSIM"}, {"ms_ssim", "MS-SSIM"}})
-    if (metrics.contains("psnr") && metrics.contains(key))
-      fmt::print(", {} {:.4f}", name, metrics[key].get<double>());
-  if (metrics.contains("psnr")) fmt::print("\n");
+    for (const auto& [key, name] : {std::pair{"ssim", "SSIM"}, {"ms_ssim", "MS-SSIM"}})
+      if (metrics.contains(key)) fmt::print(", {} {:.4f}", name, metrics[key].get<double>());
+    fmt::print("\n");
+  }
   if (metrics.contains("psnr_inside"))
     fmt::print("  inside the masks: PSNR {:.2f} dB\n", metrics["psnr_inside"].get<double>());
   if (metrics.contains("psnr_best_gain"))

@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 
 #include "cli/camera_files.hpp"
 #include "cli/command.hpp"
@@ -62,14 +61,11 @@ std::vector<std::string> names_of(const RenderVerb& o, const std::vector<std::st
 void claim_folder(const std::string& folder, const Run& run, const std::vector<std::string>& names) {
   probe_output_folder(folder);
   if (has_mark(folder, kRenderMark)) return;
-  const std::vector<std::string> there = names_in_folder(folder);
-  const std::set<std::string> taken(there.begin(), there.end());
-  for (const std::string& name : names)
-    if (taken.contains(name))
-      fail({folder + "/" + name, "`render` did not write this file and would replace it",
-            "a folder of its own, or that of an earlier render", "",
-            "another folder for --out, or remove the file: what older versions rendered has no render.json "
-            "beside it"});
+  if (const std::string taken = first_taken(names_in_folder(folder), names); !taken.empty())
+    fail({folder + "/" + taken, "`render` did not write this file and would replace it",
+          "a folder of its own, or that of an earlier render", "",
+          "another folder for --out, or remove the file: what older versions rendered has no render.json "
+          "beside it"});
   write_mark(folder, kRenderMark, {{"run", run.path}});
 }
 

@@ -11,6 +11,8 @@
 
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
+#include "core/own_folder.hpp"
+#include "run/folder_mark.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
 #include "run/sweep/sweep.hpp"
@@ -35,19 +37,16 @@ constexpr FolderMark kSweepMark{"sweep.json", "splinevox sweep"};  ///< in a swe
 /// Makes a folder for lists and tables ours. One that has files of their names which no sweep wrote, as the
 /// folder of a paper may, is refused. Sweeps of older versions left no mark: their script tells.
 void claim_sweep(const std::string& out) {
-  const auto path = [&](const char* name) { return (fs::path(out) / name).string(); };
-  const auto there = [&](const char* name) {
-    std::error_code ignored;
-    return fs::exists(fs::symlink_status(path(name), ignored));
-  };
-  const bool marked = there(kSweepMark.name),
+  const auto path = [&](const std::string& name) { return (fs::path(out) / name).string(); };
+  const std::vector<std::string> there = names_in_folder(out);
+  const bool marked = !first_taken(there, {kSweepMark.name}).empty(),
              ours =
                  marked ? has_mark(out, kSweepMark) : is_slurm_script(read_text_if_there(path("array.sh")));
-  for (const char* name :
-       {kSweepMark.name, "tasks.txt", "array.sh", "table.csv", "settings.csv", "table.md", "table.tex"})
-    if (!ours && there(name))
-      fail({path(name), "`sweep` did not write this file and would replace it",
-            "a folder of its own, or that of an earlier sweep", "", "another folder for --out"});
+  const std::string taken = first_taken(there, {kSweepMark.name, "tasks.txt", "array.sh", "table.csv",
+                                                "settings.csv", "table.md", "table.tex"});
+  if (!ours && !taken.empty())
+    fail({path(taken), "`sweep` did not write this file and would replace it",
+          "a folder of its own, or that of an earlier sweep", "", "another folder for --out"});
   probe_output_folder(out);
   if (!marked) write_mark(out, kSweepMark);
 }

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -13,6 +14,7 @@
 #include <memory>
 #include <new>
 #include <random>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +67,13 @@ void check_folder(const fs::path& folder, const fs::path& root, Depth depth) {
 }
 
 }  // namespace
+
+std::string first_taken(const std::vector<std::string>& folder, const std::vector<std::string>& names) {
+  const std::set<std::string_view> taken(folder.begin(), folder.end());
+  const auto found =
+      std::find_if(names.begin(), names.end(), [&](const auto& n) { return taken.contains(n); });
+  return found == names.end() ? "" : *found;
+}
 
 std::vector<std::string> names_in_folder(const std::string& folder) {
   const int fd =

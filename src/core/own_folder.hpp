@@ -24,6 +24,9 @@ void check_own_folder(const std::string& folder, Depth depth);
 /// at a signal.
 std::vector<std::string> names_in_folder(const std::string& folder);
 
+/// The first of `names` that is among those of a folder; "": none is.
+std::string first_taken(const std::vector<std::string>& folder, const std::vector<std::string>& names);
+
 /// Adds to the end of a file, or begins it. A link, pipe or device is left alone.
 /// @return false if the file did not take it
 bool append_to_file(const std::string& path, std::string_view text);

@@ -119,4 +119,9 @@ inline double raw_at_scale(double raw, double shift, double by) {
 /// The optical depth, density times length, that has this alpha in [0, 1): the inverse of one_minus_exp_neg.
 inline double optical_depth(double alpha) { return -std::log1p(-alpha); }
 
+/// The raw value from which on a way of this length through a density has this alpha in (0, 1).
+inline float raw_of_alpha(double alpha, double scale, double shift, double length) {
+  return float(raw_of_depth(optical_depth(alpha), scale * length, shift));
+}
+
 }  // namespace splinevox

@@ -47,8 +47,8 @@ BitGrid coarsen(const BitGrid& in, int n) {
 }
 
 /// Raw density from which on a step has an alpha.
-float raw_of_alpha(float alpha, const DensityActivation& activation, float step) {
-  return float(raw_of_depth(optical_depth(alpha), double(activation.scale) * step, activation.shift));
+float raw_of_step(float alpha, const DensityActivation& activation, float step) {
+  return raw_of_alpha(alpha, activation.scale, activation.shift, step);
 }
 
 }  // namespace
@@ -137,7 +137,7 @@ BitGrid canonical_occupancy(const VoxelModel& model, const LargestPresence& pres
   const RadianceField& field = model.radiance;
   const Topology& topology = *field.raw.topology;
   BitGrid grid(presence.cells().grid);
-  const float threshold = raw_of_alpha(alpha, field.activation, step);
+  const float threshold = raw_of_step(alpha, field.activation, step);
   if (presence.any()) {
     const CellValues raw = raw_peaks(field, grid);
     for (std::size_t i = 0; i < grid.cells(); ++i)
@@ -157,7 +157,7 @@ OccupancyPyramid::OccupancyPyramid(const VoxelModel& model, int cells, float alp
                                                     : canonical_occupancy(model, cells, alpha, step),
                        std::move(reach)) {
   if (comes_and_goes(model.motion))
-    presence = presence_peaks(model, raw_of_alpha(alpha, model.radiance.activation, step), levels);
+    presence = presence_peaks(model, raw_of_step(alpha, model.radiance.activation, step), levels);
 }
 
 OccupancyPyramid::OccupancyPyramid(BitGrid canonical, BitGrid reach)

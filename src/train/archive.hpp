@@ -66,9 +66,8 @@ class Archive {
     out.push_back(std::string_view(out_.data(), out_.size()).substr(at));
     return out;
   }
+  /// Nothing is left of what is read, or of its present section.
   bool exhausted() const { return !in_ || at_ == end_; }
-  /// Whether what is read, or the present section of it, goes on.
-  bool more() const { return !exhausted(); }
 
   template <class... T>
   void operator()(T&... values) {

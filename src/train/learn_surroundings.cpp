@@ -92,7 +92,7 @@ void SurroundingsLearner::refine(const Config& config, double progress, Surround
   stage_ = due;
   // What is next to nothing stays nothing from here on.
   constexpr float kLeastAlpha = 2e-3f;  // of a sample, that keeps the bricks around it
-  const float raw = float(raw_of_depth(optical_depth(kLeastAlpha), 1, surroundings.shift));
+  const float raw = raw_of_alpha(kLeastAlpha, 1, surroundings.shift, 1);
   learner_ = {};
   gradient_ = {};
   surroundings.raw = resample(surroundings.raw, outer_topology(config.grid.surroundings[std::size_t(due)]));

@@ -230,7 +230,7 @@ void Trainer::State::archive(Archive& a) {
     a.section("surroundings",
               [&] { check_fits(surroundings.archive(a, setting.config, home.surroundings())); });
   a.section("moving", [&] {  // what cameras that stand still tell is found again
-    if (a.reading() && told != a.more()) {
+    if (a.reading() && told == a.exhausted()) {
       told = !told;
       if (!told) moving = moving_in(setting, told);  // as an older version began it
     }

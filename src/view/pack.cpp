@@ -128,8 +128,7 @@ static_assert(std::size(kPackings) == std::size_t(ColumnKind::control), "one for
 float invisible_density(const DensityActivation& activation, const LargestPresence& presence, float step) {
   const std::vector<float>& all = presence.cells().values;
   const float most = std::max(0.0f, *std::max_element(all.begin(), all.end()));
-  const double depth = optical_depth(kVisibleAlpha);
-  return float(raw_of_depth(depth, double(activation.scale) * step, activation.shift)) - most - 1;
+  return raw_of_alpha(kVisibleAlpha, activation.scale, activation.shift, step) - most - 1;
 }
 
 Json pack_radiance(Writer& w, const RadianceField& field, const LargestPresence& presence, float step,

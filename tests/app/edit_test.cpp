@@ -3,6 +3,10 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <numeric>
+#include <vector>
+
 #include "program.hpp"
 #include "run/support.hpp"
 #include "splinevox/io/model_vdb.hpp"
@@ -44,22 +48,23 @@ Camera camera() {
   return c;
 }
 
-double picture_difference(const std::string& a, double at_a, const std::string& b, double at_b) {
+/// How far pictures of run a at one time and run b at another are apart, value by value.
+std::vector<double> differences(const std::string& a, double at_a, const std::string& b, double at_b) {
   const VoxelModel x = load_model(a + "/model.vdb"), y = load_model(b + "/model.vdb");
   const Image p = render_image(x, camera(), at_a).rgb, q = render_image(y, camera(), at_b).rgb;
-  double worst = 0;
-  for (std::size_t i = 0; i < p.data.size(); ++i)
-    worst = std::max(worst, double(std::abs(p.data[i] - q.data[i])));
-  return worst;
+  std::vector<double> out;
+  for (std::size_t i = 0; i < p.data.size(); ++i) out.push_back(double(std::abs(p.data[i] - q.data[i])));
+  return out;
 }
 
-/// Mean over the pixels of run a at one time and run b at another.
+double picture_difference(const std::string& a, double at_a, const std::string& b, double at_b) {
+  const std::vector<double> all = differences(a, at_a, b, at_b);
+  return *std::max_element(all.begin(), all.end());
+}
+
 double mean_difference(const std::string& a, double at_a, const std::string& b, double at_b) {
-  const VoxelModel x = load_model(a + "/model.vdb"), y = load_model(b + "/model.vdb");
-  const Image p = render_image(x, camera(), at_a).rgb, q = render_image(y, camera(), at_b).rgb;
-  double sum = 0;
-  for (std::size_t i = 0; i < p.data.size(); ++i) sum += double(std::abs(p.data[i] - q.data[i]));
-  return sum / double(p.data.size());
+  const std::vector<double> all = differences(a, at_a, b, at_b);
+  return std::accumulate(all.begin(), all.end(), 0.0) / double(all.size());
 }
 
 }  // namespace

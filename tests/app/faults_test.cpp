@@ -44,6 +44,21 @@ Ended shell(const std::string& before, std::vector<std::string> words, const std
   return Started({"sh", "-c", line + " " + after}).wait();
 }
 
+/// A run that goes on until it is told to stop, and has begun.
+struct Endless {
+  Small small;
+  Started started;
+  Endless() : started(words(small)) {
+    for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  static std::vector<std::string> words(const Small& small) {
+    std::vector<std::string> all = small.train("run", "100000000", {"--quiet"});
+    all.insert(all.begin(), SPLINEVOX_PROGRAM);
+    return all;
+  }
+};
+
 }  // namespace
 
 TEST_SUITE("app/faults") {
@@ -110,33 +125,23 @@ TEST_SUITE("app/faults") {
   }
 
   TEST_CASE("F11: a second signal ends the program at once") {
-    const Small small;
-    std::vector<std::string> words = small.train("run", "100000000", {"--quiet"});
-    words.insert(words.begin(), SPLINEVOX_PROGRAM);
-    Started started(words);
-    for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    Endless run;
     // Until one of them is the second: two that arrive together count as one.
     for (int i = 0; i < 500; ++i) {
-      ::kill(started.process(), SIGINT);
+      ::kill(run.started.process(), SIGINT);
       std::this_thread::sleep_for(std::chrono::microseconds(50));
     }
-    CHECK(started.wait().code == 1);
+    CHECK(run.started.wait().code == 1);
   }
 
   TEST_CASE("F11: a termination that a launcher passes on once more is one") {
-    const Small small;
-    std::vector<std::string> words = small.train("run", "100000000", {"--quiet"});
-    words.insert(words.begin(), SPLINEVOX_PROGRAM);
-    Started started(words);
-    for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    Endless run;
     for (int i = 0; i < 3; ++i) {
-      ::kill(started.process(), SIGTERM);
+      ::kill(run.started.process(), SIGTERM);
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
-    CHECK(started.wait().code == 130);
-    CHECK(program({"verify", small.path("run")}).code == 0);
+    CHECK(run.started.wait().code == 130);
+    CHECK(program({"verify", run.small.path("run")}).code == 0);
   }
 
   TEST_CASE("F3: where there is room for the model and none for the checkpoint, the model is saved") {

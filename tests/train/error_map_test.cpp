@@ -31,6 +31,21 @@ void teach(ErrorMap& map, std::uint32_t block, float error) {
   map.learn(patch, errors);
 }
 
+/// Eight pictures of a ball, all of which are in every batch.
+struct BallPictures {
+  Dataset data = make_synth("ball", {.frames = 8, .size = 64, .seed = 2});
+  const Split& train = *data.find("train");
+  SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
+  SamplingConfig config;
+  BallPictures() {
+    config.frames = 8;
+    config.rays = 32768;
+    config.growth = 1;
+    config.window = 1;
+    config.carve = 0;
+  }
+};
+
 TEST_CASE("a tile is drawn as often as the root of its squared error says, and its blocks evenly") {
   const int width = 45, height = 27;  // 23 x 14 blocks, so tiles at the edges are cut
   ErrorMap map(one_picture(width, height));
@@ -91,15 +106,10 @@ TEST_CASE("a set of many large pictures has a bounded map") {
 }
 
 TEST_CASE("patches go where errors are, and weights undo it as far as is asked") {
-  const Dataset data = make_synth("ball", {.frames = 8, .size = 64, .seed = 2});
-  const Split& train = *data.find("train");
-  const SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
-  SamplingConfig config;
-  config.frames = 8;
-  config.rays = 32768;
-  config.growth = 1;
-  config.window = 1;
-  config.carve = 0;
+  const BallPictures ball;
+  const Split& train = ball.train;
+  const SceneBounds& bounds = ball.bounds;
+  SamplingConfig config = ball.config;
   ErrorMap map(train);
   Batch even, hard;
   const BatchSampler plain(train, bounds.box, config, 9);
@@ -133,15 +143,10 @@ TEST_CASE("patches go where errors are, and weights undo it as far as is asked")
 }
 
 TEST_CASE("weights undo what errors change also where more is drawn of what moves") {
-  const Dataset data = make_synth("ball", {.frames = 8, .size = 64, .seed = 2});
-  const Split& train = *data.find("train");
-  const SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
-  SamplingConfig config;
-  config.frames = 8;
-  config.rays = 32768;
-  config.growth = 1;
-  config.window = 1;
-  config.carve = 0;
+  const BallPictures ball;
+  const Split& train = ball.train;
+  const SceneBounds& bounds = ball.bounds;
+  SamplingConfig config = ball.config;
   config.hard_undo = 1;
   // What moves reaches across the lower left of every picture, in squares of an odd and of an even size.
   for (const int factor : {1, 3, 4})

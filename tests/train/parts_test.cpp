@@ -73,6 +73,23 @@ double tv_derivative(const Channels& c, Int3 at) {
   return sum.b;
 }
 
+/// Every place of the ball that a ray of the pictures meets lies in the hull and in the box.
+/// @param every  pixels from one ray to the next  @return how many there are
+int check_ball_within(const SceneBounds& bounds, const Split& train, int every) {
+  const SynthScene scene = SynthScene::open("ball");
+  int hits = 0;
+  for (const Frame& frame : train.frames)
+    for (int y = every; y < frame.image.height; y += every)
+      for (int x = every; x < frame.image.width; x += every)
+        if (const auto hit = scene.at(frame.time).trace(camera_ray(frame.camera, x + 0.5, y + 0.5))) {
+          ++hits;
+          const Vec3 p = cast<float>(hit->position);
+          CHECK(bounds.hull.test(bounds.hull.index(bounds.hull.cell_of(p))));
+          for (int a = 0; a < 3; ++a) CHECK((p[a] > bounds.box.lo[a] && p[a] < bounds.box.hi[a]));
+        }
+  return hits;
+}
+
 }  // namespace
 
 TEST_SUITE("train/optimiser") {
@@ -231,35 +248,13 @@ TEST_SUITE("train/bounds and batches") {
         f.image = Image16{32, 32, std::vector<std::uint16_t>(std::size_t(4) * 32 * 32, 0)};
       }
     const SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
-    const SynthScene scene = SynthScene::open("ball");
-    int hits = 0;
-    for (const Frame& frame : train.frames)
-      for (int y = 4; y < 32; y += 4)
-        for (int x = 4; x < 32; x += 4)
-          if (const auto hit = scene.at(frame.time).trace(camera_ray(frame.camera, x + 0.5, y + 0.5))) {
-            ++hits;
-            const Vec3 p = cast<float>(hit->position);
-            CHECK(bounds.hull.test(bounds.hull.index(bounds.hull.cell_of(p))));
-            for (int a = 0; a < 3; ++a) CHECK((p[a] > bounds.box.lo[a] && p[a] < bounds.box.hi[a]));
-          }
-    CHECK(hits > 200);
+    CHECK(check_ball_within(bounds, train, 4) > 200);
   }
   TEST_CASE("the hull of a moving ball holds the ball at every time and the rays reach it") {
     const Dataset data = make_synth("ball", {.frames = 40, .size = 64, .seed = 2});
     const Split& train = *data.find("train");
     const SceneBounds bounds = find_bounds(train, true, 48, 0.05f);
-    const SynthScene scene = SynthScene::open("ball");
-    int hits = 0;
-    for (const Frame& frame : train.frames)
-      for (int y = 8; y < 64; y += 8)
-        for (int x = 8; x < 64; x += 8)
-          if (const auto hit = scene.at(frame.time).trace(camera_ray(frame.camera, x + 0.5, y + 0.5))) {
-            ++hits;
-            const Vec3 p = cast<float>(hit->position);
-            CHECK(bounds.hull.test(bounds.hull.index(bounds.hull.cell_of(p))));
-            for (int a = 0; a < 3; ++a) CHECK((p[a] > bounds.box.lo[a] && p[a] < bounds.box.hi[a]));
-          }
-    CHECK(hits > 50);
+    CHECK(check_ball_within(bounds, train, 8) > 50);
     CHECK(bounds.box.extent().x < 4);
 
     SamplingConfig config;
@@ -361,6 +356,7 @@ TEST_SUITE("train/bounds and batches") {
     config.rays = 2048;
     config.carve = 0.9f;
     config.background = BackgroundKind::fixed;
+    const SynthScene scene = SynthScene::open("ball");
     const BatchSampler carver(train, bounds.box, config, 9);
     int carved = 0;
     for (int step = 0; step < 4; ++step) {

@@ -54,8 +54,7 @@ void scale_presence(VoxelModel& model, float factor) {
   Channels& raw = model.radiance.raw;
   const DensityActivation& activation = model.radiance.activation;
   const float spacing = raw.topology->lattice.spacing, empty = raw.row(0)[0],
-              least = float(raw_of_depth(optical_depth(kLeastAlpha), double(activation.scale) * spacing,
-                                         activation.shift));
+              least = raw_of_alpha(kLeastAlpha, activation.scale, activation.shift, spacing);
   parallel_for(raw.topology->brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
       float& density = raw.row(std::size_t(index + 1) * kBrickRows + std::size_t(i))[0];

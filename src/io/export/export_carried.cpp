@@ -19,8 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr float kStill = 1e-3f;                             ///< voxels by which what is carried may be off
-constexpr const char *kUsd = ".usda", *kPoints = "points";  // kPointsFile is both
+constexpr float kStill = 1e-3f;  ///< voxels by which what is carried may be off
+constexpr const char *kUsd = ".usda", *kPoints = "points";
 /// Bytes for a vertex and frame at once: places and velocities, and their text twice; places and their
 /// differences twice, in glTF without velocities, where every frame has a weight at each. Tracks come before
 /// either and take less.
@@ -104,7 +104,7 @@ std::vector<ManifestFile> write_carried(const VoxelModel& model, const std::stri
     play.name = kPoints;
     const CarriedPoints carried = carry_points(model, all_points(options.points, parts, from), at,
                                                ViewBake(options.bake_view, model.radiance.sh_order));
-    add(play.name + kUsd, usd_points(carried, play, voxel), carried.untracked)["points"] =
+    add(kPointsFile, usd_points(carried, play, voxel), carried.untracked)["points"] =
         double(carried.ids.size());
   }
   if (!options.mesh_carried()) return files;

@@ -60,19 +60,6 @@ bool same_but_times(ExportInfo a, ExportInfo b) {
         .hint = hint});
 }
 
-void refuse_others(const std::string& folder, const std::vector<std::string>& there,
-                   const std::vector<std::string>& names) {
-  const std::set<std::string> taken(there.begin(), there.end());
-  const auto found =
-      std::find_if(names.begin(), names.end(), [&](const auto& n) { return taken.contains(n); });
-  if (found == names.end()) return;
-  fail({.where = folder,
-        .what = "holds a file that this would overwrite, and no list of an export says whose it is",
-        .expected = "a folder of its own, or one of an earlier export",
-        .got = *found,
-        .hint = "another --out, or --afresh to replace what is there"});
-}
-
 }  // namespace
 
 std::optional<Manifest> export_list(const std::string& folder, const std::string& name) {
@@ -120,7 +107,13 @@ std::vector<ManifestFile> claim_export_folder(const std::string& folder, const E
     for (const ManifestFile& file : list->files)
       if (known.insert(file.name).second) files.push_back(file);
   }
-  if (!ours && !replace) refuse_others(folder, there_before, names_of_export);
+  if (const std::string taken = first_taken(there_before, names_of_export);
+      !ours && !replace && !taken.empty())
+    fail({.where = folder,
+          .what = "holds a file that this would overwrite, and no list of an export says whose it is",
+          .expected = "a folder of its own, or one of an earlier export",
+          .got = taken,
+          .hint = "another --out, or --afresh to replace what is there"});
   if (!listed) write_manifest(folder, {"export", info, {}}, partial);
   return files;
 }
