@@ -242,7 +242,7 @@ void adam(State& state, Channels values, const Gradient& gradient, bool shrinks)
 void total_variation(State& state, const Channels& values) {
   const std::vector<float> weights(values.width, 1e-4f);
   Gradient gradient(values);
-  for (auto _ : state) add_total_variation(values, weights, 1, 1, 0, gradient);
+  for (auto _ : state) add_total_variation(values, weights, 1, 1, 0, {}, gradient);
   const double bricks = values.topology->brick_count();
   // Values are read, gradients read and written.
   rates(state, "bricks", bricks, bricks * kBrickRows * values.width * sizeof(float) * 3);

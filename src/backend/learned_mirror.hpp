@@ -76,8 +76,9 @@ struct LearnedMirror {
   }
   void regularise(Executor& run, float share, std::uint64_t draw) {
     if (varies)
-      run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(), lattice.view(),
-                            width, share, draw});
+      run.for_each(TvKernel{values.data(), weight.data(), gradient.data(), touched.data(),
+                            visible.size() > 0 ? visible.data() : nullptr, lattice.view(), width, share,
+                            draw});
   }
   /// A prior on this level's curves; on those of `sum` with its gradient here, if it is given, where `among`
   /// has a row.

@@ -31,12 +31,13 @@ struct PlainFlush {
 };
 
 /// One pack of one row of a chosen brick: gradient of total variation, its own term and those of the three
-/// vertices below it.
+/// vertices below it. Where `visible` is known, rows that are neither that nor touched have none.
 struct TvKernel {
   const float* values;
   const float* weight;  ///< [width] scale * tv / share
   float* gradient;      ///< added to
   std::uint64_t* touched;
+  const std::uint64_t* visible;  ///< LearnedRows::visible; null: every row is
   LatticeView lattice;
   int width;
   float share;
@@ -48,7 +49,8 @@ struct TvKernel {
     const std::size_t row = i / packs;
     const int brick = int(row / kBrickRows);
     if (brick == 0 || !chosen_brick(draw, brick, share)) return;
-    if (offset == 0 && row % 64 == 0) touched[row >> 6] = ~std::uint64_t(0);
+    if (offset == 0 && row % 64 == 0) touched[row >> 6] |= visible ? visible[row >> 6] : ~std::uint64_t(0);
+    if (visible && !test_row(visible, row) && !test_row(touched, row)) return;
     const Int3 v = lattice.vertex(row);
     Term own(*this, v, offset);
     Pack d{};

@@ -82,7 +82,7 @@ void SurroundingsLearner::step(const Config& config, std::span<const Ray> rays, 
       scatter_.reduce(b, gradient_.values.row(std::size_t(b) * kBrickRows),
                       gradient_.touched[std::size_t(b)]);
   });
-  add_total_variation(surroundings.raw, learner_.tv, in.tv_scale, in.tv_share, in.draw + 64, gradient_);
+  add_total_variation(surroundings.raw, learner_.tv, in.tv_scale, in.tv_share, in.draw + 64, {}, gradient_);
   update(learned(surroundings.raw, learner_), gradient_, in.factors, in.radiance_rate);
 }
 

@@ -168,9 +168,9 @@ TEST_SUITE("backend/gradient") {
             const PassResult pass = make_engine(sh, moves, losses)
                                         ->run(now, level, in, {scene.batch.tasks, {}}, d_radiance,
                                               moves ? &d_motion : nullptr, {behind, errors, slopes});
-            add_total_variation(model.radiance.raw, radiance.tv, 1, kShare, kDraw, d_radiance);
+            add_total_variation(model.radiance.raw, radiance.tv, 1, kShare, kDraw, visible, d_radiance);
             if (moves) {
-              add_total_variation(*level, motion.tv, 1, kShare, kDraw + 1, d_motion);
+              add_total_variation(*level, motion.tv, 1, kShare, kDraw + 1, {}, d_motion);
               add_curve_prior(*level, model.motion, kStaticPrior, kShare, kDraw + 1, active.rows, d_motion);
               add_curve_prior(*level, model.motion, kCurves, kShare, kDraw + 1, {}, d_motion);
             }

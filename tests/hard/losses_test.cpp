@@ -108,7 +108,7 @@ TEST_SUITE("hard/losses") {
       Gradient out(values);
       std::vector<float> tv(values.width, 0.0f);
       tv[0] = 1;
-      add_total_variation(values, tv, 1, share, draw, out);
+      add_total_variation(values, tv, 1, share, draw, {}, out);
       return out;
     };
     const Gradient whole = gradient_of(1, 0);

@@ -99,7 +99,7 @@ TEST_SUITE("train/optimiser") {
     const Channels values = random_channels(topology, 8, 3);
     Gradient gradient(values);
     const std::vector<float> tv = first_column(values, 0.5f);
-    add_total_variation(values, tv, 1.0f, 1.0f, 11, gradient);
+    add_total_variation(values, tv, 1.0f, 1.0f, 11, {}, gradient);
     for (int b = 1; b <= topology->brick_count(); ++b)
       for (int i = 0; i < kBrickRows; ++i) {
         const Int3 at = topology->vertex(b, i);
@@ -108,16 +108,38 @@ TEST_SUITE("train/optimiser") {
         REQUIRE(g[1] == 0);
       }
   }
+  TEST_CASE("total variation of visible and touched rows is that of all rows there, and leaves the others") {
+    const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 23)), 8, 5);
+    const std::vector<float> tv = first_column(values, 0.5f);
+    Gradient all(values), met(values);
+    // A whole brick, one with rows at its faces and inside, one row; the other bricks have none.
+    met.touched[1].set_all();
+    for (const int i : {0, 7, 63, 100, 448, 511}) met.touched[2].set(i);
+    met.touched[9].set(0);
+    std::vector<RowMask> visible(met.touched.size()), expected = met.touched;
+    for (const int i : {0, 1, 100, 300}) visible[2].set(i);
+    visible[10].set_all();
+    for (std::size_t b = 0; b < visible.size(); ++b) expected[b] |= visible[b];
+    add_total_variation(values, tv, 1, 1, 3, {}, all);
+    add_total_variation(values, tv, 1, 1, 3, visible, met);
+    for (int b = 1; b <= values.topology->brick_count(); ++b)
+      for (int i = 0; i < kBrickRows; ++i) {
+        const std::size_t row = std::size_t(b) * kBrickRows + std::size_t(i);
+        REQUIRE(all.touched[b].test(i));
+        REQUIRE(met.touched[b].test(i) == expected[b].test(i));
+        REQUIRE(met.values.row(row)[0] == (expected[b].test(i) ? all.values.row(row)[0] : 0.0f));
+      }
+  }
   TEST_CASE("a share of the bricks estimates the whole without bias") {
     const Channels values = random_channels(make_dense_topology(make_lattice(kBox, 31)), 8, 4);
     const std::vector<float> tv = first_column(values, 1);
     Gradient whole(values);
-    add_total_variation(values, tv, 1.0f, 1.0f, 0, whole);
+    add_total_variation(values, tv, 1.0f, 1.0f, 0, {}, whole);
     std::vector<double> mean(values.values.size());
     const int draws = 400;
     for (int d = 0; d < draws; ++d) {
       Gradient part(values);
-      add_total_variation(values, tv, 1.0f, 0.25f, 100 + d, part);
+      add_total_variation(values, tv, 1.0f, 0.25f, 100 + d, {}, part);
       for (std::size_t i = 0; i < mean.size(); i += 8) mean[i] += part.values.values[i] / draws;
     }
     // The estimate of one entry g is 4 g with probability 1/4: standard error sqrt(3 / draws) |g|.

@@ -125,10 +125,10 @@ void HostStep::spread_motion_gradient() {
 
 void HostStep::regularise(const StepInput& in) {
   add_total_variation(*model_.radiance.values, model_.radiance.tv, in.tv_scale, in.tv_share, in.draw,
-                      radiance_);
+                      model_.radiance.visible, radiance_);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const LearnedRows& level = model_.levels[l];
-    add_total_variation(*level.values, level.tv, in.tv_scale, in.tv_share, in.draw + 1 + l, levels_[l]);
+    add_total_variation(*level.values, level.tv, in.tv_scale, in.tv_share, in.draw + 1 + l, {}, levels_[l]);
     add_curve_prior(*level.values, model_.model->motion, model_.curves, in.tv_share, in.draw + 1 + l, {},
                     levels_[l]);
   }

@@ -51,10 +51,12 @@ struct Padded {
   }
 };
 
-void brick_total_variation(const Channels& values, int brick, const float* weight, float* gradient) {
+/// @param rows  of the brick that get a gradient
+void brick_total_variation(const Channels& values, int brick, const RowMask& rows, const float* weight,
+                           float* gradient) {
   const Padded padded(values, brick);
-  const auto inside = [](int x, int y, int z) {
-    return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8;
+  const auto wanted = [&](int x, int y, int z) {
+    return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8 && rows.test(x << 6 | y << 3 | z);
   };
   const auto target = [&](int x, int y, int z) {
     return gradient + std::size_t(x * 64 + y * 8 + z) * values.width;
@@ -63,7 +65,9 @@ void brick_total_variation(const Channels& values, int brick, const float* weigh
     for (int y = -1; y < 8; ++y)
       for (int z = -1; z < 8; ++z) {
         // A voxel of the layer below acts only through its one neighbour inside.
-        if ((x < 0) + (y < 0) + (z < 0) > 1) continue;
+        const bool own = wanted(x, y, z), at_x = wanted(x + 1, y, z), at_y = wanted(x, y + 1, z),
+                   at_z = wanted(x, y, z + 1);
+        if (!own && !at_x && !at_y && !at_z) continue;
         const float* self = padded.row[x + 1][y + 1][z + 1];
         if (!self) continue;
         const auto neighbour = [&](const float* p) { return p ? p : self; };
@@ -75,14 +79,13 @@ void brick_total_variation(const Channels& values, int brick, const float* weigh
                                     load<Eight>(nz + k), kTvSoftening, root);
           const Eight w = load<Eight>(weight + k);
           const auto add = [&](int cx, int cy, int cz, const Eight& d) {
-            if (!inside(cx, cy, cz)) return;
             float* to = target(cx, cy, cz) + k;
             store(to, load<Eight>(to) + w * d);
           };
-          add(x, y, z, term.d_self);
-          if (nx != self) add(x + 1, y, z, term.d_x);
-          if (ny != self) add(x, y + 1, z, term.d_y);
-          if (nz != self) add(x, y, z + 1, term.d_z);
+          if (own) add(x, y, z, term.d_self);
+          if (at_x && nx != self) add(x + 1, y, z, term.d_x);
+          if (at_y && ny != self) add(x, y + 1, z, term.d_y);
+          if (at_z && nz != self) add(x, y, z + 1, term.d_z);
         }
       }
 }
@@ -150,7 +153,7 @@ void update(const LearnedRows& rows, Gradient& gradient, const MomentFactors& fa
 }
 
 void add_total_variation(const Channels& values, std::span<const float> tv, float scale, float share,
-                         std::uint64_t draw, Gradient& gradient) {
+                         std::uint64_t draw, std::span<const RowMask> visible, Gradient& gradient) {
   std::vector<float> weight(values.width);
   bool any = false;
   for (int k = 0; k < values.width; ++k) {
@@ -161,8 +164,11 @@ void add_total_variation(const Channels& values, std::span<const float> tv, floa
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
     if (!chosen_brick(draw, brick, share)) return;
-    brick_total_variation(values, brick, weight.data(), gradient.values.row(std::size_t(brick) * kBrickRows));
-    gradient.touched[brick].set_all();
+    RowMask& touched = gradient.touched[brick];
+    touched |= visible.empty() ? RowMask::all() : visible[brick];
+    if (touched.any())
+      brick_total_variation(values, brick, touched, weight.data(),
+                            gradient.values.row(std::size_t(brick) * kBrickRows));
   });
 }
 
