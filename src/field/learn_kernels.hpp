@@ -31,7 +31,7 @@ struct PlainFlush {
 };
 
 /// One pack of one row of a chosen brick: gradient of total variation, its own term and those of the three
-/// vertices below it. Where `visible` is known, rows that are neither that nor touched have none.
+/// vertices below it. Rows that are not visible are as if absent.
 struct TvKernel {
   const float* values;
   const float* weight;  ///< [width] scale * tv / share
@@ -50,14 +50,14 @@ struct TvKernel {
     const int brick = int(row / kBrickRows);
     if (brick == 0 || !chosen_brick(draw, brick, share)) return;
     if (offset == 0 && row % 64 == 0) touched[row >> 6] |= visible ? visible[row >> 6] : ~std::uint64_t(0);
-    if (visible && !test_row(visible, row) && !test_row(touched, row)) return;
+    if (!present(row)) return;
     const Int3 v = lattice.vertex(row);
     Term own(*this, v, offset);
     Pack d{};
     for (int c = 0; c < Pack::kSize; ++c) d[c] = own.at(c).d_self;
     SPLINEVOX_UNROLL for (int a = 0; a < 3; ++a) {
       const Int3 u{v.x - (a == 0), v.y - (a == 1), v.z - (a == 2)};
-      if (!present(u)) continue;
+      if (!present(lattice.row_of(u))) continue;
       const Term below(*this, u, offset);
       for (int c = 0; c < Pack::kSize; ++c) {
         const TvTerm<float> t = below.at(c);
@@ -71,14 +71,16 @@ struct TvKernel {
   }
 
  private:
-  SPLINEVOX_HD bool present(const Int3& v) const { return lattice.row_of(v) >= kBrickRows; }
+  SPLINEVOX_HD bool present(std::size_t row) const {
+    return row >= kBrickRows && (!visible || test_row(visible, row));
+  }
   /// The values of a vertex and of its three neighbours above, itself where one is absent.
   struct Term {
     Pack self, x, y, z;
     SPLINEVOX_HD Term(const TvKernel& k, const Int3& v, int offset) {
       const std::size_t own = k.lattice.row_of(v);
       const auto read = [&](std::size_t row) {
-        return load_pack(k.values + (row < kBrickRows ? own : row) * k.width + offset);
+        return load_pack(k.values + (k.present(row) ? row : own) * k.width + offset);
       };
       self = read(own);
       x = read(k.lattice.row_of({v.x + 1, v.y, v.z}));

@@ -30,10 +30,11 @@ bool all_zero(const Eight& v) {
   return true;
 }
 
-/// Rows of a brick and of the layers of its neighbours one vertex around it; null where absent.
+/// Rows of a brick and of the layers of its neighbours one vertex around it; null where absent or not
+/// visible.
 struct Padded {
   const float* row[10][10][10];
-  Padded(const Channels& c, int brick) {
+  Padded(const Channels& c, int brick, std::span<const RowMask> visible) {
     const Topology& t = *c.topology;
     const Int3 at = t.bricks[brick];
     std::int32_t around[3][3][3];
@@ -45,18 +46,18 @@ struct Padded {
       for (int y = -1; y <= 8; ++y)
         for (int z = -1; z <= 8; ++z) {
           const std::int32_t b = around[(x + 8) >> 3][(y + 8) >> 3][(z + 8) >> 3];
+          const int i = (x & 7) << 6 | (y & 7) << 3 | (z & 7);
           row[x + 1][y + 1][z + 1] =
-              b ? c.row(std::size_t(b) * kBrickRows + ((x & 7) << 6 | (y & 7) << 3 | (z & 7))) : nullptr;
+              b && (visible.empty() || visible[b].test(i)) ? c.row(std::size_t(b) * kBrickRows + i) : nullptr;
         }
   }
 };
 
-/// @param rows  of the brick that get a gradient
-void brick_total_variation(const Channels& values, int brick, const RowMask& rows, const float* weight,
-                           float* gradient) {
-  const Padded padded(values, brick);
-  const auto wanted = [&](int x, int y, int z) {
-    return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8 && rows.test(x << 6 | y << 3 | z);
+void brick_total_variation(const Channels& values, int brick, std::span<const RowMask> visible,
+                           const float* weight, float* gradient) {
+  const Padded padded(values, brick, visible);
+  const auto inside = [](int x, int y, int z) {
+    return x >= 0 && y >= 0 && z >= 0 && x < 8 && y < 8 && z < 8;
   };
   const auto target = [&](int x, int y, int z) {
     return gradient + std::size_t(x * 64 + y * 8 + z) * values.width;
@@ -65,9 +66,7 @@ void brick_total_variation(const Channels& values, int brick, const RowMask& row
     for (int y = -1; y < 8; ++y)
       for (int z = -1; z < 8; ++z) {
         // A voxel of the layer below acts only through its one neighbour inside.
-        const bool own = wanted(x, y, z), at_x = wanted(x + 1, y, z), at_y = wanted(x, y + 1, z),
-                   at_z = wanted(x, y, z + 1);
-        if (!own && !at_x && !at_y && !at_z) continue;
+        if ((x < 0) + (y < 0) + (z < 0) > 1) continue;
         const float* self = padded.row[x + 1][y + 1][z + 1];
         if (!self) continue;
         const auto neighbour = [&](const float* p) { return p ? p : self; };
@@ -79,13 +78,14 @@ void brick_total_variation(const Channels& values, int brick, const RowMask& row
                                     load<Eight>(nz + k), kTvSoftening, root);
           const Eight w = load<Eight>(weight + k);
           const auto add = [&](int cx, int cy, int cz, const Eight& d) {
+            if (!inside(cx, cy, cz)) return;
             float* to = target(cx, cy, cz) + k;
             store(to, load<Eight>(to) + w * d);
           };
-          if (own) add(x, y, z, term.d_self);
-          if (at_x && nx != self) add(x + 1, y, z, term.d_x);
-          if (at_y && ny != self) add(x, y + 1, z, term.d_y);
-          if (at_z && nz != self) add(x, y, z + 1, term.d_z);
+          add(x, y, z, term.d_self);
+          if (nx != self) add(x + 1, y, z, term.d_x);
+          if (ny != self) add(x, y + 1, z, term.d_y);
+          if (nz != self) add(x, y, z + 1, term.d_z);
         }
       }
 }
@@ -164,11 +164,11 @@ void add_total_variation(const Channels& values, std::span<const float> tv, floa
   parallel_for(values.topology->brick_count(), [&](int index) {
     const int brick = index + 1;
     if (!chosen_brick(draw, brick, share)) return;
-    RowMask& touched = gradient.touched[brick];
-    touched |= visible.empty() ? RowMask::all() : visible[brick];
-    if (touched.any())
-      brick_total_variation(values, brick, touched, weight.data(),
-                            gradient.values.row(std::size_t(brick) * kBrickRows));
+    const RowMask rows = visible.empty() ? RowMask::all() : visible[brick];
+    if (!rows.any()) return;
+    brick_total_variation(values, brick, visible, weight.data(),
+                          gradient.values.row(std::size_t(brick) * kBrickRows));
+    gradient.touched[brick] |= rows;
   });
 }
 

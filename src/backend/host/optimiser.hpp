@@ -14,9 +14,9 @@ namespace splinevox {
 void update(const LearnedRows& rows, Gradient& gradient, const MomentFactors& factors, float rate_scale);
 
 /// Adds the gradient of scale * sum_c tv_c * (sum over voxels of Eq. 9), estimated on a random share of the
-/// bricks and divided by it. Absent neighbours do not count. All rows of those bricks get it and are touched,
-/// or of them those that are touched or visible. Adam's steps do not shrink with the gradient: what no ray
-/// sees would soon be as its neighbours are, and matter would grow there.
+/// bricks and divided by it, and marks their rows touched. Absent neighbours do not count, and rows that are
+/// not visible are as if absent: Adam's steps do not shrink with the gradient, so what no ray sees would soon
+/// be as its neighbours are, and matter would grow there.
 /// @param tv       [width]
 /// @param draw     identifies the random subset
 /// @param visible  LearnedRows::visible; empty: all rows
