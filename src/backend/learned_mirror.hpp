@@ -29,7 +29,7 @@ struct LearnedMirror {
   LatticeMirror<Executor> lattice;
   int width = 0;
   Buffer<float> values, m, v, gradient, rate, weight;
-  Buffer<std::uint64_t> touched, visible;
+  Buffer<std::uint64_t> touched, visible, marks;  ///< marks: what the step's rays make visible
   std::vector<Buffer<float>> member;
   std::vector<float> threshold, tv, tv_weight;  ///< of total variation: of the model, and of this step
   bool varies = false;                          ///< total variation of this step has weights
@@ -49,6 +49,8 @@ struct LearnedMirror {
     run.zero(touched);
     run.upload(visible, reinterpret_cast<const std::uint64_t*>(from.visible.data()),
                from.visible.size() * kBrick);
+    run.resize(marks, from.visible.size() * kBrick);
+    run.zero(marks);
     tv.assign(from.tv.begin(), from.tv.end());
     member.clear();
     threshold.clear();
@@ -113,6 +115,7 @@ struct LearnedMirror {
     k.rate_scale = rate_scale;
     run.for_each(k);
     run.zero(touched);
+    if (marks.size() > 0) run.for_each(KeepMarksKernel{visible.data(), marks.data(), bad, marks.size()});
   }
 };
 

@@ -168,7 +168,7 @@ class Steps final : public StepBackend {
     if (peers_) {
       peers_->sum(run_, totals_);
       add_up(radiance_);
-      if (!model_.radiance.visible.empty()) peers_->merge(run_, radiance_.visible);
+      if (!model_.radiance.visible.empty()) peers_->merge(run_, radiance_.marks);
     }
     if (!levels_.empty()) spread(in, slots);
     radiance_.regularise(run_, in.tv_share, in.draw);
@@ -275,7 +275,7 @@ class Steps final : public StepBackend {
     job.largest = deterministic_ ? std::min(kLargestGradient, GradientRows::kLargest) : kLargestGradient;
     job.radiance = {radiance_.gradient.data(), deterministic_ ? radiance_fixed_.data() : nullptr,
                     radiance_.touched.data(), radiance_.width,
-                    model_.radiance.visible.empty() ? nullptr : radiance_.visible.data()};
+                    model_.radiance.visible.empty() ? nullptr : radiance_.marks.data()};
     job.motion = motion_rows_.data();
     job.behind = wants_behind(in) ? behind_.data() : nullptr;
     switch (m.radiance.sh_order) {

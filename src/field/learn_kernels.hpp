@@ -212,4 +212,17 @@ struct UpdateKernel {
   }
 };
 
+/// 64 rows: those that the step's rays made visible are kept, unless something spoilt the step. Clears them.
+struct KeepMarksKernel {
+  std::uint64_t *visible, *marks;
+  const std::int64_t* bad;  ///< see UpdateKernel
+  std::size_t words;
+
+  SPLINEVOX_HD std::size_t count() const { return words; }
+  SPLINEVOX_HD void operator()(std::size_t i) const {
+    if (bad[0] == 0 && bad[1] == 0) visible[i] |= marks[i];
+    marks[i] = 0;
+  }
+};
+
 }  // namespace splinevox

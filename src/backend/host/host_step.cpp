@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "backend/background_gradient.hpp"
 #include "backend/host/optimiser.hpp"
@@ -24,6 +25,9 @@ void fit(Gradient& gradient, const Channels& of) {
 
 void HostStep::upload(const StepModel& model) {
   model_ = model;
+  visible_ = model.radiance.visible;
+  marks_.assign(visible_.size(), {});
+  model_.radiance.visible = marks_;
   fit(radiance_, *model.radiance.values);
   levels_.resize(model.levels.size());
   for (std::size_t l = 0; l < levels_.size(); ++l) fit(levels_[l], *model.levels[l].values);
@@ -125,7 +129,7 @@ void HostStep::spread_motion_gradient() {
 
 void HostStep::regularise(const StepInput& in) {
   add_total_variation(*model_.radiance.values, model_.radiance.tv, in.tv_scale, in.tv_share, in.draw,
-                      model_.radiance.visible, radiance_);
+                      visible_, radiance_);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const LearnedRows& level = model_.levels[l];
     add_total_variation(*level.values, level.tv, in.tv_scale, in.tv_share, in.draw + 1 + l, {}, levels_[l]);
@@ -142,11 +146,13 @@ std::int64_t HostStep::unusable_rows() const {
 
 void HostStep::discard() {
   splinevox::discard(radiance_);
+  std::fill(marks_.begin(), marks_.end(), RowMask{});
   for (Gradient& level : levels_) splinevox::discard(level);
 }
 
 void HostStep::update(const StepInput& in) {
   splinevox::update(model_.radiance, radiance_, in.factors, in.radiance_rate);
+  for (std::size_t b = 0; b < marks_.size(); ++b) visible_[b] |= std::exchange(marks_[b], {});
   for (std::size_t l = 0; l < levels_.size(); ++l)
     splinevox::update(model_.levels[l], levels_[l], in.factors, in.motion_rate);
 }
