@@ -174,7 +174,6 @@ class RayEngine final : public Engine {
   void march(const FieldView<float>& field, const StepModel& model, const StepInput& in, const RayTask& task,
              Worker& w, const PassOutput& out, Vec3* colours) {
     const RayLosses& losses = in.losses;
-    const std::span<RowMask> visible = model.radiance.visible;
     w.begin(task);
     const FrameView<float> frame = frame_of(model, in, task.slot);
     for (int i = task.first; i < task.last; ++i) {
@@ -185,8 +184,8 @@ class RayEngine final : public Engine {
         continue;
       }
       const Vec3 error = photometric_error(result.rgb, in.targets[i]);
-      if (!visible.empty() && has_matter(in.targets[i], ray.background, losses.faintest))
-        mark_visible(field, w.kernel, losses, visible.data()->word);
+      if (!out.marks.empty() && has_matter(in.targets[i], ray.background, losses.faintest))
+        mark_visible(field, w.kernel, losses, out.marks.data()->word);
       const double squared = dot(error, error);
       const Vec3 d_rgb =
           in.colour_gradient ? given_[std::size_t(i)] : photometric_gradient(error, ray.weight);

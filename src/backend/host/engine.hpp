@@ -26,6 +26,7 @@ struct PassOutput {
   std::span<Vec3> behind = {};    ///< [rays] gradient of the colour behind each ray of the tasks
   std::span<Vec3> errors = {};    ///< [rays] photometric error of each ray of the tasks
   std::span<double> slopes = {};  ///< [slots] d loss / d time of each, of the rays of the tasks
+  std::span<RowMask> marks = {};  ///< [bricks + 1] radiance rows that the rays make visible are set
 };
 
 /// Which rays of a batch are one rank's.
@@ -41,7 +42,7 @@ class Engine {
   virtual ~Engine() = default;
   /// @param model     of its levels nothing is read. Rows of the motion that are not active get no gradient.
   /// @param motion    the sum of the levels, on the finest one's lattice; null: nothing changes over time
-  /// @param d_radiance  gradient of the radiance rows, accumulated; visible rows are marked
+  /// @param d_radiance  gradient of the radiance rows, accumulated
   /// @param d_motion  gradient of the sum of the levels, accumulated; null with `motion`
   virtual PassResult run(const StepModel& model, const Channels* motion, const StepInput& in,
                          const OwnTasks& own, Gradient& d_radiance, Gradient* d_motion,

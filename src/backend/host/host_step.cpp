@@ -25,9 +25,7 @@ void fit(Gradient& gradient, const Channels& of) {
 
 void HostStep::upload(const StepModel& model) {
   model_ = model;
-  visible_ = model.radiance.visible;
-  marks_.assign(visible_.size(), {});
-  model_.radiance.visible = marks_;
+  marks_.assign(model.radiance.visible.size(), {});
   fit(radiance_, *model.radiance.values);
   levels_.resize(model.levels.size());
   for (std::size_t l = 0; l < levels_.size(); ++l) fit(levels_[l], *model.levels[l].values);
@@ -49,8 +47,9 @@ StepSums HostStep::run(const StepInput& in) {
   behind_.assign(in.background->learned() || !in.behind.empty() ? in.rays.size() : 0, Vec3{});
   if (in.errors) out.errors.resize(in.rays.size());
   if (in.slopes) out.slopes.resize(in.times.size());
-  PassResult pass = engine_->run(model_, moving() ? &sums_.sum() : nullptr, in, {tasks, tracks}, radiance_,
-                                 moving() ? &levels_.back() : nullptr, {behind_, out.errors, out.slopes});
+  PassResult pass =
+      engine_->run(model_, moving() ? &sums_.sum() : nullptr, in, {tasks, tracks}, radiance_,
+                   moving() ? &levels_.back() : nullptr, {behind_, out.errors, out.slopes, marks_});
   watch.lap();
   out.slice_seconds += pass.slice_seconds;
   out.scatter_seconds += pass.scatter_seconds;
@@ -110,8 +109,7 @@ std::vector<RayTask> HostStep::own(std::span<const RayTask> tasks) const {
 
 void HostStep::sum_ranks(PassResult& pass) {
   pass = sum_over_ranks(*ranks_, pass);
-  const std::span<RowMask> visible = model_.radiance.visible;
-  if (!visible.empty()) ranks_->merge({visible.data()->word, visible.size() * kBrick});
+  if (!marks_.empty()) ranks_->merge({marks_.data()->word, marks_.size() * kBrick});
   if (!sum_over_ranks(*ranks_, radiance_)) pass.usable = false;
   if (moving() && !sum_over_ranks(*ranks_, levels_.back())) pass.usable = false;
 }
@@ -129,7 +127,7 @@ void HostStep::spread_motion_gradient() {
 
 void HostStep::regularise(const StepInput& in) {
   add_total_variation(*model_.radiance.values, model_.radiance.tv, in.tv_scale, in.tv_share, in.draw,
-                      visible_, radiance_);
+                      model_.radiance.visible, radiance_);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const LearnedRows& level = model_.levels[l];
     add_total_variation(*level.values, level.tv, in.tv_scale, in.tv_share, in.draw + 1 + l, {}, levels_[l]);
@@ -152,7 +150,7 @@ void HostStep::discard() {
 
 void HostStep::update(const StepInput& in) {
   splinevox::update(model_.radiance, radiance_, in.factors, in.radiance_rate);
-  for (std::size_t b = 0; b < marks_.size(); ++b) visible_[b] |= std::exchange(marks_[b], {});
+  for (std::size_t b = 0; b < marks_.size(); ++b) model_.radiance.visible[b] |= std::exchange(marks_[b], {});
   for (std::size_t l = 0; l < levels_.size(); ++l)
     splinevox::update(model_.levels[l], levels_[l], in.factors, in.motion_rate);
 }

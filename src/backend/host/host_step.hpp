@@ -37,8 +37,7 @@ class HostStep final : public StepBackend {
   void update(const StepInput& in);
 
   Ranks* const ranks_;
-  StepModel model_{};               ///< its radiance.visible is `marks_`
-  std::span<RowMask> visible_;      ///< the caller's
+  StepModel model_{};
   std::vector<RowMask> marks_;      ///< rows that the step's rays make visible: kept if the step is
   std::unique_ptr<Engine> engine_;  ///< compiled for the order of the harmonics and what changes over time
   int engine_order_ = -1;

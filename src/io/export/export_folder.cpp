@@ -107,8 +107,8 @@ std::vector<ManifestFile> claim_export_folder(const std::string& folder, const E
     for (const ManifestFile& file : list->files)
       if (known.insert(file.name).second) files.push_back(file);
   }
-  if (const std::string taken = first_taken(there_before, names_of_export);
-      !ours && !replace && !taken.empty())
+  const std::string taken = ours || replace ? "" : first_taken(there_before, names_of_export);
+  if (!taken.empty())
     fail({.where = folder,
           .what = "holds a file that this would overwrite, and no list of an export says whose it is",
           .expected = "a folder of its own, or one of an earlier export",
