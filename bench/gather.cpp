@@ -9,7 +9,7 @@
 // renderer uses, an OpenVDB Int32 grid of row numbers, and an OpenVDB mask grid with leaf offsets. One
 // thread, median of five.
 #include <fmt/core.h>
-#include <openvdb/openvdb.h>
+#include <openvdb/tree/Tree.h>
 
 #include <algorithm>
 #include <chrono>
@@ -17,6 +17,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/rng.hpp"
@@ -114,28 +115,28 @@ int main(int argc, char** argv) {
          }),
          bricks);
 
-  openvdb::Int32Grid rows(0);
-  openvdb::MaskGrid mask(false);
-  auto row_writer = rows.getAccessor();
+  openvdb::tree::Tree4<std::int32_t, 5, 4, 3>::Type rows(0);
+  openvdb::tree::Tree4<openvdb::ValueMask, 5, 4, 3>::Type mask(false);
+  openvdb::tree::ValueAccessor row_writer(rows);
   for (int b = 1; b <= bricks; ++b)
     for (int i = 0; i < kBrickRows; ++i) {
       const openvdb::Coord v(topology->bricks[b].x * 8 + (i >> 6), topology->bricks[b].y * 8 + (i >> 3 & 7),
                              topology->bricks[b].z * 8 + (i & 7));
       row_writer.setValue(v, b * kBrickRows + i);
-      mask.tree().setValueOn(v);
+      mask.setValueOn(v);
     }
   report("Int32 grid", median_of_five([&] {
-           auto reader = rows.getConstAccessor();
+           const openvdb::tree::ValueAccessor reader(std::as_const(rows));
            return gather([&](int i) { return reader.getValue(openvdb::Coord(at[i].x, at[i].y, at[i].z)); });
          }),
          bricks);
   std::unordered_map<const void*, std::int32_t> offset;
-  for (auto leaf = mask.tree().cbeginLeaf(); leaf; ++leaf) {
+  for (auto leaf = mask.cbeginLeaf(); leaf; ++leaf) {
     const openvdb::Coord o = leaf->origin();
     offset[leaf.getLeaf()] = topology->brick_at({o.x() / 8, o.y() / 8, o.z() / 8}) * kBrickRows;
   }
   report("mask grid", median_of_five([&] {
-           auto reader = mask.getConstAccessor();
+           const openvdb::tree::ValueAccessor reader(std::as_const(mask));
            return gather([&](int i) {
              const openvdb::Coord v(at[i].x, at[i].y, at[i].z);
              const auto* leaf = reader.probeConstLeaf(v);

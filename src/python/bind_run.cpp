@@ -10,15 +10,15 @@
 namespace splinevox::python {
 namespace {
 
-ModelPtr model_of(const std::shared_ptr<run::Run>& run) { return {run, &run->model}; }
+ModelPtr model_of_run(const std::shared_ptr<run::Run>& run) { return {run, &run->model}; }
 
-std::shared_ptr<run::Run> open(const std::string& path) {
+std::shared_ptr<run::Run> open_run(const std::string& path) {
   auto run = std::make_shared<run::Run>();
   released([&] { *run = run::open_run(path); });
   return run;
 }
 
-std::shared_ptr<Dataset> split_of(const run::Run& run, const std::string& split, const std::string& data) {
+std::shared_ptr<Dataset> split_of_run(const run::Run& run, const std::string& split, const std::string& data) {
   auto out = std::make_shared<Dataset>();
   released([&] { *out = run::open_split(run, data, split); });
   return out;
@@ -31,21 +31,21 @@ void bind_run(py::module_& m) {
       .def_readonly("path", &run::Run::path, "the folder")
       .def_readonly("config", &run::Run::config, "what it was trained with")
       .def_readonly("notes", &run::Run::notes, "kept with the model")
-      .def_property_readonly("model", &model_of, "the model; keeps the run alive")
+      .def_property_readonly("model", &model_of_run, "the model; keeps the run alive")
       .def(py::pickle([](const run::Run& run) { return py::str(run.path); },
-                      [](const py::str& path) { return open(path); }))
+                      [](const py::str& path) { return open_run(path); }))
       .def("__repr__",
            [](const run::Run& run) {
              return fmt::format("<splinevox.Run '{}', preset {}>", run.path, run.config.preset);
            })
-      .def("dataset", &split_of,
+      .def("dataset", &split_of_run,
            "The run's own pictures of one split, or those of another folder, with the run's downscale and "
            "times.",
            py::arg("split") = "test", py::arg("data") = "")
       .def(
           "evaluate",
           [](const run::Run& run, const std::string& split, const std::string& data) {
-            return evaluate(run.model, *split_of(run, split, data)->find(split));
+            return evaluate(run.model, *split_of_run(run, split, data)->find(split));
           },
           "The figures of `splinevox eval --json`; writes nothing.", py::arg("split") = "test",
           py::arg("data") = "")
@@ -65,7 +65,7 @@ void bind_run(py::module_& m) {
           "held, data, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file; times A:B:N.",
           py::arg("camera") = "auto", py::arg("times") = "", py::arg("size") = 0,
           py::arg("elevation") = 20.0);
-  m.def("open_run", &open, "Opens a run folder.", py::arg("path"));
+  m.def("open_run", &open_run, "Opens a run folder.", py::arg("path"));
 }
 
 }  // namespace splinevox::python

@@ -172,7 +172,7 @@ py::object cameras_of(Learning& l) {
   return object_of(cameras);
 }
 
-std::shared_ptr<VoxelModel> model_of(Learning& l) {
+std::shared_ptr<VoxelModel> learned_model(Learning& l) {
   auto model = std::make_shared<VoxelModel>();
   alone(l, [&](const Trainer& t) { *model = t.model(); });
   return model;
@@ -252,7 +252,7 @@ void bind_trainer(py::module_& m) {
              return fmt::format("<splinevox.Trainer on '{}', {:.1f} s, {}>", l.data->path, seconds,
                                 done ? "done" : "not done");
            })
-      .def("model", &model_of, "The model as it is now: a copy.")
+      .def("model", &learned_model, "The model as it is now: a copy.")
       .def(
           "save",
           [](Learning& l) {
@@ -348,7 +348,7 @@ void bind_train(py::module_& m) {
         Learning l(std::move(data), config);
         set_loss(l, loss);
         run(l, callback, every);
-        return model_of(l);
+        return learned_model(l);
       },
       "A trained model: in the box that prepare settles, with the effects of the configuration, untried. See "
       "Trainer.train, and Trainer.set_loss.",

@@ -26,7 +26,7 @@ constexpr float kBusyShare = 0.9f;  ///< of the patches, taken near the silhouet
 enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4, kCameras = 5, kErrors = 6 };
 
 /// Pixel k of a block, 0 to 3; a border that cuts the block repeats its last ones.
-Place pixel_of(const Frame& frame, std::uint32_t block, int k) {
+PixelIndex pixel_of(const Frame& frame, std::uint32_t block, int k) {
   const std::uint32_t w = std::uint32_t(blocks_along(frame.image.width));
   return {std::min(int(block % w) * 2 + (k & 1), frame.image.width - 1),
           std::min(int(block / w) * 2 + (k >> 1), frame.image.height - 1)};
@@ -60,9 +60,9 @@ class Deck {
 
 }  // namespace
 
-std::optional<Place> usable_pixel(const Frame& frame, std::uint32_t block, int k) {
+std::optional<PixelIndex> usable_pixel(const Frame& frame, std::uint32_t block, int k) {
   for (int tried = 0; tried < 4; ++tried) {
-    const Place p = pixel_of(frame, block, (k + tried) & 3);
+    const PixelIndex p = pixel_of(frame, block, (k + tried) & 3);
     if (!frame.ignored.test(p.x, p.y)) return p;
   }
   return {};

@@ -19,12 +19,12 @@
 namespace splinevox {
 
 /// A pixel of a picture.
-struct Place {
+struct PixelIndex {
   int x, y;
 };
 /// The pixel of ray k, 0 to 3, of a block of 2 x 2: the first from k on, in turn, that is not ignored; none
 /// if all four are.
-std::optional<Place> usable_pixel(const Frame& frame, std::uint32_t block, int k);
+std::optional<PixelIndex> usable_pixel(const Frame& frame, std::uint32_t block, int k);
 
 /// What a ray's camera shows of it.
 struct CameraRay {

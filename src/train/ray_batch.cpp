@@ -13,8 +13,8 @@ RayBatch ray_batch(const Split& train, const Batch& batch, std::span<const Vec3>
     const Patch& patch = batch.patches[r / 4];
     out.pixels.push_back({-1, -1, -1});
     if (patch.own_moment) {
-      const Place place = *usable_pixel(train.frames[std::size_t(patch.frame)], patch.block, int(r % 4));
-      out.pixels.back() = {patch.frame, place.x, place.y};
+      const PixelIndex at = *usable_pixel(train.frames[std::size_t(patch.frame)], patch.block, int(r % 4));
+      out.pixels.back() = {patch.frame, at.x, at.y};
     }
     out.times.push_back(batch.times[std::size_t(batch.slot_of(int(r)))]);
     out.origins.push_back(ray.origin);
