@@ -13,13 +13,13 @@
 namespace splinevox::test {
 
 /// A camera of a rig as it truly is.
-struct TrueCamera {
+struct CameraTruth {
   Vec3 gain{1, 1, 1};
   double offset = 0;  ///< model time
 };
 
 /// A built-in scene filmed by cameras that stand around it, each at every moment, over alpha.
-inline Dataset make_rig(const std::string& scene_name, const std::vector<TrueCamera>& cameras, int moments,
+inline Dataset make_rig(const std::string& scene_name, const std::vector<CameraTruth>& cameras, int moments,
                         int size, bool opaque = false) {
   const SynthScene scene = SynthScene::open(scene_name);
   Dataset out;

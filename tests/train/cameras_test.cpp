@@ -16,7 +16,7 @@ using namespace splinevox;
 
 namespace {
 
-const std::vector<test::TrueCamera> kCameras = {{{1.1f, 1.0f, 0.9f}}, {{0.9f, 1.1f, 1.0f}},
+const std::vector<test::CameraTruth> kCameras = {{{1.1f, 1.0f, 0.9f}}, {{0.9f, 1.1f, 1.0f}},
                                                 {{1.0f, 0.9f, 1.1f}}, {{1.1f, 1.1f, 0.9f}},
                                                 {{0.9f, 0.9f, 1.1f}}, {{1, 1, 1}}};
 
@@ -233,7 +233,7 @@ TEST_SUITE("train/cameras") {
       }
   }
   TEST_CASE("a run learns how late a camera is") {
-    std::vector<test::TrueCamera> cameras(6);
+    std::vector<test::CameraTruth> cameras(6);
     cameras[2].offset = 0.5 / 8;
     const Dataset data = test::make_rig("ball", cameras, 9, 40);
     Config config = preset("draft");
