@@ -17,8 +17,8 @@ using namespace splinevox;
 namespace {
 
 const std::vector<test::CameraTruth> kCameras = {{{1.1f, 1.0f, 0.9f}}, {{0.9f, 1.1f, 1.0f}},
-                                                {{1.0f, 0.9f, 1.1f}}, {{1.1f, 1.1f, 0.9f}},
-                                                {{0.9f, 0.9f, 1.1f}}, {{1, 1, 1}}};
+                                                 {{1.0f, 0.9f, 1.1f}}, {{1.1f, 1.1f, 0.9f}},
+                                                 {{0.9f, 0.9f, 1.1f}}, {{1, 1, 1}}};
 
 /// A split without pictures: so many moments of each camera.
 Split frames_of(const std::vector<int>& moments) {
