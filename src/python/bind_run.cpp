@@ -18,7 +18,8 @@ std::shared_ptr<run::Run> open_run(const std::string& path) {
   return run;
 }
 
-std::shared_ptr<Dataset> split_of_run(const run::Run& run, const std::string& split, const std::string& data) {
+std::shared_ptr<Dataset> split_of_run(const run::Run& run, const std::string& split,
+                                      const std::string& data) {
   auto out = std::make_shared<Dataset>();
   released([&] { *out = run::open_split(run, data, split); });
   return out;

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Finds types of one name that two files define in one namespace. A program that links both is undefined, and no
-compiler says so. Relies on clang-format: a namespace ends in a line of its own, with its name.
+"""Finds types of one name that two files define in one namespace. A program that links both is undefined, and
+no compiler says so. Relies on clang-format: a namespace ends in a line of its own, with its name.
 
 check_types.py ROOT       of the library and each program beside it; exit code 1 if there are any
 check_types.py --itself   the finder on texts of its own
@@ -62,7 +62,7 @@ def main():
     for program in ["bench", *tests]:
         found |= twice(library | texts("tests/support", program))
     for name, files in sorted(found.items()):
-        print(f"{name} is defined in {' and in '.join(files)}: give one another name, or an unnamed namespace")
+        print(f"{name} is defined in {' and in '.join(files)}: rename one, or put it in an unnamed namespace")
     return sys.exit(bool(found))
 
 
