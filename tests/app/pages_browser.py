@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The pages of `view` and `report` in a headless browser: on a desk's screen and a telephone's, by day and by
 night. What is asserted is asked of the page; a picture of each stays in FOLDER/pictures to be looked at. By
-day it is taken when all is drawn, or after LOOK seconds (0): software draws for half a minute.
+day it is taken when all is drawn, where LOOK is in the environment: software draws for half a minute.
 Skipped (77) where there is no Chromium.
 
-  LOOK=45 pages_browser.py SPLINEVOX FOLDER
+  LOOK=1 pages_browser.py SPLINEVOX FOLDER
 """
 import http.server
 import json
@@ -50,7 +50,7 @@ VIEW = """
   document.querySelector("#layers button[data-layer=depth]").click();
   result.depth = $$("legend").innerText;
   app.compare();
-  const patience = performance.now() + 1000 * LOOK;
+  const patience = performance.now() + PATIENCE;
   if (!matchMedia("(prefers-color-scheme: dark)").matches)
     await until(() => app.painter.nextRow >= app.canvas.height || performance.now() > patience);
   result.truth = $$("truth").innerText;
@@ -123,9 +123,8 @@ class Shown(http.server.BaseHTTPRequestHandler):
 
 def opened(browser, folder, name, page, script, screen, dark, before=""):
     """What `script` found on the page, and a picture of it under that name."""
-    look = float(os.environ.get("LOOK", "0"))
     added = ('<img src="/hold" hidden alt=""><script>(async () => { const result = {};\n'
-             f"const LOOK = {look};\n"
+             f"const PATIENCE = {45000 if 'LOOK' in os.environ else 0};\n"
              "const until = async test => { while (!test()) await new Promise(r => setTimeout(r, 30)); };\n"
              f"try {{ {script} }} catch (e) {{ result.thrown = String(e.stack); }}\n"
              'await fetch("/result", {method: "POST", body: JSON.stringify(result)}); })();</script>')
