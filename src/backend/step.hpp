@@ -37,8 +37,8 @@ struct LearnedRows {
   /// [bricks + 1] visible rows, over many steps; empty: not kept. A ray makes the rows around a sample
   /// visible if its weight T alpha is at least min_weight and RayLosses::visible_share of the largest. That
   /// is every sample of smoke, and none behind a surface. Where the picture has nothing but background
-  /// (has_matter) no sample counts, so fog there is not visible. A step that is not usable makes none
-  /// visible. For total variation, rows that no earlier step made visible are as if absent.
+  /// (has_matter) no sample counts, so fog there is not visible; also with StepInput::colour_gradient. A step
+  /// that is not usable makes none visible. For total variation, rows that are not visible are as if absent.
   std::span<RowMask> visible;
 };
 

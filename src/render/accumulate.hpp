@@ -20,7 +20,8 @@ struct GradientRows {
   std::int64_t* fixed = nullptr;              ///< [rows * width] used instead of values; null: values are
   std::uint64_t* touched = nullptr;           ///< [rows / 64] one bit per row: RowMask's words
   int width = 0;
-  std::uint64_t* visible = nullptr;  ///< [rows / 64] the same for LearnedRows::visible; null: not kept
+  std::uint64_t* marks =
+      nullptr;  ///< [rows / 64] the same for what becomes LearnedRows::visible; null: not kept
 
   SPLINEVOX_HD void add(std::size_t i, float x) const {
     if (fixed)
@@ -69,7 +70,7 @@ SPLINEVOX_HD void accumulate(const Team& team, const BrickView<float>& view,
       }
       if (mark && own >= kBrickRows) atomic_or(out.touched + (own >> 6), std::uint64_t(1) << (own & 63));
       if (mark && any_visible && own >= kBrickRows)
-        atomic_set(out.visible + (own >> 6), std::uint64_t(1) << (own & 63));
+        atomic_set(out.marks + (own >> 6), std::uint64_t(1) << (own & 63));
       any_visible = 0;
     };
     for (int j = 0; j < Stage<Jet>::kColumns; ++j) {

@@ -58,7 +58,7 @@ struct TrainKernel {
                                         [&](int lane, auto&&, float w, int) {
                                           if (w > heaviest[lane]) heaviest[lane] = w;
                                         });
-    if (radiance.visible) {
+    if (radiance.marks) {
       typename Team::template Lanes<float> most;
       team.each([&](int lane) { most[lane] = heaviest[lane]; });
       const float all = team.max(most), never = 2;  // no weight is beyond 1
@@ -115,7 +115,7 @@ struct TrainKernel {
         const Radiance& s = sample[lane];
         const float w = weight[lane] = s.stored ? before[lane] * s.alpha : 0.0f;
         keep[lane] = s.stored && !(w < losses.min_weight);
-        shows[lane] = keep[lane] && radiance.visible && w > 0 && !(w < heaviest[lane]);
+        shows[lane] = keep[lane] && radiance.marks && w > 0 && !(w < heaviest[lane]);
         if (!keep[lane]) return;
         const EmissionAdjoint<float> d = emission_vjp(
             s.emission,

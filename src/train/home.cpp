@@ -49,7 +49,7 @@ StepSums Home::step(const StepInput& in) {
   volume_.lattices.forget_sum();  // the backend makes its own, and this one is old after the step
   const StepSums sums = backend_->run(in);
   Visible& visible = volume_.lattices.visible;
-  if (!visible.rows.empty()) visible.rays += std::int64_t(in.rays.size());
+  if (sums.usable && !visible.rows.empty()) visible.rays += std::int64_t(in.rays.size());
   return sums;
 }
 

@@ -15,7 +15,7 @@ namespace splinevox {
 /// Canonical rows that are visible in training pictures.
 struct Visible {
   std::vector<RowMask> rows;  ///< LearnedRows::visible of the radiance; empty: not kept
-  std::int64_t rays = 0;      ///< drawn since the rows were begun
+  std::int64_t rays = 0;      ///< of usable steps since the rows were begun
 };
 
 /// The lattices that are learned: the canonical radiance, and the motion as a sum of levels.
@@ -57,7 +57,8 @@ struct Lattices {
   /// Makes the sum of the levels, in which what is frozen is zero. @param moving  MovingPart::rows
   void sum_levels(std::span<const RowMask> moving);
   void forget_sum() { model.motion.levels.clear(); }
-  /// Begins anew to collect visible rows. Does nothing in a run that never empties what is not visible.
+  /// Begins anew to collect visible rows. None are kept in a run that never empties: total variation then
+  /// takes all rows.
   void forget_visible(const Setting& setting);
 };
 

@@ -173,7 +173,6 @@ TEST_SUITE("backend/step") {
   }
   TEST_CASE("what cannot be used changes no parameter, and the rays are named") {
     Config config = tiny_config(24, 1, false);
-    config.grid.empty_start.clear();  // visible rows are noted even if nothing is learned from them
     const Split& train = *moving_ball().find("train");
     for (const test::Runner& runner : test::runners()) {
       CAPTURE(runner.name);

@@ -162,6 +162,34 @@ TEST_SUITE("train/plan") {
     }
   }
 
+  TEST_CASE("matter is emptied once rays were enough, and what they saw before is not forgotten") {
+    Config config = eventless();
+    config.grid.radiance = {24};
+    config.grid.radiance_start = {0};
+    config.grid.empty_start = {0.3f, 0.6f, 0.9f};
+    Course course(config);
+    course.reach(0);
+    Lattices& l = course.volume.lattices;
+    const int bricks = l.model.radiance.raw.topology->brick_count();
+    REQUIRE(bricks > 2);
+    l.visible.rows[1].set(7);
+    l.visible.rays = 10;  // of 8 pictures of 24 x 24
+    CHECK_FALSE(course.reach(0.3));
+    CHECK(l.model.radiance.raw.topology->brick_count() == bricks);
+    CHECK(l.visible.rays == 10);
+    l.visible.rows[2].set(9);
+    l.visible.rays += 100'000;
+    course.window.whole = false;  // some pictures have sent no ray yet
+    CHECK_FALSE(course.reach(0.6));
+    CHECK(l.model.radiance.raw.topology->brick_count() == bricks);
+    course.window.whole = true;
+    CHECK(course.reach(0.9));
+    CHECK(l.model.radiance.raw.topology->brick_count() == 2);
+    CHECK(l.visible.rays == 0);
+    REQUIRE(l.visible.rows.size() == 3);
+    for (const RowMask& rows : l.visible.rows) CHECK_FALSE(rows.any());
+  }
+
   TEST_CASE("a plan of another volume or with counts that cannot be does not fit") {
     Course course(eventful());
     course.reach(0);

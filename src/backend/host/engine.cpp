@@ -263,7 +263,7 @@ class RayEngine final : public Engine {
   /// Marks the rows that a ray makes visible (LearnedRows::visible). Tasks may mark the same words: the order
   /// does not matter.
   static void mark_visible(const FieldView<float>& field, const Kernel& ray, const RayLosses& losses,
-                           std::uint64_t* visible) {
+                           std::uint64_t* marks) {
     float most = 0;
     for (int k = 0; k < ray.count; ++k) most = std::max(most, ray.weight[k]);
     const float enough = std::max(losses.visible_share * most, losses.min_weight);
@@ -271,7 +271,7 @@ class RayEngine final : public Engine {
       if (ray.weight[k] < enough || ray.weight[k] <= 0) continue;
       const CellRows rows = field.radiance.rows(ray.samples[k].radiance_cell);
       for (const std::int32_t row : rows.row)
-        atomic_set(visible + (row >> 6), std::uint64_t(1) << (row & 63));
+        if (row >= kBrickRows) atomic_set(marks + (row >> 6), std::uint64_t(1) << (row & 63));
     }
   }
 

@@ -130,7 +130,8 @@ void HostStep::regularise(const StepInput& in) {
                       model_.radiance.visible, radiance_);
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     const LearnedRows& level = model_.levels[l];
-    add_total_variation(*level.values, level.tv, in.tv_scale, in.tv_share, in.draw + 1 + l, {}, levels_[l]);
+    add_total_variation(*level.values, level.tv, in.tv_scale, in.tv_share, in.draw + 1 + l, level.visible,
+                        levels_[l]);
     add_curve_prior(*level.values, model_.model->motion, model_.curves, in.tv_share, in.draw + 1 + l, {},
                     levels_[l]);
   }

@@ -20,22 +20,20 @@ bool enough_rays(const Split& train, std::int64_t rays) {
 }  // namespace
 
 bool empty_hidden(const Setting& setting, const TimeWindow& window, Lattices& lattices) {
+  const Visible& visible = lattices.visible;
+  if (!window.whole || !enough_rays(setting.train, visible.rays)) return false;
   Channels& raw = lattices.model.radiance.raw;
   Learner& learner = lattices.radiance;
-  const Visible& visible = lattices.visible;
-  bool dropped = false;
-  if (window.whole && enough_rays(setting.train, visible.rays)) {
-    parallel_for(raw.topology->brick_count(), [&](int index) {
-      const int brick = index + 1;
-      for (int i = 0; i < kBrickRows; ++i) {
-        if (visible.rows[brick].test(i)) continue;
-        const std::size_t density = (std::size_t(brick) * kBrickRows + i) * raw.width;
-        raw.values[density] = kEmptyDensity;
-        learner.m[density] = learner.v[density] = 0;
-      }
-    });
-    dropped = prune_empty(raw, {&learner.m, &learner.v});
-  }
+  parallel_for(raw.topology->brick_count(), [&](int index) {
+    const int brick = index + 1;
+    for (int i = 0; i < kBrickRows; ++i) {
+      if (visible.rows[brick].test(i)) continue;
+      const std::size_t density = (std::size_t(brick) * kBrickRows + i) * raw.width;
+      raw.values[density] = kEmptyDensity;
+      learner.m[density] = learner.v[density] = 0;
+    }
+  });
+  const bool dropped = prune_empty(raw, {&learner.m, &learner.v});
   if (dropped)
     for (AlignedVector<float>* rows : {&raw.values, &learner.m, &learner.v}) rows->shrink_to_fit();
   lattices.forget_visible(setting);

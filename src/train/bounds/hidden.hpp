@@ -6,9 +6,10 @@
 
 namespace splinevox {
 
-/// Empties the canonical rows that are not visible, if there were rays enough, and begins to collect them
-/// anew. The inside of a solid is not visible, so only the first fog and the priors shaped what is there.
-/// Returns whether bricks were pruned.
+/// Empties the canonical rows that are not visible, and begins to collect them anew. The inside of a solid is
+/// not visible, so only the first fog and the priors shaped what is there. With too few rays, or while part
+/// of the times is learned, it does nothing: the next emptying has the rays of both. Returns whether bricks
+/// were pruned.
 bool empty_hidden(const Setting& setting, const TimeWindow& window, Lattices& lattices);
 
 }  // namespace splinevox
