@@ -12,20 +12,7 @@ namespace splinevox {
 /// (i + 0.5, j + 0.5). In double: the origin may lie far from the box (numerics H14). Where products are
 /// fused is written out: left to the compiler it depends on the code around, and the same pixel would have
 /// another last bit in every caller.
-SPLINEVOX_HD inline Ray camera_ray(const Camera& camera, double u, double v) {
-  const auto& [right, up, back] = camera.axes;
-  double x = (u - camera.cx) / camera.fx, y = -(v - camera.cy) / camera.fy;
-  Vec3d d;
-  if (camera.lens.kind == Distortion::Kind::none) {
-    d = {std::fma(y, up.x, x * right.x) - back.x, std::fma(x, right.y, y * up.y) - back.y,
-         std::fma(x, right.z, y * up.z) - back.z};
-  } else {
-    const LensRay ray = undistort(camera.lens, {x, -y});
-    d = ray.x * right - ray.y * up - ray.z * back;
-  }
-  const double scale = 1 / std::sqrt(std::fma(d.z, d.z, std::fma(d.x, d.x, d.y * d.y)));
-  return {camera.position, {d.x * scale, d.y * scale, d.z * scale}};
-}
+Ray camera_ray(const Camera& camera, double u, double v);
 
 /// The full field of view along a side of `pixels`, radians, of a lens without distortion; and back.
 /// @{
@@ -38,17 +25,7 @@ struct Projection {
   double u, v, depth;
 };
 
-inline Projection project(const Camera& camera, const Vec3d& world) {
-  const Vec3d d = world - camera.position;
-  const double depth = -dot(d, camera.axes[2]);
-  if (camera.lens.kind != Distortion::Kind::none) {
-    const LensPoint p =
-        distort(camera.lens, {dot(d, camera.axes[0]) / depth, -dot(d, camera.axes[1]) / depth});
-    return {camera.cx + camera.fx * p.x, camera.cy + camera.fy * p.y, depth};
-  }
-  return {camera.cx + camera.fx * dot(d, camera.axes[0]) / depth,
-          camera.cy - camera.fy * dot(d, camera.axes[1]) / depth, depth};
-}
+Projection project(const Camera& camera, const Vec3d& world);
 
 /// Whether two pictures are of one pose and one lens, but for what is lost where a program writes numbers.
 inline bool stand_alike(const Camera& a, const Camera& b) {

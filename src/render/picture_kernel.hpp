@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "math/camera_bodies.hpp"
 #include "render/field_view.hpp"
 #include "render/march.hpp"
 #include "render/pixel_sums.hpp"
@@ -38,7 +39,7 @@ struct PictureKernel {
               across = (camera.width + kTile - 1) / kTile;
     const int x = tile % across * kTile + within % kTile, y = tile / across * kTile + within / kTile;
     if (x >= camera.width || y >= camera.height) return;
-    const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
+    const Ray ray = bodies::camera_ray(camera, x + 0.5, y + 0.5);
     RayInput<float> input = clip_ray(ray, box, field.step, 0.5f, {});
     if (input.count > most_samples) input.count = most_samples;  // what the list has room for
     const RowHarmonics<Sh> harmonics(input.direction);
