@@ -16,9 +16,11 @@
 #include "data/layouts/transforms_write.hpp"
 #include "data/message_text.hpp"
 #include "data/pictures/decode.hpp"
+#include "data/pictures/encode.hpp"
 #include "data/pictures/film_read.hpp"
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
+#include "data/pictures/premultiply.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 
@@ -75,9 +77,16 @@ std::string ending_of(const fs::path& picture) {
   return ending;
 }
 
-/// Whether a frame's mask becomes the alpha of its picture.
-bool is_cut_out(const PicturePlan& plan, std::size_t i) {
-  return plan.masks.use.what == MaskUse::What::subject && !plan.masks.files[i].empty();
+/// Whether a picture is not copied: it is cut out, or no reader shall wonder again how it is turned.
+bool is_rewritten(const PicturePlan& plan, std::size_t i) {
+  return plan.asked[i] != 1 || plan.masks.cuts_out(i);
+}
+
+/// How the file of a frame's picture ends.
+std::string new_ending(const PicturePlan& plan, std::size_t i) {
+  if (plan.film()) return ".png";
+  if (!is_rewritten(plan, i)) return ending_of(plan.paths[i]);
+  return plan.real[i] ? ".exr" : ".png";
 }
 
 /// Where a split's pictures go, relative to the folder, with their endings.
@@ -85,9 +94,7 @@ std::vector<std::string> targets(const RawSplit& raw, const PicturePlan& plan) {
   const std::vector<std::string> names = frame_names(raw, plan);
   std::vector<std::string> paths;
   for (std::size_t i = 0; i < names.size(); ++i)
-    paths.push_back(fmt::format(
-        "./{}/{}{}", raw.name, names[i],
-        plan.film() || plan.asked[i] != 1 || is_cut_out(plan, i) ? ".png" : ending_of(plan.paths[i])));
+    paths.push_back(fmt::format("./{}/{}{}", raw.name, names[i], new_ending(plan, i)));
   return paths;
 }
 
@@ -97,7 +104,7 @@ std::vector<std::string> mask_targets(const RawSplit& raw, const PicturePlan& pl
   const MaskPlan& masks = plan.masks;
   std::vector<std::string> paths(names.size());
   for (std::size_t i = 0; i < masks.files.size(); ++i) {
-    if (masks.files[i].empty() || is_cut_out(plan, i)) continue;
+    if (masks.files[i].empty() || masks.cuts_out(i)) continue;
     const bool as_it_is = !masks.use.used(), dynamic = is_dynamic_mask(masks.files[i]),
                white_moves = as_it_is ? dynamic : masks.use.what == MaskUse::What::moving;
     paths[i] = fmt::format("./masks/{}/{}{}{}", raw.name, white_moves ? "dynamic_mask_" : "", names[i],
@@ -120,11 +127,18 @@ void write_mask(const PicturePlan& plan, std::size_t i, const fs::path& to) {
   write_bytes(to, encode_png(image));
 }
 
+/// Numbers stay those of the file, as they do where it is copied: light stays light, and all pictures of the
+/// new folder are read alike.
 void write_picture(const PicturePlan& plan, std::size_t i, const fs::path& to) {
-  const bool cut = is_cut_out(plan, i);
-  if (plan.asked[i] == 1 && !cut) return copy_bytes(plan.paths[i], to);
-  // No reader shall wonder again how it is turned.
-  write_bytes(to, png_of(decode_one(plan, i).picture.unpacked(), cut ? 4 : 3));
+  if (!is_rewritten(plan, i)) return copy_bytes(plan.paths[i], to);
+  FilePixels pixels = kept_pixels(plan, i);
+  const bool alpha = plan.masks.cuts_out(i);
+  if (plan.real[i]) {
+    multiply_by_alpha(pixels.real);
+    write_exr(to.string(), {{plan.layer, std::move(pixels.real), {"R", "G", "B", "A"}}});
+  } else {
+    write_bytes(to, plan.linear[i] ? encode_png16(pixels.whole, alpha) : png_of(pixels.whole, alpha ? 4 : 3));
+  }
 }
 
 void write_films(const PicturePlan& plan, const std::vector<std::string>& to, const fs::path& folder,

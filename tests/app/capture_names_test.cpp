@@ -3,12 +3,15 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
 #include "app/program.hpp"
 #include "data/expect_error.hpp"
 #include "run/capture/capture_stages.hpp"
+#include "splinevox/data/image_io.hpp"
 
 namespace {
 
@@ -59,6 +62,27 @@ std::vector<std::string> numbered(const std::string& before, const std::vector<i
 std::vector<std::string> both(std::vector<std::string> a, const std::vector<std::string>& b) {
   a.insert(a.end(), b.begin(), b.end());
   return a;
+}
+
+/// A grey JPEG of 8 x 16 that EXIF turns by a quarter: all numbers are 0, one bit each.
+Bytes turned_jpeg() {
+  const auto put = [](Bytes& out, std::uint8_t mark, const Bytes& body) {
+    for (const int v : {0xff, int(mark), 0, int(body.size()) + 2}) out.push_back(std::uint8_t(v));
+    out.insert(out.end(), body.begin(), body.end());
+  };
+  Bytes tables(65, 1), codes(18, 0), jpeg{0xff, 0xd8};
+  tables[0] = 0;
+  codes[1] = 1;  // the one code, of one bit
+  put(jpeg, 0xe1, {'E',  'x',  'i', 'f', 0, 0, 'M', 'M', 0, 42, 0, 0, 0, 8, 0, 1,
+                   0x01, 0x12, 0,   3,   0, 0, 0,   1,   0, 6,  0, 0, 0, 0, 0, 0});
+  put(jpeg, 0xdb, tables);
+  put(jpeg, 0xc0, {8, 0, 16, 0, 8, 1, 1, 0x11, 0});
+  put(jpeg, 0xc4, codes);
+  codes[0] = 0x10;
+  put(jpeg, 0xc4, codes);
+  put(jpeg, 0xda, {1, 1, 0, 0, 63, 0});
+  for (const int v : {0x0f, 0xff, 0xd9}) jpeg.push_back(std::uint8_t(v));  // two blocks of two numbers
+  return jpeg;
 }
 
 using Times = std::vector<double>;
@@ -179,6 +203,33 @@ TEST_SUITE("app/capture names") {
       REQUIRE(frames.size() == 3);
       CHECK(frames[0].mask == "masks/dynamic_mask_a.png");
       CHECK(fs::exists(folder.path() / "out/masks/dynamic_mask_a.png"));
+    }
+  }
+
+  TEST_CASE(
+      "pictures whose names differ in the ending alone all stay, turned ones too, and so do their masks") {
+    const TempFolder folder;
+    for (const char* name : {"in/a.jpg", "in/b.jpg"}) write_bytes(folder.path() / name, turned_jpeg());
+    for (const char* name : {"in/a.png", "in/masks/a.png"})
+      write_png(folder.path() / name, flat_png(16, 8, {255, 255, 255, 255}));
+    CaptureTalk talk(Talk::quiet, {});
+    const fs::path out = folder.path() / "out";
+    const std::vector<CaptureFrame> frames = write_capture_frames(plan_of(folder, {}).plans, out, talk);
+    REQUIRE(frames.size() == 3);
+    CHECK(frames[0].name == "a.jpg.png");
+    CHECK(frames[0].mask == "masks/a.jpg.png");
+    CHECK(frames[1].name == "a.png");
+    CHECK(frames[1].mask == "masks/a.png.png");
+    CHECK(frames[2].name == "b.png");
+    CHECK(frames[2].mask.empty());
+    for (const CaptureFrame& frame : frames) {
+      CAPTURE(frame.name);
+      const Image16 picture = read_picture(out / "images" / frame.name);
+      CHECK(picture.width == 16);
+      CHECK(picture.height == 8);
+      CHECK(picture.rgba[0] == (frame.name == "a.png" ? 65535 : 128 * 257));
+      CHECK((frame.mask.empty() || fs::exists(out / frame.mask)));
+      CHECK(fs::exists(out / "work/masks" / (frame.name + ".png")) == !frame.mask.empty());
     }
   }
 

@@ -104,7 +104,8 @@ TEST_SUITE("data/bad rigs") {
                {"'Rot_01' and 'R_01' are different rotations"});
     set.refuse(in, "data: [ 11", "data: [ .Nan", {"line 8: 'K_00' holds a number that is not finite", "nan"});
     set.refuse(in, "data: [ 11", "data: [ -.Inf", {"'K_00' holds a number that is not finite", "-inf"});
-    set.refuse(in, "data: [ 11, 0, 6", "data: [ 11, 1, 6", {"'K_00' is no matrix of a lens without skew"});
+    set.refuse(in, "data: [ 11, 0, 5.5", "data: [ 11, 1, 5.5",
+               {"'K_00' is no matrix of a lens without skew"});
     set.refuse(in, "data: [ 11", "data: [ eleven",
                {"line 8: a matrix holds something else than numbers", "'eleven'"});
     set.refuse(in, "data: [ 11,", "data: [ 11", {"line 8: a matrix holds something else than numbers"});

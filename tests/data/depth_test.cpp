@@ -9,6 +9,7 @@
 #include "data/expect_error.hpp"
 #include "data/layouts.hpp"
 #include "data/pictures/exr.hpp"
+#include "data/wild.hpp"
 #include "splinevox/data/scene.hpp"
 #include "splinevox/data/synth.hpp"
 
@@ -102,6 +103,22 @@ TEST_SUITE("data/depth") {
       REQUIRE(data.depth);
       CHECK(data.depth->pictures == data.depth->frames);
       CHECK(data.depth->known == doctest::Approx(depth.known_share()));
+    }
+  }
+
+  TEST_CASE("maps named by another machine's paths are found as its pictures are") {
+    using Words = std::pair<std::string, std::string>;
+    for (const auto& [before, slash] : {Words{"C:\\\\data\\\\scene\\\\", "\\\\"}, {"/home/me/scene/", "/"}}) {
+      CAPTURE(before);
+      const Deep deep(".png", depth_png());
+      for (const std::string place : {"images", "depth"})
+        replace_in(deep.folder.path() / "transforms.json", "\"" + place + "/", "\"" + before + place + slash);
+      const Dataset data = deep.load("metric");
+      CHECK(notes_with(data, "paths of another machine").size() == 1);
+      CHECK(notes_with(data, "are not there").empty());
+      REQUIRE(data.depth);
+      CHECK(data.depth->pictures == data.depth->frames);
+      CHECK_FALSE(first_frame(data).depth.empty());
     }
   }
 

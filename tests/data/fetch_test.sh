@@ -24,7 +24,9 @@ mkdir "$work/b" && head -c 5000 "$work/served/scene.zip" >"$work/b/scene.zip"
 "$fetch" "$address" "$work/b" >/dev/null 2>&1 || fail "a cut download is not continued"
 cmp "$work/b/scene.zip" "$work/served/scene.zip" || fail "continued wrongly"
 [[ $(<"$work/b/scene.zip.sha256") == "$sum" ]] || fail "no checksum is noted"
+truncate -s 100 "$work/b/scene/picture.bin"  # as if unpacking had been interrupted
 "$fetch" "$address" "$work/b" >/dev/null 2>&1 || fail "a second fetch fails"
+cmp "$work/b/scene/picture.bin" "$work/served/scene/picture.bin" || fail "half a picture is kept"
 printf 'x' | dd of="$work/b/scene.zip" bs=1 seek=200 conv=notrunc status=none
 if "$fetch" "$address" "$work/b" >/dev/null 2>"$work/log"; then fail "damage is not noticed"; fi
 grep -q "expected $sum" "$work/log" || fail "the checksum is not named: $(<"$work/log")"

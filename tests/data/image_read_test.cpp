@@ -2,17 +2,24 @@
 #include <doctest/doctest.h>
 
 #include <array>
+#include <cstdint>
+#include <filesystem>
 #include <fstream>
 #include <random>
+#include <vector>
 
 #include "data/expect_error.hpp"
+#include "data/pictures/picture_header.hpp"
+#include "data/pictures/pictures.hpp"
 #include "splinevox/data/image_io.hpp"
+#include "splinevox/data/scene.hpp"
 #include "support/tiny_dataset.hpp"
 
 namespace {
 
 using namespace splinevox;
 using namespace splinevox::test;
+namespace fs = std::filesystem;
 using Pixel = std::array<int, 4>;
 
 Pixel pixel_of(const Image16& image, int x, int y) {
@@ -97,6 +104,55 @@ TEST_SUITE("data/image_read") {
     CHECK(pixel_of(image, 1, 0) == Pixel{10 * 257, 20 * 257, 30 * 257, 65535});
   }
 
+  TEST_CASE("a tRNS chunk before the pixels is alpha, before any is decoded") {
+    const TempFolder folder;
+    const fs::path path = folder.path() / "a.png";
+    const TinyPng palette{2, 1, 8, PngKind::palette, {1, 0}, {10, 20, 30, 40, 50, 60}, {255, 77}},
+        grey{2, 1, 8, PngKind::grey, {1, 0}, {}, {0, 1}}, rgb{1, 1, 8, PngKind::rgb, {1, 2, 3}},
+        plain{2, 1, 8, PngKind::palette, {1, 0}, {10, 20, 30, 40, 50, 60}};
+    for (const TinyPng& png : {palette, grey, rgb, plain, flat_png(1, 1)}) {
+      write_png(path, png);
+      const bool alpha = png.kind == PngKind::rgba || !png.trns.empty();
+      CHECK(read_png_header(path).alpha == alpha);
+      CHECK(data::read_picture_header(path).alpha == alpha);
+    }
+    write_png(path, palette);
+    write_text(folder.path() / "transforms_train.json",
+               transforms_text({frame_text("a.png", "0", matrix_text(orbit_matrix(0)))}));
+    CHECK(load_dataset(folder.str(), {.pixels = false}).has_alpha);
+    data::RawSplit split{"train", "a.json", true, {}};
+    split.frames.emplace_back();
+    split.frames[0].found = fs::canonical(path);
+    CHECK(data::plan_pictures(folder.path(), split, 1, true).pixel_bytes == std::vector<int>{4});
+  }
+
+  TEST_CASE("a tRNS chunk behind the pixels, too many chunks or a false length counts for nothing") {
+    const TempFolder folder;
+    const fs::path path = folder.path() / "a.png";
+    const auto alpha_after = [&](const Bytes& chunks) {
+      Bytes png = png_header(2, 1, 8, PngKind::palette);
+      png.insert(png.end(), chunks.begin(), chunks.end());
+      put_chunk(png, "tRNS", {0});
+      write_bytes(path, png);
+      return read_png_header(path).alpha;
+    };
+    Bytes many, pixels, some;
+    for (int i = 0; i < 100'000; ++i) put_chunk(many, "tEXt", {});
+    put_chunk(pixels, "IDAT", {});
+    put_chunk(some, "tEXt", Bytes(70'000, 1));
+    CHECK(alpha_after(some));
+    CHECK_FALSE(alpha_after(many));
+    CHECK_FALSE(alpha_after(pixels));
+    for (const std::uint32_t length : {0x7fffffffu, 0xffffffffu, 0xfffffff4u}) {
+      Bytes lie;
+      put_be32(lie, length);
+      for (const char c : {'t', 'E', 'X', 't'}) lie.push_back(std::uint8_t(c));
+      CHECK_FALSE(alpha_after(lie));
+    }
+    write_bytes(path, png_header(2, 1, 8, PngKind::palette));
+    CHECK_FALSE(read_png_header(path).alpha);
+  }
+
   TEST_CASE("the area filter averages each channel for itself and rounds to the nearest") {
     Image16 image{2, 2, {10, 0, 0, 65535, 20, 0, 0, 0, 30, 0, 0, 0, 41, 3, 0, 65535}};
     const Image16 small = area_downscale(image, 2);
@@ -104,6 +160,14 @@ TEST_SUITE("data/image_read") {
     CHECK(small.height == 1);
     CHECK(pixel_of(small, 0, 0) == Pixel{25, 1, 0, 32768});
     CHECK(area_downscale(image, 1).rgba == image.rgba);
+  }
+
+  TEST_CASE("by alpha, what is invisible lends no colour") {
+    const Image16 image{2, 2, {60000, 0, 0, 65535, 0, 9, 9, 0, 0, 9, 9, 0, 20000, 0, 30, 21845}};
+    CHECK(pixel_of(area_downscale(image, 2, ColourMean::by_alpha), 0, 0) == Pixel{50000, 0, 8, 21845});
+    CHECK(area_downscale(image, 1, ColourMean::by_alpha).rgba == image.rgba);
+    const Image16 nothing{2, 2, std::vector<std::uint16_t>{7, 7, 7, 0, 7, 7, 7, 0, 7, 7, 7, 0, 7, 7, 7, 0}};
+    CHECK(pixel_of(area_downscale(nothing, 2, ColourMean::by_alpha), 0, 0) == Pixel{0, 0, 0, 0});
   }
 
   TEST_CASE("blocks of the area filter do not mix") {

@@ -2,13 +2,19 @@
 #include <doctest/doctest.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <string>
+#include <utility>
 
 #include "core/half.hpp"
 #include "data/expect_error.hpp"
 #include "data/pictures/exr.hpp"
 #include "math/srgb.hpp"
+#include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
 #include "support/tiny_dataset.hpp"
 
@@ -56,6 +62,37 @@ bool notes_have(const Dataset& data, const std::string& part) {
 }
 
 constexpr double kHalfStep = 6e-4;  ///< relative, of a half
+
+/// A picture of 4 x 4, red in its left column and blue in all others, whose mask is white in that column: of
+/// floats, or of 16 bits.
+void write_red_column(const Set& set, const std::string& end, float red) {
+  Image image = filled(3, {0, 0, 1});
+  TinyPng png{4, 4, 16, PngKind::rgb, {}}, mask{4, 4, 8, PngKind::grey, {}};
+  for (int i = 0; i < 16; ++i) {
+    const bool left = i % 4 == 0;
+    if (left) image.data[std::size_t(3 * i)] = red;
+    if (left) image.data[std::size_t(3 * i + 2)] = 0;
+    for (const float v : {left ? red : 0, 0.0f, left ? 0 : 1.0f}) {
+      const int bits = int(65535 * std::min(v, 1.0f));
+      png.rows.push_back(std::uint8_t(bits >> 8));
+      png.rows.push_back(std::uint8_t(bits & 255));
+    }
+    mask.rows.push_back(left ? 255 : 0);
+  }
+  write_png(set.folder.path() / "masks/f0.png", mask);
+  if (end == "exr")
+    write_exr(set.path(0), {{"", image, {}}});
+  else
+    write_png(set.path(0, end), png);
+  set.frames(1, end);
+}
+
+/// Whether two pictures show the same: what is invisible has any colour.
+bool look_alike(const Picture& a, const Picture& b) {
+  for (std::size_t i = 0; i < a.pixels(); ++i)
+    if (a.rgba(i)[3] != b.rgba(i)[3] || (a.rgba(i)[3] > 0 && a.rgba(i) != b.rgba(i))) return false;
+  return a.pixels() == b.pixels();
+}
 
 TEST_SUITE("data/linear") {
   TEST_CASE("every half comes back, and others become the nearest") {
@@ -105,6 +142,62 @@ TEST_SUITE("data/linear") {
     set.frames(1);
     const Dataset data = load_dataset(set.folder.str(), {.downscale = 2});
     CHECK(first_pixel(data)[0] == doctest::Approx(linear_to_srgb(0.5f)).epsilon(kHalfStep));
+  }
+
+  TEST_CASE("a block of premultiplied pixels has no dark rim; a plain one is averaged as D-NeRF does it") {
+    const Set set;
+    Image image = filled(4, {0, 0, 0, 0});
+    image.data[0] = image.data[3] = 1;  // one of the first block's four pixels
+    write_exr(set.path(0), {{"", image, {}}});
+    set.frames(1);
+    LoadOptions options;
+    options.downscale = 2;
+    const auto rim = first_pixel(load_dataset(set.folder.str(), options));
+    CHECK(rim[0] == doctest::Approx(1).epsilon(kHalfStep));
+    CHECK(rim[1] == 0);
+    CHECK(rim[3] == doctest::Approx(0.25));
+    TinyPng png{4, 4, 8, PngKind::rgba, Bytes(64, 0)};
+    png.rows[0] = png.rows[3] = 255;
+    write_png(set.path(0, "png"), png);
+    set.frames(1, "png");
+    const auto plain = first_pixel(load_dataset(set.folder.str(), options));
+    CHECK(plain[0] == doctest::Approx(0.25).epsilon(1e-4));
+    CHECK(plain[3] == doctest::Approx(0.25).epsilon(1e-4));
+  }
+
+  TEST_CASE("what a mask leaves out lends no colour to the rim of the subject") {
+    for (const std::string end : {"exr", "png"}) {
+      CAPTURE(end);
+      const Set set;
+      write_red_column(set, end, 1);
+      LoadOptions options;
+      options.downscale = 2;
+      options.rules.masks = "subject";
+      const auto rim = first_pixel(load_dataset(set.folder.str(), options));
+      CHECK(rim[0] == doctest::Approx(1).epsilon(kHalfStep));
+      CHECK(rim[2] == 0);
+      CHECK(rim[3] == doctest::Approx(0.5).epsilon(1e-4));
+    }
+  }
+
+  TEST_CASE("what convert cuts out keeps its numbers: light stays light, beyond 1 and with all its bits") {
+    using Words = std::pair<std::string, std::string>;
+    for (const auto& [end, transfer] :
+         {Words{"exr", ""}, {"exr", "linear"}, {"exr", "srgb"}, {"png", "linear"}}) {
+      CAPTURE(end);
+      CAPTURE(transfer);
+      const Set set;
+      const TempFolder out;
+      write_red_column(set, end, end == "exr" ? 2.5f : 0.3f);
+      const DatasetRules rules{.masks = "subject", .transfer = transfer};
+      const Dataset was = set.load(rules);
+      convert_dataset(set.folder.str(), out.str() + "/new", {}, {.rules = rules});
+      const Dataset is = load_dataset(out.str() + "/new", {.rules = {.transfer = transfer}});
+      CHECK(look_alike(was.find("train")->frames[0].image, is.find("train")->frames[0].image));
+      const fs::path picture = out.path() / "new/train" / ("f0." + end);
+      REQUIRE(fs::exists(picture));
+      if (end == "png") CHECK(read_png_header(picture).bits == 16);
+    }
   }
 
   TEST_CASE("layers: the one with colours, else Combined, else the one that is named, else an error") {

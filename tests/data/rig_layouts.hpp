@@ -123,7 +123,8 @@ inline std::vector<double> axis_of(const TrueCamera& c) {
   return {angle * q[1] / s, angle * q[2] / s, angle * q[3] / s};
 }
 
-/// Cameras "00", "01" ...: even ones have R alone, odd ones Rot too. Pictures in images, masks in mask.
+/// Cameras "00", "01" ...: even ones have R alone, odd ones Rot too. Pictures in images, masks in mask. The
+/// centre of a picture's first pixel is at (0, 0), as OpenCV calibrates.
 inline void write_easymocap(const fs::path& folder, const Cameras& cameras, int moments = 4) {
   std::string intri = "%YAML:1.0\n---\nnames:\n", extri = intri;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -135,7 +136,7 @@ inline void write_easymocap(const fs::path& folder, const Cameras& cameras, int 
     const TrueCamera& camera = cameras[c];
     const TrueLens& l = camera.lens;
     const std::string name = numbered("", int(c));
-    intri += storage_matrix("K_" + name, 3, 3, {l.fx, 0, l.cx, 0, l.fy, l.cy, 0, 0, 1});
+    intri += storage_matrix("K_" + name, 3, 3, {l.fx, 0, l.cx - 0.5, 0, l.fy, l.cy - 0.5, 0, 0, 1});
     intri += storage_matrix((c % 2 ? "dist_" : "D_") + name, c % 2 ? 1 : 5, c % 2 ? 5 : 1,
                             {l.k1, l.k2, l.p1, l.p2, l.k3});
     extri += storage_matrix("R_" + name, 3, 1, axis_of(camera));

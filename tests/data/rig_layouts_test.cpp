@@ -146,6 +146,9 @@ TEST_SUITE("data/rig layouts") {
     const Cameras cameras = rig_cameras(5, kBent);
     write_easymocap(folder.path(), cameras);
     const Dataset data = check_both(folder, cameras, 4, "EasyMocap");
+    CHECK(text_in(folder.path() / "intri.yml").find("[ 11, 0, 5,\n       0, 12, 3.75,") != std::string::npos);
+    CHECK(first_frame(data).camera.cx == 5.5);  // OpenCV counts from the centre of the first pixel
+    CHECK(first_frame(data).camera.cy == 4.25);
     CHECK(masks_in(folder).size() == 20);
     CHECK(masks_in(folder).contains("mask/02/000003.png"));
     replace_in(folder.path() / "intri.yml", "names:\n  - \"00\"\n  - \"01\"\n",

@@ -247,7 +247,9 @@ TEST_SUITE("data/tiff") {
           CAPTURE(photometric);
           CAPTURE(extra);
           const Bytes bytes = tiff_bytes(t);
-          check_pixels(t, read(folder, bytes));
+          const data::FilePixels pixels = read(folder, bytes);
+          check_pixels(t, pixels);
+          CHECK(pixels.premultiplied == (extra == 1));
           const data::PictureHeader header = data::tiff_header(folder.path() / "a.tif", "a.tif");
           CHECK(header.size == PictureSize{t.width, t.height});
           CHECK(header.alpha == (extra > 0));
@@ -273,21 +275,27 @@ TEST_SUITE("data/tiff") {
     const TempFolder folder;
     for (const int compression : {1, 5, 8, 32773}) {
       const Bytes good = tiff_bytes({.width = 9, .height = 5, .compression = compression});
-      const auto either = [&](const Bytes& bytes) {
+      const auto refuses = [&](const Bytes& bytes) {
         try {
           read(folder, bytes);
         } catch (const Error& error) {
           CHECK(error.fault == Fault::input);
+          return true;
         }
+        return false;
       };
-      for (std::size_t n = 0; n < good.size(); n += 3)
-        either(Bytes(good.begin(), good.begin() + std::ptrdiff_t(n)));
+      constexpr std::size_t kUnread = 4;  // where a directory of another picture would be
+      for (std::size_t n = 0; n + kUnread < good.size(); n += 3)
+        CHECK(refuses(Bytes(good.begin(), good.begin() + std::ptrdiff_t(n))));
+      int refused = 0;
       std::mt19937 random(unsigned(compression) + 1);
       for (int i = 0; i < 400; ++i) {
         Bytes bad = good;
         for (int k = 0; k < 3; ++k) bad[random() % bad.size()] = std::uint8_t(random());
-        either(bad);
+        refused += refuses(bad);
       }
+      CHECK(refused > 40);
+      CHECK(refused < 400);
     }
   }
 }

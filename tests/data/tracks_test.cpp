@@ -9,6 +9,7 @@
 
 #include "data/expect_error.hpp"
 #include "data/layouts.hpp"
+#include "data/wild.hpp"
 #include "splinevox/data/synth.hpp"
 #include "support/numpy_file.hpp"
 
@@ -90,6 +91,13 @@ TEST_SUITE("data/tracks") {
     CHECK(named.tracks->visible == 1);
     CHECK(named.notes.back().find("tracks of 5 points through 9 pictures") != std::string::npos);
     check_places(Followed("a.npy", by_points).load("a.npy", 2), 2);
+  }
+
+  TEST_CASE("a file named by another machine's path is found as its pictures are") {
+    const std::string before = "\"C:\\\\data\\\\scene\\\\";
+    const Followed followed("a.npy", npy_of(places(kCount, true), "(5, 9, 2)"), before + "a.npy\"");
+    replace_in(followed.folder.path() / "transforms.json", "\"images/", before + "images\\\\");
+    check_places(followed.load());
   }
 
   TEST_CASE("a file of the pictures that train alone is as good, in their order") {

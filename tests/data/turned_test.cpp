@@ -11,6 +11,7 @@
 #include "data/pictures/film_read.hpp"
 #include "data/rig_layouts.hpp"
 #include "data/wild.hpp"
+#include "splinevox/data/image_io.hpp"
 
 /// Pictures and films that say how they are to be turned: which are, and what films' programs say of it.
 namespace {
@@ -225,6 +226,21 @@ TEST_SUITE("data/turned") {
           CHECK(notes_with(*data, "exiftool -Orientation=").size() == 1);
         }
       }
+  }
+
+  TEST_CASE("EXIF: what convert turns stays linear light where it is taken for that") {
+    const TempFolder folder, out;
+    write_turned_split(folder.path(), "train", {{"a", 6, true}, {"b", 1}});
+    const DatasetRules rules{.transfer = "linear"};
+    convert_dataset(folder.str(), out.str() + "/new", {}, {.rules = rules});
+    const Dataset was = load_dataset(folder.str(), {.rules = rules}),
+                  is = load_dataset(out.str() + "/new", {.rules = rules});
+    for (std::size_t i = 0; i < 2; ++i)
+      CHECK(was.find("train")->frames.at(i).image == is.find("train")->frames.at(i).image);
+    const PngHeader turned = read_png_header(out.path() / "new/train/a.png");
+    CHECK(turned.bits == 16);
+    CHECK(turned.samples == 3);
+    CHECK(fs::exists(out.path() / "new/train/b.jpg"));
   }
 
   TEST_CASE("EXIF: a mask with a half turn lies as its picture is stored, with a doubt") {

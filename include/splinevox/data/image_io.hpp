@@ -17,9 +17,11 @@ struct PngHeader {
   int width = 0, height = 0;  ///< pixels, each in [1, 65536]
   int bits = 0;               ///< per sample: 1, 2, 4, 8 or 16
   int samples = 0;            ///< per pixel as stored: 1 (grey, palette), 2, 3 or 4
+  bool alpha = false;         ///< one of these is alpha, or a tRNS chunk makes colours transparent
 };
 
-/// Reads and checks the first bytes of a PNG, without allocating for what they claim.
+/// Reads and checks the first bytes of a PNG and looks through its first chunks for tRNS, without allocating
+/// for what they claim.
 /// Refuses more than 65536 pixels a side, more than 2^28 pixels in all, and a picture that could not have
 /// been deflated into a file of this size (deflate packs at most 1032 to 1).
 /// @param where  how an error names the file; empty = its path.
@@ -50,15 +52,19 @@ PictureSize read_picture_size(const std::filesystem::path& path, const std::stri
 Image16 read_picture(const std::filesystem::path& path, const std::string& where = "");
 /// @}
 
-/// Averages blocks of factor x factor pixels, each of the four channels for itself (straight alpha stays
-/// straight, as D-NeRF's own evaluation does it), rounded to the nearest 1/65535.
+/// What the colour of a block is: the mean of its pixels' colours, all alike, or each by its alpha, so that
+/// what is invisible lends no colour. Alpha itself is the mean of all.
+enum class ColourMean { plain, by_alpha };
+
+/// Averages blocks of factor x factor pixels, rounded to the nearest 1/65535. Plain means take each of the
+/// four channels for itself: straight alpha stays straight, as D-NeRF's own evaluation does it.
 /// @pre factor >= 1 divides width and height; load_dataset checks.
-Image16 area_downscale(Image16 image, int factor);
+Image16 area_downscale(Image16 image, int factor, ColourMean mean = ColourMean::plain);
 /// The pixels of such a picture in whose block any pixel is set.
 PixelMask area_downscale(const PixelMask& mask, int factor);
-/// The same of floats, and of a picture as it is kept.
+/// The same of floats, and of a picture as it is kept. By alpha: @pre there are four channels
 /// @{
-Image area_downscale(Image image, int factor);
+Image area_downscale(Image image, int factor, ColourMean mean = ColourMean::plain);
 Picture area_downscale(const Picture& picture, int factor);
 /// @}
 /// The camera of a picture that was averaged so.

@@ -63,8 +63,7 @@ struct SynthOptions {
 /// Names of the built-in scenes, the default first.
 ///
 ///   dancer  a jointed figure with a swinging plait (forward kinematics), a squashing ball, a plant that
-///   bends
-///           in the wind, and a static plinth
+///           bends in the wind, and a static plinth
 ///   ball    one ball on a straight line at constant speed, turning not at all
 ///   snake   one body that bends, and nothing rigid
 ///   toy     the dancer's scene in which only the ball moves
@@ -72,8 +71,8 @@ struct SynthOptions {
 ///   static  the dancer's scene as it is at time 0
 ///   smoke   a plume that is born at a source, rises, turns, thins out and is gone; thin everywhere
 ///   fire    flames from a source: bright, short-lived, dark red where they end
-///   enters  the dancer's scene as it is at time 0, into which a ball falls from above all pictures, and
-///   stays leaves  the same, out of which it rises
+///   enters  the dancer's scene as it is at time 0, into which a ball falls from above all pictures, to stay
+///   leaves  the same, out of which it rises
 std::vector<std::string> synth_scenes();
 
 /// One point of a surface as a ray meets it.

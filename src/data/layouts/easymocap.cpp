@@ -113,6 +113,8 @@ std::array<Vec3d, 3> rotation_of(const Calibration& file, const std::string& nam
   return rows;
 }
 
+constexpr double kFirstCentre = 0.5;  ///< of the first pixel, where OpenCV's calibration has 0
+
 Lens lens_of_camera(const Calibration& file, const std::string& name) {
   const std::vector<double> k = file.needed_matrix("K_" + name, {9}, "a lens: 3 x 3");
   if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1 || std::abs(k[1]) > 1e-6 * std::abs(k[0]))
@@ -122,8 +124,8 @@ Lens lens_of_camera(const Calibration& file, const std::string& name) {
   Lens lens;
   lens.fl_x = k[0];
   lens.fl_y = k[4];
-  lens.cx = k[2];
-  lens.cy = k[5];
+  lens.cx = k[2] + kFirstCentre;
+  lens.cy = k[5] + kFirstCentre;
   constexpr const char* kShape = "k1 k2 p1 p2, and k3 if there is one";
   const bool old = !file.find("dist_" + name);
   std::vector<double> bent = file.matrix((old ? "D_" : "dist_") + name, {4, 5, 8, 12, 14}, kShape);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures' paths as another machine wrote them.
+// Paths of pictures, and of what belongs to them, as another machine wrote them.
 #include <algorithm>
 
 #include "data/layouts/transforms.hpp"
@@ -38,6 +38,11 @@ std::string tail_of(const std::string& path, std::size_t leave_out) {
   return tail.generic_string();
 }
 
+/// A path that has as many folders loses its first ones.
+void take_tail(std::string& path, std::size_t leave_out) {
+  if (const std::string tail = tail_of(path, leave_out); !tail.empty()) path = tail;
+}
+
 bool is_found(const fs::path& root, const std::string& path) {
   try {
     return !path.empty() && find_image(root, path, "a picture").has_value();
@@ -71,11 +76,14 @@ std::string take_foreign_paths(const fs::path& root, std::vector<RawSplit>& spli
   }
   if (most <= as_written) return {};
   const std::string first = *foreign[0];
-  for (std::string* path : foreign)
-    if (const std::string tail = tail_of(*path, best); !tail.empty()) *path = tail;
-  for (RawSplit& split : splits)
-    for (RawFrame& frame : split.frames)
+  for (std::string* path : foreign) take_tail(*path, best);
+  for (RawSplit& split : splits) {
+    if (is_foreign(split.tracks)) take_tail(split.tracks, best);
+    for (RawFrame& frame : split.frames) {
       if (is_foreign(frame.mask)) frame.mask = tail_of(frame.mask, best);
+      if (is_foreign(frame.depth)) take_tail(frame.depth, best);
+    }
+  }
   return "paths of another machine are taken as those of this folder: " + in_quotes(first) + " is " +
          in_quotes(*foreign[0]);
 }

@@ -69,8 +69,8 @@ Error image_missing(const std::filesystem::path& root, const std::string& file_p
                     const std::string& where);
 
 /// Paths that another machine wrote (backslashes, drive letters, from the root on): where the same number of
-/// leading folders left out makes them paths within the folder, they become these. @return a note; empty if
-/// nothing was changed.
+/// leading folders left out makes those of pictures paths within the folder, they become these, and so do
+/// those of masks, depth maps and tracks. @return a note; empty if nothing was changed.
 std::string take_foreign_paths(const std::filesystem::path& root, std::vector<RawSplit>& splits);
 
 }  // namespace splinevox::data

@@ -47,7 +47,7 @@ void show(Image16& image) {
 
 /// cut_out of a picture of floats.
 Image cut_out(Image rgba, const MaskPlan& masks, std::size_t i) {
-  if (masks.use.what != MaskUse::What::subject) return rgba;
+  if (!masks.cuts_out(i)) return rgba;
   const Image16 opaque{rgba.width, rgba.height, std::vector<std::uint16_t>(rgba.data.size(), 65535)};
   const Image16 kept = cut_out(opaque, masks, i);
   for (std::size_t k = 3; k < rgba.data.size(); k += 4) rgba.data[k] *= kept.rgba[k] / 65535.0f;
@@ -90,17 +90,27 @@ void decode_films(const PicturePlan& plan, const TakePicture& take) {
 
 }  // namespace
 
-Decoded decode_one(const PicturePlan& plan, std::size_t i) {
+FilePixels kept_pixels(const PicturePlan& plan, std::size_t i) {
   FilePixels pixels = read_pixels(plan.paths[i], plan.where[i], plan.layer);
+  if (pixels.real.data.empty())
+    pixels.whole = cut_out(turned(std::move(pixels.whole), plan.turns[i]), plan.masks, i);
+  else
+    pixels.real = cut_out(std::move(pixels.real), plan.masks, i);
+  return pixels;
+}
+
+Decoded decode_one(const PicturePlan& plan, std::size_t i) {
+  FilePixels pixels = kept_pixels(plan, i);
+  const ColourMean mean =
+      pixels.premultiplied || plan.masks.cuts_out(i) ? ColourMean::by_alpha : ColourMean::plain;
   Decoded out;
   bool odd = false;
   if (pixels.real.data.empty()) {
-    Image16 whole = area_downscale(cut_out(turned(std::move(pixels.whole), plan.turns[i]), plan.masks, i),
-                                   plan.downscale);
+    Image16 whole = area_downscale(std::move(pixels.whole), plan.downscale, mean);
     if (plan.linear[i]) show(whole);
     out.picture = whole;
   } else {
-    Image real = area_downscale(cut_out(std::move(pixels.real), plan.masks, i), plan.downscale);
+    Image real = area_downscale(std::move(pixels.real), plan.downscale, mean);
     odd = plan.linear[i] ? show(real) : is_odd(real);
     out.picture = Picture(real);
   }

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "data/pictures/pictures.hpp"
+#include "data/pictures/tiff_read.hpp"
 #include "splinevox/core/image.hpp"
 
 namespace splinevox::data {
@@ -25,8 +26,11 @@ struct Decoded {
   PictureFacts facts;
 };
 /// One picture of a plan without films: turned, averaged and as a screen shows it. Averages are of what the
-/// file holds: of linear light, if it is that. Throws Error (input).
+/// file holds: of linear light, if it is that. Where colours were stored times alpha, or a mask cuts the
+/// picture out, they count by alpha. Throws Error (input).
 Decoded decode_one(const PicturePlan& plan, std::size_t i);
+/// The pixels it is made of: the file's own numbers, turned and cut out.
+FilePixels kept_pixels(const PicturePlan& plan, std::size_t i);
 
 /// Called with a picture's place in the plan, one at a time, in any order.
 using TakePicture = std::function<void(std::size_t i, Picture&& picture, const PictureFacts& facts)>;

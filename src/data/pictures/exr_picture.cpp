@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "data/pictures/exr.hpp"
+#include "data/pictures/premultiply.hpp"
 #include "data/pictures/real_read.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -84,11 +85,10 @@ Image read_exr_picture(const std::filesystem::path& path, const std::string& whe
     Image out(from.image.width, from.image.height, 4);
     for (std::size_t i = 0; i < out.pixels(); ++i) {
       const float* stored = from.image.data.data() + i * std::size_t(count);
-      const float a = alpha < count ? stored[alpha] : 1;
-      for (std::size_t c = 0; c < 3; ++c)
-        out.data[4 * i + c] = a == 1 ? stored[colours[c]] : a > 0 ? stored[colours[c]] / a : 0;
-      out.data[4 * i + 3] = a;
+      for (std::size_t c = 0; c < 3; ++c) out.data[4 * i + c] = stored[colours[c]];
+      out.data[4 * i + 3] = alpha < count ? stored[alpha] : 1;
     }
+    divide_by_alpha(out);
     return out;
   });
 }

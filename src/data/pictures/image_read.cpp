@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <fstream>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -69,7 +71,24 @@ PngHeader check_png(Bytes head, std::uintmax_t file_size, const std::string& whe
     fail({where, "the image claims more pixels than its file can hold",
           "a PNG of " + size + " pixels in full", std::to_string(file_size) + " bytes",
           "copy the file again"});
-  return {int(width), int(height), bits, samples};
+  return {int(width), int(height), bits, samples, samples % 2 == 0};
+}
+
+/// Whether a tRNS chunk stands before the pixels: it makes a colour, or colours of the palette, transparent.
+bool has_transparency(const std::filesystem::path& path) {
+  constexpr int kMostChunks = 1000;  // files have a few; one that is made to keep us busy has any number
+  std::ifstream in(path, std::ios::binary);
+  std::uint64_t at = kPngHeaderBytes;
+  for (int i = 0; i < kMostChunks; ++i) {
+    std::array<std::uint8_t, 8> chunk{};  // the length of its content, and its name
+    in.seekg(std::streamoff(at));
+    if (!in.read(reinterpret_cast<char*>(chunk.data()), std::streamsize(chunk.size()))) return false;
+    const Bytes name = Bytes(chunk).subspan(4);
+    if (data::begins_with(name, "tRNS")) return true;
+    if (data::begins_with(name, "IDAT")) return false;
+    at += be32(chunk, 0) + std::uint64_t(12);  // a checksum ends it
+  }
+  return false;
 }
 
 }  // namespace
@@ -77,7 +96,9 @@ PngHeader check_png(Bytes head, std::uintmax_t file_size, const std::string& whe
 PngHeader read_png_header(const std::filesystem::path& path, const std::string& where) {
   const std::string name = where.empty() ? path.string() : where;
   const std::uintmax_t size = data::file_size_of(path, name);
-  return check_png(data::read_bytes(path, name, data::kLargestFile, kPngHeaderBytes), size, name);
+  PngHeader header = check_png(data::read_bytes(path, name, data::kLargestFile, kPngHeaderBytes), size, name);
+  header.alpha = header.alpha || has_transparency(path);
+  return header;
 }
 
 Image16 read_png(const std::filesystem::path& path, const std::string& where) {

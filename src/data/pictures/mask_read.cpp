@@ -117,7 +117,7 @@ Mask read_mask(const MaskPlan& plan, std::size_t i) {
 }
 
 Image16 cut_out(Image16 picture, const MaskPlan& plan, std::size_t i) {
-  if (plan.use.what != MaskUse::What::subject || plan.files[i].empty()) return picture;
+  if (!plan.cuts_out(i)) return picture;
   const Mask mask = read_mask(plan, i);
   const bool black = plan.use.keeps_black(plan.files[i]);
   for (std::size_t p = 0; p < picture.pixels(); ++p) {

@@ -23,6 +23,8 @@ struct MaskPlan {
   std::size_t guessed = 0;  ///< turned ones whose size does not tell whether they are upright already
   std::string misfit = {};  ///< the first of those that are of another size than their picture and not used
   std::size_t misfits = 0;
+  /// Whether the mask of frame i becomes the alpha of its picture.
+  bool cuts_out(std::size_t i) const { return use.what == MaskUse::What::subject && !files[i].empty(); }
 };
 
 /// Reads the headers of a split's masks. One of another size than its picture is an Error (Fault::input) if

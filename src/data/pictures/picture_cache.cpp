@@ -31,6 +31,7 @@ namespace {
 
 constexpr std::uint64_t kPage = 4096;  ///< pictures begin at a multiple of it
 constexpr std::uint64_t kFormat = 1;
+constexpr std::uint64_t kAverages = 2;  ///< grows when --downscale makes other pixels of the same files
 constexpr char kMark[8] = {'S', 'V', 'O', 'X', 'P', 'I', 'C', 'S'};
 
 /// Of a picture, in the table behind all pictures.
@@ -176,6 +177,7 @@ PictureCache cache_of(const std::string& folder, const std::string& dataset, con
   const bool masked = plan.masks.use.what == MaskUse::What::subject;
   if (masked) key.add(plan.masks.use.text);
   add(std::int64_t(plan.downscale));
+  if (plan.downscale > 1) add(kAverages);
   key.add(plan.layer);
   for (std::size_t i = 0; i < plan.paths.size(); ++i) {
     add_file(plan.paths[i]);

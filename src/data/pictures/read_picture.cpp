@@ -42,9 +42,7 @@ PictureHeader read_picture_header(const std::filesystem::path& path, const std::
       break;
   }
   const PngHeader header = read_png_header(path, name);
-  return {.size = {header.width, header.height},
-          .alpha = header.samples == 2 || header.samples == 4,
-          .deep = header.bits > 8};
+  return {.size = {header.width, header.height}, .alpha = header.alpha, .deep = header.bits > 8};
 }
 
 FilePixels read_pixels(const std::filesystem::path& path, const std::string& where,
@@ -53,7 +51,7 @@ FilePixels read_pixels(const std::filesystem::path& path, const std::string& whe
     case Format::jpeg:
       return {read_jpeg(path, where), {}};
     case Format::exr:
-      return {{}, read_exr_picture(path, where, layer)};
+      return {{}, read_exr_picture(path, where, layer), true};
     case Format::tiff:
       return read_tiff(path, where);
     case Format::png:

@@ -269,6 +269,7 @@ FilePixels read_tiff(const std::filesystem::path& path, const std::string& where
   const Layout l = read_layout(d);
   const int width = int(l.width), height = int(l.height);
   FilePixels out;
+  out.premultiplied = l.premultiplied;
   if (l.real)
     out.real = Image(width, height, 4);
   else

@@ -12,7 +12,8 @@ namespace splinevox::data {
 /// Pixels of a file: of whole numbers, or of floats. The other one is empty.
 struct FilePixels {
   Image16 whole;
-  Image real;  ///< 4 channels, straight alpha
+  Image real;                  ///< 4 channels, straight alpha
+  bool premultiplied = false;  ///< in the file colours were times alpha
 };
 
 /// The first picture of a TIFF (6.0, not BigTIFF): grey or RGB with or without alpha, 8 or 16 bits, half or

@@ -146,6 +146,7 @@ class FrameWriter {
               const std::function<void()>& done)
       : plan_(plan), number_(number), folder_(folder), frames_(frames), done_(done) {
     make_folders(folder / "images" / plan.camera.name);
+    for (const fs::path& picture : plan.camera.pictures) ++stems_[picture.stem().string()];
   }
 
   void write() {
@@ -158,6 +159,12 @@ class FrameWriter {
  private:
   std::string inside(const std::string& name) const {
     return plan_.camera.name.empty() ? name : plan_.camera.name + "/" + name;
+  }
+
+  /// A picture's name without its ending, unless pictures of the camera differ in that alone.
+  std::string stem_of(const fs::path& picture) const {
+    const std::string stem = picture.stem().string();
+    return stems_.at(stem) > 1 ? picture.filename().string() : stem;
   }
 
   void write_film() {
@@ -206,7 +213,7 @@ class FrameWriter {
       write_file((folder_ / "images" / frame.name).string(),
                  {read_file(from.string(), kLargestFile, Named::by_user)});
     } else {  // COLMAP takes pictures as they are stored
-      frame.name = inside(from.stem().string() + ".png");
+      frame.name = inside(stem_of(from) + ".png");
       const Image16 upright = turned(splinevox::read_picture(from), orientation);
       write_bytes(folder_ / "images" / frame.name, png_of(rgb_of(upright), upright.width, upright.height));
     }
@@ -219,7 +226,7 @@ class FrameWriter {
   void write_masks(std::size_t i, CaptureFrame& frame) {
     const fs::path& from = plan_.masks.files[i];
     frame.mask = "masks/" + inside((is_dynamic_mask(from) ? "dynamic_mask_" : "") +
-                                   fs::path(frame.name).stem().string() + from.extension().string());
+                                   stem_of(plan_.camera.pictures[i]) + from.extension().string());
     const fs::path own = folder_ / frame.mask, features = folder_ / "work/masks" / (frame.name + ".png");
     make_folders(own.parent_path());
     make_folders(features.parent_path());
@@ -236,6 +243,7 @@ class FrameWriter {
   }
 
   const CapturePlan& plan_;
+  std::map<std::string, int> stems_;  ///< how many of the camera's pictures have each
   int number_;
   const fs::path& folder_;
   std::vector<CaptureFrame>& frames_;
