@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <filesystem>
+
 #include "ball_scene.hpp"
 #include "run/support.hpp"
 
@@ -48,6 +50,7 @@ TEST_SUITE("app/export_program") {
     CHECK(exported("1050-1051", {"--at", "1001", "--seconds", "4", "--profile", "usd", "--afresh"}).code ==
           0);
     CHECK(Json::parse(program({"info", out, "--json"}).out)["profile"] == "usd");
+    CHECK_FALSE(std::filesystem::exists(out + "/load_in_blender.py"));  // it would show the new frames
   }
 
   TEST_CASE("points are a number or a table, and what is neither is refused by name") {
@@ -69,7 +72,7 @@ TEST_SUITE("app/export_program") {
     CHECK(contains(slurp(small.path("points/points.usda")), "int64[] ids = [7, 9]"));
   }
 
-  TEST_CASE("a length that is given twice, and a motion that begins behind the frames, are refused by name") {
+  TEST_CASE("lengths given twice, motions behind the frames and tiny voxels are refused by name") {
     const SmallRun small;
     const auto refusal = [&](const std::vector<std::string>& more) {
       std::vector<std::string> words{"export", small.run, "--out", small.path("vdb"), "--frames", "3-4"};
@@ -83,5 +86,6 @@ TEST_SUITE("app/export_program") {
     CHECK(contains(refusal({"--at", "4"}), "--at: is out of range"));
     CHECK(contains(refusal({"--at", "2-2"}), "--at: a motion takes more than one frame"));
     CHECK(contains(refusal({"--at", "two"}), "--at"));
+    CHECK(contains(refusal({"--voxel-size", "1e-50"}), "--voxel-size: is too small for the model's box"));
   }
 }

@@ -140,7 +140,22 @@ def check_open_scene():
     sequence = script["Sequence"]("", 1, FRAMES, 24, True, False, ("", ), -1)
     said = script["differences"](scene, sequence)
     check(len(said) == 2 and "1001 to 1003" in said[1], "what does not go with it is said: %s" % said)
+    for kind in ("ORTHO", "PANO"):
+        check_no_pinhole(script["write_cameras"], scene, kind)
     bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def check_no_pinhole(write_cameras, scene, kind):
+    """A camera that our renderer cannot have is refused by name, and nothing is written."""
+    scene.camera.data.type = kind
+    try:
+        write_cameras(scene, path("no_pinhole.json"))
+    except SystemExit as e:
+        said = str(e.code)
+        check(kind in said and scene.camera.name in said and "Perspective" in said, "refused: " + said)
+        check(not os.path.exists(path("no_pinhole.json")), "and nothing is written")
+        return
+    check(False, "a camera of type %s should have been refused" % kind)
 
 
 def check_clusters():

@@ -102,6 +102,33 @@ TEST_SUITE("io/export_range") {
     CHECK(rest.in_folder == std::vector<int>{1050, 1051, 1060, 1061, 1062, 1063});
   }
 
+  TEST_CASE("nor does it forget those of its own that it has not come to") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    ExportOptions options = part_of_shot(1052, 1053);
+    options.profile = "usd";
+    options.mesh = true;
+    options.mesh_format = "ply";
+    options.frames_at_once = 1;
+    export_vdb(model, scratch.folder(), options);
+    spit(scratch.path("mesh_1053.ply"), "cut off");
+    options.first = 1050;
+    CHECK_FALSE(export_vdb(model, scratch.folder(), options, [](const ExportedFrame&, int, int) {
+                  return false;
+                }).finished);
+    std::vector<std::string> listed;
+    for (const ManifestFile& file : read_manifest(scratch.folder(), kPartialManifestName).files)
+      listed.push_back(file.name);
+    CHECK(listed == std::vector<std::string>{"frame_1050.vdb", "mesh_1050.ply", "frame_1052.vdb",
+                                             "mesh_1052.ply", "frame_1053.vdb", "sequence.usda"});
+    const ExportResult rest = export_vdb(model, scratch.folder(), options);
+    const std::vector<bool> kept{true, false, true, false};
+    for (std::size_t i = 0; i < 4; ++i) CHECK(rest.frames[i].kept == kept[i]);
+    for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);
+    export_vdb(model, scratch.path("whole"), options);
+    CHECK(slurp(scratch.path("manifest.json")) == slurp(scratch.path("whole/manifest.json")));
+  }
+
   TEST_CASE("the stage of a sequence with a gap names the frames that are there") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
@@ -173,6 +200,35 @@ TEST_SUITE("io/export_range") {
     CHECK(slurp(scratch.path("notes.txt")) == "mine");
   }
 
+  TEST_CASE("beside the frames of an export too, a .vdb of a frame's name is ours only if it says so") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    export_vdb(model, scratch.folder(), part_of_shot(1050, 1051));
+    const std::string list = slurp(scratch.path("manifest.json")), next = scratch.path("frame_1052.vdb");
+    VdbFile theirs;
+    theirs.meta = {{"creator", std::string("a simulation")}};
+    theirs.grids.resize(1);
+    theirs.grids[0].name = "density";
+    theirs.grids[0].leaves.push_back({0, 0, 0});
+    theirs.grids[0].values.assign(512, 1.0f);
+    write_vdb(next, theirs);
+    const std::string simulation = slurp(next);
+    for (const std::string& bytes : {simulation, std::string("no VDB"), std::string()}) {
+      spit(next, bytes);
+      const std::string said = refused_export(model, scratch.folder(), part_of_shot(1050, 1053));
+      CHECK(contains(said, "holds a file that this would overwrite"));
+      CHECK(contains(said, "frame_1052.vdb"));
+      CHECK(slurp(next) == bytes);
+      CHECK(slurp(scratch.path("manifest.json")) == list);
+      CHECK(partial_manifests(scratch.folder()).empty());
+    }
+    CHECK(export_vdb(model, scratch.folder(), part_of_shot(1050, 1051)).finished);  // it is not in its way
+    // As a killed export leaves a frame that it had finished and not yet listed.
+    spit(next, slurp(scratch.path("frame_1051.vdb")));
+    CHECK(export_vdb(model, scratch.folder(), part_of_shot(1050, 1053)).finished);
+    for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);
+  }
+
   TEST_CASE("what lies beside the frames of a shot stays, or is asked for again") {
     const Scratch scratch;
     const VoxelModel model = blob_model(24);
@@ -220,6 +276,44 @@ TEST_SUITE("io/export_range") {
     CHECK(result.frames[0].kept);
     CHECK(result.in_folder == std::vector<int>{1050, 1051});
     CHECK(result.others == std::vector<std::string>{"frame_1052.vdb"});
+  }
+
+  TEST_CASE("replaced, an export leaves nothing beside its frames that would show the new ones") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(24);
+    const auto there = [&](const char* name) { return std::filesystem::exists(scratch.path(name)); };
+    ExportOptions usd = part_of_shot(1050, 1051);
+    usd.profile = "usd";
+    usd.mesh = true;
+    usd.controls = true;
+    usd.points.chosen = 5;
+    export_vdb(model, scratch.folder(), usd);
+    for (const char* name : {"sequence.usda", "mesh.usda", "motion.vdb", "points.usda"}) CHECK(there(name));
+    spit(scratch.path("notes.txt"), "mine");
+    spit(scratch.path("points.usda"), "changed by hand");
+    ExportOptions blender = part_of_shot(1050, 1050);
+    blender.profile = "blender";
+    blender.controls = true;
+    blender.resume = false;
+    blender.frames_at_once = 1;
+    export_vdb(model, scratch.folder(), blender);
+    for (const char* name : {"sequence.usda", "mesh.usda"}) CHECK_FALSE(there(name));
+    for (const char* name : {"load_in_blender.py", "motion.vdb", "frame_1051.vdb"}) CHECK(there(name));
+    CHECK(slurp(scratch.path("notes.txt")) == "mine");
+    CHECK(slurp(scratch.path("points.usda")) == "changed by hand");
+    for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);
+
+    // One that was stopped is replaced as a whole one is.
+    blender.first = 1052;
+    blender.last = 1053;
+    blender.resume = true;
+    export_vdb(model, scratch.folder(), blender, [](const ExportedFrame&, int, int) { return false; });
+    CHECK(there("load_in_blender.py"));
+    ExportOptions houdini = part_of_shot(1050, 1050);
+    houdini.resume = false;
+    export_vdb(model, scratch.folder(), houdini);
+    for (const char* name : {"load_in_blender.py", "motion.vdb"}) CHECK_FALSE(there(name));
+    for (const FileCheck& check : verify(scratch.folder())) CHECK(check.ok);
   }
 
   TEST_CASE("where the model came from is noted and is no setting") {

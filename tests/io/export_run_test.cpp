@@ -244,9 +244,16 @@ TEST_SUITE("io/export_run") {
     }
     CHECK(refused_options({}).empty());
     const Scratch scratch;
-    ExportOptions tiny = houdini_options(1, 1e-6);
-    CHECK_THROWS_WITH_AS(export_vdb(model, scratch.folder(), tiny),
-                         doctest::Contains("--voxel-size: is too small"), Error);
+    // Beyond the limit, beyond any integer, and beyond any float.
+    for (const double size : {1e-6, 1e-10, 1e-50, 1e-300}) {
+      CAPTURE(size);
+      const std::string said =
+          refusal([&] { export_vdb(model, scratch.path("tiny"), houdini_options(1, size)); });
+      CHECK(said.find("--voxel-size: is too small for the model's box") == 0);
+      CHECK(said.find("expected: at most 2^33 voxels") != std::string::npos);
+      CHECK(said.find("the model's own voxel size is ") != std::string::npos);
+    }
+    CHECK(scratch.count() == 0);
     spit(scratch.path("file"), "x");
     CHECK_THROWS_WITH_AS(export_vdb(model, scratch.path("file"), houdini_options(1)),
                          doctest::Contains("is not a folder"), Error);

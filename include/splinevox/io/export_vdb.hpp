@@ -126,8 +126,11 @@ void validate(const ExportOptions& options);
 /// there.
 ///  Frame f shows model time (f - at) / (fps * seconds), in [0, 1]; see FrameRange.
 ///  A folder holds one sequence: frames of the same settings (FrameRange's first and last are none) are added
-///  to those that are there, and an export with others is refused unless `resume` is off. So is one that
-///  would overwrite a file which no export lists.
+///  to those that are there, and an export with others is refused unless `resume` is off; then it removes
+///  what those had beside their frames and it does not write. An export that would overwrite a file which no
+///  export lists is refused as well. In the folder of an export a .vdb is ours without a list if its metadata
+///  name splinevox as the creator, and files of other kinds are: one that was killed may have just finished
+///  them.
 /// With `flame`, a float grid flame on the density's voxels: the luminance of the colour beside it (0.2126 r
 /// + 0.7152 g + 0.0722 b, of display values unless told otherwise) times density, per scene unit. With `sh`,
 /// color is the positional colour and sh0, sh1, ... hold three coefficients each of q = sum_j sh_j Y_j(d)

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <string_view>
 
 #include "core/own_folder.hpp"
+#include "io/export/frame_file.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -60,6 +62,33 @@ bool same_but_times(ExportInfo a, ExportInfo b) {
         .hint = hint});
 }
 
+/// Files of a list that belong to no frame and are not among `names`. A list may come from a stranger:
+/// exports write into the folder itself, and a path within it could lead out of it.
+std::vector<ManifestFile> beside_frames(const Manifest& list, const std::vector<std::string>& names) {
+  std::vector<ManifestFile> files;
+  for (const ManifestFile& file : list.files)
+    if (frame_of(file) < 0 && file.name.find('/') == file.name.npos &&
+        std::find(names.begin(), names.end(), file.name) == names.end())
+      files.push_back(file);
+  return files;
+}
+
+/// The first of `names` that is in the folder and somebody else's; "": none is.
+/// @param there  names of what is in the folder  @param listed  names in lists of ours; null: there is no
+/// list
+std::string first_foreign(const std::string& folder, const std::vector<std::string>& there,
+                          const std::vector<std::string>& names, const std::set<std::string>* listed) {
+  const std::set<std::string_view> present(there.begin(), there.end());
+  const auto foreign = [&](const std::string& name) {
+    if (!present.contains(name)) return false;
+    if (!listed) return true;
+    return name.ends_with(".vdb") && !listed->contains(name) &&
+           !made_by_us((fs::path(folder) / name).string());
+  };
+  const auto found = std::find_if(names.begin(), names.end(), foreign);
+  return found == names.end() ? "" : *found;
+}
+
 }  // namespace
 
 std::optional<Manifest> export_list(const std::string& folder, const std::string& name) {
@@ -83,16 +112,16 @@ void make_export_folder(const std::string& folder) {
   check_own_folder(folder, Depth::entries);
 }
 
-std::vector<ManifestFile> claim_export_folder(const std::string& folder, const ExportInfo& info,
-                                              const std::vector<std::string>& names_of_export,
-                                              const std::string& partial, bool replace) {
+EarlierExports claim_export_folder(const std::string& folder, const ExportInfo& info,
+                                   const std::vector<std::string>& names_of_export,
+                                   const std::string& partial, bool replace) {
   const ExportInfo asked = settings_of(info);
   // Before any list is read: whoever writes here at the same time has a list before it has a file.
   const std::vector<std::string> there_before = names_in_folder(folder);
   bool ours = false, listed = false;
   std::vector<std::string> names = partial_manifests(folder);
   names.push_back(kManifestName);
-  std::vector<ManifestFile> files;
+  EarlierExports earlier;
   std::set<std::string> known;
   for (const std::string& name : names) {
     const std::optional<Manifest> list = export_list(folder, name);
@@ -101,21 +130,26 @@ std::vector<ManifestFile> claim_export_folder(const std::string& folder, const E
     const ExportInfo there = settings_of(list->info);
     const bool nothing = list->files.empty();  // of an export that was refused after all
     if (there != asked && !replace && !nothing) refuse(folder, there, asked);
-    if (there != asked && name != kManifestName) remove_quietly(folder, name);
-    if (there != asked) continue;
+    if (there != asked) {
+      if (name != kManifestName) remove_quietly(folder, name);
+      const std::vector<ManifestFile> beside = beside_frames(*list, names_of_export);
+      earlier.replaced.insert(earlier.replaced.end(), beside.begin(), beside.end());
+      continue;
+    }
     listed = true;
     for (const ManifestFile& file : list->files)
-      if (known.insert(file.name).second) files.push_back(file);
+      if (known.insert(file.name).second) earlier.files.push_back(file);
   }
-  const std::string taken = ours || replace ? "" : first_taken(there_before, names_of_export);
+  const std::string taken =
+      replace ? "" : first_foreign(folder, there_before, names_of_export, ours ? &known : nullptr);
   if (!taken.empty())
     fail({.where = folder,
           .what = "holds a file that this would overwrite, and no list of an export says whose it is",
-          .expected = "a folder of its own, or one of an earlier export",
+          .expected = "a folder of its own, or one with what earlier exports wrote",
           .got = taken,
           .hint = "another --out, or --afresh to replace what is there"});
   if (!listed) write_manifest(folder, {"export", info, {}}, partial);
-  return files;
+  return earlier;
 }
 
 std::string partial_name(const Share& share) {
@@ -167,6 +201,11 @@ std::vector<std::string> other_frames(const std::string& folder, const Manifest&
 void remove_quietly(const std::string& folder, const std::string& name) {
   std::error_code ignored;
   fs::remove(fs::path(folder) / name, ignored);
+}
+
+void remove_as_listed(const std::string& folder, const std::vector<ManifestFile>& files) {
+  for (const ManifestFile& file : files)
+    if (intact(folder, file)) remove_quietly(folder, file.name);
 }
 
 }  // namespace splinevox

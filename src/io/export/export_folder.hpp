@@ -25,18 +25,27 @@ void make_export_folder(const std::string& folder);
 /// The list that an export of a share, or one that has not ended, keeps.
 std::string partial_name(const Share& share);
 
+/// What earlier exports into a folder listed, whether they ended or were interrupted, of the whole or of
+/// shares.
+struct EarlierExports {
+  std::vector<ManifestFile> files;  ///< of the same settings; a name once
+  /// What those of other settings had beside their frames and the new export does not write. It would show
+  /// the new frames as if they were the old ones: see remove_as_listed.
+  std::vector<ManifestFile> replaced;
+};
+
 /// Takes a folder for an export. From here on it has a list that says whose its files are.
 ///
 /// A folder holds one sequence. Where a list is of other settings, throws Error (Fault::input) that says
 /// which differ, unless it lists nothing. Where there is none, a file with one of `names` is somebody else's:
-/// it throws as well. With `replace` it does neither; lists of exports with other settings that have not
-/// ended are removed then, and what they list is left alone.
+/// it throws as well. Where there is one, files that it does not name may be those of an export that was
+/// killed before it listed them: it throws for a .vdb that is not made_by_us(). With `replace` it does
+/// neither; lists of exports with other settings that have not ended are removed then, and their frames are
+/// left alone.
 /// @param names  what the export will write  @param partial  partial_name()
-/// @return what earlier exports of the same settings listed, whether they ended or were interrupted, of the
-/// whole or of shares; a name once
-std::vector<ManifestFile> claim_export_folder(const std::string& folder, const ExportInfo& info,
-                                              const std::vector<std::string>& names,
-                                              const std::string& partial, bool replace);
+EarlierExports claim_export_folder(const std::string& folder, const ExportInfo& info,
+                                   const std::vector<std::string>& names, const std::string& partial,
+                                   bool replace);
 
 /// A listed file is there and has its checksum. @param by_size  only its size is asked
 bool intact(const std::string& folder, const ManifestFile& file, bool by_size = false);
@@ -55,5 +64,8 @@ void sort_by_frame(std::vector<ManifestFile>& files);
 std::vector<std::string> other_frames(const std::string& folder, const Manifest& manifest);
 
 void remove_quietly(const std::string& folder, const std::string& name);
+
+/// Removes those of the files that are as they were listed: one that was changed since is somebody's.
+void remove_as_listed(const std::string& folder, const std::vector<ManifestFile>& files);
 
 }  // namespace splinevox

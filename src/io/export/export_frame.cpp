@@ -3,14 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <optional>
 
 #include "field/lattice/slice.hpp"
 #include "field/warp_velocity.hpp"
+#include "io/check_option.hpp"
 #include "io/export/leaf_grid.hpp"
 #include "io/export/velocity_band.hpp"
 #include "math/activation.hpp"
 #include "math/srgb.hpp"
+#include "splinevox/core/error.hpp"
 
 namespace splinevox {
 namespace {
@@ -159,16 +162,32 @@ float density_of(double alpha, const Lattice& lattice) {
   return float(optical_depth(alpha) / lattice.spacing);
 }
 
+/// @param counts  voxels along the axes: as doubles, since they may be beyond any integer
+void check_counts(const Vec3d& counts, const Lattice& own) {
+  constexpr double kMost = double(std::int64_t(1) << 33), kMostAlong = double(1 << 30);
+  const double along = std::max({counts.x, counts.y, counts.z}), voxels = counts.x * counts.y * counts.z;
+  if (voxels <= kMost && along <= kMostAlong) return;
+  fail({.where = "--voxel-size",
+        .what = "is too small for the model's box",
+        .expected = "at most 2^33 voxels in the box, and 2^30 along an axis",
+        .got = option_text(voxels) + " voxels",
+        .hint = "the model's own voxel size is " + exact_text<float>({own.spacing})});
+}
+
 }  // namespace
 
 Lattice export_lattice(const VoxelModel& model, double voxel_size) {
-  Lattice lattice = model.radiance.raw.topology->lattice;
-  if (voxel_size <= 0) return lattice;
-  lattice.origin = model.box.lo;
-  lattice.spacing = float(voxel_size);
-  const Vec3 extent = model.box.extent();
-  for (int a = 0; a < 3; ++a)
-    lattice.size[a] = std::max(2, int(std::ceil(extent[a] / lattice.spacing - 1e-3f)) + 1);
+  const Lattice& own = model.radiance.raw.topology->lattice;
+  Lattice lattice = own;
+  Vec3d counts = cast<double>(own.size);
+  if (voxel_size > 0) {
+    lattice.origin = model.box.lo;
+    lattice.spacing = float(voxel_size);
+    const Vec3d extent = cast<double>(model.box.extent());
+    for (int a = 0; a < 3; ++a) counts[a] = std::max(2.0, std::ceil(extent[a] / voxel_size - 1e-3) + 1);
+  }
+  check_counts(counts, own);
+  lattice.size = cast<int>(counts);
   return lattice;
 }
 

@@ -52,7 +52,8 @@ class FrameBaker {
   ViewBake view_, mesh_view_;  ///< of voxels, and of surfaces, which hold no harmonics
 };
 
-/// The lattice that voxels are written on: the radiance field's, or one of `voxel_size` over the box.
+/// The lattice that voxels are written on: the radiance field's, or one of `voxel_size` over the box. Throws
+/// Error (Fault::input) naming --voxel-size where the box would hold more voxels than a frame may.
 Lattice export_lattice(const VoxelModel& model, double voxel_size);
 
 }  // namespace splinevox

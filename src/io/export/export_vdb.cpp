@@ -99,14 +99,20 @@ int frames_that_fit(double bytes) {
   return int(std::clamp(room / std::max(bytes, 1.0), 1.0, double(thread_count())));
 }
 
+Manifest with_files(Manifest list, const std::vector<ManifestFile>& more) {
+  list.files.insert(list.files.end(), more.begin(), more.end());
+  return list;
+}
+
 /// What one export is about, and how each of its frames comes about.
 class Sequence {
  public:
-  Sequence(const VoxelModel& model, const std::string& folder, const ExportOptions& options)
+  Sequence(const VoxelModel& model, const std::string& folder, const ExportOptions& options,
+           const Lattice& lattice)
       : options_(options),
         profile_(find_profile(options.profile)),
         folder_(folder),
-        lattice_(export_lattice(model, options.voxel_size)),
+        lattice_(lattice),
         parts_(options.clusters ? std::optional(find_clusters(model, *options.clusters)) : std::nullopt),
         baker_(model, options, parts_ ? &*parts_ : nullptr),
         sh_order_(options.sh ? model.radiance.sh_order : -1),
@@ -122,15 +128,12 @@ class Sequence {
   std::vector<ManifestFile> other_files() const {
     std::vector<ManifestFile> files;
     std::set<int> there;
-    for (const ManifestFile& file : before_) there.insert(frame_of(file));
+    for (const ManifestFile& file : before_.files) there.insert(frame_of(file));
     bool more = false;
     for (int f = options_.first; f <= options_.last; ++f) more |= !there.contains(f);
-    for (const ManifestFile& file : before_) {
-      const int frame = frame_of(file);
-      const bool points = file.name == kPointsFile && !options_.points.any(),
-                 controls = file.name == kControlsName && !options_.controls;
-      const bool other = frame >= 0 ? frame < options_.first || frame > options_.last : points || controls;
-      if (!other || !intact(folder_, file, true)) continue;
+    for (const ManifestFile& file : before_.files) {
+      const bool points = file.name == kPointsFile;
+      if (!is_other(file) || !intact(folder_, file, true)) continue;
       if (points && more && !options_.resume) continue;
       if (points && more)
         fail({.where = (fs::path(folder_) / file.name).string(),
@@ -142,6 +145,14 @@ class Sequence {
     }
     return files;
   }
+  /// What those left as it should be and this one takes over or writes again. Its lists name it until then:
+  /// an export that is stopped would forget it. Not points, which more frames leave behind.
+  std::vector<ManifestFile> files_ahead() const {
+    std::vector<ManifestFile> files;
+    for (const ManifestFile& file : before_.files)
+      if (!is_other(file) && file.name != kPointsFile && intact(folder_, file, true)) files.push_back(file);
+    return files;
+  }
   const FrameBaker& baker() const { return baker_; }
   double frame_bytes() const { return frame_bytes_; }  ///< memory that the last written frame took
 
@@ -151,7 +162,8 @@ class Sequence {
     out.time = options_.time_at(out.frame);
     if (keep(out)) return out;
     std::call_once(changed_, [&] {  // the list of all is no longer true; one of what is there takes its place
-      write_manifest(folder_, {"export", info_, before_}, partial_name(options_.share));
+      write_manifest(folder_, {"export", info_, before_.files}, partial_name(options_.share));
+      remove_as_listed(folder_, before_.replaced);
       remove_quietly(folder_, kManifestName);
     });
     const Clock::time_point start = Clock::now();
@@ -201,6 +213,14 @@ class Sequence {
  private:
   std::string path(const std::string& name) const { return (fs::path(folder_) / name).string(); }
 
+  /// Whether a file of an earlier export is none that this one writes.
+  bool is_other(const ManifestFile& file) const {
+    const int frame = frame_of(file);
+    if (frame >= 0) return frame < options_.first || frame > options_.last;
+    return (file.name == kPointsFile && !options_.points.any()) ||
+           (file.name == kControlsName && !options_.controls);
+  }
+
   /// Of all files that the whole export may write.
   std::vector<std::string> names() const {
     std::vector<std::string> out{sidecar_name(profile_)};
@@ -224,10 +244,10 @@ class Sequence {
       for (const std::string& name :
            {frame_name(out.frame, profile_), mesh_name(out.frame, options_.mesh_kind())}) {
         if (!options_.mesh_per_frame() && name != frame_name(out.frame, profile_)) continue;
-        const auto found = std::find_if(before_.begin(), before_.end(), [&](const ManifestFile& f) {
-          return f.name == prefix + name && intact(folder_, f);
-        });
-        if (found == before_.end()) return false;
+        const auto found = std::find_if(
+            before_.files.begin(), before_.files.end(),
+            [&](const ManifestFile& f) { return f.name == prefix + name && intact(folder_, f); });
+        if (found == before_.files.end()) return false;
         files.push_back(*found);
       }
     out.file = files[0];
@@ -243,7 +263,7 @@ class Sequence {
   FrameBaker baker_;
   int sh_order_;  ///< of the harmonics that frames hold; -1: none
   ExportInfo info_;
-  std::vector<ManifestFile> before_;  ///< what earlier exports of these settings listed
+  EarlierExports before_;
   std::once_flag changed_;
   std::atomic<double> frame_bytes_ = 0;
 };
@@ -274,14 +294,6 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
                         const ExportProgress& progress) {
   validate(options);
   const Lattice lattice = export_lattice(model, options.voxel_size);
-  const double voxels = double(lattice.size.x) * lattice.size.y * lattice.size.z;
-  if (!(voxels <= double(std::int64_t(1) << 33)))
-    fail({.where = "--voxel-size",
-          .what = "is too small for the model's box",
-          .expected = "at most 2^33 voxels in the box",
-          .got = exact_text<double>({voxels}),
-          .hint = "the model's own voxel size is " +
-                  exact_text<float>({model.radiance.raw.topology->lattice.spacing})});
   if (options.controls) check_controls(model);  // before hours of frames
   if (options.sh && model.radiance.sh_order < 0)
     fail({.where = "--sh",
@@ -291,12 +303,13 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
           .hint = "export without --sh"});
   make_export_folder(folder);
 
-  Sequence sequence(model, folder, options);
+  Sequence sequence(model, folder, options, lattice);
   std::vector<int> own;
   for (int i = 0; i < options.count(); ++i)
     if (options.share.holds(i)) own.push_back(i);
   const int total = int(own.size());
   Manifest manifest{"export", sequence.info(), sequence.other_files()};
+  std::vector<ManifestFile> ahead = sequence.files_ahead();
   if (options.mesh_carried() && options.share.whole())
     check_carried_room(options, sequence.baker(), frames_in(manifest).size() + std::size_t(options.count()));
   ExportResult result;
@@ -307,7 +320,9 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     const ExportedFrame& frame = frames[std::size_t(i)];
     manifest.files.push_back(frame.file);
     manifest.files.insert(manifest.files.end(), frame.beside.begin(), frame.beside.end());
-    if (!frame.kept || !options.share.whole()) write_manifest(folder, manifest, partial_name(options.share));
+    std::erase_if(ahead, [&](const ManifestFile& file) { return frame_of(file) == frame.frame; });
+    if (!frame.kept || !options.share.whole())
+      write_manifest(folder, with_files(manifest, ahead), partial_name(options.share));
     result.frames.push_back(frame);
     return !progress || progress(frame, i + 1, total);
   };

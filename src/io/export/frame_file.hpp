@@ -16,4 +16,8 @@ namespace splinevox {
 FileDigest write_frame(const ExportProfile& profile, const std::string& path, VdbFile grids, int sh_order,
                        std::map<std::string, double>& figures);
 
+/// Whether a .vdb names splinevox as its creator, as all that we write do. Only its head is read; what cannot
+/// be read or is no .vdb does not.
+bool made_by_us(const std::string& path);
+
 }  // namespace splinevox

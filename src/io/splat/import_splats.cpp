@@ -160,7 +160,8 @@ ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::str
   Manifest manifest{"export", describe(frames, options, result.voxel_size), {}};
   std::vector<std::string> names{sidecar_name(profile)};
   for (const SplatFrame& f : frames) names.push_back(frame_name(f.frame, profile));
-  claim_export_folder(folder, manifest.info, names, kPartialManifestName, options.afresh);
+  const EarlierExports earlier =
+      claim_export_folder(folder, manifest.info, names, kPartialManifestName, options.afresh);
   const int first = frames.front().frame, last = frames.back().frame;
   for (const SplatFrame& f : frames) {
     const auto start = Clock::now();
@@ -177,6 +178,7 @@ ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::str
     frame.file.name = frame_name(f.frame, profile);
     if (result.frames.empty()) {  // a list of all that was there is no longer true
       write_manifest(folder, manifest, kPartialManifestName);
+      remove_as_listed(folder, earlier.replaced);
       remove_quietly(folder, kManifestName);
     }
     const auto writing = Clock::now();

@@ -320,8 +320,10 @@ def write_cameras(scene, path):
     frames, shown = [], scene.frame_current
     for number in range(scene.frame_start, scene.frame_end + 1):
         scene.frame_set(number)
-        # What the picture shows of a plane before the camera, in its own axes: fit, shift and pixel shape are
-        # in it.
+        if scene.camera.data.type != "PERSP":
+            sys.exit("load_in_blender.py: the camera '%s' is of type %s, and only perspective ones can be "
+                     "written; set its lens to Perspective" % (scene.camera.name, scene.camera.data.type))
+        # What the picture shows of a plane before the camera, in its axes, with fit, shift and pixel shape.
         corners = scene.camera.data.view_frame(scene=scene)
         x, y = [c.x for c in corners], [c.y for c in corners]
         wide, high = max(x) - min(x), max(y) - min(y)
@@ -357,11 +359,9 @@ def show(sequence, args, fresh):
 
 
 def albedo(text):
-    if text == "color":
-        return text
-    if not 0 <= float(text) <= 1:
+    if text != "color" and not 0 <= float(text) <= 1:
         raise argparse.ArgumentTypeError("expected 'color' or a number in [0, 1], got '%s'" % text)
-    return float(text)
+    return text if text == "color" else float(text)
 
 
 def main():
