@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <map>
 #include <memory>
 #include <optional>
+#include <thread>
 
 #include "cli/camera_files.hpp"
 #include "cli/command.hpp"
@@ -14,8 +16,10 @@
 #include "core/own_folder.hpp"
 #include "io/export/export_sidecar.hpp"
 #include "run/film_write.hpp"
+#include "run/folder_lock.hpp"
 #include "run/folder_mark.hpp"
 #include "run/shares.hpp"
+#include "run/signals.hpp"
 #include "run/teller.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
@@ -42,6 +46,7 @@ struct RenderVerb {
 };
 
 constexpr FolderMark kRenderMark{"render.json", "splinevox render"};  ///< in a folder of pictures
+constexpr const char* kWriting = "writing into";  ///< what another process does that has the folder
 
 std::vector<std::string> names_of(const RenderVerb& o, const std::vector<std::string>& layers,
                                   const RenderFrames& frames) {
@@ -58,15 +63,39 @@ std::vector<std::string> names_of(const RenderVerb& o, const std::vector<std::st
 }
 
 /// Makes a folder for pictures ours. One with files of their names that no render wrote is refused.
-void claim_folder(const std::string& folder, const Run& run, const std::vector<std::string>& names) {
+/// @return whether it was ours before
+bool claim_folder(const std::string& folder, const Run& run, const std::vector<std::string>& names) {
   probe_output_folder(folder);
-  if (has_mark(folder, kRenderMark)) return;
+  if (has_mark(folder, kRenderMark)) return true;
   if (const std::string taken = first_taken(names_in_folder(folder), names); !taken.empty())
     fail({folder + "/" + taken, "`render` did not write this file and would replace it",
           "a folder of its own, or that of an earlier render", "",
           "another folder for --out, or remove the file: what older versions rendered has no render.json "
           "beside it"});
   write_mark(folder, kRenderMark, {{"run", run.path}});
+  return false;
+}
+
+/// Removes what renders that were killed left half written, unless another process writes there.
+void remove_drafts(const std::string& folder) {
+  try {
+    const FolderLock alone(folder, kWriting);  // removes those of pictures
+    remove_film_drafts(folder);
+  } catch (const Error&) {
+  }
+}
+
+/// The right to write beside others, since parts of a shot may be rendered at once. Who removes drafts has
+/// the folder alone for a moment.
+FolderLock join_folder(const std::string& folder) {
+  constexpr int kTries = 100;
+  constexpr auto kPause = std::chrono::milliseconds(10);
+  for (int i = 1; i < kTries; ++i) try {
+      return FolderLock(folder, kWriting, false);
+    } catch (const Error&) {
+      std::this_thread::sleep_for(kPause);
+    }
+  return FolderLock(folder, kWriting, false);
 }
 
 /// Where the pictures would be taken from, and no pictures.
@@ -90,6 +119,66 @@ int write_cameras_only(const RenderVerb& o, const Run& run, const RenderFrames& 
   return 0;
 }
 
+/// The pictures of a call: files of their own, or films.
+class Pictures {
+ public:
+  Pictures(const RenderVerb& o, const Run& run, const RenderFrames& frames,
+           const std::vector<std::string>& layers, Device device, const RenderOptions& options)
+      : o_(o),
+        run_(run),
+        frames_(frames),
+        layers_(layers),
+        options_(options),
+        renderer_(make_renderer(run.model, device)),
+        parts_(run.model, layers, device) {}
+
+  /// @param i  of the frames that are shown
+  void add(std::size_t i) {
+    const Shot& shot = frames_.shots[frames_.shown[i]];
+    const int number = frames_.numbers[i];
+    const Rendered r = renderer_.render(shot.camera, shot.time, options_);
+    if (o_.format == "exr")
+      return write_layers(o_.out + "/" + exr_name(number), run_.model, r, parts_, layers_, frames_, i,
+                          o_.frames.fps, options_);
+    for (const std::string& layer : layers_)
+      write(layer, number,
+            layer == "cluster" ? parts_.picture(shot, options_)
+                               : layer_picture(run_.model, r, layer, shot.camera));
+  }
+  /// Films have all their pictures.
+  void finish() {
+    for (auto& [layer, film] : films_) film.finish();
+  }
+
+ private:
+  void write(const std::string& layer, int number, const Image& picture) {
+    if (o_.format == "png") return write_png(o_.out + "/" + picture_name(layer, number), picture);
+    const auto film = films_
+                          .try_emplace(layer, fmt::format("{}/{}.mp4", o_.out, layer), picture.width,
+                                       picture.height, o_.frames.fps)
+                          .first;
+    film->second.add(picture);
+  }
+
+  const RenderVerb& o_;
+  const Run& run_;
+  const RenderFrames& frames_;
+  const std::vector<std::string>& layers_;
+  RenderOptions options_;
+  Renderer renderer_;
+  PartPictures parts_;
+  std::map<std::string, Film> films_;
+};
+
+/// Pictures that are there are whole; a film has all of its own or is none. @return the exit code
+int tell_interrupted(const RenderVerb& o, const Teller& teller, std::int64_t done) {
+  const bool film = o.format == "mp4";
+  teller.interrupted(fmt::format("interrupted after {} pictures{}; the same command begins anew", done,
+                                 film ? ", too few for the film" : ""),
+                     {{"pictures", film ? 0 : done}});
+  return kInterrupted;
+}
+
 int render(const RenderVerb& o) {
   const Device device = choose_device(o.device);
   static const std::vector<std::string> formats = {"png", "exr", "mp4", "cameras"};
@@ -106,38 +195,21 @@ int render(const RenderVerb& o) {
   Teller teller(choose_talk(o.talk.quiet, o.talk.json));
   const RenderFrames frames =
       plan_frames(run, o.cameras, o.frames, [&](const std::string& line) { teller.note(line); });
-  claim_folder(o.out, run, names_of(o, layers, frames));
+  catch_stop_signals();
+  if (claim_folder(o.out, run, names_of(o, layers, frames)) && share.whole()) remove_drafts(o.out);
+  const FolderLock lock = join_folder(o.out);
   if (o.format == "cameras") return write_cameras_only(o, run, frames, teller);
-  Renderer renderer = make_renderer(run.model, device);
-  PartPictures parts(run.model, layers, device);
-  std::map<std::string, Film> films;
+  Pictures pictures(o, run, frames, layers, device, options);
   const std::int64_t own = (std::int64_t(frames.shown.size()) + share.count - 1 - share.index) / share.count;
   std::int64_t done = 0;
-  for (std::size_t i = std::size_t(share.index); i < frames.shown.size(); i += std::size_t(share.count)) {
-    const Shot& shot = frames.shots[frames.shown[i]];
-    const int number = frames.numbers[i];
-    Rendered r = renderer.render(shot.camera, shot.time, options);
-    if (o.format == "exr")
-      write_layers(o.out + "/" + exr_name(number), run.model, r, parts, layers, frames, i, o.frames.fps,
-                   options);
-    for (const std::string& layer : layers) {
-      if (o.format == "exr") continue;
-      const Image picture =
-          layer == "cluster" ? parts.picture(shot, options) : layer_picture(run.model, r, layer, shot.camera);
-      if (o.format == "png") {
-        write_png(o.out + "/" + picture_name(layer, number), picture);
-        continue;
-      }
-      const auto film = films
-                            .try_emplace(layer, fmt::format("{}/{}.mp4", o.out, layer), picture.width,
-                                         picture.height, o.frames.fps)
-                            .first;
-      film->second.add(picture);
-    }
+  for (std::size_t i = std::size_t(share.index); i < frames.shown.size() && !stop_asked();
+       i += std::size_t(share.count)) {
+    pictures.add(i);
     ++done;
     if (share.index == 0 || o.talk.json) teller.progress(done, own);
   }
-  for (auto& [layer, film] : films) film.finish();
+  if (done < own) return tell_interrupted(o, teller, done);
+  pictures.finish();
   const Camera& camera = frames.shots[0].camera;
   teller.result({{"out", o.out},
                  {"pictures", done},

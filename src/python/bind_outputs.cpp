@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <filesystem>
+#include <atomic>
+#include <chrono>
+#include <exception>
+#include <future>
 
 #include "data/pictures/exr.hpp"
 #include "python/convert.hpp"
@@ -32,11 +35,35 @@ py::dict frame_of(const ExportedFrame& f) {
   return out;
 }
 
-/// Calls back with a frame; false ends the export. Hears Ctrl-C.
-bool heard(const py::object& callback, const ExportedFrame& frame) {
+/// Calls back with a frame; false ends the export.
+bool call_back(const py::object& callback, const ExportedFrame& frame) {
+  if (callback.is_none()) return true;
   const py::gil_scoped_acquire lock;
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-  return callback.is_none() || !callback(frame_of(frame)).is(py::bool_(false));
+  return !callback(frame_of(frame)).is(py::bool_(false));
+}
+
+/// Runs work(stopped) without the interpreter's lock on a thread of its own, while the caller's listens:
+/// Python tells its main thread alone of Ctrl-C, and frames are finished on any. Work ends early once
+/// `stopped` is set, and then what Python made of the signal is thrown.
+void listening(const std::function<void(const std::atomic<bool>& stopped)>& work) {
+  constexpr auto kEvery = std::chrono::milliseconds(20);
+  const py::gil_scoped_release release;
+  std::atomic<bool> stopped = false;
+  std::exception_ptr heard;
+  std::future<void> worked = std::async(std::launch::async, [&] {
+    run::with_threads(get_threads(), [&] {
+      work(stopped);
+      return 0;
+    });
+  });
+  while (worked.wait_for(kEvery) != std::future_status::ready) {
+    const py::gil_scoped_acquire lock;
+    if (heard || PyErr_CheckSignals() == 0) continue;
+    heard = std::make_exception_ptr(py::error_already_set());
+    stopped = true;
+  }
+  if (heard) std::rethrow_exception(heard);
+  worked.get();
 }
 
 py::list export_frames(const py::object& source, const std::string& folder, const std::string& profile,
@@ -75,13 +102,14 @@ py::list export_frames(const py::object& source, const std::string& folder, cons
   const ModelPtr model =
       of_run ? ModelPtr(source.cast<RunPtr>(), &source.cast<RunPtr>()->model) : source.cast<ModelPtr>();
   ExportResult result;
-  released([&] {
+  listening([&](const std::atomic<bool>& stopped) {
     validate(o);
     run::refuse_run_folder(folder, "an export");
     run::probe_output_folder(folder);
     const run::FolderLock lock(folder, "exporting into");
-    result = export_vdb(*model, folder, o,
-                        [&](const ExportedFrame& frame, int, int) { return heard(callback, frame); });
+    result = export_vdb(*model, folder, o, [&](const ExportedFrame& frame, int, int) {
+      return call_back(callback, frame) && !stopped;
+    });
   });
   py::list out;
   for (const ExportedFrame& frame : result.frames) out.append(frame_of(frame));
@@ -160,8 +188,8 @@ void bind_outputs(py::module_& m) {
         "Writes an animated VDB sequence as `splinevox export` does, of a Run or a Model; the options are "
         "its. frames: first and last. points: how many, or [n, 3] of the first frame. clusters: 2 to 16 "
         "parts, 0 = as many as there are. Returns a dict for "
-        "each frame, with its files; callback gets each, too, and ends the export if it returns False: the "
-        "same call goes on from there.",
+        "each frame, with its files; callback gets each, too, and ends the export if it returns False, as "
+        "Ctrl-C does: the same call goes on from there.",
         py::arg("source"), py::arg("folder"), py::arg("profile") = usual.profile,
         py::arg("frames") = std::pair(usual.first, usual.last), py::arg("fps") = usual.fps,
         py::arg("seconds") = usual.seconds, py::arg("at") = py::none(),

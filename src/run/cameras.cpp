@@ -156,7 +156,7 @@ std::vector<Shot> suitable(const Run& run, const CameraRequest& request, int tim
 std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
   const std::vector<std::string> parts = split_list(request.camera, ':');
   const std::string split = parts.size() > 1 ? parts[1] : "test";
-  const Dataset data = open_split(run, request.data, split);
+  const Dataset data = open_split(run, request.data, split, {}, Pixels::left_out);
   std::vector<Shot> shots;
   for (const Frame& f : data.find(split)->frames) shots.push_back({f.camera, std::clamp(f.time, 0.0, 1.0)});
   if (parts.size() < 3) return shots;

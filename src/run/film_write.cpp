@@ -51,6 +51,16 @@ bool is_complete(int file) {
   return index && pictures;
 }
 
+/// As draft_name makes it of a film: ".rgb.mp4.0123456789abcdef.tmp".
+bool is_film_draft(std::string_view name) {
+  constexpr std::string_view kFilm = ".mp4.", kDraft = ".tmp", kHex = "0123456789abcdef";
+  constexpr std::size_t kDigits = 16, kEnd = kFilm.size() + kDigits + kDraft.size();
+  if (name.size() < kEnd + 2 || name.front() != '.') return false;
+  const std::string_view end = name.substr(name.size() - kEnd);
+  return end.starts_with(kFilm) && end.ends_with(kDraft) &&
+         end.substr(kFilm.size(), kDigits).find_first_not_of(kHex) == end.npos;
+}
+
 }  // namespace
 
 Film::Film(const std::string& path, int width, int height, double fps)
@@ -105,7 +115,7 @@ Film::Film(const std::string& path, int width, int height, double fps)
                                           "-f",
                                           "mp4",
                                           "file:" + draft_};
-  process_ = spawn({.program = words.front(), .words = words, .input = ends[0]});
+  process_ = spawn({.program = words.front(), .words = words, .input = ends[0], .own_group = true});
   const int error = errno;
   ::close(ends[0]);
   pipe_ = ends[1];
@@ -182,6 +192,16 @@ void Film::check_draft() const {
     broken(e.problem.what);
   }
   if (found != frames_) broken(fmt::format("{}", found));
+}
+
+void remove_film_drafts(const std::string& folder) {
+  std::error_code ignored;
+  for (const std::string& name : names_in_folder(folder)) {
+    const std::filesystem::path path = std::filesystem::path(folder) / name;
+    if (is_film_draft(name) &&
+        std::filesystem::is_regular_file(std::filesystem::symlink_status(path, ignored)))
+      std::filesystem::remove(path, ignored);
+  }
 }
 
 }  // namespace splinevox::run

@@ -10,7 +10,8 @@
 
 namespace splinevox::run {
 
-/// An mp4 file written by the system's ffmpeg through a pipe.
+/// An mp4 file written by the system's ffmpeg through a pipe. Ctrl-C in the terminal is for this process
+/// alone to hear.
 class Film {
  public:
   /// Throws Error (input) if there is no ffmpeg.
@@ -32,5 +33,8 @@ class Film {
   int pipe_ = -1, width_ = 0, height_ = 0;
   std::size_t frames_ = 0;  ///< that were added
 };
+
+/// Removes drafts of films from a folder. @pre no other process writes films into it
+void remove_film_drafts(const std::string& folder);
 
 }  // namespace splinevox::run

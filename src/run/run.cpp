@@ -68,9 +68,10 @@ const std::string& folder_of(const Run& run, const std::string& dataset) {
 }  // namespace
 
 Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
-                   const PictureRoom& room) {
+                   const PictureRoom& room, Pixels pixels) {
   LoadOptions load = options_of(run, room);
   load.splits = {split};
+  load.pixels = pixels == Pixels::read;
   Dataset data = load_dataset(folder_of(run, dataset), load);
   if (split != "train") check_held_out(run.path, load, data);
   return data;

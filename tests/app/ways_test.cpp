@@ -8,6 +8,7 @@
 #include "math/rotation.hpp"
 #include "run/camera_ways.hpp"
 #include "run/training_cameras.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "view/taken_from.hpp"
 
@@ -222,7 +223,8 @@ TEST_SUITE("app/ways") {
         program({"synth", "ball", "--out", path("scene"), "--size", "24", "--frames", "16", "--orbit", "0.2"})
             .code == 0);
     REQUIRE(program({"train", path("scene"), "--out", path("run"), "--preset", "draft", "--max-steps", "20",
-                     "--quiet", "--set", "grid.radiance=16,24,32", "--set", "sampling.rays=256"})
+                     "--quiet", "--set", "grid.radiance=16,24,32", "--set", "grid.motion=4,8", "--set",
+                     "grid.motion_start=0,0.2", "--set", "sampling.rays=256"})
                 .code == 0);
     const auto render = [&](const std::vector<std::string>& more) {
       std::vector<std::string> words{"render", path("run"), "--out", path("pictures")};
@@ -251,5 +253,25 @@ TEST_SUITE("app/ways") {
     CHECK(contains(e.out, "--camera orbit, for want of the training cameras"));
     CHECK(render({"--camera", "spiral"}).code == 2);
     CHECK(contains(render({"--data", path("moved"), "--times", "0.5"}).out, "--camera stabilised"));
+  }
+
+  TEST_CASE("cameras of a data set need its pictures' headers alone: one is damaged behind that") {
+    const SmallRun small;
+    const std::string picture = small.data + "/train/r_1.png";
+    std::string bytes = slurp(picture);
+    bytes[bytes.size() / 2] ^= 1;
+    write_text(picture, bytes);
+    CHECK(program({"eval", small.run, "--split", "train"}).code == 2);
+    const Ended e = program({"render", small.run, "--out", small.path("cameras"), "--format", "cameras",
+                             "--camera", "dataset:train"});
+    CAPTURE(e.err);
+    CHECK(e.code == 0);
+    CHECK(contains(e.out, "6 cameras"));
+    const Run opened = open_run(small.run);
+    CHECK(plan_shots(opened, {"dataset:train:1", "", ""}).size() == 1);
+    CHECK_THROWS_AS(open_split(opened, "", "train"), Error);
+    const Dataset data = open_split(opened, "", "train", {}, Pixels::left_out);
+    CHECK(data.find("train")->frames.size() == 6);
+    CHECK(data.find("train")->frames[1].image.pixels() == 0);
   }
 }

@@ -97,7 +97,7 @@ TEST_SUITE("cli/json") {
                "datasets = [\"" + scene +
                    "\"]\npresets = [\"draft\"]\nseeds = [1]\ntrain = [\"--max-steps\", \"4\", "
                    "\"--effects\", \"all\", \"--set\", \"sampling.rays=128\", \"--set\", "
-                   "\"grid.radiance=8,12,16\"]\n");
+                   "\"grid.radiance=8,12,16\", \"--set\", \"motion.points=4\"]\n");
     const std::vector<Json> swept = events({"sweep", path("sweep.toml"), "--out", path("sweep")});
     REQUIRE(first(swept, "task"));
     CHECK(first(swept, "task")->at("ended") == 1);

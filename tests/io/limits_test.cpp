@@ -8,6 +8,7 @@
 #include "field/columns.hpp"
 #include "io/scratch.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/io/inspect.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/train/config_keys.hpp"
 #include "train/config/config_value.hpp"
@@ -37,8 +38,33 @@ VoxelModel model_of(const Config& c) {
   motion.displaces = c.motion.enabled;
   motion.rigidity = c.motion.enabled && c.motion.rigidity;
   motion.light = c.motion.light;
-  if (motion.displaces || motion.light) motion.levels = {channels(c.grid.motion.back(), motion.width())};
+  motion.presence = c.motion.presence && c.motion.first_point == FirstPoint::free;
+  if (motion.displaces || motion.light || motion.presence)
+    motion.levels = {channels(c.grid.motion.back(), motion.width())};
+  if (!c.run.surroundings) return m;
+  constexpr int kWidth = radiance_width(-1);  // density and colour
+  const std::vector<float> empty(std::size_t(kWidth), 0.25f);
+  const Lattice around = outer_lattice(c.grid.surroundings.back());
+  m.surroundings.box = m.box;
+  m.surroundings.raw = make_channels(make_topology(around, {{0, 0, 0}}), kWidth, empty.data());
   return m;
+}
+
+/// The largest number that a key may have.
+int most_of(const std::string& key) {
+  Config c;
+  double most = 0;
+  visit_config(c, [&](const char* name, const auto&, const char*, double, double hi) {
+    if (key == name) most = hi;
+  });
+  return int(most);
+}
+
+/// Voxels of a grid on a cube that is full.
+double full(const Lattice& lattice) {
+  double voxels = kBrickRows;
+  for (int a = 0; a < 3; ++a) voxels *= (lattice.size[a] + kBrick - 1) / kBrick;
+  return voxels;
 }
 
 bool is_valid(const Config& c) {
@@ -58,6 +84,8 @@ bool check_round_trip(const Config& c, const Scratch& scratch) {
   const VoxelModel back = load_model(scratch.path("model.vdb"));
   CHECK(back.motion.points == (model.motion.levels.empty() ? back.motion.points : model.motion.points));
   CHECK(back.motion.levels.size() == model.motion.levels.size());
+  CHECK(back.motion.presence == model.motion.presence);
+  CHECK(back.surroundings.any() == model.surroundings.any());
   CHECK(back.radiance.raw.topology->lattice == model.radiance.raw.topology->lattice);
   return true;
 }
@@ -95,7 +123,9 @@ TEST_SUITE("io/limits") {
     CHECK(tried > 150);
   }
 
-  TEST_CASE("control points of every basis, with and without motion, light and rigidity, up to the most") {
+  TEST_CASE(
+      "control points of every basis, with and without motion, light, rigidity and presence, up to the "
+      "most") {
     const Scratch scratch;
     int good = 0, refused = 0;
     for (const Choice<BasisKind>& basis : choices<BasisKind>())
@@ -104,6 +134,7 @@ TEST_SUITE("io/limits") {
           for (const bool moves : {false, true}) {
             if (!light && !moves) continue;
             Config c = preset("fast");
+            c.motion.presence = points % 2 == 1;
             c.radiance.sh_order = 3;
             c.motion.halve_start.clear();
             c.motion.elevate_points.clear();
@@ -128,6 +159,22 @@ TEST_SUITE("io/limits") {
     c.motion.halve_start = {0.3f, 0.6f};
     CHECK_THROWS_WITH_AS(validate(c), doctest::Contains("'motion.points' leads to more grids"), Error);
     CHECK_THROWS_AS(save_model(scratch.path("model.vdb"), model_of(c)), Error);
+  }
+
+  TEST_CASE("full lattices of the most cells and the most grids are written and read: no training is lost") {
+    const Box box{{-1, -1, -1}, {1, 1, 1}};
+    RadianceField radiance;
+    radiance.sh_order = most_of("radiance.sh_order");
+    const std::size_t finest = radiance_columns(radiance).size();
+    const double voxels =
+        double(finest) * full(make_lattice(box, most_of("grid.radiance"))) +
+        double(kMostGrids - finest) * full(make_lattice(box, most_of("grid.motion"))) +
+        double(VdbLimits().max_grids - kMostGrids) * full(outer_lattice(most_of("grid.surroundings")));
+    CHECK(voxels > 5e10);
+    CHECK(voxels <= double(VdbLimits().max_voxels));
+    // Vectors that do not become smaller, with two masks and the lengths of a block for each leaf.
+    const double leaf = kBrickRows * 3.0 * sizeof(float) + 256;
+    CHECK(double(VdbLimits().max_voxels) / kBrickRows * leaf <= double(VdbLimits().max_bytes));
   }
 
   TEST_CASE("a model with values that are not finite is not saved, and the old file stays") {

@@ -228,6 +228,28 @@ TEST_SUITE("io/vdb_file") {
     CHECK(refused_vdb(path, limits).find("too many active voxels") != std::string::npos);
   }
 
+  TEST_CASE("what readers would refuse for its voxels is not written, and the old file stays") {
+    const Scratch scratch;
+    const std::string path = scratch.path("a.vdb");
+    VdbLimits limits;
+    limits.max_voxels = 6 * 512;  // two grids of three leaves
+    write_vdb(path, noisy_file(12), limits);
+    CHECK(read_vdb(path, limits).grids.size() == 2);
+    const std::string good = slurp(path);
+    --limits.max_voxels;
+    CHECK(refused_vdb(path, limits).find("too many active voxels") != std::string::npos);
+    try {
+      write_vdb(path, noisy_file(13), limits);
+      FAIL("it was written");
+    } catch (const Error& e) {
+      CHECK(e.fault == Fault::output);
+      CHECK(std::string(e.what()).find("more voxels than can be read back") != std::string::npos);
+      CHECK(std::string(e.what()).find("grid.radiance") != std::string::npos);
+    }
+    CHECK(slurp(path) == good);
+    CHECK(scratch.count() == 1);
+  }
+
   TEST_CASE("a disk that fills up at any byte is noticed, and the old file stays") {
     const Scratch scratch;
     const std::string path = scratch.path("a.vdb");

@@ -189,6 +189,42 @@ TEST_SUITE("io/vdb_hostile") {
     CHECK(back.grids[1].values == std::vector<float>(4096 * 512, 1.0f));
   }
 
+  TEST_CASE("grids that share a tree are counted as what they become: each has voxels of its own") {
+    const Scratch scratch;
+    const std::string path = scratch.path("a.vdb");
+    openvdb::initialize();
+    auto density = openvdb::FloatGrid::create(0.5f);
+    density->setName("density");
+    for (int i = 0; i < 20; ++i) density->tree().setValue(openvdb::Coord(8 * i, 0, 0), float(i));
+    openvdb::GridCPtrVec grids{density};
+    for (const char* name : {"heat", "smoke"}) {
+      const openvdb::FloatGrid::Ptr shares = density->copy();
+      shares->setName(name);
+      grids.push_back(shares);
+    }
+    spit(path, written(grids));
+    VdbLimits limits;
+    limits.max_voxels = 3 * 20 * 512;
+    const VdbFile back = read_vdb(path, limits);
+    REQUIRE(back.grids.size() == 3);
+    for (const VdbGrid& grid : back.grids) CHECK(grid.values == back.grids[0].values);
+    --limits.max_voxels;
+    CHECK_THROWS_WITH_AS(read_vdb(path, limits), doctest::Contains("too many active voxels"), Error);
+  }
+
+  TEST_CASE("a file that is longer than the memory is not begun") {
+    const Scratch scratch;
+    const std::string path = scratch.path("a.vdb");
+    const std::uintmax_t bytes = VdbLimits().max_bytes;
+    if (const double room = free_memory(); room == 0 || room > double(bytes)) {
+      MESSAGE("skipped: it is not known how much memory there is, or there is a terabyte");
+      return;
+    }
+    spit(path, made(scratch, calm_file()));
+    std::filesystem::resize_file(path, bytes);  // a hole: no disk is used
+    CHECK(verdict(path, Fault::memory).find("not enough memory to read it") != std::string::npos);
+  }
+
   TEST_CASE("files of other programs are read as before: other types, compressions, transforms") {
     const Scratch scratch;
     const std::string path = scratch.path("a.vdb");

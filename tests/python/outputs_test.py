@@ -4,6 +4,9 @@ import copy
 import json
 import pathlib
 import pickle
+import signal
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -39,6 +42,30 @@ def test_an_export_that_is_stopped_goes_on(model, tmp_path):
     assert [f["kept"] for f in again].count(True) == len(first) and (tmp_path / "manifest.json").exists()
     with pytest.raises(sv.InputError, match="profile"):
         sv.export(model, str(tmp_path / "other"), profile="maya")
+
+
+def test_control_c_ends_an_export_which_goes_on(model, tmp_path):
+    told = []
+
+    def interrupt(frame):
+        told.append((frame["frame"], threading.current_thread() is threading.main_thread()))
+        signal.raise_signal(signal.SIGINT)
+        time.sleep(1)  # the main thread hears it meanwhile, and nothing more is begun
+
+    with pytest.raises(KeyboardInterrupt):
+        sv.export(model, str(tmp_path), frames=(1, 6), callback=interrupt)
+    assert told == [(1, False)] and not (tmp_path / "manifest.json").exists()
+    frames = sv.export(model, str(tmp_path), frames=(1, 6))
+    assert [f["kept"] for f in frames] == [True] + 5 * [False]
+
+
+def test_an_exception_in_the_callback_of_an_export_comes_out(model, tmp_path):
+    def wrong(frame):
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        sv.export(model, str(tmp_path), frames=(1, 4), callback=wrong)
+    assert len(sv.export(model, str(tmp_path), frames=(1, 4))) == 4
 
 
 def test_an_edit_is_the_same_file(run, tmp_path):

@@ -11,7 +11,7 @@
 
 namespace splinevox {
 
-/// Grids that a file of ours may have, and readers take: one for each column of a model.
+/// Grids that the fields of a model may have in its file: one for each column.
 inline constexpr int kMostGrids = 256;
 
 /// sigma = scale * softplus(raw + shift), in 1 / scene unit; see math/activation.hpp.

@@ -11,13 +11,14 @@
 
 namespace splinevox {
 
-/// Bounds that are checked before anything is parsed or allocated.
+/// Bounds that are checked before anything is parsed or allocated, and by writers, since what is finished
+/// must not be lost: no configuration leads beyond them. What memory has no room for is refused besides.
 struct VdbLimits {
-  std::uint64_t max_bytes = std::uint64_t(8) << 30;  ///< size of the file
-  int max_grids = kMostGrids;
-  std::uint32_t max_text = 1u << 24;  ///< bytes of one metadata entry or name
+  std::uint64_t max_bytes = std::uint64_t(1) << 40;  ///< size of the file
+  int max_grids = kMostGrids + 2;                    ///< those of a model's fields, and of its surroundings
+  std::uint32_t max_text = 1u << 24;                 ///< bytes of one metadata entry or name
   /// Voxels of all grids together: in leaves of 512, and those that active tiles stand for.
-  std::uint64_t max_voxels = std::uint64_t(1) << 30;
+  std::uint64_t max_voxels = std::uint64_t(1) << 36;
   std::uint64_t max_tile_voxels = std::uint64_t(1) << 24;  ///< of them, in tiles
 };
 

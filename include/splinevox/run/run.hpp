@@ -59,12 +59,18 @@ struct PictureRoom {
   std::string cache;   ///< folder; empty: LoadOptions::cache
 };
 
+/// Whether the pictures of a split are decoded.
+enum class Pixels {
+  read,
+  left_out  ///< only the headers are read: for who wants cameras and times alone
+};
+
 /// The run's own pictures of one split, or those of `dataset` if not empty, with the run's downscale, time
 /// map and rules. Masks that are not used otherwise are Frame::inside. Throws Error (input); also if pictures
 /// of another split than train were trained on, as where the data set has changed since. Where its own lists
 /// have a picture for both there is a note.
 Dataset open_split(const Run& run, const std::string& dataset, const std::string& split,
-                   const PictureRoom& room = {});
+                   const PictureRoom& room = {}, Pixels pixels = Pixels::read);
 
 /// The run's own training pictures, or those of `dataset` if not empty, if they are of one moving camera
 /// (train/effects/film.hpp); none if they are not, or if the data set has none. Only then are pixels read.

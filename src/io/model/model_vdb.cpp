@@ -147,10 +147,10 @@ namespace {
 
 /// What readers refuse is not written.
 void check_writable(const std::string& path, const VdbFile& file) {
-  if (file.grids.size() > std::size_t(kMostGrids))
+  if (const int most = VdbLimits().max_grids; file.grids.size() > std::size_t(most))
     fail_output({.where = path,
                  .what = "a model file cannot hold so many grids",
-                 .expected = "at most " + std::to_string(kMostGrids),
+                 .expected = "at most " + std::to_string(most),
                  .got = std::to_string(file.grids.size()),
                  .hint = "fewer control points"});
   for (const VdbGrid& grid : file.grids) {

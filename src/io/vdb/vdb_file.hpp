@@ -56,7 +56,9 @@ struct VdbFile {
 ///
 /// OpenVDB serialises into memory here and write_file puts the bytes on disk, because
 /// openvdb::io::File::write returns without error on a full disk.
-FileDigest write_vdb(const std::string& path, VdbFile file);
+///
+/// Throws Error (Fault::output) also for more voxels than readers take: what they refuse is not written.
+FileDigest write_vdb(const std::string& path, VdbFile file, const VdbLimits& limits = {});
 
 /// Reads the float and Vec3s grids of a .vdb. Whatever is truncated, damaged or foreign gives Error
 /// (Fault::input) naming the file: the seal, if there is one, is checked before parsing; sizes are bounded by

@@ -3,6 +3,7 @@
 #include <openvdb/openvdb.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -101,12 +102,25 @@ Parsed parse_payload(std::string_view payload) {
                        "machine"});
 }
 
-/// To open a pipe may take for ever, and to read a device as well.
+std::string megabytes(std::uint64_t bytes) { return "about " + std::to_string((bytes >> 20) + 1) + " MiB"; }
+
+/// To open a pipe may take for ever, and to read a device as well. A file is read as a whole.
 void check_file(const std::string& path) {
-  std::error_code ignored;
-  const std::filesystem::file_status status = std::filesystem::status(path, ignored);
+  std::error_code unknown;
+  const std::filesystem::file_status status = std::filesystem::status(path, unknown);
   if (std::filesystem::exists(status) && std::filesystem::is_other(status))
     fail({.where = path, .what = "is no file", .expected = "a regular file", .got = "a pipe or a device"});
+  const std::uintmax_t bytes = std::filesystem::file_size(path, unknown);
+  if (const double room = free_memory(); !unknown && room > 0 && double(bytes) > room)
+    fail_no_memory(path, megabytes(bytes));
+}
+
+/// The child is not trusted: it may send as many voxels as were counted. Where a grid could not be looked at
+/// its own are not among them.
+VdbLimits sent_at_most(const VdbCost& cost, VdbLimits limits) {
+  constexpr std::uint64_t kUncounted = std::uint64_t(1) << 30;
+  limits.max_voxels = std::min(limits.max_voxels, cost.voxels + (cost.known ? 0 : kUncounted));
+  return limits;
 }
 
 struct Opened {
@@ -126,7 +140,8 @@ Opened parse(const std::string& path, const VdbLimits& limits,
   const std::string bytes = read_file(path, limits.max_bytes, Named::by_user);
   const VdbScan scan = scan_vdb(path, bytes, limits);
   const VdbCost& cost = scan.cost;
-  const std::string need = "about " + std::to_string((2 * cost.bytes >> 20) + 1) + " MiB";
+  const std::string need = megabytes(2 * cost.bytes);
+  const VdbLimits sent = sent_at_most(cost, limits);
   if (const double room = free_memory(); room > 0 && 2 * double(cost.bytes) > room)
     fail_no_memory(path, need);
   ChildReport report;
@@ -138,7 +153,7 @@ Opened parse(const std::string& path, const VdbLimits& limits,
           alone.execute([&] { send(*new Parsed(parse_payload(scan.payload)), sink); });  // freed by its end
         },
         [&](const Source& source) {
-          vdb_pack::Reader reader(source, limits);
+          vdb_pack::Reader reader(source, sent);
           take(reader);
         },
         {unsigned(20 + bytes.size() / 10'000'000),

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/vdb/vdb_scan.hpp"
 
+#include <map>
+#include <vector>
+
 #include "core/hash.hpp"
 #include "io/vdb/vdb_cursor.hpp"
 #include "splinevox/core/error.hpp"
@@ -12,15 +15,35 @@ constexpr std::string_view kSealMagic = "SPVXSEAL";
 constexpr std::int64_t kVdbMagic = 0x56444220;
 constexpr std::uint32_t kOldestVersion = 222, kNewestVersion = 224;  // the layouts that this scan knows
 
+/// A grid without a tree of its own: it has that of another. Names are as the file has them.
+struct Instance {
+  std::string_view name, of;
+};
+
+/// Trees by the names of their grids: voxels, and bytes in memory.
+using Trees = std::map<std::string_view, VdbCost>;
+
+/// A grid that shares a tree is handed over as one of its own, so a few bytes stand for all its voxels.
+void add_instances(const Cursor& cursor, const std::vector<Instance>& instances, Trees& trees,
+                   VdbCost& cost) {
+  for (const Instance& instance : instances) {
+    const VdbCost shared = trees[instance.of];
+    add_cost(cursor, cost, shared.voxels, shared.bytes);
+    add_cost(cursor, trees[instance.name], shared.voxels, shared.bytes);
+  }
+}
+
 void scan_grids(Cursor& cursor, std::uint64_t size, bool offsets, VdbCost& cost) {
+  Trees trees;
+  std::vector<Instance> instances;
   const auto grids = cursor.take<std::int32_t>("the number of grids");
   const int most = cursor.limits().max_grids;
   if (grids < 0 || grids > most)
     cursor.bad("the number of grids is out of range", "0 to " + std::to_string(most), std::to_string(grids));
   for (int g = 0; g < grids; ++g) {
-    cursor.text("a grid's name");
-    const std::string_view type = cursor.text("a grid's type");
-    const bool instance = !cursor.text("a grid's instance parent").empty();
+    const std::string_view name = cursor.text("a grid's name"), type = cursor.text("a grid's type"),
+                           parent = cursor.text("a grid's instance parent");
+    const VdbCost before = cost;
     const auto start = cursor.take<std::int64_t>("a grid's offset");
     cursor.skip(8, "a grid's offset");
     const auto end = cursor.take<std::int64_t>("a grid's offset");
@@ -28,14 +51,17 @@ void scan_grids(Cursor& cursor, std::uint64_t size, bool offsets, VdbCost& cost)
       cursor.bad("a grid's offsets are out of order",
                  "begin " + std::to_string(cursor.at()) + ", end within " + std::to_string(size),
                  std::to_string(start) + " and " + std::to_string(end));
-    if (!walk_grid(cursor, type, !instance, cost)) {
+    if (!walk_grid(cursor, type, parent.empty(), cost)) {
       cost.known = false;
       if (!offsets) return;  // where the next one begins is known only to who can parse this one
       cursor.move_to(std::uint64_t(end));
     }
     if (offsets && cursor.at() != std::uint64_t(end))
       cursor.bad("a grid does not end where the file says", std::to_string(end), std::to_string(cursor.at()));
+    add_cost(cursor, trees[name], cost.voxels - before.voxels, cost.bytes - before.bytes);
+    if (!parent.empty()) instances.push_back({name, parent});
   }
+  add_instances(cursor, instances, trees, cost);
   if (cursor.at() != size)
     cursor.bad("there are bytes after the last grid", "a file of " + std::to_string(cursor.at()) + " bytes",
                std::to_string(size));

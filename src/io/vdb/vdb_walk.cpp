@@ -118,17 +118,7 @@ class TreeWalk {
   }
 
  private:
-  void add(std::uint64_t voxels, std::uint64_t bytes) {
-    cost_.voxels += voxels;
-    cost_.bytes += bytes;
-    const VdbLimits& limits = in_.limits();
-    if (cost_.voxels > limits.max_voxels)
-      in_.bad("there are too many active voxels in the file's grids together",
-              "at most " + std::to_string(limits.max_voxels), "more");
-    if (cost_.tile_voxels > limits.max_tile_voxels)
-      in_.bad("there are too many active voxels in tiles, in the file's grids together",
-              "at most " + std::to_string(limits.max_tile_voxels), std::to_string(cost_.tile_voxels));
-  }
+  void add(std::uint64_t voxels, std::uint64_t bytes) { add_cost(in_, cost_, voxels, bytes); }
   void add_tiles(std::uint64_t count, std::uint64_t voxels) {
     cost_.tile_voxels += count * voxels;
     add(count * voxels, count * voxels * (bytes_ + 1));
@@ -235,6 +225,18 @@ void check_leaf_table(const Cursor& cursor, std::string_view value) {
 }
 
 }  // namespace
+
+void add_cost(const Cursor& cursor, VdbCost& cost, std::uint64_t voxels, std::uint64_t bytes) {
+  cost.voxels += voxels;
+  cost.bytes += bytes;
+  const VdbLimits& limits = cursor.limits();
+  if (cost.voxels > limits.max_voxels)
+    cursor.bad("there are too many active voxels in the file's grids together",
+               "at most " + std::to_string(limits.max_voxels), "more");
+  if (cost.tile_voxels > limits.max_tile_voxels)
+    cursor.bad("there are too many active voxels in tiles, in the file's grids together",
+               "at most " + std::to_string(limits.max_tile_voxels), std::to_string(cost.tile_voxels));
+}
 
 bool walk_metadata(Cursor& cursor) {
   int halves = -1;

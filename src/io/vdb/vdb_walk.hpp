@@ -16,6 +16,9 @@ struct VdbCost {
   bool known = true;              ///< false: some grid's layout is not known here, and was not looked at
 };
 
+/// Adds voxels in leaves or tiles and what they take. Throws as soon as all of them pass the cursor's limits.
+void add_cost(const Cursor& cursor, VdbCost& cost, std::uint64_t voxels, std::uint64_t bytes);
+
 /// Goes over one grid from its compression flags to its last voxel without allocating what it says: every
 /// mask, length, count and compressed block against the file and against what OpenVDB will make of it. Adds
 /// to `cost` and throws as soon as that passes the limits.

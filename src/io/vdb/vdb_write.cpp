@@ -81,6 +81,19 @@ std::string uuid_text(std::uint64_t a, std::uint64_t b) {
          digits.substr(16, 4) + "-" + digits.substr(20);
 }
 
+/// What readers refuse is not written. Their limit on bytes is above what so many voxels can take.
+void check_voxels(const std::string& path, const VdbFile& file, const VdbLimits& limits) {
+  std::uint64_t voxels = 0;
+  for (const VdbGrid& grid : file.grids) voxels += std::uint64_t(kBrickRows) * grid.leaves.size();
+  if (voxels <= limits.max_voxels) return;
+  fail_output({.where = path,
+               .what = "is not written: it would have more voxels than can be read back",
+               .expected = "at most " + std::to_string(limits.max_voxels) + " in all grids together",
+               .got = std::to_string(voxels),
+               .hint = "larger voxels (of an export --voxel-size; of a training fewer cells in grid.radiance "
+                       "and grid.motion), or fewer grids"});
+}
+
 /// Throws std::bad_alloc where there is no memory for what writing will need. Blosc does not look whether it
 /// got what it asked for, so it must not be where memory ends.
 void ask_for_memory(const VdbFile& file) {
@@ -114,7 +127,8 @@ openvdb::GridBase::Ptr to_openvdb(const VdbGrid& in) {
   return grid;
 }
 
-FileDigest write_vdb(const std::string& path, VdbFile file) {
+FileDigest write_vdb(const std::string& path, VdbFile file, const VdbLimits& limits) {
+  check_voxels(path, file, limits);
   openvdb::initialize();
   ask_for_memory(file);
   std::string bytes;
