@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <mutex>
 #include <utility>
 
+#include "core/parallel.hpp"
 #include "field/lattice/slice.hpp"
 #include "field/warped_centers.hpp"
 
@@ -17,18 +19,22 @@ CellValues looked_up_presence(const VoxelModel& model, const CellGrid& cells) {
   if (!motion.displaces) return most_presence(motion, cells);
   CellValues out(cells, 0.0f);
   const int times = 3 * motion.points;
-  MotionSlice slice;
-  for (int i = 0; i <= times; ++i) {
+  std::mutex mutex;
+  parallel_for(times + 1, [&](int i) {
+    MotionSlice slice;
     fill_slice(motion, parameter_weights(motion, double(i) / times), slice);
     const WarpedCenters warped(model, slice, cells);
+    CellValues now(cells, 0.0f);
     Int3 c;
     for (c.x = 0; c.x < cells.size.x; ++c.x)
       for (c.y = 0; c.y < cells.size.y; ++c.y)
         for (c.z = 0; c.z < cells.size.z; ++c.z) {
           const auto w = warped.at(c);
-          out.raise(cells.index(cells.cell_of(w.position)), w.presence);
+          now.raise(cells.index(cells.cell_of(w.position)), w.presence);
         }
-  }
+    const std::lock_guard lock(mutex);  // the largest is the same in any order
+    for (std::size_t k = 0; k < now.values.size(); ++k) out.raise(k, now.values[k]);
+  });
   return dilate(std::move(out));
 }
 

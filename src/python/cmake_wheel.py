@@ -70,8 +70,10 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     info, record = f"{stem}.dist-info/", ""
     with tempfile.TemporaryDirectory() as staging:
         _install(staging, shlex.split((config_settings or {}).get("cmake", "")))
+        # The module alone: the copyright beside it is where Debian wants it.
         files = {str(path.relative_to(staging)): path.read_bytes()
-                 for path in sorted(pathlib.Path(staging).rglob("*")) if path.is_file()}
+                 for path in sorted(pathlib.Path(staging, "splinevox").rglob("*")) if path.is_file()}
+    files[info + "licenses/LICENSE"] = pathlib.Path(ROOT, "LICENSE").read_bytes()
     files[info + "METADATA"] = _metadata().encode()
     files[info + "WHEEL"] = (f"Wheel-Version: 1.0\nGenerator: splinevox\nRoot-Is-Purelib: false\n"
                              f"Tag: {_tag()}\n").encode()

@@ -196,9 +196,10 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice,
       copy(level, c);
       return false;
     }
-    if (!views[level].occupied(warped[level](c))) return false;
-    if (level == 0) out.set(out.index(c));
-    return true;
+    const bool there = views[level].occupied(warped[level](c));
+    if (level == 0 && there) out.set(out.index(c));
+    // Of a block of which a part is displaced, the rest is looked at cell by cell.
+    return level > 0 && (there || (known && canonical.levels[level].test(canonical.levels[level].index(c))));
   });
   return out;
 }

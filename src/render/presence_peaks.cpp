@@ -2,6 +2,7 @@
 #include "render/presence_peaks.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -18,6 +19,15 @@ CellValues coarsen(const CellValues& in, const CellGrid& blocks, int n) {
     for (c.y = 0; c.y < in.grid.size.y; ++c.y)
       for (c.z = 0; c.z < in.grid.size.z; ++c.z)
         out.raise(out.grid.index({c.x / n, c.y / n, c.z / n}), in.values[in.grid.index(c)]);
+  return out;
+}
+
+/// Whether no cell reaches into two cells of a lattice.
+bool nests(const CellGrid& cells, const Lattice& lattice) {
+  constexpr float kSame = 1e-3f;  // of a cell
+  const auto whole = [](float x) { return std::abs(x - std::round(x)) < kSame; };
+  bool out = lattice.spacing > (1 - kSame) * cells.cell && whole(lattice.spacing / cells.cell);
+  for (int a = 0; a < 3; ++a) out &= whole((lattice.origin[a] - cells.origin[a]) / cells.cell);
   return out;
 }
 
@@ -61,8 +71,8 @@ BitGrid frame_occupancy_of_presence(const VoxelModel& model, const MotionSlice& 
     if (raw + w.presence >= peaks.threshold) out.set(out.index(c));
     return false;
   });
-  // The corners of a motion cell are all around a grid's cell unless that is the larger one.
-  return out.cell > slice.topology->lattice.spacing ? dilate(out) : out;
+  // Only a grid's cell that lies within one motion cell has all of its corners around it.
+  return nests(out, slice.topology->lattice) ? out : dilate(out);
 }
 
 }  // namespace splinevox

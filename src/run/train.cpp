@@ -196,7 +196,7 @@ void sign(Json& figures, Device device) {
 
 TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
                  std::chrono::steady_clock::time_point start, Watcher* watcher) {
-  const Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
+  Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
   std::unique_ptr<StepBackend> steps =
       make_step(device, o.deterministic, ranks);  // so that a lacking device fails first
   const bool writes = !ranks || ranks->first();
@@ -222,8 +222,15 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     return room_for_pictures(bound, needs);
   };
   Dataset data = load_dataset(o.dataset, load);
-  check_learns_depth(*steps, config, *data.find("train"));
-  check_learns_tracks(*steps, config, *data.find("train"));
+  const Split& split = *data.find("train");
+  if (o.device == "auto" &&
+      (leaves_out_depth(*steps, config, split) || leaves_out_tracks(*steps, config, split))) {
+    device = Device::cpu;
+    steps = make_step(device, o.deterministic, ranks);
+    progress.note("depth and tracks are learned on the CPU alone: --device auto takes it");
+  }
+  check_learns_depth(*steps, config, split);
+  check_learns_tracks(*steps, config, split);
   if (past.checkpoint || past.finished) check_same_run(folder, past.before, asked, record, data);
   if (past.finished) {
     progress.note(fmt::format("{} is finished: there is nothing to go on with", folder.path()));

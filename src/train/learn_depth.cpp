@@ -56,8 +56,12 @@ bool has_depth(const Split& train) {
                      [](const Frame& f) { return !f.depth.empty(); });
 }
 
+bool leaves_out_depth(const StepBackend& steps, const Config& config, const Split& train) {
+  return config.loss.depth > 0 && has_depth(train) && !steps.learns_depth();
+}
+
 void check_learns_depth(const StepBackend& steps, const Config& config, const Split& train) {
-  if (config.loss.depth > 0 && has_depth(train) && !steps.learns_depth())
+  if (leaves_out_depth(steps, config, train))
     fail({"--device", "depth maps are learned on the CPU alone so far", "--device cpu",
           "another device, and pictures with depth", "--depth none leaves depth maps out"});
 }

@@ -23,7 +23,9 @@ using DepthFits = std::vector<DepthFit>;
 
 /// Whether any frame has depth.
 bool has_depth(const Split& train);
-/// Throws Error (input) where a backend's steps would leave out depth that is there and asked for.
+/// Whether a backend's steps would leave out depth that is there and asked for.
+bool leaves_out_depth(const StepBackend& steps, const Config& config, const Split& train);
+/// Throws Error (input) then.
 void check_learns_depth(const StepBackend& steps, const Config& config, const Split& train);
 /// What is known before training: metric maps. Empty if no frame has depth, or the weight of its loss is 0.
 DepthFits starting_depth_fits(const Split& train, float weight);

@@ -10,6 +10,7 @@
 #include "math/camera.hpp"
 #include "render/field_view.hpp"
 #include "splinevox/core/error.hpp"
+#include "train/film/moving_tracks.hpp"
 
 namespace splinevox {
 namespace {
@@ -30,8 +31,12 @@ bool has_tracks(const Split& train) {
                      [](const Frame& f) { return !f.tracks.empty(); });
 }
 
+bool leaves_out_tracks(const StepBackend& steps, const Config& config, const Split& train) {
+  return config.loss.tracks > 0 && has_tracks(train) && !steps.learns_tracks();
+}
+
 void check_learns_tracks(const StepBackend& steps, const Config& config, const Split& train) {
-  if (config.loss.tracks > 0 && has_tracks(train) && !steps.learns_tracks())
+  if (leaves_out_tracks(steps, config, train))
     fail({"--device", "tracks are learned on the CPU alone so far", "--device cpu",
           "another device, and tracked points", "--set loss.tracks=0 leaves them out"});
 }
@@ -47,7 +52,7 @@ void draw_tracks(const Split& train, const Batch& batch, const std::vector<char>
   for (std::size_t s = 0; s < batch.frames.size(); ++s) {
     const auto f = std::size_t(batch.frames[s]);
     for (const VisiblePoint& p : train.frames[f].tracks) {
-      if (!moves[std::size_t(p.point)]) continue;
+      if (!moves[std::size_t(p.point)] || !counts(train.frames[f], p)) continue;
       Followed& followed = points[p.point];
       followed.seen.push_back({int(s), p});
       followed.may_move |= moving.empty() || moving[f].empty() || moving[f].test(int(p.u), int(p.v));

@@ -12,7 +12,9 @@ namespace splinevox {
 
 /// Whether any frame shows tracked points.
 bool has_tracks(const Split& train);
-/// Throws Error (input) where a backend's steps would leave out tracks that are there and asked for.
+/// Whether a backend's steps would leave out tracks that are there and asked for.
+bool leaves_out_tracks(const StepBackend& steps, const Config& config, const Split& train);
+/// Throws Error (input) then.
 void check_learns_tracks(const StepBackend& steps, const Config& config, const Split& train);
 
 /// Rays through tracked points in the moments of a batch.

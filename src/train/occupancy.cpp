@@ -177,8 +177,10 @@ void clear_skipped(const Setting& setting, const Occupancy& occupancy, VoxelMode
   parallel_for(t.brick_count(), [&](int index) {
     for (int i = 0; i < kBrickRows; ++i) {
       const Vec3 x = t.position(index + 1, i);
-      if (!canonical.test(canonical.index(canonical.cell_of(x))))
-        raw.row(std::size_t(index + 1) * kBrickRows + i)[0] = kEmptyDensity;
+      if (canonical.test(canonical.index(canonical.cell_of(x)))) continue;
+      // Beside a large presence it may be emptier still.
+      float& density = raw.row(std::size_t(index + 1) * kBrickRows + i)[0];
+      density = std::min(density, kEmptyDensity);
     }
   });
   prune_empty(raw);

@@ -30,6 +30,13 @@ bool takes_box(const Config& config, const Dataset& data) {
   return !data.has_alpha && data.box && config.grid.box.empty();
 }
 
+/// Whether the subject may be as dark as what passes for the ground's colour.
+bool too_dark_to_tell(const Config& config, const Split& train, const Vec3& ground) {
+  constexpr float kDark = 0.1f, kMostTolerance = 0.1f;  // of the brightest value
+  if (std::max({ground.x, ground.y, ground.z}) > kDark) return false;
+  return kGroundTolerance > kMostTolerance * brightness(config, picture_stats(train));
+}
+
 /// The ground behind opaque pictures: looked for, or of the colour that the configuration names, and cut out
 /// of them if what is left makes silhouettes that meet.
 /// @return explained_by_hull of what was cut out now
@@ -54,7 +61,7 @@ std::optional<double> settle_ground(Config& config, Dataset& data,
   const std::optional<Vec3> colour = named                    ? std::optional(Vec3{c[0], c[1], c[2]})
                                      : config.run.find_ground ? find_ground(train)
                                                               : std::nullopt;
-  if (!colour) return {};
+  if (!colour || (!named && too_dark_to_tell(config, train, *colour))) return {};
   constexpr double kLeastCut = 0.02, kAgrees = 0.9;
   const double cut = cut_ground(train, *colour);
   const double explained = cut < kLeastCut || cut == 1 ? 0 : explained_by_hull(train, cameras_of(train));

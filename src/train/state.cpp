@@ -94,6 +94,7 @@ Trainer::State::State(const Config& config, const Split& train, const TimeMap& t
       cameras(setting.config.cameras, home.read().cameras, setting.unit),
       errors(config.sampling.hard_share > 0 ? ErrorMap(train) : ErrorMap()),
       depths(starting_depth_fits(train, setting.config.loss.depth)),
+      depth_weight(splinevox::depth_weight(train, setting.config.loss.depth)),
       followed(config.loss.tracks > 0 && config.motion.enabled ? points_that_move(train)
                                                                : std::vector<char>()) {
   tell_what_moves();
@@ -157,7 +158,7 @@ RayLosses Trainer::State::ray_losses() const {
   losses.motion.offset_softening = 1e-4f * home.march_step();
   losses.motion.divergence = float(c.loss.divergence * ramp);
   losses.motion.hutchinson = c.loss.divergence_kind == DivergenceKind::hutchinson;
-  losses.depth = depth_weight(setting.train, c.loss.depth);
+  losses.depth = depth_weight;
   losses.tracks = float(c.loss.tracks * cosine_decay(progress, 0.0));
   losses.track_scale = 1 / home.box().longest_edge();
   losses.probe_seed = batch.draw;

@@ -36,6 +36,7 @@ struct Trainer::State {
   CameraLearner cameras;             ///< of the volume's cameras
   ErrorMap errors;                   ///< of the training pictures; empty: rays are drawn evenly
   DepthFits depths;                  ///< empty: no depth is asked for
+  const float depth_weight;          ///< of its loss
   const std::vector<char> followed;  ///< which points move, by their tracks; empty: no track is asked for
   RunClock clock;
   double progress = 0;  ///< of the last refine

@@ -61,6 +61,26 @@ TEST_SUITE("train/gains_where") {
     CHECK(explained_share(film_of([](int p, int, int) { return drift(p); })) > 0.97);
     CHECK(explained_share(film_of([](int, int, int) { return 1.0; })) < 0.5);
   }
+  TEST_CASE("in a dark scene pictures are compared as in a bright one") {
+    const Vec3 black;
+    const Film bright = film_of([](int p, int, int) { return drift(p); });
+    Film dark = bright;
+    for (Frame& f : dark.frames) {
+      Image16 image = f.image.unpacked();
+      for (std::size_t i = 0; i < image.rgba.size(); ++i)
+        if (i % 4 != 3) image.rgba[i] = std::uint16_t(std::lround(0.01 * image.rgba[i]));
+      f.image = image;
+    }
+    for (Image& shown : dark.shown)
+      for (float& v : shown.data) v *= 0.01f;
+    CHECK(whole_share(dark.frames, black, dark.shown, 0.01f) ==
+          doctest::Approx(whole_share(bright.frames, black, bright.shown)).epsilon(0.01));
+    CHECK(whole_share(dark.frames, black, dark.shown) == 0);
+    for (int p = 0; p < kPictures; ++p)
+      dark.frames[std::size_t(p)].camera_id = p % 2;  // of whose pictures the exposure drifts
+    CHECK(cameras_spread(dark.frames, black, dark.shown, 0.01f).drift > 0.1);
+    CHECK(cameras_spread(dark.frames, black, dark.shown).drift == 0);
+  }
   TEST_CASE("a highlight that goes by changes a part of each picture") {
     const auto highlight = [](int p, int x, int y) {
       return 1 + std::exp(-(std::pow(x - 5.0 * p, 2) + std::pow(y - 32, 2)) / 200);
@@ -97,6 +117,17 @@ TEST_SUITE("train/gains_where") {
     }
     CHECK(drifting.drift == doctest::Approx(std::sqrt(squares - sum * sum)).epsilon(0.15));
     CHECK(of_rig([&](int c, int) { return of_camera(c); }, 1).apart == 0);
+  }
+  TEST_CASE("what masks ignore hides no drift") {
+    // A third of each picture shows somebody who passes by.
+    Film film = film_of([](int p, int x, int) { return x < 26 ? 0.4 + 0.1 * (p % 7) : drift(p); });
+    CHECK(explained_share(film) < 0.9);
+    for (Frame& f : film.frames) {
+      f.ignored = PixelMask(kSize, kSize);
+      for (int i = 0; i < kSize * kSize; ++i)
+        if (i % kSize < 26) f.ignored.set(std::size_t(i));
+    }
+    CHECK(explained_share(film) > 0.97);
   }
   TEST_CASE("what moves and is shown in a wrong place sets no cameras apart") {
     Film film = film_of([](int p, int x, int y) { return std::hypot(x - 12 - 3 * p, y - 30) < 8 ? 0.2 : 1; });

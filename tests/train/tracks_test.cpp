@@ -156,6 +156,27 @@ TEST_SUITE("train/tracks") {
     CHECK(unused.radiance.raw.values == plain.radiance.raw.values);
   }
 
+  TEST_CASE("points on ignored pixels say nothing and are not followed") {
+    Dataset data = hand_film(true);
+    Split& train = *data.find("train");
+    const std::vector<char> all_move(points_that_move(train).size(), 1);
+    for (Frame& f : train.frames) {
+      CHECK(squares_of_moving(f, all_move, 1).count() > 0);
+      f.ignored = PixelMask(40, 40);
+      for (std::size_t i = 0; i < f.ignored.pixels(); ++i) f.ignored.set(i);
+      CHECK(squares_of_moving(f, all_move, 1).count() == 0);
+    }
+    const std::vector<char> moves = points_that_move(train);
+    CHECK(moves.size() == all_move.size());
+    CHECK(std::count(moves.begin(), moves.end(), 1) == 0);
+    Batch batch;
+    batch.frames = {0, 1, 2};
+    batch.rays.resize(512);
+    TrackBatch drawn;
+    draw_tracks(train, batch, all_move, {}, {{-3, -3, -1}, {3, 3, 3}}, 0.05f, drawn);
+    CHECK(drawn.rays.empty());
+  }
+
   TEST_CASE("the same bits for any number of threads, and across a stop") {
     const Config config = followed_run(12);
     const Dataset data = hand_film(true);

@@ -38,7 +38,7 @@ struct StepReport {
   std::int64_t step = 0;               ///< steps done, this one included
   double progress = 0;                 ///< 0..1 of the budget
   double seconds = 0;                  ///< training seconds so far, resumed runs included
-  double loss = 0;                     ///< photometric loss of this batch
+  double loss = 0;                     ///< of this batch: all terms that rays have
   double psnr = 0;                     ///< of this batch's rays
   std::int64_t rays = 0, samples = 0;  ///< of this step
   bool stage_changed = false;          ///< the lattices were refined, or bricks pruned, before this step

@@ -52,7 +52,7 @@ class Engine {
 };
 
 /// @param sh_order       -1..3
-/// @param moving         whether the models it will be given have motion or light
+/// @param moving         whether the models it will be given change: have motion, light or presence
 /// @param motion_losses  whether offset or divergence losses may be asked for
 std::unique_ptr<Engine> make_engine(int sh_order, bool moving, bool motion_losses);
 

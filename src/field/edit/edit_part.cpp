@@ -176,7 +176,8 @@ void carry_matter(VoxelModel& next, const VoxelModel& model, const MotionCluster
       if (label < 0 || !chosen[std::size_t(label)]) continue;
       interpolate_row(view, old, source, values.data());
       float* row = raw.row(std::size_t(index + 1) * kBrickRows + std::size_t(i));
-      if (values[0] <= row[0]) continue;  // emptier than what is there
+      // Emptier than what is there. Where nothing is, matter that is thin on the mean over time may come.
+      if (values[0] <= row[0] && row[0] != raw.row(0)[0]) continue;
       std::copy_n(values.data(), 4, row);
       for (int j = 0; j < sh; ++j) {
         double sum = 0;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "train/bounds/hidden.hpp"
 
+#include <algorithm>
+
 #include "core/parallel.hpp"
 #include "train/refine.hpp"
 
@@ -29,7 +31,7 @@ bool empty_hidden(const Setting& setting, const TimeWindow& window, Lattices& la
     for (int i = 0; i < kBrickRows; ++i) {
       if (visible.rows[brick].test(i)) continue;
       const std::size_t density = (std::size_t(brick) * kBrickRows + i) * raw.width;
-      raw.values[density] = kEmptyDensity;
+      raw.values[density] = std::min(raw.values[density], kEmptyDensity);  // presence may be large
       learner.m[density] = learner.v[density] = 0;
     }
   });

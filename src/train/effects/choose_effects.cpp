@@ -73,7 +73,8 @@ int points_for_moments(const Config& config, const Split& train, int halvings) {
   for (const Frame& f : train.frames) all.insert(f.time);
   const std::size_t moments = count_moments(times_of_cameras(train), all);
   const Basis& basis = basis_of(config.motion.basis);
-  if (2 * moments > train.frames.size() || basis.pieces(config.motion.points) <= 1)
+  const bool elevates = !basis.halves() && !config.motion.elevate_points.empty();  // to points that are set
+  if (2 * moments > train.frames.size() || basis.pieces(config.motion.points) <= 1 || elevates)
     return config.motion.points;
   const int pieces = std::min(int(std::ceil(std::ldexp(double(moments - 1), -halvings))),
                               3 * basis.pieces(config.motion.points));
@@ -94,12 +95,13 @@ int points_that_fit(const Config& config, const EffectChoice& choice) {
 class Trials {
  public:
   /// @param brief  the fits are shorter than effects.steps of the run
-  /// @param thin  matter is (PictureStats)
-  Trials(const Config& config, bool brief, bool thin, TakenBy by, const Split& train, const TimeMap& time_map,
-         const StillProof& proof, EffectChoice& out, const std::function<void(const EffectTrial&)>& on_trial)
+  Trials(const Config& config, bool brief, const PictureStats& stats, TakenBy by, const Split& train,
+         const TimeMap& time_map, const StillProof& proof, EffectChoice& out,
+         const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
         brief_(brief),
-        thin_(thin),
+        thin_(stats.thin()),
+        unit_(brightness(config, stats)),
         by_(by),
         train_(train),
         time_map_(time_map),
@@ -108,7 +110,7 @@ class Trials {
         level_(config.effects.level / float(most_comparisons(out.chosen))),
         halves_(divide(train, {frames_by_time(train)})),
         changing_(proof.says(StillVerdict::changed) ? changing_pixels(proof, halves_) : std::vector<Image>()),
-        whole_(config, level_, halves_, time_map, out, on_trial) {
+        whole_(config, level_, unit_, halves_, time_map, out, on_trial) {
     out.held_out = int(halves_.held_out.frames.size());
   }
 
@@ -165,7 +167,7 @@ class Trials {
   Ladder& elsewhere() {
     if (!places_) {
       places_ = divide_cameras(train_);
-      if (places_->usable()) by_place_.emplace(config_, level_, *places_, time_map_, out_, on_trial_);
+      if (places_->usable()) by_place_.emplace(config_, level_, unit_, *places_, time_map_, out_, on_trial_);
     }
     return by_place_ ? *by_place_ : whole_;
   }
@@ -189,7 +191,7 @@ class Trials {
     if (brief_ || !stretch || basis.smooth <= 0 || basis.pieces(config_.motion.points) <= 1) return found;
     const Halves parts = divide(train_, *stretch);
     if (!parts.usable()) return found;
-    Ladder near(config_, level_, parts, time_map_, out_, on_trial_);
+    Ladder near(config_, level_, unit_, parts, time_map_, out_, on_trial_);
     if (const bool there = moves_in(near, false); there || (found && proved)) {
       found = true;
       out_.points = points_for(near, beside(), config_, stretch->length);
@@ -271,6 +273,7 @@ class Trials {
 
   const Config& config_;
   const bool brief_, thin_;
+  const float unit_;  ///< of brightness
   const TakenBy by_;
   const Split& train_;
   const TimeMap& time_map_;
@@ -354,7 +357,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.note =
         fmt::format("a short run: fits have {} steps, not {}, and leave out only what surely gains nothing",
                     fitted.effects.steps, config.effects.steps);
-  Trials trials(fitted, brief, stats.thin(), by, train, time_map, proof, out, on_trial);
+  Trials trials(fitted, brief, stats, by, train, time_map, proof, out, on_trial);
   if (!trials.possible()) {
     out.note = fmt::format("masks leave too little of small pictures: {}", kTrusted);
     return on_trust(std::move(out));

@@ -31,22 +31,23 @@ constexpr int kFewestTilesOfMany = 4;  // of a picture, where a camera's picture
 constexpr double kMedianError = 1.4826 * 1.2533;  // of a normal sample's median, in its median deviation
 constexpr double kSureRatio = 2.7;  // of variances: chance alone comes to it once in a hundred times
 constexpr std::size_t kApart = 10;  // one tile in so many may show what moves: those furthest from the median
-constexpr float kContrast = 0.02f;  // of a pixel's value to the background, from which it shows something
+constexpr float kContrast = 0.02f;  // of a pixel to the background, units of brightness, that shows something
 
-/// Sums of a tile over the pixels that show something.
+/// Sums of a tile over the pixels that show something and are not ignored.
 struct TileSums {
   Vec3d truth{}, shown{};
   int pixels = 0;
 };
 
-TileSums sums_of(const Image& truth, const Vec3& background, const Image& shown, int x0, int y0) {
+TileSums sums_of(const Image& truth, const PixelMask& ignored, const Vec3& background, const Image& shown,
+                 float least, int x0, int y0) {
   TileSums out;
   for (int y = y0; y < std::min(y0 + kTile, truth.height); ++y)
     for (int x = x0; x < std::min(x0 + kTile, truth.width); ++x) {
       const float *t = truth.pixel(x, y), *s = shown.pixel(x, y);
       float contrast = 0;
       for (int c = 0; c < 3; ++c) contrast = std::max(contrast, std::abs(t[c] - background[c]));
-      if (contrast < kContrast) continue;
+      if (contrast < least || ignored.test(x, y)) continue;
       for (int c = 0; c < 3; ++c) {
         out.truth[c] += double(t[c]);
         out.shown[c] += double(s[c]);
@@ -57,13 +58,15 @@ TileSums sums_of(const Image& truth, const Vec3& background, const Image& shown,
 }
 
 /// Logarithms of truth over shown in the tiles of a picture, by channel.
-std::array<std::vector<double>, 3> ratios_of(const Image& truth, const Vec3& background, const Image& shown) {
+std::array<std::vector<double>, 3> ratios_of(const Frame& frame, const Vec3& background, const Image& shown,
+                                             float unit) {
+  const Image truth = composite(frame.image, background);
   std::array<std::vector<double>, 3> out;
   for (int y = 0; y < truth.height; y += kTile)
     for (int x = 0; x < truth.width; x += kTile) {
-      const TileSums s = sums_of(truth, background, shown, x, y);
+      const TileSums s = sums_of(truth, frame.ignored, background, shown, kContrast * unit, x, y);
       if (s.pixels < kTile * kTile / 2) continue;
-      const double least = kContrast * s.pixels;
+      const double least = double(kContrast * unit) * s.pixels;
       for (int c = 0; c < 3; ++c)
         if (s.truth[c] > least && s.shown[c] > least)
           out[std::size_t(c)].push_back(std::log(s.truth[c] / s.shown[c]));
@@ -74,9 +77,9 @@ std::array<std::vector<double>, 3> ratios_of(const Image& truth, const Vec3& bac
 /// Calls visit(picture, channel, median, ratios) wherever a channel of a picture has that many tiles.
 template <class Visit>
 void each_median(const std::vector<Frame>& held_out, const Vec3& background, const std::vector<Image>& shown,
-                 int fewest, const Visit& visit) {
+                 float unit, int fewest, const Visit& visit) {
   for (std::size_t f = 0; f < held_out.size(); ++f) {
-    auto ratios = ratios_of(composite(held_out[f].image, background), background, shown[f]);
+    auto ratios = ratios_of(held_out[f], background, shown[f], unit);
     for (std::size_t c = 0; c < 3; ++c)
       if (std::vector<double>& r = ratios[c]; int(r.size()) >= fewest) visit(held_out[f], c, median(r), r);
   }
@@ -92,10 +95,10 @@ double variance(const std::vector<double>& values) {
 }  // namespace
 
 double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
-                   const std::vector<Image>& shown) {
+                   const std::vector<Image>& shown, float unit) {
   std::array<std::vector<double>, 3> medians;
   double within = 0, between = 0;
-  each_median(held_out, background, shown, kFewestTiles,
+  each_median(held_out, background, shown, unit, kFewestTiles,
               [&](const Frame&, std::size_t c, double middle, std::vector<double>& r) {
                 medians[c].push_back(middle);
                 std::sort(r.begin(), r.end(),
@@ -112,10 +115,10 @@ double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
 }
 
 CameraSpread cameras_spread(const std::vector<Frame>& held_out, const Vec3& background,
-                            const std::vector<Image>& shown) {
+                            const std::vector<Image>& shown, float unit) {
   std::array<std::map<int, std::vector<double>>, 3> medians;
   double noise = 0;  // of the medians, sum of variances
-  each_median(held_out, background, shown, kFewestTilesOfMany,
+  each_median(held_out, background, shown, unit, kFewestTilesOfMany,
               [&](const Frame& picture, std::size_t c, double middle, std::vector<double>& r) {
                 medians[c][picture.camera_id].push_back(middle);
                 for (double& v : r) v = std::abs(v - middle);

@@ -27,9 +27,9 @@ std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std
 /// the mean variance within a picture, in [0, 1]. A tenth of a picture's tiles, the furthest from its median,
 /// is left out: something may move there. An exposure acts on all of a picture; a highlight does not. 0 where
 /// hardly a picture has enough tiles that show more than the background.
-/// @param shown  pictures of the fit, without its gains
+/// @param shown  pictures of the fit, without its gains. @param unit  of brightness (train/start.hpp)
 double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
-                   const std::vector<Image>& shown);
+                   const std::vector<Image>& shown, float unit = 1);
 
 /// How brightness differs between the pictures of a rig, by held-out ones and a fit without gains: standard
 /// deviations of the logarithms of truth over shown. Of each picture and channel the median over tiles of 8x8
@@ -39,7 +39,8 @@ struct CameraSpread {
   double drift = 0;  ///< of the pictures of one camera, less what their medians err by
 };
 /// Zeros where hardly a picture shows enough. @param shown  pictures of the fit
+/// @param unit  of brightness
 CameraSpread cameras_spread(const std::vector<Frame>& held_out, const Vec3& background,
-                            const std::vector<Image>& shown);
+                            const std::vector<Image>& shown, float unit = 1);
 
 }  // namespace splinevox

@@ -16,7 +16,7 @@
 namespace splinevox {
 namespace {
 
-constexpr float kExplained = 0.02f;  // of brightness, that motion explains at a place where it is needed
+constexpr float kExplained = 0.02f;  // units of brightness, that motion explains where it is needed
 constexpr double kClearGain = 0.5;  // dB there: static scenes come to 0.1 at most, those of which a twentieth
                                     // moves to 0.9 and more (docs/experiments.md)
 constexpr double kFilmGain = 1.4;   // dB, of motion in a video: a static scene gains about 1 at most by
@@ -79,8 +79,8 @@ void Ladder::judge_where_needed(const EffectSet& all) {
   const int points = config_.motion.points;
   const Fit &moving = fits_[std::size_t(find(all, points))],
             &still = fits_[std::size_t(find(all.without(Effect::motion), points))];
-  const BitGrid near = dilate(
-      moving_cells(moving.model, still.model, halves_.fitted, kExplained, out_.trials[moving.trial].cameras));
+  const BitGrid near = dilate(moving_cells(moving.model, still.model, halves_.fitted, kExplained * unit_,
+                                           out_.trials[moving.trial].cameras));
   const std::vector<Frame>& held_out = halves_.held_out.frames;
   std::vector<Image> where(held_out.size());
   parallel_for(int(held_out.size()), [&](int f) { where[f] = shows_cells(moving.model, near, held_out[f]); });
@@ -146,7 +146,7 @@ void Ladder::ask_brightness(EffectVerdict& v, double least_spread, double Camera
   if (v.decision != EffectDecision::undecided || *v.spread < least_spread || v.with.has(Effect::background))
     return;
   const Neutral less = without_gains(v.with.without(v.effect));
-  v.apart = cameras_spread(halves_.held_out.frames, less.background, less.pictures).*apart;
+  v.apart = cameras_spread(halves_.held_out.frames, less.background, less.pictures, unit_).*apart;
   if (*v.apart > least) v.decision = EffectDecision::on;
 }
 
@@ -162,7 +162,7 @@ EffectVerdict Ladder::judge_drift(const EffectSet& all, bool film) {
   EffectVerdict& v = out_.verdicts.back();
   if (film) {
     const Neutral with = without_gains(all);
-    v.whole = whole_share(halves_.held_out.frames, with.background, with.pictures);
+    v.whole = whole_share(halves_.held_out.frames, with.background, with.pictures, unit_);
     if (v.decision == EffectDecision::on && *v.whole < kLeastWhole) v.decision = EffectDecision::confounded;
   } else {
     ask_brightness(v, kLeastSpread, &CameraSpread::drift, kLeastDrift);

@@ -15,11 +15,12 @@ namespace splinevox {
 /// Fits by set of effects, each made once, and the comparisons between them.
 class Ladder {
  public:
-  /// @param level  of one comparison
-  Ladder(const Config& config, float level, const Halves& halves, const TimeMap& time_map, EffectChoice& out,
-         const std::function<void(const EffectTrial&)>& on_trial)
+  /// @param level  of one comparison. @param unit  of brightness (train/start.hpp)
+  Ladder(const Config& config, float level, float unit, const Halves& halves, const TimeMap& time_map,
+         EffectChoice& out, const std::function<void(const EffectTrial&)>& on_trial)
       : config_(config),
         level_(level),
+        unit_(unit),
         halves_(halves),
         time_map_(time_map),
         out_(out),
@@ -80,7 +81,7 @@ class Ladder {
                                         int points = 0) const;
 
   const Config& config_;
-  const float level_;
+  const float level_, unit_;
   const Halves& halves_;
   const TimeMap& time_map_;
   EffectChoice& out_;

@@ -84,7 +84,7 @@ std::vector<char> points_that_move(const Split& train) {
   for (const Frame& f : train.frames)
     for (const VisiblePoint& p : f.tracks) {
       if (std::size_t(p.point) >= seen.size()) seen.resize(std::size_t(p.point) + 1);
-      seen[std::size_t(p.point)].push_back({&f.camera, double(p.u), double(p.v)});
+      if (counts(f, p)) seen[std::size_t(p.point)].push_back({&f.camera, double(p.u), double(p.v)});
     }
   std::vector<double> missed(seen.size(), 0);
   parallel_for(int(seen.size()), [&](int p) {
@@ -106,7 +106,7 @@ PixelMask squares_of_moving(const Frame& frame, const std::vector<char>& moves, 
   PixelMask out(camera.width / factor, camera.height / factor);
   const double around = kAround * longer_side(camera);
   for (const VisiblePoint& p : frame.tracks) {
-    if (!moves[std::size_t(p.point)]) continue;
+    if (!moves[std::size_t(p.point)] || !counts(frame, p)) continue;
     std::vector<std::pair<float, bool>> others;
     for (const VisiblePoint& q : frame.tracks)
       others.emplace_back((q.u - p.u) * (q.u - p.u) + (q.v - p.v) * (q.v - p.v), moves[std::size_t(q.point)]);

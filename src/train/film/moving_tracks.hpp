@@ -7,6 +7,11 @@
 
 namespace splinevox {
 
+/// Whether a tracked point says anything of a frame: not where the frame's pixels are ignored.
+inline bool counts(const Frame& frame, const VisiblePoint& p) {
+  return !frame.ignored.test(int(p.u), int(p.v));
+}
+
 /// Which tracked points move: those that no place explains that stands still. The place nearest to all rays
 /// through a point misses it in a quarter of its pictures or more, by a hundredth of the picture or three
 /// times what most points are missed by. Three sightings say nothing.
