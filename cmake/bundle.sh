@@ -15,8 +15,9 @@ if [[ -n $(ls -A "$out" 2>/dev/null) && ! -x $out/bin/splinevox ]]; then
 fi
 rm -rf -- "$out"
 mkdir -p "$out/bin" "$out/lib"
+cmake --install "$build" --component program --prefix "$(realpath "$out")" --strip >/dev/null
 for program in "${programs[@]}"; do
-  install -s "$program" "$out/bin/"
+  [[ $program == */splinevox ]] || install -s "$program" "$out/bin/"
   # An RPATH and not a RUNPATH: it also counts for what the libraries themselves ask for.
   patchelf --force-rpath --set-rpath '$ORIGIN/../lib' "$out/bin/$(basename "$program")"
 done
@@ -40,16 +41,16 @@ chmod +x "$out/test-gpu"
 # awk reads to the end: head would stop ldd with a signal now and then
 glibc=$(ldd --version | awk 'NR == 1 {print $NF}')
 cat > "$out/README" <<END
-splinevox and the libraries it needs. Runs on x86-64 Linux with glibc $glibc or newer; a CUDA driver is used
-where there is one.
+splinevox and the libraries it needs. Runs on Linux with glibc $glibc or newer; a CUDA driver is used
+where there is one. The processor must know x86-64-v3 (AVX2).
   bin/splinevox train DATASET --out RUN --device cuda
   ./test-gpu
 splinevox is under Apache-2.0 (LICENSE). splinevox.spdx.json lists what else is in here, and licences has the
 texts of its licences.
 END
 missing=$(env -i PATH=/usr/bin:/bin ldd "$out"/bin/* | awk '/not found/ {print; next}
-  $2 == "=>" && $3 !~ /\/bin\/\.\.\/lib\// &&
-    $3 !~ /\/(libc|libm|libdl|librt|libpthread|libresolv)\.so/ {print}')
+  $2 == "=>" && $0 !~ /\/bin\/\.\.\/lib\// &&
+    $0 !~ /\/(libc|libm|libdl|librt|libpthread|libresolv)\.so/ {print}')
 [[ -z $missing ]] || { printf 'the bundle would still look outside itself:\n%s\n' "$missing" >&2; exit 1; }
 # libopenvdb alone is 55 MB unpacked, so the limit is for the archive, which is what travels.
 tar -C "$(dirname "$out")" --sort=name --owner=0 --group=0 --numeric-owner \

@@ -28,5 +28,6 @@ cat "${logs[@]}" | c++filt | awk -v check="${2:-}" '
   END {
     close("sort")
     printf "%d kernels; stack, spill stores and spill loads in bytes a thread\n", count
+    if (check == "--check" && !count) { print "no kernel was found in what ptxas said"; exit 1 }
     if (check == "--check" && bad != "") { print "these keep something in local memory:" bad; exit 1 }
   }'

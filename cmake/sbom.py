@@ -86,10 +86,11 @@ def owners(paths):
 
 def compiled_in(build):
     """Foreign files that are part of the programs: headers that were read, and embedded scripts."""
-    files = set()
+    files, own = set(), (str(pathlib.Path(__file__).resolve().parents[1]) + "/",
+                        str(pathlib.Path(build).resolve()) + "/")
     for line in run("ninja", "-C", build, "-t", "deps").splitlines():
         path = line.strip()
-        if line.startswith("    ") and path.startswith("/usr/"):
+        if line.startswith("    /") and not path.startswith(own):
             files.add(path)
     cache = pathlib.Path(build, "CMakeCache.txt").read_text()
     files |= set(re.findall(r"^SPLINEVOX_CHART_JS:\w+=(.+)$", cache, re.M))

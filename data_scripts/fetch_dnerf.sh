@@ -13,8 +13,15 @@ command -v curl >/dev/null && command -v unzip >/dev/null || {
 }
 mkdir -p "$folder"
 whole() { unzip -t -q "$folder/data.zip" > /dev/null 2>&1; }
-# Of a whole file there is nothing to continue.
-whole || curl --location --fail --continue-at - --output "$folder/data.zip" "$address"
+if ! whole; then  # of a whole file there is nothing to continue
+  code=0
+  curl --location --fail --continue-at - --output "$folder/data.zip" "$address" || code=$?
+  case $code in
+    # A server that has nothing to add to a file of full length says so with an error.
+    0 | 22 | 33 | 36) [[ -f $folder/data.zip ]] || exit 1 ;;
+    *) echo "fetch_dnerf.sh: curl ended with $code; the same command goes on where it stopped" >&2; exit 1 ;;
+  esac
+fi
 whole || { echo "$folder/data.zip is damaged: delete it and try again" >&2; exit 1; }
-unzip -n -q "$folder/data.zip" -d "$folder"
+unzip -o -q "$folder/data.zip" -d "$folder"  # over what an earlier try left half unpacked
 find "$folder" -name transforms_train.json -printf '%h\n' | sort

@@ -10,7 +10,8 @@ absent=()
 same() { [[ $2 == "$3" ]] || { echo "$1: expected '$2', got '$3'"; exit 1; }; }
 
 "$program" man >"$folder/splinevox.1"
-if command -v man >/dev/null; then
+# Images of Ubuntu have a program of this name that only says that they are minimised.
+if man --version 2>/dev/null | grep '^man [0-9]' >/dev/null; then
   LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings -E UTF-8 -l -Tutf8 -Z "$folder/splinevox.1" \
     >"$folder/out" 2>"$folder/warnings"
   same "warnings of man" "" "$(cat "$folder/warnings")"

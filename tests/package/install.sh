@@ -30,8 +30,8 @@ echo "== pkg-config"
 if command -v pkg-config >/dev/null; then
   PKG_CONFIG_PATH=$(dirname "$(find "$prefix" -name splinevox.pc)")
   export PKG_CONFIG_PATH
-  # shellcheck disable=SC2046
-  "$compiler" -O1 "$source/consumer/main.cpp" -o "$folder/one_file" $(pkg-config --cflags --libs splinevox)
+  eval "flags=($(pkg-config --cflags --libs splinevox))"  # blanks in its paths are escaped
+  "$compiler" -O1 "$source/consumer/main.cpp" -o "$folder/one_file" "${flags[@]}"
   mkdir "$folder/again"
   LD_LIBRARY_PATH=$(pkg-config --variable=libdir splinevox) "$folder/one_file" "$folder/again"
 fi
@@ -46,7 +46,7 @@ done
 echo "== the program, its manual and completions"
 "$prefix/bin/splinevox" synth ball --out "$folder/scene" --frames 6 --size 24 --quiet
 "$prefix/bin/splinevox" train "$folder/scene" --out "$folder/run" --preset draft --max-steps 5 \
-  --effects all --quiet
+  --effects all --set grid.radiance=8,12,16 --set motion.points=4 --quiet
 "$prefix/bin/splinevox" verify "$folder/run"
 for file in man/man1/splinevox.1 bash-completion/completions/splinevox \
     zsh/vendor-completions/_splinevox fish/vendor_completions.d/splinevox.fish; do

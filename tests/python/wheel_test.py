@@ -22,6 +22,8 @@ def backend(monkeypatch):
 
     def install(folder, words):
         shutil.copytree(pathlib.Path(sv.__file__).parent, folder + "/splinevox")
+        pathlib.Path(folder, "share").mkdir()
+        pathlib.Path(folder, "share/copyright").touch()  # Debian's
 
     monkeypatch.setattr(module, "_install", install)
     return module
@@ -39,6 +41,8 @@ def test_pip_installs_the_wheel(backend, tmp_path):
                           cwd=tmp_path, env={"PYTHONPATH": str(into)}).stdout.split()
     assert told == [str(into / "splinevox/__init__.py"), sv.__version__]
     info = next(into.glob("*.dist-info"))
+    assert {path.name for path in into.iterdir()} == {"splinevox", info.name}
+    assert "Apache License" in (info / "licenses/LICENSE").read_text()
     assert "Requires-Dist: numpy" in (info / "METADATA").read_text()
     assert "splinevox/__init__.pyi,sha256=" in (info / "RECORD").read_text()
 
