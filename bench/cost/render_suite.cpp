@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <type_traits>
 
 #include "core/parallel.hpp"
@@ -149,6 +150,13 @@ std::vector<double> reference(const Shot<double>& shot) {
   return fine;
 }
 
+/// The order of convergence between steps of 1/4 and 1/16.
+double convergence(const Shot<double>& shot, const std::vector<double>& truth) {
+  const double coarse = rms(shot.picture(0.25, 0, false), truth),
+               fine = rms(shot.picture(1.0 / 16, 0, false), truth);
+  return std::log2(coarse / fine) / 2;
+}
+
 /// A way to make the picture: settings, and what makes it with them.
 struct Variant {
   std::string knob, value;
@@ -180,7 +188,8 @@ std::vector<Variant> variants(bool micro) {
 
 }  // namespace
 
-void render_suite(const SuiteOptions& o, const OnRecord& on_record) {
+double render_suite(const SuiteOptions& o, const OnRecord& on_record) {
+  std::optional<double> order;
   for (const std::string& scene : o.scenes.empty() ? std::vector<std::string>{""} : o.scenes) {
     const Stage stage = make_stage(o, scene);
     const Frame& frame = stage.frame();
@@ -191,6 +200,7 @@ void render_suite(const SuiteOptions& o, const OnRecord& on_record) {
     const Shot<float> half_detail(half_lattice, frame.camera, frame.time),
         quarter_detail(quarter_lattice, frame.camera, frame.time);
     const std::vector<double> truth = reference(twice);
+    if (!order) order = convergence(twice, truth);
 
     std::vector<Variant> list = variants(o.micro);
     const Variant base = list.front();
@@ -246,15 +256,7 @@ void render_suite(const SuiteOptions& o, const OnRecord& on_record) {
       on_record(r);
     }
   }
-}
-
-double render_order(const SuiteOptions& o) {
-  const Stage stage = make_stage(o, o.scenes.empty() ? "" : o.scenes.front());
-  const Shot<double> shot(stage.model, stage.frame().camera, stage.frame().time);
-  const std::vector<double> truth = reference(shot);
-  const double coarse = rms(shot.picture(0.25, 0, false), truth),
-               fine = rms(shot.picture(1.0 / 16, 0, false), truth);
-  return std::log2(coarse / fine) / 2;
+  return *order;
 }
 
 }  // namespace splinevox::cost

@@ -29,10 +29,9 @@ void spline_suite(const SuiteOptions& o, const OnRecord& on_record);
 
 /// Rendering a trained model: root mean square colour error against a double-precision reference, seconds a
 /// frame. The reference is Richardson's extrapolation of the midpoint rule at 1/32 and 1/64 of a march step.
-void render_suite(const SuiteOptions& o, const OnRecord& on_record);
-/// Order of convergence of the renderer in double precision between steps of 1/4 and 1/16: 2 for the midpoint
-/// rule.
-double render_order(const SuiteOptions& o);
+/// @return  of the first scene, the order of convergence in double precision between steps of 1/4 and 1/16: 2
+/// for the midpoint rule.
+double render_suite(const SuiteOptions& o, const OnRecord& on_record);
 
 /// Training with one number of the preset changed at a time: root mean square colour error of the test views,
 /// processor seconds of training. The other presets run with as many steps. Every seed is a run; all settings

@@ -19,6 +19,8 @@ struct BallScene {
                                       "--max-steps", steps,
                                       "--set",       "sampling.rays=512",
                                       "--set",       "grid.radiance=16,24,32",
+                                      "--set",       "grid.motion=4,8",
+                                      "--set",       "grid.motion_start=0,0.2",
                                       "--set",       "sampling.occupancy_cells=24"};
     words.insert(words.end(), more.begin(), more.end());
     return words;
@@ -33,6 +35,8 @@ inline std::vector<std::string> train_small(const std::string& data, const std::
                                     "--preset", "draft",
                                     "--set",    "sampling.rays=128",
                                     "--set",    "grid.radiance=8,12,16",
+                                    "--set",    "grid.motion=4,8",
+                                    "--set",    "grid.motion_start=0,0.2",
                                     "--set",    "sampling.occupancy_cells=24",
                                     "--set",    "motion.points=4",
                                     "--set",    "effects.steps=0",

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <vector>
 
-#include "program.hpp"
+#include "ball_scene.hpp"
 #include "run/support.hpp"
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/render/render_image.hpp"
@@ -19,17 +19,30 @@ using run::Json;
 
 namespace {
 
-/// A ball that moves and a run of a few steps on it.
-struct Trained {
-  TempFolder temp;
-  std::string data = temp.str() + "/ball", run = temp.str() + "/run";
-  explicit Trained(const char* effects = "motion,light") {
-    write_moving_ball(data, {12, 2, 3, 24, 0.8});
-    const Ended e = program({"train", data, "--out", run, "--preset", "draft", "--max-steps", "150", "--set",
-                             "sampling.rays=512", "--set", "grid.radiance=16,24,32", "--set",
-                             "sampling.occupancy_cells=24", "--effects", effects, "--quiet"});
+const BallScene& scene() {
+  static const BallScene scene;
+  return scene;
+}
+
+/// A run with these effects, trained once.
+std::string trained(const std::string& effects) {
+  const std::string run = scene().path(effects);
+  if (!fs::exists(run)) {
+    const Ended e = program(scene().train(effects, "150",
+                                          {"--effects", effects, "--quiet", "--set", "grid.motion=4,8,16,32",
+                                           "--set", "grid.motion_start=0,.08,.25,.5"}));
     CAPTURE(e.err);
     REQUIRE(e.code == 0);
+  }
+  return run;
+}
+
+/// A case's own copy of it.
+struct Trained {
+  TempFolder temp;
+  std::string run = path("run");
+  explicit Trained(const char* effects = "motion,light") {
+    fs::copy(trained(effects), run, fs::copy_options::recursive);
   }
   std::string path(const std::string& name) const { return temp.str() + "/" + name; }
   Ended edit(const std::string& from, const std::string& to, std::vector<std::string> operations) const {
@@ -107,7 +120,7 @@ TEST_SUITE("app/edit") {
     CHECK(
         program({"track", run, "--points", t.path("points.csv"), "--to", "1", "--out", t.path("tracks.csv")})
             .code == 0);
-    const Ended resume = program({"train", t.data, "--out", run, "--resume"});
+    const Ended resume = program({"train", scene().data, "--out", run, "--resume"});
     CHECK(resume.code == 2);
     CHECK(contains(resume.err, "was made by `splinevox edit`"));
   }

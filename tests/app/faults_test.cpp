@@ -30,6 +30,8 @@ struct Small {
                                       "--max-steps", steps,
                                       "--set",       "sampling.rays=128",
                                       "--set",       "grid.radiance=8,12,16",
+                                      "--set",       "grid.motion=4,8",
+                                      "--set",       "grid.motion_start=0,0.2",
                                       "--set",       "motion.points=4",
                                       "--set",       "effects.steps=0"};
     words.insert(words.end(), more.begin(), more.end());
@@ -49,8 +51,9 @@ struct Endless {
   Small small;
   Started started;
   Endless() : started(words(small)) {
-    for (int i = 0; i < 400 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
+    for (int i = 0; i < 6000 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    REQUIRE(fs::exists(small.path("run") + "/metrics.jsonl"));
   }
   static std::vector<std::string> words(const Small& small) {
     std::vector<std::string> all = small.train("run", "100000000", {"--quiet"});

@@ -50,9 +50,16 @@ TEST_SUITE("app/layouts") {
 
     // The box is the data's own, in the configuration of the run; a run on the source itself is the same run.
     const auto train = [&](const std::string& data, const std::string& to) {
-      return program({"train", data, "--out", to, "--preset", "draft", "--max-steps", "4", "--set",
-                      "sampling.rays=256", "--set", "grid.radiance=16,24,32", "--effects", "all", "--threads",
-                      "1"});
+      return program({"train",       data,
+                      "--out",       to,
+                      "--preset",    "draft",
+                      "--max-steps", "4",
+                      "--set",       "sampling.rays=256",
+                      "--set",       "grid.radiance=16,24,32",
+                      "--set",       "grid.motion=4,8",
+                      "--set",       "grid.motion_start=0,0.2",
+                      "--effects",   "all",
+                      "--threads",   "1"});
     };
     const Ended trained = train(out, run);
     CAPTURE(trained.err);

@@ -118,6 +118,8 @@ struct Watched {
             "--threads",  "1",  // the browser draws beside it
             "--set",      "sampling.rays=1024",
             "--set",      "grid.radiance=16,24,32",
+            "--set",      "grid.motion=4,8",
+            "--set",      "grid.motion_start=0,0.2",
             "--set",      "sampling.occupancy_cells=24",
             "--quiet"};
   }

@@ -42,9 +42,6 @@ class LiveRun {
     port = std::stoi(address.substr(start.size(), slash - start.size()));
     root = address.substr(slash);
   }
-  ~LiveRun() {
-    if (program_.process() > 0 && !ended_) ::kill(program_.process(), SIGKILL);
-  }
 
   httplib::Client client() const {
     httplib::Client c("127.0.0.1", port);
@@ -67,10 +64,7 @@ class LiveRun {
     return lines.empty() ? 0 : lines.back().value("step", 0.0);
   }
   bool trains() const { return state().value("phase", "") == "training" && steps() > 0; }
-  Ended wait() {
-    ended_ = true;
-    return program_.wait();
-  }
+  Ended wait() { return program_.wait(); }
 
   std::string address, root;
   int port = 0;
@@ -81,7 +75,6 @@ class LiveRun {
     return words;
   }
   Started program_;
-  bool ended_ = false;
 };
 
 }  // namespace splinevox::test

@@ -155,13 +155,13 @@ TEST_SUITE("app/live") {
     const BallScene scene;
     REQUIRE(program(scene.train("alone", "300", {"--quiet"})).code == 0);
     LiveRun run(scene.train("watched", "300", {"--quiet", "--live"}));
+    REQUIRE(comes([&] { return run.trains(); }));
+    CHECK(run.post("more?seconds=60") == 409);
     int models = 0;
-    bool refused = false;
     double shown = -1;
     CHECK(comes([&] {
       const Json state = run.state("?follow=1");
       if (state.empty()) return true;
-      if (state["phase"] == "training") refused = refused || run.post("more?seconds=60") == 409;
       if (state["model"].get<double>() > shown) {
         const httplib::Result model = run.get("model");
         models += model && model->status == 200;
@@ -170,8 +170,7 @@ TEST_SUITE("app/live") {
       return state["phase"] == "finished" && state["model"] == 300;
     }));
     CHECK(run.wait().code == 0);
-    CHECK(models > 1);
-    CHECK(refused);
+    CHECK(models > 0);
     CHECK(slurp(scene.path("watched") + "/model.vdb") == slurp(scene.path("alone") + "/model.vdb"));
     CHECK(done_by_page(scene.path("watched")).empty());
   }
@@ -198,7 +197,8 @@ TEST_SUITE("app/live") {
     CHECK(run.wait().code == 130);
     // The word behind --live may be the data set.
     LiveRun natural({"train", "--live", scene.data, "--out", scene.path("natural"), "--preset", "draft",
-                     "--max-steps", "5", "--quiet"});
+                     "--max-steps", "5", "--quiet", "--set", "grid.radiance=8,12,16", "--set",
+                     "motion.points=4"});
     CHECK(natural.wait().code == 0);
   }
 }

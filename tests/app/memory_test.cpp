@@ -70,7 +70,8 @@ TEST_SUITE("app/memory") {
     CHECK(contains(memory.err, "memory: pictures 0.00 GB; lattices"));
     run::TrainOptions as;
     as.preset = "draft";
-    as.sets = {"sampling.rays=512", "grid.radiance=16,24,32", "sampling.occupancy_cells=24"};
+    as.sets = {"sampling.rays=512", "grid.radiance=16,24,32", "grid.motion=4,8", "grid.motion_start=0,0.2",
+               "sampling.occupancy_cells=24"};
     const Config config = run::effective_config(as);
     const Dataset frames = load_dataset(data, {.splits = {"train"}, .pixels = false});
     const std::string bound =

@@ -16,7 +16,7 @@ rm -rf "$folder" && mkdir -p "$folder"
 cd "$folder"
 "$program" synth dancer --out scene --frames 12 --size 48 --quiet
 common=(train scene --device cpu --preset draft --max-steps 80 --effects all --set sampling.rays=1024
-  --set sampling.occupancy_cells=24
+  --set sampling.occupancy_cells=24 --set grid.motion=4,8 --set grid.motion_start=0,0.2
   --set grid.radiance=12,20 --set grid.radiance_start=0,0.5 --threads 1 --quiet)
 
 "$program" "${common[@]}" --out one

@@ -98,7 +98,8 @@ TEST_SUITE("app/own_json") {
     write_text(folder.path() / "sweep.toml",
                "datasets = [\"" + folder.str() +
                    "/ball\"]\npresets = [\"draft\"]\nseeds = [1, 7]\ntrain = [\"--max-steps\", \"4\", "
-                   "\"--set\", \"effects.steps=0\", \"--set\", \"sampling.rays=128\"]\n"
+                   "\"--set\", \"effects.steps=0\", \"--set\", \"sampling.rays=128\", \"--set\", "
+                   "\"grid.radiance=8,12,16\", \"--set\", \"motion.points=4\"]\n"
                    "[settings]\nplain = []\n");
     const std::string out = folder.str() + "/out", bad = out + "/ball_draft_plain_s1/metrics.json";
     write_text(bad, kDeep);

@@ -95,6 +95,11 @@ REPORT = WHOLE + """
   result.next = large.alt;
   document.querySelector("#large button").click();
   result.closed = !document.getElementById("large").open;
+  const drawn = c => c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
+  result.dots = [...document.querySelectorAll("canvas")].map(c =>
+    drawn(c).filter((value, i) => i % 4 == 3 && value > 0).length);
+  result.fetched = performance.getEntriesByType("resource").map(r => r.name).filter(name =>
+    !name.startsWith("data:") && !name.endsWith("/hold"));
 """
 
 
@@ -177,6 +182,8 @@ def check_report(r, name, screen, dark):
     assert r["links"] == ["run/a%20film.mp4", "view.html"], f"{name}: {r['links']}"
     assert all(len(set(c)) == len(c) for c in r["colours"]), f"{name}: two series of one colour"
     assert r["filled"], f"{name}: a column of charts is empty"
+    assert len(r["dots"]) == 3 and min(r["dots"]) > 500, f"{name}: dots of charts: {r['dots']}"
+    assert not r["fetched"], f"{name}: the page fetches {r['fetched']}"
     assert r["small"] >= 130, f"{name}: pictures of {r['small']} pixels"
     assert "displacement" in r["captions"] and "what moves" in r["captions"], f"{name}: {r['captions']}"
     assert r["large"][0] >= 0.95 * min(screen), f"{name}: enlarged to {r['large']}"
@@ -200,7 +207,8 @@ def main():
     splinevox("synth", "dancer", "--out", "scene", "--size", "64", "--frames", "24")
     splinevox("train", "scene", "--out", "run", "--preset", "draft", "--max-steps", "100", "--quiet",
               "--effects", "motion,rigidity", "--set", "sampling.rays=1024",
-              "--set", "grid.radiance=16,24,32", "--set", "sampling.occupancy_cells=24")
+              "--set", "grid.radiance=16,24,32", "--set", "grid.motion=4,8",
+              "--set", "grid.motion_start=0,0.2", "--set", "sampling.occupancy_cells=24")
     assert "test view" in splinevox("eval", "run")
     (folder / "run" / "a film.mp4").write_bytes(b"beside it")
     splinevox("view", "run", "--out", "view.html")

@@ -25,6 +25,12 @@ struct Renders : BallScene {
   const std::string run = path("run"), pictures = path("pictures");
 };
 
+/// Of all cases: each leaves the run as it was.
+const Renders& renders() {
+  static const Renders out;
+  return out;
+}
+
 Json figures(std::vector<std::string> words) {
   words.insert(words.begin(), "eval");
   words.push_back("--json");
@@ -36,7 +42,7 @@ Json figures(std::vector<std::string> words) {
 
 TEST_SUITE("app/pictures") {
   TEST_CASE("a run's renders, scored as another method's, have the run's figures") {
-    const Renders scene;
+    const Renders& scene = renders();
     const Json own = figures({scene.run});
     const std::string kept = slurp(scene.run + "/metrics.json");
     const std::string out = scene.path("theirs.json");
@@ -60,7 +66,7 @@ TEST_SUITE("app/pictures") {
   }
 
   TEST_CASE("names lead to frames, whatever else lies beside the pictures") {
-    const Renders scene;
+    const Renders& scene = renders();
     const std::string same = scene.truths("same");
     write_text(same + "/readme.txt", "not a picture");
     write_text(same + "/.hidden.png", "not a picture either");
@@ -74,7 +80,7 @@ TEST_SUITE("app/pictures") {
   }
 
   TEST_CASE("what does not fit is an error that names it") {
-    const Renders scene;
+    const Renders& scene = renders();
     const auto refused = [&](const std::string& folder, const std::vector<std::string>& says,
                              std::vector<std::string> more = {}) {
       more.insert(more.begin(), {"eval", scene.run, "--pictures", folder});
@@ -113,7 +119,7 @@ TEST_SUITE("app/pictures") {
   }
 
   TEST_CASE("figures go where a link leads that the user named") {
-    const Renders scene;
+    const Renders& scene = renders();
     const std::string link = scene.path("latest.json");
     REQUIRE(program({"eval", scene.run, "--out", scene.path("first.json")}).code == 0);
     fs::create_symlink(scene.path("first.json"), link);
@@ -131,7 +137,7 @@ TEST_SUITE("app/pictures") {
   }
 
   TEST_CASE("another program's figures stand beside ours, of each picture and of all") {
-    const Renders scene;
+    const Renders& scene = renders();
     // How long the files' names are together, and a number for each line of the list.
     const std::string script = scene.path("count.sh");
     write_text(script, "test -s \"$1\" && test -s \"$2\" && basename \"$1\" | cut -c 6\n");

@@ -6,10 +6,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/tiny_dataset.hpp"
@@ -47,13 +49,21 @@ class Started {
       process_ = -1;
     posix_spawn_file_actions_destroy(&actions);
   }
+  /// Whoever does not wait for it wants it no more, as where a check failed.
+  ~Started() {
+    if (process_ <= 0) return;
+    ::kill(process_, SIGKILL);
+    ::waitpid(process_, nullptr, 0);
+  }
+  Started(const Started&) = delete;
+  Started& operator=(const Started&) = delete;
   pid_t process() const { return process_; }
   /// What it has said on stderr so far.
   std::string err() const { return slurp(folder_.path() / "err"); }
   Ended wait() {
     Ended e;
     int status = 0;
-    if (process_ > 0 && ::waitpid(process_, &status, 0) == process_)
+    if (process_ > 0 && ::waitpid(std::exchange(process_, -1), &status, 0) > 0)
       e.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
     e.out = slurp(folder_.path() / "out");
     e.err = slurp(folder_.path() / "err");
@@ -77,6 +87,13 @@ inline std::string found_in_path(const std::string& name) {
 inline Ended program(std::vector<std::string> words) {
   words.insert(words.begin(), SPLINEVOX_PROGRAM);
   return Started(words).wait();
+}
+
+inline std::string between(const std::string& text, const std::string& first, const std::string& last) {
+  const std::size_t from = text.find(first);
+  if (from == text.npos) return "";
+  const std::size_t to = text.find(last, from + first.size());
+  return text.substr(from + first.size(), to - from - first.size());
 }
 
 inline bool contains(const std::string& text, const std::string& part) {

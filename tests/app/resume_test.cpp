@@ -128,12 +128,13 @@ TEST_SUITE("app/resume") {
 
   TEST_CASE("interrupted and resumed ends in the same bits as never interrupted") {
     const Scene scene;
-    REQUIRE(program(scene.train("whole", "1000", {"--quiet", "--threads", "2"})).code == 0);
-    std::vector<std::string> words = scene.train("parts", "1000", {"--quiet", "--threads", "1"});
+    REQUIRE(program(scene.train("whole", "500", {"--quiet", "--threads", "2"})).code == 0);
+    std::vector<std::string> words = scene.train("parts", "500", {"--quiet", "--threads", "1"});
     words.insert(words.begin(), SPLINEVOX_PROGRAM);
     Started started(words);
-    for (int i = 0; i < 400 && slurp(scene.path("parts") + "/metrics.jsonl").empty(); ++i)
+    for (int i = 0; i < 6000 && slurp(scene.path("parts") + "/metrics.jsonl").empty(); ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    REQUIRE_FALSE(slurp(scene.path("parts") + "/metrics.jsonl").empty());
     ::kill(started.process(), SIGINT);
     const Ended stopped = started.wait();
     CAPTURE(stopped.err);

@@ -7,9 +7,6 @@ using namespace splinevox::test;
 
 TEST_SUITE("app/view") {
   TEST_CASE("of a film it begins at a training camera; away from there it holds back and fades") {
-    Page round;
-    round.make({}, {}, {});
-    CHECK_FALSE(round.header.contains("taken"));
     Page page;
     page.make({}, {}, {"--orbit", "0.15"});
     REQUIRE(page.header.contains("taken"));

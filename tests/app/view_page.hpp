@@ -45,13 +45,6 @@ inline Bytes unbase64(const std::string& text) {
   return out;
 }
 
-inline std::string between(const std::string& text, const std::string& first, const std::string& last) {
-  const std::size_t from = text.find(first);
-  if (from == text.npos) return "";
-  const std::size_t to = text.find(last, from + first.size());
-  return text.substr(from + first.size(), to - from - first.size());
-}
-
 /// A run, its page, and what a browser found on it.
 struct Page {
   TempFolder temp;
@@ -78,6 +71,10 @@ struct Page {
              "--quiet",
              "--set",
              "grid.radiance=16,24,32",
+             "--set",
+             "grid.motion=4,8",
+             "--set",
+             "grid.motion_start=0,0.2",
              "--set",
              "sampling.rays=512",
              "--set",

@@ -88,8 +88,9 @@ TEST_SUITE("app/work") {
   TEST_CASE("a run that is not named gets a new folder each time, and says which") {
     const BallScene scene;
     const std::vector<std::string> words = {
-        "train", scene.data, "--preset",          "draft", "--max-steps",
-        "2",     "--set",    "sampling.rays=128", "--set", "grid.radiance=8,12,16"};
+        "train", scene.data,       "--preset",          "draft", "--max-steps",
+        "2",     "--set",          "sampling.rays=128", "--set", "grid.radiance=8,12,16",
+        "--set", "motion.points=4"};
     const std::filesystem::path before = std::filesystem::current_path();
     std::filesystem::current_path(scene.temp.str());
     const Ended one = program(words), two = program(words);
@@ -118,7 +119,9 @@ TEST_SUITE("app/work") {
                                      "--threads",  "1",
                                      "--set",      "sampling.rays=512",
                                      "--set",      "grid.radiance=16,24",
-                                     "--set",      "grid.radiance_start=0,0.3"};
+                                     "--set",      "grid.radiance_start=0,0.3",
+                                     "--set",      "grid.motion=4,8",
+                                     "--set",      "grid.motion_start=0,0.2"};
       words.insert(words.end(), more.begin(), more.end());
       return program(words);
     };

@@ -56,6 +56,12 @@ inline VoxelModel trained(const Config& config, const Split& split, const TimeMa
   return model;
 }
 
+/// The plain scene's model: what hard cases begin with or are compared to.
+inline const VoxelModel& plain_model() {
+  static const VoxelModel model = trained(short_run(), *ball().find("train"));
+  return model;
+}
+
 /// Mean PSNR over frames that `keep` admits, pictures multiplied by `gain` first.
 inline double quality(const VoxelModel& model, const Split& split, float gain = 1,
                       const std::function<bool(double)>& keep = {}) {

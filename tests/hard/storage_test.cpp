@@ -57,7 +57,7 @@ TEST_SUITE("hard/storage") {
     measured_least("H22 a ball moved by its own width against the ball seen from a moved camera",
                    psnr(there, here), 45, "dB");
     // A trained model: wherever a frame has matter, motion is stored.
-    const VoxelModel model = trained(short_run(), train());
+    const VoxelModel& model = plain_model();
     const MotionField& m = model.motion;
     const OccupancyPyramid canonical(canonical_occupancy(model, 32, 0.1f, model.step));
     const BrickView<float> view(*m.levels[0].topology);
@@ -153,7 +153,7 @@ TEST_SUITE("hard/storage") {
   }
   TEST_CASE("H25: a model stored in halves looks the same") {
     const TempFolder folder;
-    const VoxelModel model = trained(short_run(), train());
+    const VoxelModel& model = plain_model();
     const std::string full = folder.str() + "/full.vdb", half = folder.str() + "/half.vdb";
     save_model(full, model);
     save_model(half, model, {}, true);

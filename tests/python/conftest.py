@@ -7,8 +7,8 @@ import pytest
 
 import splinevox as sv
 
-SMALL = {"grid.radiance": [12, 16], "grid.radiance_start": [0, 0.5], "sampling.rays": 512,
-         "sampling.occupancy_cells": 24}
+SMALL = {"grid.radiance": [12, 16], "grid.radiance_start": [0, 0.5], "grid.motion": [4, 8],
+         "grid.motion_start": [0, 0.2], "sampling.rays": 512, "sampling.occupancy_cells": 24}
 STEPS = 60
 BOX = [[-1.25, -1.5, -0.5], [1.5, 1.25, 2.0]]
 

@@ -62,6 +62,7 @@ std::vector<Line> try_full_disk(const Options& o, double seconds) {
   std::ofstream(tasks) << "datasets = [\"" << scene.path("data")
                        << "\"]\npresets = [\"draft\"]\ntrain = [\"--max-steps\", \"5\"]\n"
                        << "[settings]\nsmall = [\"sampling.rays=128\", \"grid.radiance=8,12,16\", "
+                          "\"grid.motion=4,8\", \"grid.motion_start=0,0.2\", "
                           "\"motion.points=4\", \"effects.steps=0\"]\n";
   const auto frames = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words = scene.export_words();

@@ -144,7 +144,12 @@ int main(int argc, char** argv) {
       if (wanted(t)) t.run(o.seconds * t.share / all);
     splinevox::write_file(o.out + "/torture.md", {table(lines, o, where)});
     std::uint64_t bad = 0;
-    for (const Line& l : lines) bad += l.crashes + l.hangs + l.lost;
+    for (const Line& l : lines) {
+      bad += l.crashes + l.hangs + l.lost;
+      if (l.tried > 0) continue;
+      fmt::print("{} {}: nothing was tried\n", l.trial, l.what);
+      ++bad;
+    }
     if (only.empty() && o.seconds >= kHour)
       for (const std::string& shortfall : too_few(lines)) {
         fmt::print("{}\n", shortfall);

@@ -92,6 +92,8 @@ TEST_SUITE("train/background") {
     Config config = preset("fast");
     config.run.max_time = 0;
     config.run.max_steps = 8000;
+    config.run.surroundings = false;
+    config.motion.presence = false;
     config.sampling.rays = 1024;
     const Dataset data = test::ball_before(sky, 40, 40);
     const EffectChoice choice = choose_effects(config, *data.find("train"), data.time_map);

@@ -216,6 +216,8 @@ TEST_SUITE("train/cameras") {
     config.grid.radiance = {24, 32};
     config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
+    config.grid.motion = {4, 8};
+    config.grid.motion_start = {0, 0.2f};
     config.cameras.clock = false;
     const Split& train = *data.find("train");
     Trainer whole(config, train, data.time_map), first(config, train, data.time_map),
@@ -243,6 +245,8 @@ TEST_SUITE("train/cameras") {
     config.grid.radiance = {24, 40};
     config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
+    config.grid.motion = {4, 8};
+    config.grid.motion_start = {0, 0.2f};
     config.cameras.exposure = false;
     Trainer trainer(config, *data.find("train"), data.time_map);
     while (!trainer.done()) trainer.step();

@@ -9,19 +9,17 @@
 
 #include "core/nearest.hpp"
 #include "splinevox/core/error.hpp"
+#include "support/tiny_dataset.hpp"
 
 using namespace splinevox;
 
 namespace {
 
-/// A file in the temporary folder that lives as long as the object.
+/// A file that lives as long as the object.
 struct TemporaryFile {
-  std::string path;
-  explicit TemporaryFile(const std::string& text)
-      : path((std::filesystem::temp_directory_path() / "splinevox_config_test.toml").string()) {
-    std::ofstream(path) << text;
-  }
-  ~TemporaryFile() { std::filesystem::remove(path); }
+  test::TempFolder folder;
+  std::string path = folder.str() + "/config.toml";
+  explicit TemporaryFile(const std::string& text) { REQUIRE(bool(std::ofstream(path) << text)); }
 };
 
 std::string message(const std::function<void()>& f) {

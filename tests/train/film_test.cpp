@@ -239,10 +239,12 @@ TEST_SUITE("train/film") {
 
   TEST_CASE("a run that goes on knows what moves, though its pictures do not say so") {
     Config config = short_config();
-    config.run.max_steps = 60;
+    config.run.max_steps = 24;
     config.grid.radiance = {24, 32};
     config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, .4f};
+    config.grid.motion = {4, 8};
+    config.grid.motion_start = {0, .2f};
     Dataset data = make_synth("toy", orbit_of());
     const Config ready = prepare(config, data, {.effects = EffectPolicy::keep}).config;
     const Split& told = *data.find("train");
@@ -255,15 +257,15 @@ TEST_SUITE("train/film") {
       return std::vector<float>(model.radiance.raw.values.begin(), model.radiance.raw.values.end());
     };
     Trainer whole(ready, told, data.time_map), first(ready, told, data.time_map);
-    const std::vector<float> want = values(whole, 60);
-    values(first, 30);
+    const std::vector<float> want = values(whole, 24);
+    values(first, 12);
     for (const Split* split : {static_cast<const Split*>(&untold), &told}) {
       Trainer second(ready, *split, data.time_map);
       second.restore(first.save());
-      CHECK(values(second, 30) == want);
+      CHECK(values(second, 12) == want);
     }
     Trainer without(ready, untold, data.time_map);
-    CHECK(values(without, 60) != want);
+    CHECK(values(without, 24) != want);
 
     // While the camera rests it is one that stands still. That says less than what is told of the whole film.
     Split rests = told;
@@ -276,11 +278,11 @@ TEST_SUITE("train/film") {
     for (std::size_t f = 0; f < named.frames.size(); ++f)
       named.frames[f].camera_id = std::max(0, int(f) - int(named.frames.size() / 3) + 1);
     Trainer plain(ready, rests, data.time_map), rested(ready, named, data.time_map);
-    const std::vector<float> same = values(plain, 60);
-    values(rested, 30);
+    const std::vector<float> same = values(plain, 24);
+    values(rested, 12);
     for (Frame& f : named.frames) f.moving = {};
     Trainer on(ready, named, data.time_map);
     on.restore(rested.save());
-    CHECK(values(on, 30) == same);
+    CHECK(values(on, 12) == same);
   }
 }

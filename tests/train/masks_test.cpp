@@ -51,7 +51,7 @@ Dataset masked_ball(unsigned garbage, bool opaque) {
 
 Config masked_run(int steps) {
   Config c = test::small_run(steps);
-  c.effects.steps = 20;
+  c.effects.steps = 10;
   c.sampling.rays = 512;
   return c;
 }
@@ -72,8 +72,8 @@ TEST_SUITE("train/masks") {
   TEST_CASE("what ignored pixels hold changes no bit of a model, nor of what is decided before") {
     for (const bool opaque : {false, true}) {
       CAPTURE(opaque);
-      const PreparedRun a = prepared_run(masked_ball(1, opaque), 200),
-                        b = prepared_run(masked_ball(2, opaque), 200);
+      const PreparedRun a = prepared_run(masked_ball(1, opaque), 80),
+                        b = prepared_run(masked_ball(2, opaque), 80);
       REQUIRE(a.prepared.effects.trials.size() == b.prepared.effects.trials.size());
       CHECK_FALSE(a.prepared.effects.trials.empty());
       for (std::size_t i = 0; i < a.prepared.effects.trials.size(); ++i)

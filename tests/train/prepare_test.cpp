@@ -28,6 +28,8 @@ Config boxed_run() {
   c.run.max_steps = 800;
   c.sampling.rays = 512;
   c.effects.steps = 60;
+  c.run.surroundings = false;
+  c.motion.presence = false;
   c.run.find_ground = false;  // the wall is plain: tests/train/ground_test.cpp
   return c;
 }

@@ -106,7 +106,7 @@ TEST_SUITE("train/rest") {
   }
   TEST_CASE("three pictures are too few to say what is static") {
     Config c = resting_run();
-    c.run.max_steps = 200;
+    c.run.max_steps = 60;
     const Dataset few = make_synth("toy", {.frames = 3, .size = 32});
     const Made made = made_by(c, few);
     CHECK(made.moving_share == 1);

@@ -248,6 +248,9 @@ TEST_SUITE("train/still") {
     const Dataset data = make_synth("toy", {.frames = 6, .size = 48, .rig = {.cameras = 5}});
     Config config = rig_choice();
     config.run.max_steps = 2;
+    config.grid.radiance = {16};
+    config.grid.radiance_start = {0};
+    config.motion.points = 4;
     config.grid.motion = {32};
     config.grid.motion_start = {0};
     const auto bricks = [&](const Config& c, const Split& split) {

@@ -161,8 +161,8 @@ TEST_SUITE("train/surroundings") {
 
   TEST_CASE("a room around the box is learned, and the scene before it") {
     const Dataset data = test::ball_before(wall, 40, 40);
-    const VoxelModel with = test::trained(room_run(400, 32), data),
-                     without = test::trained(room_run(400, 0), data);
+    const VoxelModel with = test::trained(room_run(250, 32), data),
+                     without = test::trained(room_run(250, 0), data);
     REQUIRE(with.surroundings.any());
     CHECK_FALSE(without.surroundings.any());
     const double around = test::test_psnr(with, data), plain = test::test_psnr(without, data);

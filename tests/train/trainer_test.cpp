@@ -160,6 +160,7 @@ TEST_SUITE("train/trainer") {
     Config config = preset("draft");
     config.run.max_time = 0;
     config.run.max_steps = 250;
+    config.sampling.rays = 1024;
     config.grid.radiance = {24, 40};
     config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
@@ -219,6 +220,7 @@ TEST_SUITE("train/trainer") {
     Config config = preset("draft");
     config.run.max_time = 0;
     config.run.max_steps = 250;
+    config.sampling.rays = 1024;
     config.grid.radiance = {24, 72};
     config.sampling.occupancy_cells = 32;
     config.grid.radiance_start = {0, 0.3f};
