@@ -188,8 +188,8 @@ const std::vector<Preset>& presets() {
   static const std::vector<Preset> list = {
       {"draft", "a first look: 15 seconds, up to 96 cells", draft(), 1500},
       {"fast", "the default: 60 seconds, up to 256 cells", fast(), 2800},
-      {"standard", "better for longer: 5 minutes, up to 256 cells", standard(), 13200},
-      {"high", "the best mean: 30 minutes, up to 384 cells", high(), 37000},
+      {"standard", "better for longer: 5 minutes, up to 256 cells", standard(), 10800},
+      {"high", "the best mean: 30 minutes, up to 384 cells", high(), 29400},
       {"paper", "the paper's method to the letter: Bezier of 5 points, its losses and weights; 10 minutes",
        paper()},
       {"nerf_atlas",
