@@ -90,7 +90,7 @@ def compiled_in(build):
                         str(pathlib.Path(build).resolve()) + "/")
     for line in run("ninja", "-C", build, "-t", "deps").splitlines():
         path = line.strip()
-        if line.startswith("    /") and not path.startswith(own):
+        if line.startswith("    /") and not os.path.realpath(path).startswith(own):
             files.add(path)
     cache = pathlib.Path(build, "CMakeCache.txt").read_text()
     files |= set(re.findall(r"^SPLINEVOX_CHART_JS:\w+=(.+)$", cache, re.M))

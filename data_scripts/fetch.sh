@@ -50,7 +50,10 @@ if [[ $expected == - ]]; then
   echo "$got" >"$archive.sha256"
   echo "fetch.sh: nobody has written down a checksum of this set; noted $got" >&2
 fi
-unzip -o -q "$archive" -d "$folder"  # over what an earlier try left half unpacked
+if [[ ! -f $archive.unpacked ]]; then  # over what an earlier try left half unpacked, and never again
+  unzip -o -q "$archive" -d "$folder"
+  : >"$archive.unpacked"
+fi
 find "$folder" \( -name transforms_train.json -o -name transforms.json -o -name dataset.json \
   -o -name poses_bounds.npy -o -name precomputed.json -o -name cameras.bin -o -name cameras.txt \) \
   -printf '%h\n' | sort -u

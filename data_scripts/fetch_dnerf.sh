@@ -23,5 +23,8 @@ if ! whole; then  # of a whole file there is nothing to continue
   esac
 fi
 whole || { echo "$folder/data.zip is damaged: delete it and try again" >&2; exit 1; }
-unzip -o -q "$folder/data.zip" -d "$folder"  # over what an earlier try left half unpacked
+if [[ ! -f $folder/data.zip.unpacked ]]; then  # over what an earlier try left half unpacked, and never again
+  unzip -o -q "$folder/data.zip" -d "$folder"
+  : >"$folder/data.zip.unpacked"
+fi
 find "$folder" -name transforms_train.json -printf '%h\n' | sort

@@ -76,11 +76,12 @@ bool claim_folder(const std::string& folder, const Run& run, const std::vector<s
   return false;
 }
 
-/// Removes what renders that were killed left half written, unless another process writes there.
+/// Removes what renders that were killed left half written, unless another process of this machine writes
+/// there.
 void remove_drafts(const std::string& folder) {
   try {
     const FolderLock alone(folder, kWriting);  // removes those of pictures
-    remove_film_drafts(folder);
+    if (alone.held()) remove_film_drafts(folder);
   } catch (const Error&) {
   }
 }

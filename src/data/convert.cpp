@@ -127,8 +127,8 @@ void write_mask(const PicturePlan& plan, std::size_t i, const fs::path& to) {
   write_bytes(to, encode_png(image));
 }
 
-/// Numbers stay those of the file, as they do where it is copied: light stays light, and all pictures of the
-/// new folder are read alike.
+/// Light and floats keep the numbers of the file, as where it is copied, so that all pictures of the new
+/// folder are read alike. Others get 8 bits a channel.
 void write_picture(const PicturePlan& plan, std::size_t i, const fs::path& to) {
   if (!is_rewritten(plan, i)) return copy_bytes(plan.paths[i], to);
   FilePixels pixels = kept_pixels(plan, i);

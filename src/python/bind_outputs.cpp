@@ -56,12 +56,13 @@ void listening(const std::function<void(const std::atomic<bool>& stopped)>& work
       return 0;
     });
   });
-  while (worked.wait_for(kEvery) != std::future_status::ready) {
+  while (!heard && worked.wait_for(kEvery) != std::future_status::ready) {
     const py::gil_scoped_acquire lock;
-    if (heard || PyErr_CheckSignals() == 0) continue;
+    if (PyErr_CheckSignals() == 0) continue;
     heard = std::make_exception_ptr(py::error_already_set());
     stopped = true;
   }
+  worked.wait();
   if (heard) std::rethrow_exception(heard);
   worked.get();
 }
@@ -106,7 +107,7 @@ py::list export_frames(const py::object& source, const std::string& folder, cons
     validate(o);
     run::refuse_run_folder(folder, "an export");
     run::probe_output_folder(folder);
-    const run::FolderLock lock(folder, "exporting into");
+    const run::FolderLock lock(folder, "writing into");
     result = export_vdb(*model, folder, o, [&](const ExportedFrame& frame, int, int) {
       return call_back(callback, frame) && !stopped;
     });

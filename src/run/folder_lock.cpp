@@ -64,6 +64,7 @@ FolderLock::FolderLock(const std::string& folder, const char* doing, bool alone)
   descriptor_ = retried([&] { return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
   if (descriptor_ < 0) return;
   if (retried([&] { return ::flock(descriptor_, (alone ? LOCK_EX : LOCK_SH) | LOCK_NB); }) == 0) {
+    held_ = true;
     if (alone) remove_leftovers(folder);
     return;
   }

@@ -15,11 +15,14 @@ class FolderLock {
   /// @param alone  false: beside others that say so, too; nothing is removed
   FolderLock(const std::string& folder, const char* doing, bool alone = true);
   ~FolderLock();
+  /// Whether nobody else has it: where a file system knows no locks, nobody can tell.
+  bool held() const { return held_; }
   FolderLock(const FolderLock&) = delete;
   FolderLock& operator=(const FolderLock&) = delete;
 
  private:
   int descriptor_ = -1;
+  bool held_ = false;
 };
 
 }  // namespace splinevox::run

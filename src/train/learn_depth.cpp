@@ -95,7 +95,7 @@ void fit_depths(const Setting& setting, const Volume& volume, const TimeWindow& 
     const Frame& frame = setting.train.frames[f];
     if (frame.depth.empty() || frame.depth.kind() == DepthKind::metric) return;
     Pairs pairs;
-    specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() {
+    specialise(model.radiance.sh_order, [&]<int Sh>() {
       const Occupancy& o = volume.occupancy;
       pairs = pairs_of<Sh>(model, frame, volume.cameras.time_of(frame),
                            o.grids()[std::size_t(o.grid_of(int(f)))]);

@@ -32,7 +32,8 @@ bool takes_box(const Config& config, const Dataset& data) {
 
 /// Whether the subject may be as dark as what passes for the ground's colour.
 bool too_dark_to_tell(const Config& config, const Split& train, const Vec3& ground) {
-  constexpr float kDark = 0.1f, kMostTolerance = 0.1f;  // of the brightest value
+  constexpr float kDark = 0.1f;           // a value
+  constexpr float kMostTolerance = 0.1f;  // of the unit of brightness
   if (std::max({ground.x, ground.y, ground.z}) > kDark) return false;
   return kGroundTolerance > kMostTolerance * brightness(config, picture_stats(train));
 }

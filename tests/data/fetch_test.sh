@@ -24,8 +24,11 @@ mkdir "$work/b" && head -c 5000 "$work/served/scene.zip" >"$work/b/scene.zip"
 "$fetch" "$address" "$work/b" >/dev/null 2>&1 || fail "a cut download is not continued"
 cmp "$work/b/scene.zip" "$work/served/scene.zip" || fail "continued wrongly"
 [[ $(<"$work/b/scene.zip.sha256") == "$sum" ]] || fail "no checksum is noted"
-truncate -s 100 "$work/b/scene/picture.bin"  # as if unpacking had been interrupted
+echo mine >"$work/b/scene/transforms.json"
 "$fetch" "$address" "$work/b" >/dev/null 2>&1 || fail "a second fetch fails"
+[[ $(<"$work/b/scene/transforms.json") == mine ]] || fail "what is there is unpacked again"
+rm "$work/b/scene.zip.unpacked" && truncate -s 100 "$work/b/scene/picture.bin"  # unpacking was interrupted
+"$fetch" "$address" "$work/b" >/dev/null 2>&1 || fail "a fetch behind half an unpacking fails"
 cmp "$work/b/scene/picture.bin" "$work/served/scene/picture.bin" || fail "half a picture is kept"
 printf 'x' | dd of="$work/b/scene.zip" bs=1 seek=200 conv=notrunc status=none
 if "$fetch" "$address" "$work/b" >/dev/null 2>"$work/log"; then fail "damage is not noticed"; fi

@@ -51,7 +51,7 @@ Film film_of(const std::function<double(int picture, int x, int y)>& gain, doubl
   return film;
 }
 
-double explained_share(const Film& film) { return whole_share(film.frames, kWhite, film.shown); }
+double explained_share(const Film& film) { return whole_share(film.frames, kWhite, film.shown, 1); }
 double drift(int picture) { return 1 + 0.25 * std::sin(picture); }
 
 }  // namespace
@@ -74,12 +74,12 @@ TEST_SUITE("train/gains_where") {
     for (Image& shown : dark.shown)
       for (float& v : shown.data) v *= 0.01f;
     CHECK(whole_share(dark.frames, black, dark.shown, 0.01f) ==
-          doctest::Approx(whole_share(bright.frames, black, bright.shown)).epsilon(0.01));
-    CHECK(whole_share(dark.frames, black, dark.shown) == 0);
+          doctest::Approx(whole_share(bright.frames, black, bright.shown, 1)).epsilon(0.01));
+    CHECK(whole_share(dark.frames, black, dark.shown, 1) == 0);
     for (int p = 0; p < kPictures; ++p)
       dark.frames[std::size_t(p)].camera_id = p % 2;  // of whose pictures the exposure drifts
     CHECK(cameras_spread(dark.frames, black, dark.shown, 0.01f).drift > 0.1);
-    CHECK(cameras_spread(dark.frames, black, dark.shown).drift == 0);
+    CHECK(cameras_spread(dark.frames, black, dark.shown, 1).drift == 0);
   }
   TEST_CASE("a highlight that goes by changes a part of each picture") {
     const auto highlight = [](int p, int x, int y) {
@@ -99,7 +99,7 @@ TEST_SUITE("train/gains_where") {
     const auto of_rig = [](const std::function<double(int camera, int picture)>& gain, int cameras = 4) {
       Film film = film_of([&](int p, int, int) { return gain(p % cameras, p); });
       for (int p = 0; p < kPictures; ++p) film.frames[std::size_t(p)].camera_id = p % cameras;
-      return cameras_spread(film.frames, kWhite, film.shown);
+      return cameras_spread(film.frames, kWhite, film.shown, 1);
     };
     const auto of_camera = [](int camera) { return std::exp(0.1 * (camera % 2 ? 1 : -1)); };
     const double sd = 0.1 * std::sqrt(4.0 / 3);
@@ -132,12 +132,12 @@ TEST_SUITE("train/gains_where") {
   TEST_CASE("what moves and is shown in a wrong place sets no cameras apart") {
     Film film = film_of([](int p, int x, int y) { return std::hypot(x - 12 - 3 * p, y - 30) < 8 ? 0.2 : 1; });
     for (int p = 0; p < kPictures; ++p) film.frames[std::size_t(p)].camera_id = p % 4;
-    CHECK(cameras_spread(film.frames, kWhite, film.shown).apart < 0.01);
-    CHECK(cameras_spread(film.frames, kWhite, film.shown).drift < 0.01);
+    CHECK(cameras_spread(film.frames, kWhite, film.shown, 1).apart < 0.01);
+    CHECK(cameras_spread(film.frames, kWhite, film.shown, 1).drift < 0.01);
   }
   TEST_CASE("without pictures, or with nothing in them, there is no share") {
-    CHECK(cameras_spread({}, kWhite, {}).apart == 0);
-    CHECK(cameras_spread({}, kWhite, {}).drift == 0);
+    CHECK(cameras_spread({}, kWhite, {}, 1).apart == 0);
+    CHECK(cameras_spread({}, kWhite, {}, 1).drift == 0);
     CHECK(explained_share({}) == 0);
     Film film = film_of([](int, int, int) { return 1.0; });
     for (Frame& f : film.frames)

@@ -11,7 +11,7 @@
 
 namespace splinevox {
 
-/// Grids that the fields of a model may have in its file: one for each column.
+/// Grids of fields that a configuration may lead to: one for each column of a model.
 inline constexpr int kMostGrids = 256;
 
 /// sigma = scale * softplus(raw + shift), in 1 / scene unit; see math/activation.hpp.

@@ -48,7 +48,7 @@ struct GridConfig {
   float box_alpha = 0.1f;  ///< of one step at some time: a new stage's box shrinks to where it is more
   std::vector<float> box;  ///< [6] lo.xyz, hi.xyz in scene units; empty: from silhouettes and cameras
   std::vector<float> empty_start;  ///< progress at which canonical matter is emptied that was not visible
-                                   ///< since the start before; empty: never, and total variation takes
+                                   ///< since the emptying before; empty: never, and total variation takes
                                    ///< rows that no ray made visible, too
   float seen_share = 0.25f;  ///< of the heaviest sample of a ray: samples from this weight on are visible
 };

@@ -73,16 +73,13 @@ std::vector<ManifestFile> beside_frames(const Manifest& list, const std::vector<
   return files;
 }
 
-/// The first of `names` that is in the folder and somebody else's; "": none is.
-/// @param there  names of what is in the folder  @param listed  names in lists of ours; null: there is no
-/// list
+/// The first of `names` that is beside exports of ours and somebody else's; "": none is.
+/// @param there  names of what is in the folder  @param listed  names in lists of ours
 std::string first_foreign(const std::string& folder, const std::vector<std::string>& there,
-                          const std::vector<std::string>& names, const std::set<std::string>* listed) {
+                          const std::vector<std::string>& names, const std::set<std::string>& listed) {
   const std::set<std::string_view> present(there.begin(), there.end());
   const auto foreign = [&](const std::string& name) {
-    if (!present.contains(name)) return false;
-    if (!listed) return true;
-    return name.ends_with(".vdb") && !listed->contains(name) &&
+    return present.contains(name) && name.ends_with(".vdb") && !listed.contains(name) &&
            !made_by_us((fs::path(folder) / name).string());
   };
   const auto found = std::find_if(names.begin(), names.end(), foreign);
@@ -131,7 +128,10 @@ EarlierExports claim_export_folder(const std::string& folder, const ExportInfo& 
     const bool nothing = list->files.empty();  // of an export that was refused after all
     if (there != asked && !replace && !nothing) refuse(folder, there, asked);
     if (there != asked) {
-      if (name != kManifestName) remove_quietly(folder, name);
+      if (nothing && name != kManifestName)
+        remove_quietly(folder, name);
+      else if (name != kManifestName && name != partial)
+        earlier.lists.push_back(name);
       const std::vector<ManifestFile> beside = beside_frames(*list, names_of_export);
       earlier.replaced.insert(earlier.replaced.end(), beside.begin(), beside.end());
       continue;
@@ -140,8 +140,9 @@ EarlierExports claim_export_folder(const std::string& folder, const ExportInfo& 
     for (const ManifestFile& file : list->files)
       if (known.insert(file.name).second) earlier.files.push_back(file);
   }
-  const std::string taken =
-      replace ? "" : first_foreign(folder, there_before, names_of_export, ours ? &known : nullptr);
+  const std::string taken = replace ? ""
+                            : ours  ? first_foreign(folder, there_before, names_of_export, known)
+                                    : first_taken(there_before, names_of_export);
   if (!taken.empty())
     fail({.where = folder,
           .what = "holds a file that this would overwrite, and no list of an export says whose it is",
@@ -203,9 +204,10 @@ void remove_quietly(const std::string& folder, const std::string& name) {
   fs::remove(fs::path(folder) / name, ignored);
 }
 
-void remove_as_listed(const std::string& folder, const std::vector<ManifestFile>& files) {
-  for (const ManifestFile& file : files)
+void remove_replaced(const std::string& folder, const EarlierExports& earlier) {
+  for (const ManifestFile& file : earlier.replaced)
     if (intact(folder, file)) remove_quietly(folder, file.name);
+  for (const std::string& list : earlier.lists) remove_quietly(folder, list);
 }
 
 }  // namespace splinevox

@@ -30,8 +30,9 @@ std::string partial_name(const Share& share);
 struct EarlierExports {
   std::vector<ManifestFile> files;  ///< of the same settings; a name once
   /// What those of other settings had beside their frames and the new export does not write. It would show
-  /// the new frames as if they were the old ones: see remove_as_listed.
+  /// the new frames as if they were the old ones: see remove_replaced.
   std::vector<ManifestFile> replaced;
+  std::vector<std::string> lists;  ///< those of other settings that have not ended
 };
 
 /// Takes a folder for an export. From here on it has a list that says whose its files are.
@@ -40,8 +41,7 @@ struct EarlierExports {
 /// which differ, unless it lists nothing. Where there is none, a file with one of `names` is somebody else's:
 /// it throws as well. Where there is one, files that it does not name may be those of an export that was
 /// killed before it listed them: it throws for a .vdb that is not made_by_us(). With `replace` it does
-/// neither; lists of exports with other settings that have not ended are removed then, and their frames are
-/// left alone.
+/// neither, and frames of other settings are left alone.
 /// @param names  what the export will write  @param partial  partial_name()
 EarlierExports claim_export_folder(const std::string& folder, const ExportInfo& info,
                                    const std::vector<std::string>& names, const std::string& partial,
@@ -65,7 +65,8 @@ std::vector<std::string> other_frames(const std::string& folder, const Manifest&
 
 void remove_quietly(const std::string& folder, const std::string& name);
 
-/// Removes those of the files that are as they were listed: one that was changed since is somebody's.
-void remove_as_listed(const std::string& folder, const std::vector<ManifestFile>& files);
+/// Removes what belongs to no frame of what is replaced, as far as it is as it was listed: what was changed
+/// since is somebody's. Then the lists that name it.
+void remove_replaced(const std::string& folder, const EarlierExports& earlier);
 
 }  // namespace splinevox

@@ -146,11 +146,16 @@ class Sequence {
     return files;
   }
   /// What those left as it should be and this one takes over or writes again. Its lists name it until then:
-  /// an export that is stopped would forget it. Not points, which more frames leave behind.
+  /// an export that is stopped would forget it. Not points, which more frames leave behind, nor frames of
+  /// other shares, which list them.
   std::vector<ManifestFile> files_ahead() const {
     std::vector<ManifestFile> files;
-    for (const ManifestFile& file : before_.files)
-      if (!is_other(file) && file.name != kPointsFile && intact(folder_, file, true)) files.push_back(file);
+    for (const ManifestFile& file : before_.files) {
+      const int f = frame_of(file);
+      const bool own = f < 0 || options_.share.holds(f - options_.first);
+      if (own && !is_other(file) && file.name != kPointsFile && intact(folder_, file, true))
+        files.push_back(file);
+    }
     return files;
   }
   const FrameBaker& baker() const { return baker_; }
@@ -163,7 +168,7 @@ class Sequence {
     if (keep(out)) return out;
     std::call_once(changed_, [&] {  // the list of all is no longer true; one of what is there takes its place
       write_manifest(folder_, {"export", info_, before_.files}, partial_name(options_.share));
-      remove_as_listed(folder_, before_.replaced);
+      remove_replaced(folder_, before_);
       remove_quietly(folder_, kManifestName);
     });
     const Clock::time_point start = Clock::now();

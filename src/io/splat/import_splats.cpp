@@ -178,7 +178,7 @@ ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::str
     frame.file.name = frame_name(f.frame, profile);
     if (result.frames.empty()) {  // a list of all that was there is no longer true
       write_manifest(folder, manifest, kPartialManifestName);
-      remove_as_listed(folder, earlier.replaced);
+      remove_replaced(folder, earlier);
       remove_quietly(folder, kManifestName);
     }
     const auto writing = Clock::now();

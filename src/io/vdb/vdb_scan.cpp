@@ -28,6 +28,8 @@ void add_instances(const Cursor& cursor, const std::vector<Instance>& instances,
                    VdbCost& cost) {
   for (const Instance& instance : instances) {
     const VdbCost shared = trees[instance.of];
+    cost.tile_voxels += shared.tile_voxels;
+    trees[instance.name].tile_voxels += shared.tile_voxels;
     add_cost(cursor, cost, shared.voxels, shared.bytes);
     add_cost(cursor, trees[instance.name], shared.voxels, shared.bytes);
   }
@@ -58,6 +60,7 @@ void scan_grids(Cursor& cursor, std::uint64_t size, bool offsets, VdbCost& cost)
     }
     if (offsets && cursor.at() != std::uint64_t(end))
       cursor.bad("a grid does not end where the file says", std::to_string(end), std::to_string(cursor.at()));
+    trees[name].tile_voxels += cost.tile_voxels - before.tile_voxels;
     add_cost(cursor, trees[name], cost.voxels - before.voxels, cost.bytes - before.bytes);
     if (!parent.empty()) instances.push_back({name, parent});
   }

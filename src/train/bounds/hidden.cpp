@@ -23,6 +23,7 @@ bool enough_rays(const Split& train, std::int64_t rays) {
 
 bool empty_hidden(const Setting& setting, const TimeWindow& window, Lattices& lattices) {
   const Visible& visible = lattices.visible;
+  if (!window.whole) lattices.forget_visible(setting);  // rays of some times say nothing of the others
   if (!window.whole || !enough_rays(setting.train, visible.rays)) return false;
   Channels& raw = lattices.model.radiance.raw;
   Learner& learner = lattices.radiance;

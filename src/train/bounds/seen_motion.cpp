@@ -92,7 +92,7 @@ std::vector<VisibleMotion> visible_motion(const VoxelModel& model, const Split& 
     const int f = chosen[i];
     const BitGrid* grid =
         occupancy.grids.empty() ? nullptr : &occupancy.grids[std::size_t(occupancy.of_frame[std::size_t(f)])];
-    specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() {
+    specialise(model.radiance.sh_order, [&]<int Sh>() {
       visible[i] = cells_of<Sh>(model, views.frames[f], cameras, grid, cells, kRays / double(looks));
     });
   });

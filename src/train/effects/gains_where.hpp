@@ -29,7 +29,7 @@ std::optional<GainsWhere> gains_where(const std::vector<Image>& where, const std
 /// hardly a picture has enough tiles that show more than the background.
 /// @param shown  pictures of the fit, without its gains. @param unit  of brightness (train/start.hpp)
 double whole_share(const std::vector<Frame>& held_out, const Vec3& background,
-                   const std::vector<Image>& shown, float unit = 1);
+                   const std::vector<Image>& shown, float unit);
 
 /// How brightness differs between the pictures of a rig, by held-out ones and a fit without gains: standard
 /// deviations of the logarithms of truth over shown. Of each picture and channel the median over tiles of 8x8
@@ -41,6 +41,6 @@ struct CameraSpread {
 /// Zeros where hardly a picture shows enough. @param shown  pictures of the fit
 /// @param unit  of brightness
 CameraSpread cameras_spread(const std::vector<Frame>& held_out, const Vec3& background,
-                            const std::vector<Image>& shown, float unit = 1);
+                            const std::vector<Image>& shown, float unit);
 
 }  // namespace splinevox

@@ -34,6 +34,10 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
       p.u /= float(factor);
       p.v /= float(factor);
     }
+    const Camera& camera = out.frames[i].camera;  // rows and columns that fill no whole pixel are left out
+    std::erase_if(out.frames[i].tracks, [&](const VisiblePoint& p) {
+      return !(p.u < float(camera.width) && p.v < float(camera.height));
+    });
   });
   const std::vector<Frame> all = std::exchange(out.frames, {});
   std::vector<int> left;

@@ -88,9 +88,8 @@ BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Sp
   BitGrid out(moving.box, kCells), visible = out;
   std::vector<std::vector<Given>> given(views.frames.size());
   parallel_for(int(given.size()), [&](int f) {
-    specialise(moving.radiance.sh_order, true, [&]<int Sh, bool>() {
-      given[f] = given_by<Sh>(views.frames[f], out, moving, still, cameras);
-    });
+    specialise(moving.radiance.sh_order,
+               [&]<int Sh>() { given[f] = given_by<Sh>(views.frames[f], out, moving, still, cameras); });
   });
   std::vector<double> explained(out.cells(), 0.0);
   for (std::size_t c = 0; c < out.cells(); ++c) {
@@ -112,7 +111,7 @@ BitGrid moving_cells(const VoxelModel& moving, const VoxelModel& still, const Sp
 
 Image shows_cells(const VoxelModel& moving, const BitGrid& cells, const Frame& frame) {
   Image out(frame.camera.width, frame.camera.height, 1);
-  specialise(moving.radiance.sh_order, true, [&]<int Sh, bool>() {
+  specialise(moving.radiance.sh_order, [&]<int Sh>() {
     Look<Sh> look(moving, frame.time);
     for (int y = 0; y < out.height; ++y)
       for (int x = 0; x < out.width; ++x) {

@@ -110,7 +110,7 @@ std::vector<ClockDoubt> doubt_clocks(const VoxelModel& model, const Split& views
   }
   std::vector<Evidence> found(frames.size());
   parallel_for(int(frames.size()), [&](int i) {
-    specialise(model.radiance.sh_order, true, [&]<int Sh, bool>() {
+    specialise(model.radiance.sh_order, [&]<int Sh>() {
       found[std::size_t(i)] = evidence_of<Sh>(*frames[std::size_t(i)], model, cameras);
     });
   });

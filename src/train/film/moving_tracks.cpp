@@ -109,7 +109,9 @@ PixelMask squares_of_moving(const Frame& frame, const std::vector<char>& moves, 
     if (!moves[std::size_t(p.point)] || !counts(frame, p)) continue;
     std::vector<std::pair<float, bool>> others;
     for (const VisiblePoint& q : frame.tracks)
-      others.emplace_back((q.u - p.u) * (q.u - p.u) + (q.v - p.v) * (q.v - p.v), moves[std::size_t(q.point)]);
+      if (counts(frame, q))
+        others.emplace_back((q.u - p.u) * (q.u - p.u) + (q.v - p.v) * (q.v - p.v),
+                            moves[std::size_t(q.point)]);
     const std::size_t nearest = std::min(kNearest, others.size());
     std::partial_sort(others.begin(), others.begin() + std::ptrdiff_t(nearest), others.end());
     const auto moving = std::count_if(others.begin(), others.begin() + std::ptrdiff_t(nearest),

@@ -8,6 +8,7 @@
 namespace splinevox {
 
 /// Whether a tracked point says anything of a frame: not where the frame's pixels are ignored.
+/// @pre  the point lies in the picture
 inline bool counts(const Frame& frame, const VisiblePoint& p) {
   return !frame.ignored.test(int(p.u), int(p.v));
 }
