@@ -50,16 +50,6 @@ bool captures(const std::string& root, const std::string& words, int code,
                " > $root/said 2>&1; test $? = " + std::to_string(code));
 }
 
-/// All files of a folder with what is in them.
-std::map<std::string, std::string> contents(const std::string& folder) {
-  std::map<std::string, std::string> files;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-    const std::string name = entry.path().lexically_relative(folder).string();
-    if (entry.is_regular_file()) files[name] = slurp(entry.path());
-  }
-  return files;
-}
-
 /// Distances between all cameras of a data set, by the pictures' names.
 std::vector<double> distances(const run::Json& transforms) {
   std::vector<std::pair<std::string, Vec3d>> places;
@@ -230,13 +220,13 @@ mapper*) cp -r "$root/models/bent/sparse/0" "$root/out/work/sparse" ;;  # it may
     fs::create_directories(root + "/links");
     for (const char* name : {"1.png", "2.png", "3.png"})
       fs::create_symlink(out + "/images/" + name, root + "/links/" + name);
-    const std::map<std::string, std::string> before = contents(out);
+    const std::map<std::string, std::string> before = files_of(out);
     const auto refused = [&](const std::string& words, const std::string& text,
                              const std::string& path = "$root/bin:$PATH") {
       CAPTURE(words);
       CHECK(captures(root, words + " --out $root/out", 2, path));
       CHECK(contains(slurp(root + "/said"), text));
-      CHECK(contents(out) == before);
+      CHECK(files_of(out) == before);
     };
     refused("$root/film.mp4 --fresh --masks subject", "masks of films are not read");
     refused("$root/film.mp4 --fresh", "film.mp4");
@@ -260,12 +250,12 @@ mapper*) test -e "$root/found" && cp -r "$root/model/sparse/0" "$root/out/work/s
     for (const char* name : {"images/a.png", "masks/a.png", "transforms.json", "capture.json"})
       write_text(out + "/" + name, "of the earlier call");
     write_text(out + "/work/state.json", "{}");
-    const std::map<std::string, std::string> before = contents(out);
+    const std::map<std::string, std::string> before = files_of(out);
     const std::string words = "$root/model/images --out $root/out";
     for (int i = 0; i < 2; ++i) {  // no model: neither the first call nor the second loses it
       CHECK(captures(root, words + " --fresh", 2));
       CHECK(contains(slurp(root + "/said"), "COLMAP could not place the pictures"));
-      CHECK(contents(aside) == before);
+      CHECK(files_of(aside) == before);
       CHECK(!fs::exists(out + "/transforms.json"));
     }
     // One that is stopped while it moves things: the next puts them back.
@@ -276,7 +266,7 @@ mapper*) test -e "$root/found" && cp -r "$root/model/sparse/0" "$root/out/work/s
     for (const char* name : {"capture.json", "work"}) fs::rename(out + "/" + name, moving + "/" + name);
     CHECK(captures(root, words, 2));
     CHECK(contains(slurp(root + "/said"), "this is no state of a capture"));
-    CHECK(contents(out) == before);
+    CHECK(files_of(out) == before);
 
     write_text(root + "/found", "");
     const bool made = captures(root, words + " --fresh", 0);

@@ -51,9 +51,7 @@ struct Endless {
   Small small;
   Started started;
   Endless() : started(words(small)) {
-    for (int i = 0; i < 6000 && !fs::exists(small.path("run") + "/metrics.jsonl"); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    REQUIRE(fs::exists(small.path("run") + "/metrics.jsonl"));
+    REQUIRE(comes([&] { return fs::exists(small.path("run") + "/metrics.jsonl"); }));
   }
   static std::vector<std::string> words(const Small& small) {
     std::vector<std::string> all = small.train("run", "100000000", {"--quiet"});
@@ -208,7 +206,7 @@ TEST_SUITE("app/faults") {
     const Ended busy = program({"export", small.path("run"), "--out", small.path("vdb"), "--frames", "1-2"});
     ::close(folder);
     CHECK(busy.code == 2);
-    CHECK(contains(busy.err, "another process is exporting into this folder"));
+    CHECK(contains(busy.err, "another process is writing into this folder"));
   }
 
   TEST_CASE("F16: a run is not resumed with data in which one pixel has changed") {

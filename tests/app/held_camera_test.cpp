@@ -109,7 +109,8 @@ TEST_SUITE("app/held_camera") {
   TEST_CASE("one camera on its way is a film, cameras anywhere are not") {
     const Box box = block({}).box;
     for (const double orbit : {0.1, 0.5, 1.0}) {
-      const Dataset data = make_synth("static", {.frames = 40, .size = 8, .orbit = orbit, .film = true});
+      const Dataset data =
+          make_synth("static", {.frames = 40, .size = 8, .orbit = orbit, .film = true, .shake = 0.02});
       CHECK(is_film(*data.find("train"), box));
     }
     CHECK(!is_film(*make_synth("static", {.frames = 40, .size = 8}).find("train"), box));

@@ -16,14 +16,6 @@ using run::Json;
 
 namespace {
 
-/// Every file below a folder with its bytes.
-std::map<std::string, std::string> files_of(const std::string& folder) {
-  std::map<std::string, std::string> out;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file()) out[fs::relative(entry.path(), folder).string()] = slurp(entry.path());
-  return out;
-}
-
 /// A regular file, by its kind, that cannot be read even by root.
 constexpr const char* kUnreadable = "/proc/self/mem";
 
@@ -173,10 +165,10 @@ TEST_SUITE("app/honest") {
     REQUIRE(program(home.train("other", {"--max-steps", "8"})).code == 0);
     // A figure of another program is asked for when the model has been read, and holds it there.
     const std::string here = home.path("here"), go = home.path("go"), script = home.path("hold.sh");
-    write_text(script, "touch '" + here + "'\nwhile [ ! -e '" + go + "' ]; do sleep 0.02; done\necho 1\n");
+    write_text(script, "touch '" + here + "'\nwhile [ -e '" + here + "' ] && [ ! -e '" + go +
+                           "' ]; do sleep 0.02; done\necho 1\n");
     Started eval({SPLINEVOX_PROGRAM, "eval", home.run, "--metric", "hold=sh '" + script + "'"});
-    for (int i = 0; i < 6000 && !fs::exists(here); ++i) ::usleep(20000);
-    REQUIRE(fs::exists(here));
+    REQUIRE(comes([&] { return fs::exists(here); }));
     const std::string metrics = slurp(home.run + "/metrics.json");
     fs::copy_file(home.path("other") + "/model.vdb", home.run + "/new.vdb");
     fs::rename(home.run + "/new.vdb", home.run + "/model.vdb");

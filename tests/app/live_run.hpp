@@ -4,24 +4,12 @@
 #include <doctest/doctest.h>
 #include <httplib.h>
 
-#include <chrono>
 #include <csignal>
-#include <functional>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "ball_scene.hpp"
 
 namespace splinevox::test {
-
-/// Waits for something that another process does. False: it has not come for so long.
-inline bool comes(const std::function<bool()>& about, int seconds = 120) {
-  for (int tries = 0; tries < 20 * seconds; ++tries) {
-    if (about()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  return false;
-}
 
 /// A training with its live page.
 class LiveRun {

@@ -25,7 +25,7 @@ struct Renders : BallScene {
   const std::string run = path("run"), pictures = path("pictures");
 };
 
-/// Of all cases: each leaves the run as it was.
+/// Of all cases: they change nothing of the run but the figures that eval keeps.
 const Renders& renders() {
   static const Renders out;
   return out;

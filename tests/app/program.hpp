@@ -6,11 +6,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -26,11 +31,29 @@ struct Ended {
   std::string out, err;
 };
 
+/// Waits for something that another process does. False: it has not come for so long.
+inline bool comes(const std::function<bool()>& about, int seconds = 120) {
+  for (int tries = 0; tries < 50 * seconds; ++tries) {
+    if (about()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
 inline std::string slurp(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   std::stringstream text;
   text << in.rdbuf();
   return text.str();
+}
+
+/// Every file of a folder, by its path there.
+inline std::map<std::string, std::string> files_of(const std::string& folder) {
+  std::map<std::string, std::string> out;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+    if (entry.is_regular_file())
+      out[std::filesystem::relative(entry.path(), folder).string()] = slurp(entry.path());
+  return out;
 }
 
 /// A program that was started and not yet waited for.

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
-#include <chrono>
 #include <csignal>
-#include <thread>
 
 #include "ball_scene.hpp"
 #include "run/support.hpp"
@@ -132,9 +130,7 @@ TEST_SUITE("app/resume") {
     std::vector<std::string> words = scene.train("parts", "500", {"--quiet", "--threads", "1"});
     words.insert(words.begin(), SPLINEVOX_PROGRAM);
     Started started(words);
-    for (int i = 0; i < 6000 && slurp(scene.path("parts") + "/metrics.jsonl").empty(); ++i)
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    REQUIRE_FALSE(slurp(scene.path("parts") + "/metrics.jsonl").empty());
+    REQUIRE(comes([&] { return !slurp(scene.path("parts") + "/metrics.jsonl").empty(); }));
     ::kill(started.process(), SIGINT);
     const Ended stopped = started.wait();
     CAPTURE(stopped.err);

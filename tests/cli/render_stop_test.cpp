@@ -4,10 +4,8 @@
 #include <sys/file.h>
 
 #include <algorithm>
-#include <chrono>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <thread>
 
 #include "app/ball_scene.hpp"
 
@@ -35,8 +33,7 @@ Ended stopped(const SmallRun& small, const std::string& out, const std::string& 
     return std::any_of(names.begin(), names.end(),
                        [&](const std::string& name) { return contains(name, part); });
   };
-  for (int i = 0; i < 6000 && !begun(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  REQUIRE(begun());
+  REQUIRE(comes(begun));
   ::kill(render.process(), SIGINT);
   return render.wait();
 }

@@ -180,7 +180,7 @@ def test_settings_go_in_and_come_out(config):
     assert "basis = \"bezier\"" in mine.to_toml()
 
 
-def test_a_run_too_short_to_try_effects_keeps_motion(data):
+def test_draft_tries_no_effects_and_keeps_motion(data):
     chosen = sv.choose_effects(sv.Config("draft", max_steps=40), data)
     assert chosen["motion.enabled"] is True
 

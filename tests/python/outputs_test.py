@@ -45,15 +45,25 @@ def test_an_export_that_is_stopped_goes_on(model, tmp_path):
 
 
 def test_control_c_ends_an_export_which_goes_on(model, tmp_path):
-    told = []
+    told, heard = [], threading.Event()
+
+    def on_signal(*_):
+        heard.set()
+        raise KeyboardInterrupt
 
     def interrupt(frame):
         told.append((frame["frame"], threading.current_thread() is threading.main_thread()))
         signal.raise_signal(signal.SIGINT)
-        time.sleep(1)  # the main thread hears it meanwhile, and nothing more is begun
+        assert heard.wait(60)  # by the main thread
+        time.sleep(0.1)  # in which it asks for the end
 
-    with pytest.raises(KeyboardInterrupt):
-        sv.export(model, str(tmp_path), frames=(1, 6), callback=interrupt)
+    before = signal.signal(signal.SIGINT, on_signal)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            sv.export(model, str(tmp_path), frames=(1, 6), callback=interrupt)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert told == [(1, False)] and not (tmp_path / "manifest.json").exists()
     frames = sv.export(model, str(tmp_path), frames=(1, 6))
     assert [f["kept"] for f in frames] == [True] + 5 * [False]

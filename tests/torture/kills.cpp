@@ -90,7 +90,6 @@ struct Job {
 };
 
 Line kill_again_and_again(const Options& o, const Job& job, const std::string& folder, double seconds) {
-  const Clock::time_point begin = Clock::now();
   const std::string log = o.out + "/kills.log", reference = folder + "_reference", out = folder + "_out";
   const auto words = [&](const std::string& to) {
     std::vector<std::string> all = job.words;
@@ -102,6 +101,7 @@ Line kill_again_and_again(const Options& o, const Job& job, const std::string& f
   if (Process(words(reference), log).wait() != 0)
     throw std::runtime_error("the program cannot do it without being killed, see " + log);
   double length = since(first);
+  const Clock::time_point begin = Clock::now();
   std::mt19937_64 random(o.seed);
   std::uint64_t drafts = 0, ends = 0, stops = 0, resumed = 0;
   while (since(begin) < seconds) {

@@ -105,8 +105,8 @@ std::string spoken(const std::vector<std::string>& words) {
 }  // namespace
 
 Line try_links(const Options& o, double seconds) {
-  const Clock::time_point begin = Clock::now();
   Stage stage(o, "links.log");
+  const Clock::time_point begin = Clock::now();
   Line line{"links", "runs and exports"};
   std::mt19937_64 random(o.seed);
   std::uint64_t refused = 0;
@@ -148,8 +148,8 @@ Line try_links(const Options& o, double seconds) {
 }
 
 Line try_siblings(const Options& o, double seconds) {
-  const Clock::time_point begin = Clock::now();
   Stage stage(o, "siblings.log");
+  const Clock::time_point begin = Clock::now();
   Line line{"siblings", "runs and exports"};
   std::mt19937_64 random(o.seed);
   std::uint64_t refused = 0, taken = 0;

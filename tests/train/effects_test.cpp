@@ -80,6 +80,8 @@ TEST_SUITE("train/effects") {
                        three = test::on_threads(3, [&] { return choose(moving, brief); });
     REQUIRE(two.trials.size() >= 2);
     REQUIRE(three.trials.size() == two.trials.size());
+    CHECK(three.chosen == two.chosen);
+    CHECK(three.points == two.points);
     for (std::size_t i = 0; i < two.trials.size(); ++i) CHECK(three.trials[i].psnr == two.trials[i].psnr);
   }
   TEST_CASE("motion is found in a scene of which little moves, where the rest is the better for none") {
