@@ -68,7 +68,7 @@ ExportPoints parse_points(const std::string& text) {
 
 /// Makes the frames of options.share. @return 0, or the exit code of an interruption
 int export_share(const ExportVerb& o, const Run& run, Talk talk, int processes) {
-  const FolderLock lock(o.out, "writing into", o.options.share.whole());
+  const FolderLock lock(o.out, kWriting, o.options.share.whole());
   ExportReport report(talk, o.options);
   const ExportResult result =
       export_vdb(run.model, o.out, o.options, [&](const ExportedFrame& frame, int done, int total) {

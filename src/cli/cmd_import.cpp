@@ -51,7 +51,7 @@ int import_sequence(ImportVerb& o) {
     fail({o.out, "the splats are in this folder", "a folder of its own", "", "--out " + o.out + "/vdb"});
   o.options.source = whole_path(o.splats).string();
   probe_output_folder(o.out);
-  const FolderLock lock(o.out, "writing into");
+  const FolderLock lock(o.out, kWriting);
   catch_stop_signals();
   double bytes = 0, splats = 0, skipped = 0, voxels = 0;
   Teller teller(choose_talk(o.talk.quiet, o.talk.json), "frames");

@@ -46,7 +46,6 @@ struct RenderVerb {
 };
 
 constexpr FolderMark kRenderMark{"render.json", "splinevox render"};  ///< in a folder of pictures
-constexpr const char* kWriting = "writing into";  ///< what another process does that has the folder
 
 std::vector<std::string> names_of(const RenderVerb& o, const std::vector<std::string>& layers,
                                   const RenderFrames& frames) {

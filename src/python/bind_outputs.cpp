@@ -107,7 +107,7 @@ py::list export_frames(const py::object& source, const std::string& folder, cons
     validate(o);
     run::refuse_run_folder(folder, "an export");
     run::probe_output_folder(folder);
-    const run::FolderLock lock(folder, "writing into");
+    const run::FolderLock lock(folder, run::kWriting);
     result = export_vdb(*model, folder, o, [&](const ExportedFrame& frame, int, int) {
       return call_back(callback, frame) && !stopped;
     });
