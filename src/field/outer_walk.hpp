@@ -34,24 +34,9 @@ class OuterWalk {
     count = 0;
     transmittance = 1;
     Vec3 rgb{};
-    for (int i = 0; i < kSamples && transmittance >= kStop; ++i) {
-      const OuterRay::Place place = outer.at((float(i) + 0.5f) / kSamples);
-      if (!place.met) continue;
-      Vec3 u;
-      for (int a = 0; a < 3; ++a) u[a] = view_.coordinate(place.at[a], a);
-      const int x = int(u.x), y = int(u.y), z = int(u.z);
-      const Cell cell = view_.cell(x, y, z);
-      if (cell.interior() && view_.table[cell.slot] == 0) continue;  // pruned: empty
-      Sample& s = samples[count++];
-      s.cell = cell;
-      s.fraction = {u.x - float(x), u.y - float(y), u.z - float(z)};
-      const auto raw = gather<Simd<float>::Four>(view_.rows(s.cell), s.fraction, around_.raw.values.data(),
-                                                 around_.raw.width, 0)
-                           .value;
-      s.emission = emission_of<false>(RawSample<float>{raw[0], {raw[1], raw[2], raw[3]}, 0}, 1.0f, shift_);
-      const Opacity<float> opacity = opacity_of(s.emission.sigma, 1.0f);
-      s.weight = composite_sample(s.emission, opacity.alpha, transmittance, rgb);
-      s.next = transmittance *= opacity.passed;
+    for (int first = 0; first < kSamples && transmittance >= kStop; first += kChunk) {
+      alignas(32) float raw[4][kChunk] = {};  // density, r, g, b
+      shade(raw, gather_stored(outer, first, raw), rgb);
     }
     return rgb + transmittance * background;
   }
@@ -71,6 +56,63 @@ class OuterWalk {
   }
 
  private:
+  static constexpr int kChunk = 8;
+  static_assert(kSamples % kChunk == 0);
+
+  /// Places and raw values of those of the samples from `first` that are met and not pruned. Returns how
+  /// many.
+  int gather_stored(const OuterRay& outer, int first, float (&raw)[4][kChunk]) {
+    int n = 0;
+    for (int i = first; i < first + kChunk; ++i) {
+      const OuterRay::Place place = outer.at((float(i) + 0.5f) / kSamples);
+      if (!place.met) continue;
+      Vec3 u;
+      for (int a = 0; a < 3; ++a) u[a] = view_.coordinate(place.at[a], a);
+      const int x = int(u.x), y = int(u.y), z = int(u.z);
+      const Cell cell = view_.cell(x, y, z);
+      if (cell.interior() && view_.table[cell.slot] == 0) continue;  // pruned: empty
+      Sample& s = samples[count + n];
+      s.cell = cell;
+      s.fraction = {u.x - float(x), u.y - float(y), u.z - float(z)};
+      const auto row = gather<Simd<float>::Four>(view_.rows(s.cell), s.fraction, around_.raw.values.data(),
+                                                 around_.raw.width, 0)
+                           .value;
+      for (int c = 0; c < 4; ++c) raw[c][n] = row[c];
+      ++n;
+    }
+    return n;
+  }
+
+  /// Activates and composites the n samples after `count`, until the ray is opaque. A loop for each part, as
+  /// in RayKernel: the compiler does not turn one for all into vector code.
+  void shade(const float (&raw)[4][kChunk], int n, Vec3& rgb) {
+    alignas(32) float sigma_slope[kChunk], sigma[kChunk], alpha[kChunk], passed[kChunk], base[3][kChunk],
+        base_slope[3][kChunk];
+    for (int j = 0; j < kChunk; ++j) {
+      const Activated<float> density = density_of(raw[0][j], 1.0f, shift_);
+      const Opacity<float> opacity = opacity_of(density.value, 1.0f);
+      sigma[j] = density.value;
+      sigma_slope[j] = density.slope;
+      alpha[j] = opacity.alpha;
+      passed[j] = opacity.passed;
+    }
+    for (int c = 0; c < 3; ++c)
+      for (int j = 0; j < kChunk; ++j) {
+        const Activated<float> color = color_of(raw[1 + c][j]);
+        base[c][j] = color.value;
+        base_slope[c][j] = color.slope;
+      }
+    for (int j = 0; j < n && transmittance >= kStop; ++j) {
+      Sample& s = samples[count++];
+      s.emission = {sigma[j],
+                    sigma_slope[j],
+                    {base[0][j], base[1][j], base[2][j]},
+                    {base_slope[0][j], base_slope[1][j], base_slope[2][j]}};
+      s.weight = composite_sample(s.emission, alpha[j], transmittance, rgb);
+      s.next = transmittance *= passed[j];
+    }
+  }
+
   const Surroundings& around_;
   BrickView<float> view_;
   float shift_;

@@ -46,6 +46,13 @@ BitGrid coarsen(const BitGrid& in, int n) {
   return out;
 }
 
+/// The cells that are not set.
+BitGrid inverse(const BitGrid& grid) {
+  BitGrid out = grid;
+  for (std::uint32_t& word : out.bits) word = ~word;
+  return out;
+}
+
 /// Raw density from which on a step has an alpha.
 float raw_of_step(float alpha, const DensityActivation& activation, float step) {
   return raw_of_alpha(alpha, activation.scale, activation.shift, step);
@@ -162,8 +169,12 @@ OccupancyPyramid::OccupancyPyramid(const VoxelModel& model, int cells, float alp
 
 OccupancyPyramid::OccupancyPyramid(BitGrid canonical, BitGrid reach)
     : levels{{std::move(canonical), {}, {}}}, moving{{std::move(reach), {}, {}}} {
+  const BitGrid holes = inverse(levels[0]);
   // A block is warped by its centre alone, hence the margin of one block.
-  for (int l = 1; l < kLevels; ++l) levels[l] = dilate(coarsen(levels[0], 1 << l));
+  for (int l = 1; l < kLevels; ++l) {
+    levels[l] = dilate(coarsen(levels[0], 1 << l));
+    full[l] = inverse(dilate(coarsen(holes, 1 << l)));
+  }
   for (int l = 1; l < kLevels && moving[0].cells() > 0; ++l) moving[l] = coarsen(moving[0], 1 << l);
 }
 
@@ -174,29 +185,35 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice,
   if (!slice.topology || !model.motion.displaces) return cells;
   BitGrid out = cells;
   std::fill(out.bits.begin(), out.bits.end(), 0u);
-  std::array<OccupancyView<float>, OccupancyPyramid::kLevels> views;
+  std::array<OccupancyView<float>, OccupancyPyramid::kLevels> views, full;
   std::vector<WarpedCenters> warped;
   for (int l = 0; l < OccupancyPyramid::kLevels; ++l) {
     views[l] = canonical.levels[l].view();
+    full[l] = canonical.full[l].view();
     warped.emplace_back(model, slice, canonical.levels[l]);
   }
-  const auto copy = [&](int level, Int3 block) {
+  const auto set_parts = [&](int level, Int3 block, const auto& is_set) {
     const Int3 first = (1 << level) * block, last = min(cells.size, (1 << level) * (block + Int3{1, 1, 1}));
     Int3 c;
     for (c.x = first.x; c.x < last.x; ++c.x)
       for (c.y = first.y; c.y < last.y; ++c.y)
         for (c.z = first.z; c.z < last.z; ++c.z)
-          if (const std::size_t i = cells.index(c); cells.test(i)) out.set(i);
+          if (const std::size_t i = cells.index(c); is_set(i)) out.set(i);
   };
-  // What is not displaced is where it is, and where a whole block is warped into nothing, its parts need no
-  // look.
+  // What is not displaced is where it is, and where a whole block is warped into nothing, or to where
+  // everything is occupied, its parts need no look.
   const bool known = canonical.moving[0].cells() > 0;
   canonical.descend([&](int level, const Int3& c) {
     if (known && !canonical.moving[level].test(canonical.moving[level].index(c))) {
-      copy(level, c);
+      set_parts(level, c, [&](std::size_t i) { return cells.test(i); });
       return false;
     }
-    const bool there = views[level].occupied(warped[level](c));
+    const Vec3 at = warped[level](c);
+    if (level > 0 && full[level].occupied(at)) {
+      set_parts(level, c, [](std::size_t) { return true; });
+      return false;
+    }
+    const bool there = views[level].occupied(at);
     if (level == 0 && there) out.set(out.index(c));
     // Of a block of which a part is displaced, the rest is looked at cell by cell.
     return level > 0 && (there || (known && canonical.levels[level].test(canonical.levels[level].index(c))));

@@ -69,6 +69,8 @@ struct OccupancyPyramid {
   static constexpr int kLevels = 3;
   std::array<BitGrid, kLevels> levels;
   std::array<BitGrid, kLevels>
+      full;  ///< blocks with every cell set, in them and beside them; none of level 0
+  std::array<BitGrid, kLevels>
       moving;  ///< those in which anything is displaced at any time; no cells: all may be
   std::optional<PresencePeaks> presence;  ///< of a model whose matter comes and goes; its levels have no bits
   /// @param reach  where something may be displaced, like the canonical grid (reach_of); no cells:

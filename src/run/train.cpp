@@ -92,9 +92,11 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
 
 /// Makes the configuration ready for the data; writes effects.json. What the user listed is measured, not
 /// changed.
+/// @param writes  whether this process does. @param alone  no others must settle on the same
 Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
-                Progress& progress) {
+                bool alone, Progress& progress) {
   PrepareOptions options;
+  options.by_clock = alone;
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
   options.on_note = [&](const std::string& text) { progress.note(text); };
   options.on_trial = [&](const EffectTrial& t) {
@@ -245,7 +247,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     record.dataset = dataset;  // it may have moved
     record.rules = load.rules;
   } else {
-    const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, progress);
+    const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, !ranks, progress);
     config = ready.config;
     record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
               data.time_map, load.rules,         ready.parallax};

@@ -222,7 +222,7 @@ void BatchSampler::draw(std::int64_t index, double progress, float step, const B
   const std::ptrdiff_t from = window.data() - by_time_.data(), first_moment = moment_at(from);
   const int n = int(moment_at(from + std::ptrdiff_t(window.size())) - first_moment),
             frames = std::min(config_.frames, n), views = (config_.frames + frames - 1) / frames;
-  const int rays = int(config_.rays * (1 + (config_.growth - 1) * progress));
+  const int rays = int(share_ * config_.rays * (1 + (config_.growth - 1) * progress));
   const int patches = std::max(1, rays / (4 * frames));
   out.frames.resize(frames);
   out.times.resize(frames);

@@ -82,6 +82,8 @@ class BatchSampler {
   BatchSampler(const Split& train, const Box& box, const SamplingConfig& config, std::uint64_t seed,
                float brightest = 1);
   void set_box(const Box& box) { box_ = box; }
+  /// Share of the configuration's rays that steps have, in (0, 1].
+  void set_share(double share) { share_ = share; }
   /// What moves, of each frame; none: nothing is known.
   /// @param rest  weight of rest_vjp of rays before which nothing does, for a voxel of length 1
   void set_moving(const std::vector<CoarseMask>& moving, float rest);
@@ -119,6 +121,7 @@ class BatchSampler {
   const Split& train_;
   Box box_;
   SamplingConfig config_;
+  double share_ = 1;
   float brightest_;  ///< random background
   std::uint64_t seed_;
   std::vector<int> by_time_, rank_;  ///< frames in order of time, and each frame's place in that order

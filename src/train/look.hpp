@@ -24,8 +24,10 @@ class Look {
         field_(view_field(model, model.step)),
         frame_{slice_.values.data(), occupancy ? occupancy->view() : OccupancyView<float>{}} {}
 
-  Vec3 along(const Ray& ray) {
-    through_ = clip_ray(ray, model_.box, model_.step, 0.5f, model_.behind(ray));
+  Vec3 along(const Ray& ray) { return along(ray, model_.behind(ray)); }
+  /// @param behind  the box, where it is known
+  Vec3 along(const Ray& ray, const Vec3& behind) {
+    through_ = clip_ray(ray, model_.box, model_.step, 0.5f, behind);
     return (field_.moving ? moving_.forward(through_, field_, frame_, kStop)
                           : still_.forward(through_, field_, frame_, kStop))
         .rgb;

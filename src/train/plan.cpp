@@ -132,8 +132,10 @@ constexpr Event kEvents[] = {
     {"curves get more control points", curve_starts, &Counts::curves, nullptr, refine_curves},
 };
 
-int times(const Event& event, const Config& config, double progress) {
-  return reached(event.starts(config), progress) + 1;
+/// That an event should have happened.
+int times(const Event& event, const Config& config, double progress, int most_stages) {
+  const int due = reached(event.starts(config), progress) + 1;
+  return event.count == &Counts::stages ? std::min(due, most_stages) : due;
 }
 
 }  // namespace
@@ -141,7 +143,7 @@ int times(const Event& event, const Config& config, double progress) {
 std::vector<std::string_view> Plan::due(const Config& config, double progress) const {
   std::vector<std::string_view> out;
   for (const Event& event : kEvents)
-    if (counts_.*event.count < times(event, config, progress)) out.push_back(event.what);
+    if (counts_.*event.count < times(event, config, progress, most_stages_)) out.push_back(event.what);
   return out;
 }
 
@@ -150,14 +152,14 @@ bool Plan::carry_out(const Setting& setting, double progress, bool begun, const 
   const Moment now{setting, progress, begun, window, volume, counts_};
   bool went = false, looks = false;
   for (const Event& event : kEvents) {
-    if (counts_.*event.count >= times(event, setting.config, progress)) continue;
+    if (counts_.*event.count >= times(event, setting.config, progress, most_stages_)) continue;
     if (event.clear) went |= event.clear(now);
     looks |= begun && event.near_matter;
   }
   if (went || looks) refresh_occupancy(setting, volume, window);
   Leaves leaves = went ? Leaves::lattices : Leaves::nothing;
   for (const Event& event : kEvents) {
-    const int wanted = times(event, setting.config, progress);
+    const int wanted = times(event, setting.config, progress, most_stages_);
     if (counts_.*event.count >= wanted) continue;
     if (event.lay_out) leaves = std::max(leaves, event.lay_out(now, wanted));
     counts_.*event.count = wanted;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -23,6 +24,9 @@ class Plan {
   /// Rates, priors and summed motion for the lattices as they are now.
   void fit(const Setting& setting, Volume& volume) const;
 
+  /// From here on no radiance lattice begins beyond this many.
+  void limit_stages(int most) { most_stages_ = most; }
+
   void archive(Archive& a);
   /// Whether a restored plan can be one of this configuration that has come to this volume.
   bool fits(const Config& config, const Lattices& lattices) const;
@@ -39,6 +43,7 @@ class Plan {
 
  private:
   Counts counts_;
+  int most_stages_ = std::numeric_limits<int>::max();
 };
 
 }  // namespace splinevox

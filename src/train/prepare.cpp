@@ -166,7 +166,8 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     out.effects = kept(out.config);
   } else {
     if (config.effects.steps > 0) tell("trying out which effects the scene calls for");
-    out.effects = choose_effects(out.config, train, data.time_map, options.on_trial, options.on_film);
+    out.effects =
+        choose_effects(out.config, train, data.time_map, options.on_trial, options.on_film, options.by_clock);
     release_freed_memory();  // of the fits
     if (!data.has_alpha) note_bad_fits(train, out.effects, note);
   }

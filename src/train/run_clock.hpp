@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 
 #include "backend/step.hpp"
 #include "math/schedule.hpp"
@@ -17,6 +18,8 @@ struct RunClock {
   double seconds_at_start = 0;  ///< of those, used before the first step
   double added = 0;             ///< seconds by which the budget has grown while the run went on
   PhaseSeconds phases;
+  std::int64_t drawn = 0;  ///< rays of this session's steps
+  double drawing = 0;      ///< seconds that they took
 
   /// Share of the budget used: of the time, the steps, or whichever of the two is further.
   double used(const RunConfig& run) const {
@@ -40,6 +43,17 @@ struct RunClock {
     spend(&PhaseSeconds::regularise, sums.regularise_seconds);
     spend(&PhaseSeconds::update, sums.update_seconds);
     spend(&PhaseSeconds::rays, rays);
+  }
+
+  /// Steps with all rays of the configuration, on the mean over the run, that the seconds of the budget pay
+  /// for, by the pace of this session so far. Infinite before that is known, and where steps are counted.
+  double batches(const Config& config) const {
+    constexpr double kKnown = 0.03;  // of the budget
+    const RunConfig& run = config.run;
+    if (!run.paced || run.max_time <= 0 || run.max_steps > 0 || drawing < kKnown * budget(run))
+      return std::numeric_limits<double>::infinity();
+    const double rays = double(drawn) / drawing * (budget(run) - seconds_at_start);
+    return rays / (0.5 * (1 + config.sampling.growth) * config.sampling.rays);
   }
 
  private:

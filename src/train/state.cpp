@@ -10,6 +10,7 @@
 #include "train/effects/effect_table.hpp"
 #include "train/film/moving_part.hpp"
 #include "train/film/moving_tracks.hpp"
+#include "train/paced.hpp"
 #include "train/ray_batch.hpp"
 #include "train/still/changing_cells.hpp"
 
@@ -111,6 +112,9 @@ void Trainer::State::tell_what_moves() {
 bool Trainer::State::refine(double progress_now) {
   progress = progress_now;
   if (home.surroundings().any()) surroundings.refine(setting.config, progress, home.surroundings());
+  const double batches = clock.batches(setting.config);
+  plan.limit_stages(most_stages(batches));
+  sampler.set_share(batch_share(batches));
   if (plan.due(setting.config, progress).empty()) return false;
   Volume& volume = home.change();
   const bool changed = plan.carry_out(setting, progress, clock.step > 0, window(), volume);

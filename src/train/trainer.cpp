@@ -42,11 +42,14 @@ void Trainer::set_loss(ColourLoss loss) {
 bool Trainer::done() const { return state_->clock.used(state_->setting.config.run) >= 1; }
 
 StepReport Trainer::step(double seconds_outside) {
-  StepReport report = one_step();
   RunClock& clock = state_->clock;
+  const double before = clock.seconds;
+  StepReport report = one_step();
   clock.seconds += seconds_outside;
   if (state_->ranks)  // clocks differ, schedules must not
     clock.seconds = state_->ranks->from_first(clock.seconds);
+  clock.drawn += report.rays;
+  clock.drawing += clock.seconds - before;
   report.seconds = clock.seconds;
   return report;
 }

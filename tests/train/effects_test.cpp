@@ -174,4 +174,22 @@ TEST_SUITE("train/effects") {
     c.effects.steps = 0;
     CHECK(choose(data, c).trials.empty());
   }
+  TEST_CASE("where the seconds of a run leave no time for trials, what can stand in for others is left out") {
+    const Dataset data = make_synth("ball", {.frames = 40, .size = 24});
+    Config c = short_choice();
+    c.run.max_steps = 0;
+    c.run.max_time = 60;
+    c.effects.most_time = 1e-9f;
+    const EffectChoice none = choose(data, c);
+    CHECK(none.trials.empty());
+    CHECK(none.chosen == learnable_in(effects_of(c), false, TakenBy::any).without(Effect::presence));
+    CHECK(none.note.find("no time to try motion, light, presence") != std::string::npos);
+
+    const auto by_all = [&](bool by_clock) {
+      return choose_effects(c, *data.find("train"), data.time_map, {}, {}, by_clock);
+    };
+    CHECK_FALSE(by_all(false).trials.empty());  // of several processes each has a clock of its own
+    c.effects.most_time = 0;
+    CHECK_FALSE(by_all(true).trials.empty());
+  }
 }

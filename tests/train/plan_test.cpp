@@ -3,6 +3,8 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
+#include <limits>
 #include <set>
 #include <string>
 #include <type_traits>
@@ -10,6 +12,8 @@
 #include "math/emission.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/config_keys.hpp"
+#include "train/paced.hpp"
+#include "train/run_clock.hpp"
 
 using namespace splinevox;
 
@@ -98,6 +102,59 @@ TEST_SUITE("train/plan") {
     });
     CHECK(lists == 6);
     CHECK(events.size() == 5);  // curves are halved or elevated
+  }
+
+  TEST_CASE("no lattice begins beyond those that a run has time for, and all else happens as ever") {
+    Course few(eventful());
+    few.plan.limit_stages(2);
+    few.reach(0);
+    few.reach(1);
+    const Config& config = few.setting.config;
+    CHECK(few.plan.due(config, 1).empty());
+    CHECK(few.plan.counts().stages == 2);
+    CHECK(few.plan.counts().levels == 2);
+    CHECK(few.plan.fits(config, few.volume.lattices));
+    const auto cells = [&] {
+      const Lattices& l = few.volume.lattices;
+      return l.edge() / l.model.radiance.raw.topology->lattice.spacing;
+    };
+    CHECK(cells() == doctest::Approx(16));
+    few.plan.limit_stages(1);  // slower from here on: what has begun stays
+    few.reach(1);
+    CHECK(few.plan.counts().stages == 2);
+    few.plan.limit_stages(3);
+    few.reach(1);
+    CHECK(few.plan.counts().stages == 3);
+    CHECK(cells() == doctest::Approx(20));
+  }
+
+  TEST_CASE("by the clock the pace tells how many whole batches a run has time for") {
+    Config c = preset("fast");
+    c.run.max_time = 100;
+    c.run.max_steps = 0;
+    c.sampling.rays = 4096;
+    c.sampling.growth = 3;
+    RunClock clock;
+    clock.seconds_at_start = 20;
+    CHECK(std::isinf(clock.batches(c)));  // nothing is known
+    clock.drawn = 8192 * 50;
+    clock.drawing = 10;  // five batches of the mean size a second, 80 seconds of them
+    CHECK(clock.batches(c) == doctest::Approx(400));
+    clock.added = 100;
+    CHECK(clock.batches(c) == doctest::Approx(900));
+    c.run.paced = false;
+    CHECK(std::isinf(clock.batches(c)));
+    c.run.paced = true;
+    c.run.max_steps = 1000;
+    CHECK(std::isinf(clock.batches(c)));
+
+    const double none = std::numeric_limits<double>::infinity();
+    CHECK(batch_share(none) == 1);
+    CHECK(batch_share(0) == 0.25);
+    CHECK(batch_share(300) == doctest::Approx(0.75));
+    CHECK(most_stages(none) >= 100);
+    CHECK(most_stages(0) == 2);
+    CHECK(most_stages(600) == 4);
   }
 
   TEST_CASE("what has happened is due no more, however far the progress jumps") {

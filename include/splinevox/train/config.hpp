@@ -22,6 +22,8 @@ struct RunConfig {
   double late_cost = 2.6;  ///< by the clock, how much dearer than the first step the last one is taken to be:
                            ///< schedules run ahead (clock_progress)
   int max_steps = 0;       ///< optimiser steps; 0: max_time decides. Both given: whichever ends first
+  bool paced = true;  ///< by the clock, smaller batches and no finest lattices where there is time for few
+                      ///< steps (train/paced.hpp)
   double checkpoint_every = 30;  ///< seconds; more where checkpoints would cost over a 50th of the time
   std::uint64_t seed = 1;
   int downscale = 1;                       ///< block size of the area filter on the images
@@ -152,9 +154,10 @@ struct SamplingConfig {
 
 /// Which effects a scene calls for is tried out before training, see train/effects.hpp.
 struct EffectsConfig {
-  int steps = 200;        ///< of each trial fit; 0: every effect of the configuration is used untried
-  float min_gain = 0.1f;  ///< dB on held-out pictures below which an effect is not worth having
-  float level = 0.01f;    ///< chance of switching on any effect that gains less, over all comparisons
+  int steps = 200;         ///< of each trial fit; 0: every effect of the configuration is used untried
+  float min_gain = 0.1f;   ///< dB on held-out pictures below which an effect is not worth having
+  float level = 0.01f;     ///< chance of switching on any effect that gains less, over all comparisons
+  float most_time = 0.4f;  ///< share of run.max_time after which no further effect is tried; 0: all are
 };
 
 /// What is learned of the cameras of a rig (train/cameras.hpp).

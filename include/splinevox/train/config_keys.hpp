@@ -17,6 +17,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("run.max_time", c.run.max_time, "seconds of training, 0 = run.max_steps decides", 0, 1e7);
   visit("run.late_cost", c.run.late_cost,
         "by the clock: how much dearer than the first step the last one is taken to be", 1, 100);
+  visit("run.paced", c.run.paced,
+        "by the clock: smaller batches, and no finest lattices, where there is time for few steps", 0, 1);
   visit("run.max_steps", c.run.max_steps, "optimiser steps, 0 = run.max_time decides", 0, 1e9);
   visit("run.checkpoint_every", c.run.checkpoint_every,
         "seconds between checkpoints, more where each takes long", 0, 1e7);
@@ -182,6 +184,8 @@ void visit_config(C& c, Visit&& visit) {
   visit("effects.steps", c.effects.steps, "steps of each trial fit, 0 = none is tried", 0, 1e6);
   visit("effects.min_gain", c.effects.min_gain, "dB on held-out pictures that an effect must gain", 0, 100);
   visit("effects.level", c.effects.level, "chance of a wrong switch-on, over all comparisons", 1e-6, 0.4);
+  visit("effects.most_time", c.effects.most_time,
+        "share of run.max_time after which no further effect is tried, 0 = all are", 0, 1);
 }
 
 /// Names of an enum's values in order; the text form in TOML and --set. Specialised per enum.

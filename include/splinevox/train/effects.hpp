@@ -216,19 +216,22 @@ struct EffectChoice {
 /// Such a stretch also has a say in whether the scene moves. It is asked for bases alone whose pieces join
 /// smoothly by construction (Basis::smooth).
 ///
-/// A fit takes effects.steps, so the choice does not depend on the machine. There are two or three fits, and
-/// one more of opaque pictures: 2 to 3 seconds on two cores. A shorter run makes shorter fits, and those
-/// leave out only what surely gains nothing. Below 100 steps a fit (800 of the run, or 12.5 seconds) nothing
-/// is tried and every effect stays but presence and drift, which can stand in for others. The note says
-/// either.
+/// A fit takes effects.steps, so the choice does not depend on the machine. There are three fits of pictures
+/// with alpha that no rig took, and about ten of a rig: 5 to 60 seconds on two cores. A shorter run makes
+/// shorter fits, and those leave out only what surely gains nothing. Below 100 steps a fit (800 of the run,
+/// or 12.5 seconds) nothing is tried and every effect stays but presence and drift, which can stand in for
+/// others. Where a machine is so slow that trials would take more than effects.most_time of run.max_time, the
+/// last ones are left out. What they would judge stays but for drift, and presence of solid matter. The note
+/// says each.
 ///
 /// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a static
 /// scene. So there a still world is fitted first, and the scene moves if there is something that it cannot
 /// show (FilmEvidence). Where masks say what moves (Frame::moving), they say it instead, of any pictures.
 /// @param on_trial  called after each fit; may be empty. @param on_film  once a film was looked at; may be
-/// empty
+/// empty. @param by_clock  whether effects.most_time counts
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& on_trial = {},
-                            const std::function<void(const FilmEvidence&)>& on_film = {});
+                            const std::function<void(const FilmEvidence&)>& on_film = {},
+                            bool by_clock = true);
 
 }  // namespace splinevox

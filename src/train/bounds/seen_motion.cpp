@@ -40,8 +40,9 @@ std::vector<VisibleCell> cells_of(const VoxelModel& model, const Frame& view, co
     for (int x = stride / 2; x < camera.width; x += stride) {
       if (view.ignored.test(x, y)) continue;
       const Ray ray = camera_ray(camera, x + 0.5, y + 0.5);
+      const Vec3 behind = model.behind(ray);
       const Vec3 error =
-          photometric_error(look.along(ray), neutral_target(view.image, x, y, model.behind(ray), gain));
+          photometric_error(look.along(ray, behind), neutral_target(view.image, x, y, behind, gain));
       look.each_sample([&](const Vec3& position, float w, int i) {
         CellSums& cell = cells[grid.index(grid.cell_of(position))];
         cell.displacement += w * look.displacement(i);

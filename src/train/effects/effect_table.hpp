@@ -42,6 +42,7 @@ struct EffectFacts {
   Trial trial = Trial::none;
   int turn = 0;         ///< of those that are tried, the lowest first
   int comparisons = 0;  ///< that its trial takes at most
+  int fits = 0;         ///< of effects.steps, whose time its trial takes, about
 
   /// Whether it asks for the kernels of what changes over time (render/specialise.hpp).
   constexpr bool moving() const { return brings && splinevox::facts_of(*brings).of_motion(); }

@@ -41,9 +41,10 @@ Evidence evidence_of(const Frame& frame, const VoxelModel& model, const CameraFi
     for (int x = 0; x < frame.camera.width; x += kRigStride) {
       if (frame.ignored.test(x, y)) continue;
       const Ray ray = camera_ray(frame.camera, x + 0.5, y + 0.5);
-      const Vec3 error = photometric_error(now.along(ray),
-                                           neutral_target(frame.image, x, y, model.behind(ray), gain)),
-                 change = float(1 / (2 * kHalf)) * (after.along(ray) - before.along(ray));
+      const Vec3 behind = model.behind(ray);
+      const Vec3 error = photometric_error(now.along(ray, behind),
+                                           neutral_target(frame.image, x, y, behind, gain)),
+                 change = float(1 / (2 * kHalf)) * (after.along(ray, behind) - before.along(ray, behind));
       out.along += double(dot(error, change));
       out.square += double(dot(change, change));
     }
