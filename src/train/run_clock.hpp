@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include "backend/step.hpp"
 #include "math/schedule.hpp"
@@ -46,12 +47,12 @@ struct RunClock {
   }
 
   /// Steps with all rays of the configuration, on the mean over the run, that the seconds of the budget pay
-  /// for, by the pace of this session so far. Infinite before that is known, and where steps are counted.
-  double batches(const Config& config) const {
+  /// for, by the pace of this session so far. None: it is not known yet. Infinite where steps are counted.
+  std::optional<double> batches(const Config& config) const {
     constexpr double kKnown = 0.03;  // of the budget
     const RunConfig& run = config.run;
-    if (!run.paced || run.max_time <= 0 || run.max_steps > 0 || drawing < kKnown * budget(run))
-      return std::numeric_limits<double>::infinity();
+    if (!run.paced || run.max_time <= 0 || run.max_steps > 0) return std::numeric_limits<double>::infinity();
+    if (drawing < kKnown * budget(run)) return {};
     const double rays = double(drawn) / drawing * (budget(run) - seconds_at_start);
     return rays / (0.5 * (1 + config.sampling.growth) * config.sampling.rays);
   }

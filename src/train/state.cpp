@@ -112,9 +112,10 @@ void Trainer::State::tell_what_moves() {
 bool Trainer::State::refine(double progress_now) {
   progress = progress_now;
   if (home.surroundings().any()) surroundings.refine(setting.config, progress, home.surroundings());
-  const double batches = clock.batches(setting.config);
-  plan.limit_stages(most_stages(batches));
-  sampler.set_share(batch_share(batches));
+  // A run that goes on has left out what its pace did not allow: until that is known again nothing is added.
+  const std::optional<double> batches = clock.batches(setting.config);
+  plan.limit_stages(batches ? most_stages(*batches) : std::max(1, plan.counts().stages));
+  sampler.set_share(batches ? batch_share(*batches) : 1);
   if (plan.due(setting.config, progress).empty()) return false;
   Volume& volume = home.change();
   const bool changed = plan.carry_out(setting, progress, clock.step > 0, window(), volume);

@@ -134,7 +134,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.note = fmt::format("masks leave too little of small pictures: {}", kTrusted);
     return on_trust(std::move(out));
   }
-  std::vector<std::string> untried;
+  std::vector<std::string> no_time;
   for (const Effect e : tried) {
     const bool can = time.left_for(e, out.trials.size());
     if (e == Effect::motion && can) {
@@ -143,15 +143,14 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
       out.film = motion_told(still, train, time_map, *out.view_told_by_time, out.moving, on_film);
     }
     if (!out.chosen.has(e)) continue;
-    if (!can) untried.push_back(to_string(e));
+    if (!can) no_time.push_back(to_string(e));
     if (!(can ? trials.stays(e) : trials.stays_untried(e))) out.chosen = out.chosen.without(e);
   }
-  if (!untried.empty())
+  if (!no_time.empty())
     out.note += fmt::format(
-        "{}trials took {:.0f} of {:.0f} seconds, and there was no time to try {}: what is not tried stays, "
-        "but "
-        "for drift, and presence of solid matter",
-        out.note.empty() ? "" : "; ", time.spent(), config.run.max_time, fmt::join(untried, ", "));
+        "{}trials took {:.0f} of {:.0f} seconds, and there was no time to try {}: that stays, but drift and "
+        "presence of solid matter do not",
+        out.note.empty() ? "" : "; ", time.spent(), config.run.max_time, fmt::join(no_time, ", "));
   // Light would learn the highlights of such a film, and show them from elsewhere. Motion was judged beside
   // it.
   if (std::any_of(out.verdicts.begin(), out.verdicts.end(), [](const EffectVerdict& v) {
