@@ -6,8 +6,8 @@
 namespace splinevox {
 
 /// What a run leaves out where its seconds pay for few batches (RunClock::batches): a slow machine, or opaque
-/// pictures, whose rays have many samples (docs/experiments/time.md, "What should a run leave out that has
-/// time for few steps?").
+/// pictures, whose rays have many samples (docs/experiments/time.md, "What should a run do that has time
+/// for few steps?").
 /// @{
 /// Rays of a step, as a share of the configuration's: more steps of fewer rays.
 inline double batch_share(double batches) {
