@@ -216,13 +216,13 @@ struct EffectChoice {
 /// Such a stretch also has a say in whether the scene moves. It is asked for bases alone whose pieces join
 /// smoothly by construction (Basis::smooth).
 ///
-/// A fit takes effects.steps, so what it shows does not depend on the machine. There are three fits of pictures
-/// with alpha that no rig took, and about ten of a rig: 5 to 90 seconds on two slow cores. A shorter run makes
-/// shorter fits, and those leave out only what surely gains nothing. Below 100 steps a fit (800 of the run,
-/// or 12.5 seconds) nothing is tried and every effect stays but presence and drift, which can stand in for
-/// others. Where a machine is so slow that trials would take more than effects.most_time of run.max_time, the
-/// last ones are left out. What they would judge stays but for drift, and presence of solid matter. The note
-/// says each.
+/// A fit takes effects.steps, so what it shows does not depend on the machine. There are three fits of
+/// pictures with alpha that no rig took, and about ten of a rig: 5 to 90 seconds on two slow cores. A shorter
+/// run makes shorter fits, and those leave out only what surely gains nothing. Below 100 steps a fit (800 of
+/// the run, or 12.5 seconds) nothing is tried and every effect stays but presence and drift, which can stand
+/// in for others. Where a machine is so slow that trials would take more than effects.most_time of
+/// run.max_time, the last ones are left out. What they would judge stays but for drift, and presence of solid
+/// matter. The note says each.
 ///
 /// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a static
 /// scene. So there a still world is fitted first, and the scene moves if there is something that it cannot
