@@ -15,6 +15,7 @@
 #include "run/own_json.hpp"
 #include "run/run_folder.hpp"
 #include "run/training_cameras.hpp"
+#include "train/paced.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -78,7 +79,7 @@ void LivePage::begin(const Watched& training) {
   folder_ = training.folder;
   lines_ = std::move(lines);
   truth_ = shared(truth.png);
-  by_clock_ = config.run.max_time > 0 && config.run.max_steps == 0;
+  by_clock_ = by_clock(config.run);
   max_time_ = config.run.max_time;
   begun_at_ = processor_seconds();
   about_ = {{"folder", training.folder},           {"preset", config.preset},

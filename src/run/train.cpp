@@ -26,6 +26,7 @@
 #include "splinevox/train/prepare.hpp"
 #include "train/learn_depth.hpp"
 #include "train/learn_tracks.hpp"
+#include "train/paced.hpp"
 
 namespace fs = std::filesystem;
 
@@ -115,9 +116,6 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
   return prepared;
 }
-
-/// Whether seconds alone end the run.
-bool by_clock(const RunConfig& run) { return run.max_time > 0 && run.max_steps == 0; }
 
 /// A budget of seconds that gave far fewer steps than the preset was measured with: large or many pictures,
 /// or a slow machine. What more seconds would give is not to be guessed from the result.

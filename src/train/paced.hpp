@@ -3,7 +3,12 @@
 
 #include <algorithm>
 
+#include "splinevox/train/config.hpp"
+
 namespace splinevox {
+
+/// Whether seconds alone end a run.
+inline bool by_clock(const RunConfig& run) { return run.max_time > 0 && run.max_steps == 0; }
 
 /// What a run leaves out where its seconds pay for few batches (RunClock::batches): a slow machine, or opaque
 /// pictures, whose rays have many samples (docs/experiments/time.md, "What should a run do that has time

@@ -9,6 +9,7 @@
 #include "backend/step.hpp"
 #include "math/schedule.hpp"
 #include "splinevox/train/trainer.hpp"
+#include "train/paced.hpp"
 
 namespace splinevox {
 
@@ -51,7 +52,7 @@ struct RunClock {
   std::optional<double> batches(const Config& config) const {
     constexpr double kKnown = 0.03;  // of the budget
     const RunConfig& run = config.run;
-    if (!run.paced || run.max_time <= 0 || run.max_steps > 0) return std::numeric_limits<double>::infinity();
+    if (!run.paced || !by_clock(run)) return std::numeric_limits<double>::infinity();
     if (drawing < kKnown * budget(run)) return {};
     const double rays = double(drawn) / drawing * (budget(run) - seconds_at_start);
     return rays / (0.5 * (1 + config.sampling.growth) * config.sampling.rays);
