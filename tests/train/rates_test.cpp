@@ -202,11 +202,11 @@ TEST_SUITE("train/effect_table") {
   }
 
   TEST_CASE(
-      "exposures are tried first, then how they drift, a background, motion, clocks, light and presence; "
-      "what changes over time always counts") {
+      "surroundings are tried first, then exposures, how they drift, a background, motion, clocks, light and "
+      "presence; what changes over time always counts") {
     const EffectSet all = effects_of(preset("fast"));
-    CHECK(in_turn(all) == std::vector<Effect>{Effect::exposure, Effect::drift, Effect::background,
-                                              Effect::surroundings, Effect::motion, Effect::clock,
+    CHECK(in_turn(all) == std::vector<Effect>{Effect::surroundings, Effect::exposure, Effect::drift,
+                                              Effect::background, Effect::motion, Effect::clock,
                                               Effect::light, Effect::presence});
     CHECK(most_comparisons(all) == 10);
     CHECK(most_comparisons(learnable_in(all, true, TakenBy::any)) == 7);
