@@ -173,7 +173,7 @@ MotionScore score_motion(const VoxelModel& model, const std::vector<SurfaceFrame
     all.moving_missed += t.moving_missed;
   }
   const auto share = [](std::size_t part, std::size_t whole) {
-    return whole ? double(part) / double(whole) : 0.0;
+    return whole ? double(part) / double(whole) : kNoPairs;
   };
   MotionScore out;
   out.edge = scorer.edge();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "data/truth.hpp"
@@ -9,10 +10,13 @@
 
 namespace splinevox::run {
 
-/// Median and 90th percentile of distances, scene units; 0 of nothing.
+/// What a figure of no pairs is: no number.
+inline constexpr double kNoPairs = std::numeric_limits<double>::quiet_NaN();
+
+/// Median and 90th percentile of distances, scene units.
 struct Distances {
   std::size_t count = 0;
-  double median = 0, p90 = 0;
+  double median = kNoPairs, p90 = kNoPairs;
 };
 
 /// How well a model's motion agrees with true surface points.
@@ -26,12 +30,13 @@ struct MotionScore {
                           ///< is right
   Distances tracked;      ///< |x carried from t to s - y| over pairs; includes kSameRest
   Distances tracked_far;  ///< those of them whose times are at least kFar apart
-  double folded = 0;      ///< share of tracked points flagged on the way, [0, 1]
+  double folded = kNoPairs;  ///< share of tracked points flagged on the way, [0, 1]
   std::size_t still_pairs = 0, moving_pairs = 0;
-  double still_moved =
-      0;  ///< share of pairs on static surface whose displacement differs by more than half a voxel
-  double moving_missed =
-      0;  ///< share of pairs that truly move by over 2% of the box whose displacement differs by less
+  /// Share of pairs on static surface whose displacement differs by more than half a voxel.
+  double still_moved = kNoPairs;
+  /// Share of pairs that truly move by over kTrulyMoves of the box whose displacement differs by less than
+  /// half a voxel.
+  double moving_missed = kNoPairs;
 };
 
 inline constexpr double kSameRest = 0.002;   ///< of the box's longest edge

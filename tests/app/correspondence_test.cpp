@@ -3,6 +3,7 @@
 
 #include <doctest/doctest.h>
 
+#include <cmath>
 #include <random>
 
 #include "data/pictures/exr.hpp"
@@ -51,6 +52,7 @@ TEST_SUITE("app/correspondence") {
     CHECK(s.tracked_far.p90 < 1e-4);
     CHECK(s.folded == 0);
     CHECK(s.still_pairs == 0);
+    CHECK(std::isnan(s.still_moved));  // of no pairs there is no share
     CHECK(s.moving_pairs == s.canonical.count);
     CHECK(s.moving_missed == 0);
   }
@@ -67,6 +69,11 @@ TEST_SUITE("app/correspondence") {
     CHECK(s.still_pairs == s.canonical.count);
     CHECK(s.still_moved == 1);
     CHECK(s.moving_pairs == 0);
+    CHECK(std::isnan(s.moving_missed));
+    CHECK(s.tracked_far.count > 0);
+    const MotionScore near = score_motion(blob_model(32, moves()), sphere({0, 0.3}, {}));
+    CHECK(near.tracked_far.count == 0);
+    CHECK(std::isnan(near.tracked_far.median));
   }
   TEST_CASE("surface points are read at pixels away from edges; an absent or wrong file is named") {
     const TempFolder folder;
