@@ -133,23 +133,24 @@ Json truth_figures(const MotionScore& s) {
 }
 
 void print_truth(const MotionScore& s) {
-  static constexpr const char* kNone = "{:<28} no pairs\n";
-  const auto line = [&](const char* what, const Distances& d) {
-    if (d.count == 0) return fmt::print(kNone, what);
-    fmt::print("{:<28} median {:.4f} ({:.2f}% of the box), 90th percentile {:.4f} ({:.2f}%)   ({} pairs)\n",
-               what, d.median, 100 * d.median / s.edge, d.p90, 100 * d.p90 / s.edge, d.count);
+  const auto line = [](const char* what, std::size_t pairs, const std::string& figures) {
+    fmt::print("{:<28} {}\n", what, pairs > 0 ? figures : "no pairs");
   };
-  line("correspondence error", s.canonical);
-  line("track error", s.tracked);
-  line("over half of all time", s.tracked_far);
-  const auto share = [&](const char* what, double of, std::size_t pairs, const std::string& more) {
-    if (pairs == 0) return fmt::print(kNone, what);
-    fmt::print("{:<28} {:.2f}% of {} pairs{}\n", what, 100 * of, pairs, more);
+  const auto distances = [&](const char* what, const Distances& d) {
+    line(what, d.count,
+         fmt::format("median {:.4f} ({:.2f}% of the box), 90th percentile {:.4f} ({:.2f}%)   ({} pairs)",
+                     d.median, 100 * d.median / s.edge, d.p90, 100 * d.p90 / s.edge, d.count));
   };
-  share("tracks flagged as folded", s.folded, s.tracked.count, "");
+  const auto share = [&](const char* what, double of, std::size_t pairs, const std::string& more = "") {
+    line(what, pairs, fmt::format("{:.2f}% of {} pairs{}", 100 * of, pairs, more));
+  };
+  distances("correspondence error", s.canonical);
+  distances("track error", s.tracked);
+  distances("over half of all time", s.tracked_far);
+  share("tracks flagged as folded", s.folded, s.tracked.count);
   share("static surface moved", s.still_moved, s.still_pairs,
         fmt::format(" by more than half a voxel ({:.4f})", 0.5 * s.voxel));
-  share("moving surface left still", s.moving_missed, s.moving_pairs, "");
+  share("moving surface left still", s.moving_missed, s.moving_pairs);
 }
 
 int eval_run(const EvalOptions& o) {
