@@ -2,11 +2,14 @@
 #include "train/effects/halves.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "core/parallel.hpp"
+#include "core/rng.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
+#include "train/learn_cameras.hpp"
 
 namespace splinevox {
 namespace {
@@ -16,6 +19,19 @@ constexpr int kMostHeldOut = 20;      // pictures
 constexpr int kMostFitted = 60;       // by the fits
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;  // moments
+
+/// `count` of the numbers 0 to n - 1, one of each of as many equal parts: at a share of the part or, if
+/// drawn, at random. In a rig the frames of every moment have the same order of cameras, so numbers at even
+/// distances may all be of one camera.
+std::vector<int> one_of_each_part(int n, int count, double share, bool drawn) {
+  std::vector<int> out(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    const int first = int(std::int64_t(i) * n / count), last = int(std::int64_t(i + 1) * n / count);
+    out[std::size_t(i)] = drawn ? first + int(hash64(std::uint64_t(i)) % std::uint64_t(last - first))
+                                : int((i + share) * n / count);
+  }
+  return out;
+}
 
 /// Frames at the size of the fits, in the time of a stretch. @param frames  keeps those that are taken
 Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch) {
@@ -70,11 +86,12 @@ std::optional<Stretch> middle_stretch(const Split& train) {
 Halves divide(const Split& train, const Stretch& stretch) {
   const int n = int(stretch.frames.size()), held_out = std::min(kMostHeldOut, n / 5),
             fitted = std::min(kMostFitted, n - held_out);
+  const bool of_rig = taken_by(train) == TakenBy::rig;
   std::vector<char> hold(n, 0);
-  for (int i = 0; i < held_out; ++i) hold[(2 * i + 1) * n / (2 * held_out)] = 1;
+  for (const int i : one_of_each_part(n, held_out, 0.5, of_rig)) hold[i] = 1;
   std::vector<int> kept, others, chosen;
   for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(stretch.frames[i]);
-  for (int i = 0; i < fitted; ++i) chosen.push_back(others[std::size_t(i) * others.size() / fitted]);
+  for (const int i : one_of_each_part(int(others.size()), fitted, 0, of_rig)) chosen.push_back(others[i]);
   Halves out;
   out.fitted = taken(train, chosen, stretch);
   out.held_out = taken(train, kept, stretch);
@@ -102,8 +119,7 @@ Halves divide_cameras(const Split& train) {
   const auto thin = [](std::vector<int>& frames, int most) {
     if (int(frames.size()) <= most) return;
     std::vector<int> chosen;
-    for (int i = 0; i < most; ++i)
-      chosen.push_back(frames[std::size_t(i) * frames.size() / std::size_t(most)]);
+    for (const int i : one_of_each_part(int(frames.size()), most, 0, true)) chosen.push_back(frames[i]);
     frames = std::move(chosen);
   };
   thin(kept, kMostHeldOut);

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "train/effects/halves.hpp"
+
+#include <doctest/doctest.h>
+
+#include <set>
+#include <string>
+
+#include "train/by_time.hpp"
+
+using namespace splinevox;
+
+namespace {
+
+/// Frames of a rig whose cameras all see every moment, moment after moment.
+Split rig(int cameras, int moments) {
+  Split out{"train", {}};
+  for (int t = 0; t < moments; ++t)
+    for (int c = 0; c < cameras; ++c) {
+      Frame f;
+      f.name = std::to_string(c) + "_" + std::to_string(t);
+      f.camera.width = f.camera.height = 4;
+      f.camera.fx = f.camera.fy = 4;
+      f.camera.position = {double(c), 0, 0};
+      f.time = moments > 1 ? double(t) / (moments - 1) : 0;
+      f.image = Image16{4, 4, std::vector<std::uint16_t>(64, 65535)};
+      f.camera_id = c;
+      out.frames.push_back(std::move(f));
+    }
+  return out;
+}
+
+std::size_t cameras_in(const Split& split) {
+  std::set<int> ids;
+  for (const Frame& f : split.frames) ids.insert(f.camera_id);
+  return ids.size();
+}
+
+}  // namespace
+
+TEST_SUITE("train/halves") {
+  TEST_CASE("pictures of a rig for the fits are of most of its cameras, also where moments divide evenly") {
+    for (const auto& [cameras, moments] : {std::pair{10, 60}, {12, 60}, {12, 100}, {20, 120}, {8, 24}}) {
+      CAPTURE(cameras);
+      CAPTURE(moments);
+      const Split train = rig(cameras, moments);
+      const Halves halves = divide(train, {frames_by_time(train)});
+      CHECK(halves.held_out.frames.size() == 20);
+      CHECK(halves.fitted.frames.size() == 60);
+      CHECK(cameras_in(halves.held_out) >= std::size_t(cameras) / 2);
+      CHECK(cameras_in(halves.fitted) >= std::size_t(cameras) * 3 / 4);
+
+      const Halves apart = divide_cameras(train);
+      CHECK(cameras_in(apart.held_out) == std::size_t(cameras) / 5);
+      CHECK(cameras_in(apart.fitted) == std::size_t(cameras - cameras / 5));
+    }
+  }
+
+  TEST_CASE("of a film every fifth picture is held out, at even distances") {
+    Split film{"train", {}};
+    for (int i = 0; i < 40; ++i) {
+      film.frames.push_back(rig(1, 1).frames[0]);
+      film.frames.back().camera_id = -1;
+      film.frames.back().time = i / 39.0;
+    }
+    const Halves halves = divide(film, {frames_by_time(film)});
+    CHECK(halves.held_out_frames == std::vector<int>{2, 7, 12, 17, 22, 27, 32, 37});
+    CHECK(halves.fitted.frames.size() == 32);
+  }
+}
