@@ -62,6 +62,7 @@ void add_json(CLI::App& verb, bool& json) {
   verb.add_flag("--json", json,
                 "for programs: notes, progress, errors and the result as JSON objects on stdout, one a line "
                 "(docs/formats.md has the table)")
+      ->disable_flag_override()  // events begin before words are read (program.cpp)
       ->group(kTalk);
 }
 
@@ -180,6 +181,10 @@ void add_rules(CLI::App& verb, DatasetRules& rules) {
           "--between", rules.between,
           "only pictures taken from FROM to TO, in times as the data has them: a long sequence in parts")
       ->type_name("FROM:TO");
+  verb.add_option("--hold-out", rules.hold_out,
+                  "what is not trained on, where the data names no test split: none, or names of cameras, "
+                  "divided by commas; not given: one camera of eight, or every eighth picture")
+      ->type_name("none|CAMERA,...");
   verb.add_option(
           "--missing", rules.missing,
           "frames without a picture or a usable camera: skip them, or refuse the data set; not given: "

@@ -175,7 +175,7 @@ void convert_dataset(const std::string& path, const std::string& target, const C
   std::vector<Json> files;
   int done = 0, total = 0;
   for (const RawSplit& raw : open.scene.splits) {
-    plans.push_back(plan_pictures(path, raw, 1, open.scene.upright, rules));
+    plans.push_back(plan_pictures(path, raw, 1, rules));
     PicturePlan& plan = plans.back();
     plan.masks = plan_masks(path, raw, open.mask_use, plan.sizes, plan.turns);
     const std::vector<std::string> to = targets(raw, plan), masks = mask_targets(raw, plan);

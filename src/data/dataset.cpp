@@ -73,15 +73,13 @@ void note_turns(const RawSplit& raw, const PicturePlan& plan, std::vector<std::s
              not_turned = std::count_if(plan.asked.begin(), plan.asked.end(), turns) - turned;
   const std::string all = " of " + std::to_string(plan.turns.size()) + " pictures ",
                     says = plan.film() ? "as their film says" : "as their EXIF says";
-  const std::string doubt = "; their size does not tell whether their cameras are for that";
   if (turned > 0)
-    notes.push_back(raw.name + ": " + std::to_string(turned) + all + "are turned upright, " + says +
-                    (plan.guessed ? doubt + ". If they come out the wrong way up, remove the tag: exiftool "
-                                            "-Orientation= FILE"
-                                  : ""));
+    notes.push_back(raw.name + ": " + std::to_string(turned) + all + "are turned upright, " + says);
   if (not_turned > 0)
     notes.push_back(raw.name + ": " + std::to_string(not_turned) + all + "are taken as stored, not turned " +
-                    says + (plan.guessed ? doubt : ": their cameras are for the stored pixels"));
+                    says +
+                    (plan.guessed ? "; their size does not tell whether their cameras are for that"
+                                  : ": their cameras are for the stored pixels"));
   if (plan.masks.guessed > 0)
     notes.push_back(raw.name + ": " + std::to_string(plan.masks.guessed) +
                     " masks are turned as their pictures are; their size does not tell whether they were "
@@ -212,6 +210,15 @@ void note_sizes(const std::vector<PicturePlan>& plans, const std::vector<RawSpli
     if (!mixed && first != of_all)
       notes.push_back(fmt::format("{}: pictures of {}, {} has {}", raw[s].name, size_text(first), raw[0].name,
                                   size_text(of_all)));
+    const int downscale = plans[s].downscale;
+    const auto rest = std::find_if(sizes.begin(), sizes.end(), [&](const PictureSize& size) {
+      return size.width % downscale > 0 || size.height % downscale > 0;
+    });
+    if (rest != sizes.end())
+      notes.push_back(fmt::format(
+          "{}: of pictures of {} the last {} columns and {} rows fill no block of --downscale {} and are "
+          "left out",
+          raw[s].name, size_text(*rest), rest->width % downscale, rest->height % downscale, downscale));
   }
 }
 
@@ -235,7 +242,7 @@ Dataset load_dataset(const std::string& path, const LoadOptions& options) {
   std::vector<PicturePlan> plans;
   const fs::path root = fs::canonical(folder);
   for (const RawSplit& split : raw) {
-    plans.push_back(plan_pictures(folder, split, options.downscale, open.scene.upright, options.rules));
+    plans.push_back(plan_pictures(folder, split, options.downscale, options.rules));
     PicturePlan& plan = plans.back();
     plan.masks = plan_masks(folder, split, open.mask_use, plan.sizes, plan.turns);
     note_turns(split, plan, dataset.notes);

@@ -73,7 +73,7 @@ Dataset dataset_of(std::vector<PosedSplit> splits, const std::string& name, std:
   if (scene.splits.empty() || scene.splits[0].name != "train")
     fail({name, "there is no train split", "pictures to train on, first", "", ""});
   scene.cameras = settle_cameras(scene.splits);
-  if (scene.one_list) hold_out(scene);
+  if (scene.one_list) hold_out(scene, "");
 
   Dataset dataset;
   dataset.path = name;

@@ -206,12 +206,12 @@ void bind_data(py::module_& m) {
          const std::string& missing, const std::string& masks, const std::string& transfer,
          const std::string& layer, const std::optional<std::string>& depth,
          const std::optional<std::string>& tracks, const std::string& memory, const std::string& cache,
-         const std::string& between) {
+         const std::string& between, const std::string& hold_out) {
         LoadOptions options;
         options.downscale = downscale;
         options.splits = std::move(splits);
-        options.rules = {times,  missing, masks, transfer, layer, depth.value_or(""), tracks.value_or(""),
-                         between};
+        options.rules = {times,   missing, masks, transfer, layer, depth.value_or(""), tracks.value_or(""),
+                         between, hold_out};
         options.depth = depth.has_value();
         options.tracks = tracks.has_value();
         options.cache = cache;
@@ -222,13 +222,14 @@ void bind_data(py::module_& m) {
         return data;
       },
       "Reads a data set folder as the command line does. splits: which; none = all. times, missing, "
-      "masks, transfer, layer, memory, cache, between: as the options of `splinevox train`. depth: as "
+      "masks, transfer, layer, memory, cache, between, hold_out: as the options of `splinevox train`. depth: "
+      "as "
       "--depth, '' = "
       "what the data says; None = depth maps are not read. tracks: as --tracks, in the same way.",
       py::arg("path"), py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{},
       py::arg("times") = "", py::arg("missing") = "", py::arg("masks") = "", py::arg("transfer") = "",
       py::arg("layer") = "", py::arg("depth") = py::none(), py::arg("tracks") = py::none(),
-      py::arg("memory") = "", py::arg("cache") = "", py::arg("between") = "");
+      py::arg("memory") = "", py::arg("cache") = "", py::arg("between") = "", py::arg("hold_out") = "");
   m.def(
       "make_synth",
       [](const std::string& scene, int frames, int size, std::uint64_t seed) {

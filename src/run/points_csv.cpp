@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "core/atomic_file.hpp"
+#include "core/byte_order_mark.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -75,7 +76,7 @@ PointTable read_points(const std::string& path) {
   Columns columns;
   bool named = false;
   for (std::size_t n = 1; std::getline(in, line); ++n) {
-    const std::string_view text = trimmed(line);
+    const std::string_view text = trimmed(std::string_view(line).substr(n == 1 ? byte_order_mark(line) : 0));
     if (text.empty() || text.front() == '#') continue;
     if (!named) {
       columns = find_columns(path, text);

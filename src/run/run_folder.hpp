@@ -56,6 +56,7 @@ void each_rule(const Act& act, Rules&&... of) {
   act("depth", of.depth...);
   act("tracks", of.tracks...);
   act("between", of.between...);
+  act("hold_out", of.hold_out...);
 }
 
 std::string record_text(const RunRecord& record);

@@ -16,8 +16,8 @@ TEST_SUITE("app/points") {
   TEST_CASE("columns in any order, others ignored, spaces, empty lines and remarks passed over") {
     const TempFolder folder;
     const std::string path = folder.str() + "/p.csv";
-    std::ofstream(path)
-        << "# made by hand\nname, z ,x,y,time,id\r\n\nball,3,1,2,0.25,a 1\r\nball, -3e-1 ,1.5,-2,1,b";
+    std::ofstream(path) << "\xEF\xBB\xBF# made by hand\nname, z ,x,y,time,id\r\n\nball,3,1,2,0.25,a "
+                           "1\r\nball, -3e-1 ,1.5,-2,1,b";
     const PointTable t = read_points(path);
     REQUIRE(t.position.size() == 2);
     CHECK(t.position[0] == Vec3{1, 2, 3});

@@ -123,7 +123,7 @@ TEST_SUITE("data/image_read") {
     data::RawSplit split{"train", "a.json", true, {}};
     split.frames.emplace_back();
     split.frames[0].found = fs::canonical(path);
-    CHECK(data::plan_pictures(folder.path(), split, 1, true).pixel_bytes == std::vector<int>{4});
+    CHECK(data::plan_pictures(folder.path(), split, 1).pixel_bytes == std::vector<int>{4});
   }
 
   TEST_CASE("a tRNS chunk behind the pixels, too many chunks or a false length counts for nothing") {

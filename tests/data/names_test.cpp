@@ -312,6 +312,14 @@ TEST_SUITE("data/names") {
     CHECK(read.reason == "'cam0/0000.png' and 'cam0/0000_depth.png' would be of one camera and one moment");
   }
 
+  TEST_CASE("a picture that is listed twice does not contradict itself") {
+    std::vector<NamedPicture> all = film(12, [](int t) { return "images/frame_" + padded(t, 4) + ".png"; });
+    all.push_back({all[3].path, all[3].place, 1});
+    const NamesRead read = read_names(all);
+    REQUIRE(read.verdict == Verdict::times);
+    CHECK(read.times[12] == read.times[3]);
+  }
+
   TEST_CASE("a word that is a hexadecimal digit is no part of an identifier") {
     const auto form = [](int c, int t) {
       return "cam" + std::to_string(c) + "/f" + std::to_string(1700000000000LL + 40 * t) + ".png";

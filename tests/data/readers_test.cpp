@@ -122,8 +122,12 @@ TEST_SUITE("data/readers") {
     CHECK(train.frames[0].image.height == 14);
     CHECK(train.frames[1].image.height == kHigh);
     CHECK(load_dataset(folder.str(), {.downscale = 2}).find("train")->frames[0].camera.height == 7);
-    expect_error([&] { load_dataset(folder.str(), {.downscale = 4}); },
-                 {"frame 0): --downscale 4 does not divide", "8 x 14"});
+    const Dataset quarter = load_dataset(folder.str(), {.downscale = 4});
+    const Frame& first = quarter.find("train")->frames[0];
+    CHECK(first.image.height == 3);
+    CHECK(first.camera.height == 3);
+    CHECK(first.camera.cy == doctest::Approx(7.5 / 4));
+    CHECK(notes_with(quarter, "train: of pictures of 8 x 14 the last 0 columns and 2 rows").size() == 1);
   }
 
   TEST_CASE("nerfstudio: lists of file names, several cameras at a time, times.txt") {

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "data/expect_error.hpp"
 #include "data/times/seen_moments.hpp"
 
 using namespace splinevox;
@@ -26,6 +27,21 @@ RawFrame frame(const std::string& path, double place, double time, const std::st
 
 std::vector<RawSplit> scene(std::vector<RawFrame> train, std::vector<RawFrame> test = {}) {
   return {{"train", "file", true, std::move(train)}, {"test", "file", true, std::move(test)}};
+}
+
+/// One list of the pictures that cam0, cam1 ... took at the same moments.
+RawScene rig_of(int cameras, int moments) {
+  std::vector<RawFrame> frames;
+  for (int i = 0; i < moments; ++i)
+    for (int c = 0; c < cameras; ++c) {
+      const std::string name = "cam" + std::to_string(c);
+      frames.push_back(frame(name + "/" + std::to_string(100 + i) + ".png", c, i, name));
+    }
+  RawScene rig;
+  rig.splits = {{"train", "file", true, std::move(frames)}};
+  rig.one_list = true;
+  rig.cameras = settle_cameras(rig.splits);
+  return rig;
 }
 
 }  // namespace
@@ -128,21 +144,63 @@ TEST_SUITE("data/rig_cameras") {
   TEST_CASE("of few cameras each gives pictures to the test split in its turn") {
     for (const int cameras : {2, 4}) {
       CAPTURE(cameras);
-      std::vector<RawFrame> frames;
-      for (int i = 0; i < 40; ++i)
-        for (int c = 0; c < cameras; ++c)
-          frames.push_back(frame("cam" + std::to_string(c) + "/" + std::to_string(100 + i) + ".png", c, i,
-                                 "cam" + std::to_string(c)));
-      RawScene raw;
-      raw.splits = {{"train", "file", true, std::move(frames)}};
-      raw.one_list = true;
-      raw.cameras = settle_cameras(raw.splits);
-      hold_out(raw);
+      RawScene raw = rig_of(cameras, 40);
+      hold_out(raw, "");
       REQUIRE(raw.splits.size() == 2);
       std::map<std::string, int> held_out;
       for (const RawFrame& f : raw.splits[1].frames) ++held_out[f.camera];
       REQUIRE(int(held_out.size()) == cameras);
       for (const auto& [name, count] : held_out) CHECK(count == 5);
     }
+  }
+
+  TEST_CASE("what is held out can be said: nothing, or cameras by their names") {
+    RawScene all = rig_of(6, 8);
+    hold_out(all, "none");
+    REQUIRE(all.splits.size() == 1);
+    CHECK(all.splits[0].frames.size() == 48);
+    CHECK(all.notes == std::vector<std::string>{"nothing is held out: all pictures train"});
+
+    RawScene some = rig_of(6, 8);
+    hold_out(some, "cam5,cam1,cam5");
+    REQUIRE(some.splits.size() == 2);
+    CHECK(some.splits[0].frames.size() == 32);
+    std::set<std::string> held_out;
+    for (const RawFrame& f : some.splits[1].frames) held_out.insert(f.camera);
+    CHECK(held_out == std::set<std::string>{"cam1", "cam5"});
+    CHECK(some.notes ==
+          std::vector<std::string>{"2 of 6 cameras are held out: 'cam1', 'cam5'; pictures: 16 in all"});
+  }
+
+  TEST_CASE("of a picture that is listed twice neither copy trains while the other is held out") {
+    RawScene film;
+    std::vector<RawFrame> frames;
+    for (int i = 0; i < 24; ++i)
+      for (int copy = 0; copy < 2; ++copy) frames.push_back(frame(std::to_string(100 + i) + ".png", i, i));
+    film.splits = {{"train", "file", true, std::move(frames)}};
+    film.one_list = true;
+    hold_out(film, "");
+    REQUIRE(film.splits.size() == 2);
+    CHECK(film.splits[0].frames.size() == 21);
+    CHECK(film.splits[1].frames.size() == 3);
+    for (const RawFrame& a : film.splits[0].frames)
+      for (const RawFrame& b : film.splits[1].frames) CHECK(a.file_path != b.file_path);
+  }
+
+  TEST_CASE("a camera that is not there, and all of them, cannot be held out") {
+    for (const std::string bad : {"cam7", "cam1,,cam2", "cam1, cam2", " "}) {
+      CAPTURE(bad);
+      RawScene raw = rig_of(3, 4);
+      test::expect_error([&] { hold_out(raw, bad); },
+                         {"--hold-out", "there is no such camera", "none, or 'cam0', 'cam1', 'cam2'"});
+    }
+    RawScene raw = rig_of(3, 4);
+    test::expect_error([&] { hold_out(raw, "cam0,cam1,cam2"); },
+                       {"--hold-out", "no camera is left", "some of 'cam0', 'cam1', 'cam2'"});
+    RawScene film;
+    film.splits = {{"train", "file", true, {frame("0.png", 0, 0, ""), frame("1.png", 1, 1, "")}}};
+    film.one_list = true;
+    film.cameras = settle_cameras(film.splits);
+    test::expect_error([&] { hold_out(film, "cam0"); }, {"--hold-out", "the data has no cameras"});
   }
 }

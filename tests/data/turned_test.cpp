@@ -190,6 +190,22 @@ TEST_SUITE("data/turned") {
     }
   }
 
+  TEST_CASE("pictures before the first one that needs no other are never shown, and have no times") {
+    const Scripts scripts;
+    const TempFolder folder;
+    const fs::path film = folder.path() / "a.mp4";
+    write_text(film, "film");
+    scripts.write("ffprobe",
+                  "cat << 'END'\nstream|width=96|height=64\npacket|pts_time=2.4|flags=K__\n"
+                  "packet|pts_time=2.3|flags=___\npacket|pts_time=2.35|flags=___\n"
+                  "packet|pts_time=2.5|flags=___\npacket|pts_time=2.6|flags=K__\n"
+                  "packet|pts_time=2.55|flags=___\nEND\n");
+    const data::FilmFacts facts = data::film_facts(film, "a.mp4");
+    REQUIRE(facts.times.size() == 4);  // 2.4, 2.5, 2.55, 2.6
+    CHECK(facts.times[1] == doctest::Approx(0.1));
+    CHECK(facts.times[2] == doctest::Approx(0.15));
+  }
+
   TEST_CASE("where ffmpeg gives out no picture, the message has its own words") {
     const Scripts scripts;
     const TempFolder folder;
@@ -207,11 +223,10 @@ TEST_SUITE("data/turned") {
     expect_error(read, {"a.mp4: the film ends early", "0 that ffmpeg could decode", "copy the file again"});
   }
 
-  TEST_CASE("EXIF: a half turn is taken as upright, with a doubt, whatever else is read") {
-    const std::string upright = "test: 1 of 1 pictures are turned upright, as their EXIF says";
+  TEST_CASE("EXIF: a half turn is taken as stored, with a doubt, whatever else is read") {
+    const std::string stored = "test: 1 of 1 pictures are taken as stored, not turned as their EXIF says";
     for (const bool standing : {false, true})  // a quarter turn that is taken as stored, or as upright
-      for (const auto& [half, bright] :
-           {std::pair{2, "upper right"}, std::pair{3, "lower right"}, std::pair{4, "lower left"}}) {
+      for (const int half : {2, 3, 4}) {
         CAPTURE(standing);
         CAPTURE(half);
         const TempFolder folder;
@@ -221,9 +236,8 @@ TEST_SUITE("data/turned") {
                       test = load_dataset(folder.str(), {.splits = {"test"}});
         CHECK(bright_in(first_frame(all).image) == (standing ? "upper right" : "upper left"));
         for (const Dataset* data : {&all, &test}) {
-          CHECK(bright_in(data->find("test")->frames.at(0).image) == bright);
-          CHECK(notes_with(*data, upright + "; their size does not tell").size() == 1);
-          CHECK(notes_with(*data, "exiftool -Orientation=").size() == 1);
+          CHECK(bright_in(data->find("test")->frames.at(0).image) == "upper left");
+          CHECK(notes_with(*data, stored + "; their size does not tell").size() == 1);
         }
       }
   }
@@ -243,17 +257,17 @@ TEST_SUITE("data/turned") {
     CHECK(fs::exists(out.path() / "new/train/b.jpg"));
   }
 
-  TEST_CASE("EXIF: a mask with a half turn lies as its picture is stored, with a doubt") {
+  TEST_CASE("EXIF: a mask with a half turn lies as its picture is stored") {
     const TempFolder folder;
     write_quarter_mask(folder.path(), "a", true);
     write_quarter_mask(folder.path(), "b", false);
     write_turned_split(folder.path(), "train", {{"a", 6, true}, {"b", 3}});
     const Dataset data = load_dataset(folder.str(), {.rules = {.masks = "subject"}});
-    CHECK(notes_with(data, "train: 1 masks are turned as their pictures are").size() == 1);
+    CHECK(notes_with(data, "masks are turned as their pictures are").empty());
     const Picture& half = data.find("train")->frames.at(1).image;
-    CHECK(bright_in(half) == "lower right");
-    CHECK(half.pixel(9, 6)[3] == 65535);
-    CHECK(half.pixel(3, 2)[3] == 0);
+    CHECK(bright_in(half) == "upper left");
+    CHECK(half.pixel(3, 2)[3] == 65535);
+    CHECK(half.pixel(9, 6)[3] == 0);
   }
 }
 

@@ -10,6 +10,8 @@ namespace {
 using namespace splinevox;
 using namespace splinevox::test;
 
+const TinyPng white = flat_png(kWide, kHigh, {255, 255, 255, 255});
+
 TEST_SUITE("data/wild structure") {
   TEST_CASE("COLMAP: other models and pictures without a camera are counted") {
     const TempFolder folder;
@@ -100,6 +102,52 @@ TEST_SUITE("data/wild structure") {
     for (int i = 0; i < 6; ++i)
       CHECK(data.splits[0].frames[std::size_t(i)].time == doctest::Approx(i * i / 25.0));
     CHECK(notes_with(data, "'timestamp' is not read: call it 'time'").size() == 1);
+  }
+
+  TEST_CASE("times.txt: a byte order mark before it, remarks, and # in a picture's name") {
+    const TempFolder folder;
+    write_moving_ball(folder.path(), {.train = 3, .val = 0, .test = 0});
+    replace_in(folder.path() / "transforms_train.json", "\"time\"", "\"timestamp\"");
+    replace_in(folder.path() / "transforms_train.json", "train/r_1", "train/r#1");
+    fs::rename(folder.path() / "train/r_1.png", folder.path() / "train/r#1.png");
+    write_text(folder.path() / "times.txt",
+               "\xEF\xBB\xBFtrain/r_0.png 0\n# between\ntrain/r#1.png 3 # the middle\ntrain/r_2.png 4\n");
+    const Dataset data = load_dataset(folder.str());
+    CHECK(data.splits[0].frames[1].time == doctest::Approx(0.75));
+  }
+
+  TEST_CASE("pictures that two splits list are one picture in the order of names") {
+    const TempFolder folder;
+    write_moving_ball(folder.path());
+    fs::copy_file(folder.path() / "transforms_val.json", folder.path() / "transforms_test.json",
+                  fs::copy_options::overwrite_existing);
+    const Dataset data = load_dataset(folder.str(), {.rules = {.times = "order"}});
+    const std::vector<Frame>&val = data.find("val")->frames, &test = data.find("test")->frames;
+    REQUIRE(val.size() == test.size());
+    for (std::size_t i = 0; i < val.size(); ++i) CHECK(val[i].time == test[i].time);
+    CHECK(val.front().time != val.back().time);
+  }
+
+  TEST_CASE("absolute paths into the data set are paths within it: masks beside the pictures are found") {
+    const TempFolder folder;
+    write_nerfstudio(folder.path(), true_cameras({}, 3));
+    for (int i = 0; i < 3; ++i) write_png(folder.path() / "masks" / ("frame_" + padded(i) + ".png"), white);
+    replace_in(folder.path() / "transforms.json", "images/", folder.str() + "/images/");
+    const Dataset data = load_dataset(folder.str(), {.rules = {.masks = "subject"}});
+    CHECK(frames_of(data) == 3);
+    CHECK(notes_with(data, "another machine").empty());
+  }
+
+  TEST_CASE("the word mask may be part of pictures' own names") {
+    const TempFolder folder;
+    write_nerfstudio(folder.path(), true_cameras({}, 3));
+    replace_in(folder.path() / "transforms.json", "images/frame_", "images/maskdance_");
+    for (int i = 0; i < 3; ++i) {
+      const std::string name = "maskdance_" + padded(i) + ".png";
+      fs::rename(folder.path() / "images" / ("frame_" + padded(i) + ".png"), folder.path() / "images" / name);
+      write_png(folder.path() / "masks" / name, white);
+    }
+    CHECK(frames_of(load_dataset(folder.str(), {.rules = {.masks = "subject"}})) == 3);
   }
 }
 

@@ -142,6 +142,9 @@ struct DatasetRules {
   /// "FROM:TO": only pictures taken then, both ends included, in the data's own times, which become 0 to 1.
   /// Empty: all.
   std::string between = {};
+  /// What is held out of data that names no test split: "none" = nothing, all pictures train; else names of
+  /// cameras, divided by commas. Empty: as load_dataset says.
+  std::string hold_out = {};
 };
 
 struct LoadOptions {

@@ -164,7 +164,6 @@ RawScene read_colmap(const fs::path& folder) {
   RawScene scene;
   scene.splits.push_back({"train", model.where, false, {}});
   scene.one_list = true;
-  scene.upright = false;  // COLMAP takes pictures as they are stored
   RawSplit& all = scene.splits[0];
   for (const ColmapImage& image : model.images) all.frames.push_back(frame_of(model, image));
   scene.box = points_box(std::move(model.points));

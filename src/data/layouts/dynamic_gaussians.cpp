@@ -155,7 +155,6 @@ bool is_dynamic_gaussians(const fs::path& folder) {
 /// Matrices are world to camera, with OpenCV's axes; a moment's number is its time.
 RawScene read_dynamic_gaussians(const fs::path& folder) {
   RawScene scene;
-  scene.upright = false;
   scene.splits.push_back(read_meta(folder, "train"));
   std::error_code ignored;
   scene.one_list = !fs::exists(meta_file(folder, "test"), ignored);

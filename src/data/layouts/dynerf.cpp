@@ -143,7 +143,6 @@ RawScene read_dynerf(const fs::path& folder) {
     scene.notes.push_back("rows of poses_bounds.npy are taken for the cameras as people count: " +
                           list_of(names));
   scene.box = frusta_box(rig.cameras, rig.depths);
-  scene.upright = false;  // poses by COLMAP
   scene.splits.push_back(std::move(rig.train));
   if (!rig.test.frames.empty()) {
     scene.notes.push_back(printable(names[0]) + " is the test split");

@@ -175,7 +175,6 @@ RawScene read_easymocap(const fs::path& folder) {
   const std::vector<std::string> names = poses.names();
   RawScene scene;
   scene.one_list = true;
-  scene.upright = false;
   scene.splits.push_back({"train", poses.where, false, {}});
   for (const std::string& name : names) {
     const std::vector<double> t = poses.needed_matrix("T_" + name, {3}, "a translation: 3 x 1");

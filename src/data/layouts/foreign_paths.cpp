@@ -51,9 +51,25 @@ bool is_found(const fs::path& root, const std::string& path) {
   }
 }
 
+/// An absolute path to something in the data set becomes the path within it.
+void take_within(const fs::path& root, std::string& path) {
+  const fs::path whole(path);
+  if (!whole.is_absolute()) return;
+  std::error_code error;
+  const fs::path parent = fs::weakly_canonical(whole.parent_path(), error);
+  if (error) return;
+  const fs::path inside = (parent / whole.filename()).lexically_relative(root);
+  if (!inside.empty() && *inside.begin() != "..") path = inside.generic_string();
+}
+
 }  // namespace
 
 std::string take_foreign_paths(const fs::path& root, std::vector<RawSplit>& splits) {
+  for (RawSplit& split : splits) {
+    take_within(root, split.tracks);
+    for (RawFrame& frame : split.frames)
+      for (std::string* path : {&frame.file_path, &frame.mask, &frame.depth}) take_within(root, *path);
+  }
   constexpr std::size_t kSamples = 64;
   std::vector<std::string*> foreign;
   for (RawSplit& split : splits)

@@ -106,7 +106,6 @@ RawScene pictures_scene(const fs::path& folder, const std::vector<PoseRow>& rows
   RawScene scene;
   scene.splits.push_back(std::move(all));
   scene.one_list = true;
-  scene.upright = false;  // poses by COLMAP
   scene.box = box;
   scene.notes = std::move(notes);
   return scene;

@@ -34,8 +34,12 @@ std::string without_endings(fs::path name) {
 /// All pictures of a folder of masks and of the folders in it.
 void add_masks(const fs::path& folder, const fs::path& inside, const fs::path& below, MaskNames& masks,
                int depth = 0) {
-  for (const std::string& name : files_in(folder / inside / below, FileKind::picture))
-    masks[mask_of(name)].push_back({below, (inside / below / name).generic_string()});
+  for (const std::string& name : files_in(folder / inside / below, FileKind::picture)) {
+    const Candidate candidate{below, (inside / below / name).generic_string()};
+    const std::string of = mask_of(name), own = without_endings(name);
+    masks[of].push_back(candidate);
+    if (own != of) masks[own].push_back(candidate);  // the word may be part of the picture's own name
+  }
   constexpr int kDeepestMask = 2;
   if (depth < kDeepestMask)
     for (const std::string& name : folders_in(folder / inside / below))

@@ -190,7 +190,6 @@ RawScene read_nerfies(const fs::path& folder) {
                        (Vec3d{table.at(i, 0), table.at(i, 1), table.at(i, 2)} - frame_of_scene.center));
     scene.box = points_box(std::move(points));
   }
-  scene.upright = false;
   const RawSplit& train = scene.splits[0];
   if (!scene.box && frame_of_scene.near_far)
     scene.box = frusta_box(train, std::vector(train.frames.size(), *frame_of_scene.near_far));

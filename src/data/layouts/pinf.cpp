@@ -172,7 +172,6 @@ RawScene read_pinf(const fs::path& folder) {
   const std::string where = printable(path.string());
   const json file = read_json(path, where);
   RawScene scene;
-  scene.upright = false;
   Clock clock;
   for (const char* name : {"train", "val", "test"}) {
     const std::string field = std::string(name) + "_videos";

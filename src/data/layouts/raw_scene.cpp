@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "data/layouts/axes.hpp"
 #include "data/layouts/folder_list.hpp"
@@ -113,30 +114,68 @@ std::vector<bool> every_eighth(const RawSplit& all, int cameras) {
   return tests;
 }
 
+constexpr const char* kNone = "none";
+
+/// The cameras that the rule names, in ascending order.
+std::vector<int> named_cameras(const std::string& rule, const std::vector<RigCamera>& cameras) {
+  std::vector<std::string> names;
+  for (const RigCamera& c : cameras) names.push_back(c.name);
+  std::vector<int> out;
+  if (rule == kNone) return out;
+  std::istringstream words(rule);
+  for (std::string word; std::getline(words, word, ',');) {
+    const auto at = std::find(names.begin(), names.end(), word);
+    if (at == names.end())
+      fail({"--hold-out", "there is no such camera",
+            names.empty() ? "none: the data has no cameras with several pictures"
+                          : "none, or " + list_of(names),
+            in_quotes(word), ""});
+    out.push_back(int(at - names.begin()));
+  }
+  std::sort(out.begin(), out.end());
+  out.erase(std::unique(out.begin(), out.end()), out.end());
+  if (out.size() == names.size())
+    fail({"--hold-out", "no camera is left to train on", "some of " + list_of(names), in_quotes(rule), ""});
+  return out;
+}
+
+/// What a note says of the pictures that are held out.
+std::string how_held_out(const std::string& rule, const std::vector<int>& held_out,
+                         const std::vector<RigCamera>& cameras) {
+  if (held_out.empty())
+    return "the data names no test split: every eighth picture in the order of time is one, ";
+  std::vector<std::string> names;
+  for (const int camera : held_out) names.push_back(cameras[std::size_t(camera)].name);
+  return fmt::format("{}{} of {} cameras{} are held out: {}; pictures: ",
+                     rule.empty() ? "the data names no test split: " : "", held_out.size(), cameras.size(),
+                     rule.empty() ? ", which stand still," : "", list_of(names));
+}
+
 }  // namespace
 
-void hold_out(RawScene& scene) {
+void hold_out(RawScene& scene, const std::string& rule) {
   RawSplit all = std::move(scene.splits.at(0));
   scene.one_list = false;
   sort_by_time(all);
+  // Of a picture that is listed twice one would train and the other be held out.
+  const auto same = [](const RawFrame& a, const RawFrame& b) {
+    return a.time == b.time && a.file_path == b.file_path && a.film_frame == b.film_frame;
+  };
+  all.frames.erase(std::unique(all.frames.begin(), all.frames.end(), same), all.frames.end());
   const std::size_t n = all.frames.size();
-  const std::vector<int> cameras = cameras_to_hold_out(all, scene.cameras);
+  const std::vector<int> cameras =
+      rule.empty() ? cameras_to_hold_out(all, scene.cameras) : named_cameras(rule, scene.cameras);
   std::vector<bool> tests(n, false);
-  if (cameras.empty()) tests = every_eighth(all, int(scene.cameras.size()));
+  if (cameras.empty() && rule.empty()) tests = every_eighth(all, int(scene.cameras.size()));
   for (std::size_t i = 0; i < n && !cameras.empty(); ++i)
     tests[i] = std::binary_search(cameras.begin(), cameras.end(), all.frames[i].camera_id);
   RawSplit train{"train", all.file, all.timed, {}, {}, all.tracks}, test{"test", all.file, all.timed, {}};
   for (std::size_t i = 0; i < n; ++i) (tests[i] ? test : train).frames.push_back(std::move(all.frames[i]));
   scene.splits = {std::move(train)};
+  if (rule == kNone) scene.notes.push_back("nothing is held out: all pictures train");
   if (test.frames.empty()) return;
-  std::vector<std::string> names;
-  for (const int camera : cameras) names.push_back(scene.cameras[std::size_t(camera)].name);
-  scene.notes.push_back(
-      "the data names no test split: " +
-      (cameras.empty() ? std::string("every eighth picture in the order of time is one, ")
-                       : fmt::format("{} of {} cameras, which stand still, are held out: {}; pictures: ",
-                                     cameras.size(), scene.cameras.size(), list_of(names))) +
-      std::to_string(test.frames.size()) + " in all");
+  scene.notes.push_back(how_held_out(rule, cameras, scene.cameras) + std::to_string(test.frames.size()) +
+                        " in all");
   scene.splits.push_back(std::move(test));
 }
 

@@ -67,7 +67,6 @@ struct RawScene {
   std::optional<Box> box = {};  ///< where the scene lies, scene units
   std::vector<std::string> notes = {};
   std::vector<RigCamera> cameras = {};
-  bool upright = true;  ///< whether the program that made the cameras obeys EXIF's orientation
 };
 
 /// Leaves out frames that are faulty or of which `look_for` does not find what it looks for, and says how
@@ -81,8 +80,10 @@ void leave_out(RawScene& scene, const DatasetRules& rules,
 /// Divides a scene that has one list. Of a rig (rig_cameras.hpp, cameras_to_hold_out) whole cameras become
 /// the test split. Else it is every eighth frame in the order of time, of each camera in its turn, and the
 /// others train. The first and the last moment always train: pictures of theirs are held out only where four
-/// or more cameras see them. Says so in notes.
-void hold_out(RawScene& scene);
+/// or more cameras see them. Says so in notes. Throws Error (Fault::input) where `rule` names no camera, or
+/// all of them.
+/// @param rule  DatasetRules::hold_out
+void hold_out(RawScene& scene, const std::string& rule);
 
 /// Sorts frames by time, then by picture and place in the film.
 void sort_by_time(RawSplit& split);

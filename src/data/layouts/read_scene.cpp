@@ -94,10 +94,12 @@ std::vector<std::string> choose_splits(const fs::path& folder, const std::vector
       fail(
           {printable(folder.string()), "there is no such split", "train, val or test", in_quotes(split), ""});
     if (!named(there, split))
-      fail({printable((dnerf ? folder / transforms_name(split) : folder).string()),
-            "the " + split + " split was asked for and is not there",
-            dnerf ? transforms_name(split) : fmt::format("{}", fmt::join(there, " or ")),
-            dnerf ? "no such file" : split, ""});
+      fail(
+          {printable((dnerf ? folder / transforms_name(split) : folder).string()),
+           "the " + split + " split was asked for and is not there",
+           dnerf ? transforms_name(split) : fmt::format("{}", fmt::join(there, " or ")),
+           dnerf ? "no such file" : split,
+           options.rules.hold_out == "none" ? "--split train: with --hold-out none all pictures train" : ""});
   }
   std::vector<std::string> chosen;
   for (const std::string& split : there)
@@ -160,7 +162,14 @@ void val_as_test(RawScene& scene, const LoadOptions& options) {
   scene.notes.push_back("the data names no test split: val is the test split");
 }
 
-/// A picture that two frames have counts twice, and is no held-out one where one of them trains.
+[[noreturn]] void refuse_hold_out(const fs::path& folder, const RawScene& scene, const std::string& rule) {
+  std::vector<std::string> names;
+  for (const RawSplit& split : scene.splits) names.push_back(split.name);
+  fail({printable(folder.string()), "--hold-out is for data that names no splits", "one list of pictures",
+        list_of(names), "leave --hold-out " + rule + " out"});
+}
+
+/// A picture that two frames have: of two splits it counts twice, of one list of all once (hold_out).
 void note_repeats(RawScene& scene) {
   std::map<std::pair<std::string, int>, std::string> taken;
   std::size_t all = 0, again = 0;
@@ -218,13 +227,14 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
     for (RawSplit& split : scene.splits) sort_by_time(split);
   const std::size_t pictures = layout.read ? number_in_time(scene.splits) : 0;
   if (between) keep_between(*between, options.splits, scene.splits, scene.notes);
-  if (scene.one_list) hold_out(scene);
+  const std::string& held_out = options.rules.hold_out;
+  if (!scene.one_list && !held_out.empty()) refuse_hold_out(folder, scene, held_out);
+  if (scene.one_list) hold_out(scene, held_out);
   val_as_test(scene, options);
   OpenScene open{layout.name, {}, {}, mask_use, masks, pictures};
   open.scene.box = scene.box;
   open.scene.cameras = scene.cameras;
   open.scene.notes = scene.notes;
-  open.scene.upright = scene.upright;
   std::vector<std::string> there;
   for (const RawSplit& split : scene.splits) there.push_back(split.name);
   const std::vector<std::string> chosen = choose_splits(folder, there, !layout.read, options);

@@ -70,7 +70,8 @@ Error image_missing(const std::filesystem::path& root, const std::string& file_p
 
 /// Paths that another machine wrote (backslashes, drive letters, from the root on): where the same number of
 /// leading folders left out makes those of pictures paths within the folder, they become these, and so do
-/// those of masks, depth maps and tracks. @return a note; empty if nothing was changed.
+/// those of masks, depth maps and tracks. Absolute paths into the folder become those within it, without a
+/// note. @return a note; empty if nothing else was changed.
 std::string take_foreign_paths(const std::filesystem::path& root, std::vector<RawSplit>& splits);
 
 }  // namespace splinevox::data

@@ -164,11 +164,17 @@ DepthMap read_depth(const DepthPlan& plan, std::size_t i) {
   const PictureSize kept{std::min(size.width, picture.width / plan.downscale),
                          std::min(size.height, picture.height / plan.downscale)};
   if (kept == size) return {size.width, size.height, numbers.values, plan.kind};
+  // Where a map is as small as its picture gets in one direction alone, that one is taken as it is.
+  const auto middle_of = [&](int pixel, int fewer, int all, int pixels) {
+    const bool whole = fewer == all;
+    const std::int64_t of = std::int64_t(2) * pixel + 1;
+    return whole ? std::int64_t(pixel) : of * plan.downscale * all / (2 * std::int64_t(pixels));
+  };
   std::vector<float> fewer;
   for (int y = 0; y < kept.height; ++y)
     for (int x = 0; x < kept.width; ++x) {
-      const std::int64_t u = (2 * std::int64_t(x) + 1) * size.width / (2 * kept.width),
-                         v = (2 * std::int64_t(y) + 1) * size.height / (2 * kept.height);
+      const std::int64_t u = middle_of(x, kept.width, size.width, picture.width),
+                         v = middle_of(y, kept.height, size.height, picture.height);
       fewer.push_back(numbers.values[std::size_t(v * size.width + u)]);
     }
   return {kept.width, kept.height, fewer, plan.kind};

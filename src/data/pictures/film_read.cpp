@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -37,8 +38,9 @@ struct ProbeText {
   int width = 0, height = 0;
   int rotation = 0;  ///< degrees, anticlockwise
   std::string transfer;
-  std::vector<double> stamps;  ///< of packets that are shown; seconds
-  std::size_t without = 0;     ///< packets that are shown and have no time stamp
+  std::vector<double> stamps;       ///< of packets that are shown; seconds
+  std::optional<double> first_key;  ///< of the first picture that needs no other
+  std::size_t without = 0;          ///< packets that are shown and have no time stamp
 };
 
 /// Lines such as "packet|pts_time=0.033333|flags=K__" and "stream|width=64|height=48|side_data|rotation=-90".
@@ -65,10 +67,12 @@ void read_line(std::string_view line, ProbeText& text) {
   }
   if (value_of("|flags=").find('D') != std::string_view::npos) return;  // decoded for others, never shown
   double stamp = 0;
-  if (number_of("|pts_time=", stamp))
-    text.stamps.push_back(stamp);
-  else
+  if (!number_of("|pts_time=", stamp)) {
     ++text.without;
+    return;
+  }
+  text.stamps.push_back(stamp);
+  if (!text.first_key && value_of("|flags=").find('K') != std::string_view::npos) text.first_key = stamp;
 }
 
 /// Seconds from the first frame on, put onto an even rate where they lie close to one.
@@ -176,6 +180,8 @@ FilmFacts film_facts(const std::filesystem::path& path, const std::string& where
     line.clear();
   }
   const bool ended_well = probe.finish();
+  // A film that was cut without encoding it anew may begin with pictures that need others which are gone.
+  if (text.first_key) std::erase_if(text.stamps, [&](double s) { return s < *text.first_key; });
   if (text.stamps.empty())  // raw streams have no time stamps: their frames follow each other evenly
     for (std::size_t i = 0; i < text.without; ++i) text.stamps.push_back(double(i));
   if (!ended_well || text.width < 1 || text.height < 1 || text.stamps.empty())
@@ -203,7 +209,9 @@ void read_film(const std::filesystem::path& path, const PictureSize& size, bool 
     take(next++, std::move(image));
     return next < wanted.size();
   };
-  each_frame({path, size, upright, "", wanted.back() + 1, "copy the file again"}, pick, where);
+  each_frame({path, size, upright, "", wanted.back() + 1,
+              "copy the file again, or encode it anew: ffmpeg -i FILM -c:v libx264 -crf 16 NEW.mp4"},
+             pick, where);
 }
 
 void read_film_scaled(const std::filesystem::path& path, const PictureSize& size, int frames,

@@ -5,7 +5,6 @@
 #include <cctype>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -19,15 +18,11 @@
 namespace splinevox::data {
 namespace {
 
-void check_divides(const PicturePlan& plan, std::size_t i) {
-  const auto [width, height] = plan.sizes[i];
-  const int common = std::gcd(width, height);
-  if (common % plan.downscale == 0) return;
-  std::string divisors;
-  for (int k = 2; k <= common && k <= 64; ++k)
-    if (common % k == 0) divisors += (divisors.empty() ? "--downscale " : ", ") + std::to_string(k);
-  fail({plan.where[i], "--downscale " + std::to_string(plan.downscale) + " does not divide the image's size",
-        "a divisor of both sides", size_text(plan.sizes[i]), divisors.empty() ? "no --downscale" : divisors});
+void require_blocks(const PicturePlan& plan, std::size_t i) {
+  const int shorter = std::min(plan.sizes[i].width, plan.sizes[i].height);
+  if (plan.downscale > shorter)
+    fail({plan.where[i], "--downscale " + std::to_string(plan.downscale) + " leaves nothing of the image",
+          "at most its shorter side, " + std::to_string(shorter), size_text(plan.sizes[i]), ""});
 }
 
 }  // namespace
@@ -68,7 +63,7 @@ std::optional<bool> told_upright(const PictureHeader& header, const Lens& lens) 
 }  // namespace
 
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
-                          bool upright, const DatasetRules& rules) {
+                          const DatasetRules& rules) {
   const std::string& transfer = rules.transfer;
   if (!transfer.empty() && transfer != "srgb" && transfer != "linear")
     fail({"--transfer", "there is no such transfer", "srgb or linear", transfer, ""});
@@ -99,12 +94,12 @@ PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& s
     plan.pixel_bytes.push_back((header.alpha || cut ? 4 : 3) * (deep ? 2 : 1));
     const auto told = told_upright(header, lens);
     plan.guessed |= header.orientation != 1 && !told && !plan.film();
-    plan.turns.push_back(told.value_or(upright || plan.film()) ? header.orientation : 1);
+    plan.turns.push_back(told.value_or(plan.film()) ? header.orientation : 1);
     plan.asked.push_back(header.orientation);
     plan.sizes.push_back(turned(header.size, plan.turns.back()));
     const PictureSize &first = plan.sizes[0], &size = plan.sizes.back();
     const bool differs = size != first;
-    if (i == 0 || differs) check_divides(plan, i);
+    if (i == 0 || differs) require_blocks(plan, i);
     if (differs && !(lens.fl_x && lens.w && lens.h))  // which pinhole compares with the picture
       fail({plan.where[i], "the images of a split differ in size",
             size_text(first) + " as in " + printable(plan.paths[0].filename().string()),

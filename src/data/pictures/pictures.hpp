@@ -39,14 +39,14 @@ std::string size_text(const PictureSize& size);
 bool same_shape(const PictureSize& a, const PictureSize& b);
 
 /// Reads the headers of a split's pictures, which were found. Throws Error (Fault::input) for the first frame
-/// whose picture is not a PNG, JPEG or film, not divisible by the downscale, or of another size than frame
+/// whose picture is not a PNG, JPEG or film, smaller than the downscale, or of another size than frame
 /// 0's though its lens does not say what size it is for (w, h, fl_x): an angle of view means nothing for a
-/// picture that was cropped.
-/// @param upright  whether cameras are for pictures turned by EXIF where neither sizes nor angles tell. Films
-///                 are upright then: cameras were found in pictures as players show them.
+/// picture that was cropped. Where neither sizes nor angles tell whether cameras are for pictures turned by
+/// EXIF, pictures are as stored: programs that find cameras ignore the tag. Films are upright then: cameras
+/// were found in pictures as players show them.
 /// @param rules    transfer and layer
 PicturePlan plan_pictures(const std::filesystem::path& folder, const RawSplit& split, int downscale,
-                          bool upright, const DatasetRules& rules = {});
+                          const DatasetRules& rules = {});
 
 /// What was taken for light, and how it is trained.
 void note_transfer(const RawSplit& raw, const PicturePlan& plan, std::vector<std::string>& notes);

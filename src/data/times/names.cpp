@@ -209,7 +209,8 @@ NamesRead read_names(const std::vector<NamedPicture>& pictures) {
   if (read.verdict != Verdict::times) return read;
   std::map<std::pair<std::size_t, double>, std::size_t> taken;
   for (std::size_t i = 0; i < pictures.size(); ++i)
-    if (const auto [at, fresh] = taken.try_emplace({pictures[i].place, read.times[i]}, i); !fresh)
+    if (const auto [at, fresh] = taken.try_emplace({pictures[i].place, read.times[i]}, i);
+        !fresh && pictures[at->second].path != pictures[i].path)  // one picture may be listed twice
       return unclear(fmt::format("{} and {} would be of one camera and one moment",
                                  example(pictures[at->second]), example(pictures[i])));
   return read;

@@ -9,6 +9,7 @@
 #include <map>
 #include <sstream>
 
+#include "core/byte_order_mark.hpp"
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
 #include "data/times/digits.hpp"
@@ -24,13 +25,21 @@ constexpr const char* kChoices =
     "--times none (all of one moment), order (evenly, in the order of names), name:GROUP (a group of digits) "
     "or FILE (a name and a number per line)";
 
+/// Where a comment begins: at a # that no name holds. The line's length where there is none.
+std::size_t comment_in(const std::string& line) {
+  for (std::size_t at = line.find('#'); at != std::string::npos; at = line.find('#', at + 1))
+    if (at == 0 || line[at - 1] == ' ' || line[at - 1] == '\t') return at;
+  return line.size();
+}
+
 std::map<std::string, double> read_times_file(const fs::path& path, const std::string& where) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, where, 64u << 20);
   std::istringstream text(std::string(bytes.begin(), bytes.end()));
   std::map<std::string, double> times;
   std::string line;
   for (int number_of_line = 1; std::getline(text, line); ++number_of_line) {
-    line = line.substr(0, line.find('#'));
+    if (number_of_line == 1) line.erase(0, byte_order_mark(line));
+    line.resize(comment_in(line));
     const std::size_t last = line.find_last_not_of(" \t\r,");
     if (last == std::string::npos) continue;
     line.resize(last + 1);
@@ -104,8 +113,12 @@ void times_in_order(std::vector<RawSplit>& splits) {
   std::vector<RawFrame*> frames = all_frames(splits);
   std::sort(frames.begin(), frames.end(),
             [](const RawFrame* a, const RawFrame* b) { return natural_less(a->file_path, b->file_path); });
-  for (std::size_t i = 0; i < frames.size(); ++i)
-    frames[i]->time = double(i) / double(std::max<std::size_t>(frames.size() - 1, 1));
+  std::size_t rank = 0;  // a picture that is listed twice is one
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    rank += i > 0 && frames[i]->file_path != frames[i - 1]->file_path;
+    frames[i]->time = double(rank);
+  }
+  for (RawFrame* frame : frames) frame->time /= double(std::max<std::size_t>(rank, 1));
 }
 
 void assign(std::vector<RawSplit>& splits, const std::vector<double>& times) {

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "core/atomic_file.hpp"
+#include "core/byte_order_mark.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -36,8 +37,7 @@ bool begins_string(std::string_view text, std::size_t i) {
 /// Where the first character beyond ASCII stands that is neither in a comment nor in a string of one line;
 /// the text's size if nowhere.
 std::size_t stray_character(std::string_view text) {
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  for (std::size_t i = text.substr(0, 3) == byte_order_mark ? 3 : 0; i < text.size();) {
+  for (std::size_t i = byte_order_mark(text); i < text.size();) {
     const std::string_view three = text.substr(i, 3);
     if (!plain(text[i])) return i;
     if (text[i] == '#') {
