@@ -10,6 +10,8 @@
 #include "app/program.hpp"
 #include "data/expect_error.hpp"
 #include "run/capture/capture_cameras.hpp"
+#include "run/capture/capture_frames.hpp"
+#include "run/capture/capture_stages.hpp"
 #include "run/capture/colmap_program.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/scene.hpp"
@@ -182,6 +184,36 @@ TEST_SUITE("app/capture") {
     for (std::size_t i = 0; i < 5; ++i)
       CHECK(std::abs(plans[0].times[std::size_t(plans[0].groups[i].first)] -
                      plans[1].times[std::size_t(plans[1].groups[i].first)]) < 0.051);
+  }
+
+  TEST_CASE("a long film gives few frames a second, which a note says; a film of few has no more") {
+    if (no_ffmpeg()) return;
+    const TempFolder folder;
+    const auto notes_of = [&](const std::string& rate, const CaptureOptions& options) {
+      const std::string film = (folder.path() / ("film" + rate + ".mp4")).string();
+      REQUIRE(shell("ffmpeg -v error -y -f lavfi -i testsrc=s=32x32:r=" + rate +
+                    " -frames:v 400 -pix_fmt yuv420p " + film));
+      CaptureTalk talk = quiet_talk();
+      plan_capture(find_capture_input({film}), options, talk);
+      return talk.notes();
+    };
+    const std::vector<std::string> notes = notes_of("10", {});
+    REQUIRE(notes.size() == 1);
+    CHECK(contains(notes[0], "3.8 frames a second are taken"));
+    CHECK(notes_of("60", {}).empty());
+    CaptureOptions asked;
+    asked.every = 20;
+    CHECK(notes_of("10", asked).empty());
+  }
+
+  TEST_CASE("cameras of a rig that found no place: a walk is advised, unless there was one") {
+    CaptureState state;
+    state.rig = {"a", "b"};
+    state.frames = {{"a/0.png", 0, 0, ""}, {"b/0.png", 1, 0, ""}};
+    expect_error([&] { fail_placing(state, "0 of 2"); }, {"could not place the cameras", "--walk FILM"});
+    state.frames.push_back({"walk/0.png", 2, 0, ""});
+    expect_error([&] { fail_placing(state, "0 of 2"); },
+                 {"could not place the cameras", "a walk that is slower"});
   }
 
   TEST_CASE("what sources stand for, and what is refused by name") {

@@ -250,6 +250,24 @@ class FrameWriter {
   const std::function<void()>& done_;
 };
 
+/// Few pictures a second tell where cameras were, and not how things moved.
+void note_few_frames(const CapturePlan& plan, CaptureTalk& talk) {
+  constexpr double kFew = 5, kSame = 0.9;  // a second; of the film's own rate
+  if (plan.groups.size() < 2) return;
+  const auto rate_of = [](std::size_t frames, double from, double to) {
+    return double(frames - 1) / (to - from);
+  };
+  const auto time = [&](int frame) { return plan.times[std::size_t(frame)]; };
+  const double rate = rate_of(plan.groups.size(), time(plan.groups.front().first),
+                              time(plan.groups.back().first)),
+               all = rate_of(plan.times.size(), plan.times.front(), plan.times.back());
+  if (rate < kFew && rate < kSame * all)
+    talk.note(
+        fmt::format("{:.1f} frames a second are taken: fast motion wants 10 or more; --from and --to "
+                    "take a part of the film, --frames takes more of it",
+                    rate));
+}
+
 }  // namespace
 
 std::vector<CapturePlan> plan_capture(std::vector<CaptureCamera> cameras, const CaptureOptions& options,
@@ -276,6 +294,7 @@ std::vector<CapturePlan> plan_capture(std::vector<CaptureCamera> cameras, const 
   else
     first.groups = frame_groups(first.times, options.from, options.to, options.every, most);
   require_frames(plans, options);
+  if (first.camera.is_film() && options.frames == 0 && options.every == 0) note_few_frames(first, talk);
   return plans;
 }
 

@@ -247,9 +247,12 @@ void fail_placing(const CaptureState& state, const std::string& figures) {
          "a third of them at least; neighbours that see much of the same, from directions less than about 20 "
          "degrees apart",
          figures,
-         "--moments 10; put more cameras between them, and things with texture around; film an empty "
-         "take with masks of nothing that moves; or calibrate with a board, and give intri.yml and "
-         "extri.yml"});
+         state.has_walk()
+             ? "a walk that is slower, and nearer to each camera's own view; things with texture around; or "
+               "calibrate with a board, and give intri.yml and extri.yml"
+             : "--walk FILM, of any camera that walks slowly from one camera to the next and sees what they "
+               "see; or --moments 10; things with texture around; or calibrate with a board, and give "
+               "intri.yml and extri.yml"});
   fail({"splinevox capture", "COLMAP could not place the pictures",
         "a third of them at least, of a camera that moves past things that stand still", figures,
         "--frames 300 for a film; film again: walk sideways or around, slowly, and do not just turn; keep "
