@@ -6,10 +6,12 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "cli/camera_files.hpp"
 #include "cli/command.hpp"
+#include "cli/export_report.hpp"
 #include "cli/options.hpp"
 #include "cli/render_layers.hpp"
 #include "core/nearest.hpp"
@@ -65,14 +67,34 @@ std::vector<std::string> names_of(const RenderVerb& o, const std::vector<std::st
 /// @return whether it was ours before
 bool claim_folder(const std::string& folder, const Run& run, const std::vector<std::string>& names) {
   probe_output_folder(folder);
-  if (has_mark(folder, kRenderMark)) return true;
-  if (const std::string taken = first_taken(names_in_folder(folder), names); !taken.empty())
+  const bool ours = has_mark(folder, kRenderMark);
+  if (const std::string taken = ours ? "" : first_taken(names_in_folder(folder), names); !taken.empty())
     fail({folder + "/" + taken, "`render` did not write this file and would replace it",
           "a folder of its own, or that of an earlier render", "",
           "another folder for --out, or remove the file: what older versions rendered has no render.json "
           "beside it"});
-  write_mark(folder, kRenderMark, {{"run", run.path}});
-  return false;
+  write_mark(folder, kRenderMark, {{"run", run.path}});  // the one that was rendered last
+  return ours;
+}
+
+/// Numbered pictures in the folder of kinds that this call writes, and not its own, which a program would
+/// take for a part of the shot.
+std::vector<std::string> left_pictures(const std::string& folder, const std::vector<std::string>& names) {
+  const auto kind_of = [](const std::string& name) {
+    const std::size_t dot = name.rfind('.'), last = name.find_last_not_of("0123456789", dot - 1);
+    return dot == name.npos || last == name.npos || last + 1 == dot
+               ? std::string()
+               : name.substr(0, last + 1) + name.substr(dot);
+  };
+  std::set<std::string> kinds;
+  for (const std::string& name : names) kinds.insert(kind_of(name));
+  kinds.erase("");
+  const std::set<std::string> own(names.begin(), names.end());
+  std::vector<std::string> out;
+  for (const std::string& name : names_in_folder(folder))
+    if (kinds.contains(kind_of(name)) && !own.contains(name)) out.push_back(name);
+  std::sort(out.begin(), out.end());
+  return out;
 }
 
 /// Removes what renders that were killed left half written, unless another process of this machine writes
@@ -196,7 +218,8 @@ int render(const RenderVerb& o) {
   const RenderFrames frames =
       plan_frames(run, o.cameras, o.frames, [&](const std::string& line) { teller.note(line); });
   catch_stop_signals();
-  if (claim_folder(o.out, run, names_of(o, layers, frames)) && share.whole()) remove_drafts(o.out);
+  const std::vector<std::string> names = names_of(o, layers, frames);
+  if (claim_folder(o.out, run, names) && share.whole()) remove_drafts(o.out);
   const FolderLock lock = join_folder(o.out);
   if (o.format == "cameras") return write_cameras_only(o, run, frames, teller);
   Pictures pictures(o, run, frames, layers, device, options);
@@ -210,6 +233,8 @@ int render(const RenderVerb& o) {
   }
   if (done < own) return tell_interrupted(o, teller, done);
   pictures.finish();
+  if (const std::vector<std::string> left = left_pictures(o.out, names); share.whole() && !left.empty())
+    teller.note(left_over("render", left));
   const Camera& camera = frames.shots[0].camera;
   teller.result({{"out", o.out},
                  {"pictures", done},
@@ -254,8 +279,7 @@ Action render_command(CLI::App& verb) {
                   "A:B:N, N model times from A to B in 0..1; default: those of the cameras");
   verb.add_option("--data", o->cameras.data, "the data set, if it is no longer where the run found it");
   verb.add_option("--size", o->cameras.size,
-                  "width of pictures: of the orbit, which are square [400], or of a way by the training "
-                  "cameras [theirs]")
+                  "width of pictures: of the orbit, which are square [400], or of other cameras [theirs]")
       ->check(CLI::Range(8, 8192));
   add_antialias(verb, o->antialias);
   verb.add_option("--elevation", o->cameras.elevation, "of the orbit, degrees")

@@ -39,16 +39,20 @@ std::string csv(const PointTable& table, const std::vector<std::string>& targets
   return text;
 }
 
-std::string json(const PointTable& table, const std::vector<std::string>& targets,
-                 const std::vector<std::vector<TrackedPoint>>& found, bool canonical) {
+/// @param times  to which; empty: to the canonical volume
+std::string json(const PointTable& table, const std::vector<double>& times,
+                 const std::vector<std::vector<TrackedPoint>>& found) {
+  const bool canonical = times.empty();
   Json points = Json::array();
   for (std::size_t i = 0; i < table.position.size(); ++i) {
     const Vec3& p = table.position[i];
     Json point{{"from", {p.x, p.y, p.z}}, {"time", table.time[i]}, {"to", Json::array()}};
     if (!table.id.empty()) point["id"] = table.id[i];
-    for (std::size_t k = 0; k < targets.size(); ++k) {
+    for (std::size_t k = 0; k < found.size(); ++k) {
       const Vec3& q = found[k][i].position;
-      Json to{{"time", targets[k]}, {"position", {q.x, q.y, q.z}}, {"folded", found[k][i].folded}};
+      Json to{{"time", canonical ? Json("canonical") : Json(times[k])},
+              {"position", {q.x, q.y, q.z}},
+              {"folded", found[k][i].folded}};
       if (!canonical) to["density"] = found[k][i].density;
       point["to"].push_back(std::move(to));
     }
@@ -83,8 +87,7 @@ int run_track(const TrackVerb& o) {
                 : track(run.model, table.position, table.time, times);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::vector<std::string> targets = split_list(o.to);
-  write_file(o.out,
-             {as_json ? json(table, targets, found, canonical) : csv(table, targets, found, canonical)},
+  write_file(o.out, {as_json ? json(table, times, found) : csv(table, targets, found, canonical)},
              Named::by_user);
   constexpr float kFaint = 1e-2f;  // opacity over a voxel below which there is no matter
   const float voxel = run.model.radiance.raw.topology->lattice.spacing;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include "cli/export_info.hpp"
 #include "cli/options.hpp"
@@ -17,9 +18,22 @@
 
 namespace splinevox::cli {
 
+namespace {
+
+/// Figures are all of one kind; the number of a frame is whole.
+void add_figures(Json& to, const ManifestFile& file) {
+  for (const auto& [key, value] : file.figures)
+    if (key == "frame")
+      to[key] = std::int64_t(value);
+    else
+      to[key] = value;
+}
+
+}  // namespace
+
 Json file_json(const ManifestFile& file) {
   Json out{{"file", file.name}, {"bytes", file.digest.size}};
-  for (const auto& [key, value] : file.figures) out[key] = value;
+  add_figures(out, file);
   return out;
 }
 
@@ -33,6 +47,14 @@ std::string untracked_text(const ManifestFile& file) {
 }
 
 }  // namespace
+
+std::string left_over(const std::string& of, const std::vector<std::string>& files) {
+  return fmt::format(
+      "left by an earlier {} and not of this sequence: {}{}; delete what a program would load with the "
+      "folder",
+      of, printable(files.front()),
+      files.size() > 1 ? fmt::format(" to {} ({} files)", printable(files.back()), files.size()) : "");
+}
 
 ExportReport::ExportReport(Talk talk, const ExportOptions& options)
     : teller_(talk, "frames"),
@@ -51,6 +73,13 @@ void ExportReport::add(const ExportedFrame& f, int done, int total) {
   };
   count(f.file);
   std::for_each(f.beside.begin(), f.beside.end(), count);
+  const auto voxels = [](const ManifestFile& file) {
+    const auto found = file.figures.find("density_voxels");
+    return found == file.figures.end() ? std::optional<double>() : found->second;
+  };
+  bool told = voxels(f.file).has_value(), some = voxels(f.file).value_or(0) > 0;
+  for (const ManifestFile& file : f.beside) some |= voxels(file).value_or(0) > 0;
+  empty_ += told && !some;
   kept_ += f.kept ? 1 : 0;
   writing_ += f.cpu_writing;
   if (teller_.talk() == Talk::json)
@@ -72,9 +101,8 @@ void ExportReport::print_line(const ExportedFrame& f) const {
     line["files"] = Json::array({file_json(f.file)});
     for (const ManifestFile& file : f.beside) line["files"].push_back(file_json(file));
   } else {
-    for (const auto& [key, value] : f.file.figures) line[key] = value;
-    for (const ManifestFile& file : f.beside)
-      for (const auto& [key, value] : file.figures) line[key] = value;
+    add_figures(line, f.file);
+    for (const ManifestFile& file : f.beside) add_figures(line, file);
   }
   write_event("frame", line);
 }
@@ -125,14 +153,11 @@ void ExportReport::explain(const ExportResult& result, const std::string& folder
                              file.figures.at("frames"), double(file.digest.size) / 1e6,
                              untracked_text(file)));
   }
-  if (!result.others.empty())
-    teller_.note(fmt::format(
-        "left by an earlier export and not of this sequence: {}{}; delete what a program would load with the "
-        "folder",
-        printable(result.others.front()),
-        result.others.size() > 1
-            ? fmt::format(" to {} ({} files)", printable(result.others.back()), result.others.size())
-            : ""));
+  if (empty_ > 0)
+    teller_.note(
+        fmt::format("{} of {} frames hold no matter{}", empty_, result.frames.size(),
+                    empty_ == int(result.frames.size()) ? ": --voxel-size or --min-alpha is too large" : ""));
+  if (!result.others.empty()) teller_.note(left_over("export", result.others));
   if (const auto fresh = double(result.frames.size()) - kept_; fresh > 0) {
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
                  used = processor_seconds() - cpu_;

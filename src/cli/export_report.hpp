@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 #include "cli/command.hpp"
 #include "run/teller.hpp"
@@ -13,6 +14,10 @@ namespace splinevox::cli {
 
 /// What is said of a file of a frame: its name, size and figures.
 Json file_json(const ManifestFile& file);
+
+/// What is said of the files, one or more, that an earlier call left beside those of a sequence.
+/// @param of  "export", "render"
+std::string left_over(const std::string& of, const std::vector<std::string>& files);
 
 /// What the user is told of an export: a count or events while it runs, a summary at its end.
 class ExportReport {
@@ -35,9 +40,9 @@ class ExportReport {
   Teller teller_;
   const ExportOptions& options_;
   double bytes_ = 0, speed_ = 0, writing_ = 0;
-  double short_ = 0;   ///< voxels of velocity that the fastest matter asks for and does not get
-  bool wide_ = false;  ///< some grid did not fit 16-bit floats
-  int kept_ = 0;
+  double short_ = 0;          ///< voxels of velocity that the fastest matter asks for and does not get
+  bool wide_ = false;         ///< some grid did not fit 16-bit floats
+  int kept_ = 0, empty_ = 0;  ///< frames that were there before; without a voxel of matter
   std::chrono::steady_clock::time_point start_;
   double cpu_;
 };

@@ -31,7 +31,8 @@ py::dict frame_of(const ExportedFrame& f) {
   for (const ManifestFile& beside : f.beside) files.append(beside.name);
   py::dict out(py::arg("frame") = f.frame, py::arg("time") = f.time, py::arg("files") = files,
                py::arg("kept") = f.kept, py::arg("seconds") = f.seconds);
-  for (const auto& [name, figure] : f.file.figures) out[py::str(name)] = figure;
+  for (const auto& [name, figure] : f.file.figures)
+    if (name != "frame" && name != "time") out[py::str(name)] = figure;  // which are above
   return out;
 }
 

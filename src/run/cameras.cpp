@@ -78,6 +78,12 @@ Camera resized(Camera c, int width) {
   return c;
 }
 
+/// Shots with pictures of that width; 0: of their own.
+void resize(std::vector<Shot>& shots, int width) {
+  for (Shot& s : shots)
+    if (width > 0) s.camera = resized(s.camera, width);
+}
+
 std::vector<Camera> cameras_of(const std::vector<Shot>& shots) {
   std::vector<Camera> out;
   for (const Shot& s : shots) out.push_back(s.camera);
@@ -117,8 +123,7 @@ std::vector<Shot> way(const TrainingCameras& train, const CameraRequest& request
   } else {
     shots = timed(spiral(cameras_of(train.places), train.middle, evenly(count, true)));
   }
-  for (Shot& s : shots)
-    if (request.size > 0) s.camera = resized(s.camera, request.size);
+  resize(shots, request.size);
   return shots;
 }
 
@@ -159,6 +164,7 @@ std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
   const Dataset data = open_split(run, request.data, split, {}, Pixels::left_out);
   std::vector<Shot> shots;
   for (const Frame& f : data.find(split)->frames) shots.push_back({f.camera, std::clamp(f.time, 0.0, 1.0)});
+  resize(shots, request.size);
   if (parts.size() < 3) return shots;
   const std::vector<double> index = numbers(parts[2], ',', "--camera", "dataset:SPLIT:INDEX");
   if (index.size() != 1 || index[0] < 0 || index[0] >= double(shots.size()) ||
@@ -223,6 +229,7 @@ FileShots from_file(const Run& run, const CameraRequest& request, const std::str
   std::vector<Shot>& shots = out.shots;
   for (std::size_t i = 0; i < frames.size(); ++i)
     shots.push_back(shot_of(frames[i], matrices[i], lens, request, run.record.time_map, where(i)));
+  resize(shots, request.size);
   for (std::size_t i = 0; !timed && i < shots.size() && shots.size() > 1; ++i)
     shots[i].time = double(i) / double(shots.size() - 1);
   for (std::size_t i = 0; i < frames.size(); ++i)

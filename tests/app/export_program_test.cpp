@@ -53,6 +53,19 @@ TEST_SUITE("app/export_program") {
     CHECK_FALSE(std::filesystem::exists(out + "/load_in_blender.py"));  // it would show the new frames
   }
 
+  TEST_CASE("frames without matter are counted aloud, and frames are whole numbers for programs") {
+    const SmallRun small;
+    const Ended e = program(
+        {"export", small.run, "--out", small.path("empty"), "--frames", "1-2", "--voxel-size", "100"});
+    CAPTURE(e.out);
+    CHECK(e.code == 0);
+    CHECK(contains(e.out, "2 of 2 frames hold no matter: --voxel-size or --min-alpha is too large"));
+    const Ended events =
+        program({"export", small.run, "--out", small.path("full"), "--frames", "1", "--json"});
+    CHECK(contains(events.out, "\"frame\":1,"));
+    CHECK_FALSE(contains(events.out, "\"frame\":1.0"));
+  }
+
   TEST_CASE("points are a number or a table, and what is neither is refused by name") {
     const SmallRun small;
     const auto exported = [&](const std::string& points) {

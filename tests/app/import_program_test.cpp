@@ -35,6 +35,10 @@ TEST_SUITE("app/import_program") {
     CHECK(contains(program({"import", splats, "--out", splats}).err, "the splats are in this folder"));
     CHECK(contains(program({"import", splats, "--out", small.run}).err, "this is the folder of a run"));
     CHECK(contains(program({"import", small.data, "--out", vdb}).err, "holds no splats"));
+    std::filesystem::copy_file(splats + "/frame_0007.ply", splats + "/average.ply");
+    CHECK(contains(program({"import", splats, "--out", small.path("mixed")}).err,
+                   "average.ply: has no number, and others have one"));
+    std::filesystem::remove(splats + "/average.ply");
     CHECK(contains(program({"import", splats, "--out", vdb, "--box", "1,2,3"}).err,
                    "--box: this is not a box"));
     CHECK(contains(program({"import", splats, "--out", vdb, "--box", "1,2,3,0,4,5"}).err,

@@ -268,7 +268,12 @@ TEST_SUITE("app/ways") {
     CHECK(e.code == 0);
     CHECK(contains(e.out, "6 cameras"));
     const Run opened = open_run(small.run);
-    CHECK(plan_shots(opened, {"dataset:train:1", "", ""}).size() == 1);
+    CameraRequest one{"dataset:train:1", "", ""};
+    const Camera own = plan_shots(opened, one).at(0).camera;
+    one.size = 2 * own.width;
+    const Camera twice = plan_shots(opened, one).at(0).camera;
+    CHECK(twice.width == 2 * own.width);
+    CHECK(twice.fx == doctest::Approx(2 * own.fx));
     CHECK_THROWS_AS(open_split(opened, "", "train"), Error);
     const Dataset data = open_split(opened, "", "train", {}, Pixels::left_out);
     CHECK(data.find("train")->frames.size() == 6);

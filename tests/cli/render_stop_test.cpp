@@ -139,4 +139,21 @@ TEST_SUITE("cli/render_stop") {
     CHECK(contains(busy.err, "another process is writing into this folder"));
     CHECK(killed.all_there(killed.left));
   }
+
+  TEST_CASE("pictures of an earlier, longer shot in the folder are named, and the mark is the last run's") {
+    const SmallRun small;
+    const auto render = [&](const std::string& times) {
+      return program({"render", small.run, "--out", small.path("shot"), "--camera", "orbit", "--size", "16",
+                      "--times", times});
+    };
+    const Ended longer = render("0:1:4");
+    CHECK_FALSE(contains(longer.out, "earlier render"));
+    write_text(small.path("shot") + "/notes_0004.png", "mine");
+    const Ended shorter = render("0:1:2");
+    CAPTURE(shorter.out);
+    CHECK(shorter.code == 0);
+    CHECK(contains(shorter.out,
+                   "left by an earlier render and not of this sequence: rgb_0003.png to "
+                   "rgb_0004.png (2 files)"));
+  }
 }

@@ -54,6 +54,10 @@ TEST_SUITE("field/presence") {
     VoxelModel model = noisy(), doubled = model, none = model;
     scale_presence(doubled, 2);
     scale_presence(none, 0);
+    VoxelModel same = model;
+    scale_presence(same, 1);
+    CHECK(same.radiance.raw.values == model.radiance.raw.values);
+    CHECK(same.motion.levels[0].values == model.motion.levels[0].values);
     const Vec3 x{0.2f, -0.1f, 0.1f};
     for (const double t : {0.0, 0.3, 1.0}) {
       const auto before = FrameSampler(model, t).warp(x), twice = FrameSampler(doubled, t).warp(x);

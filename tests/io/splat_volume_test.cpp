@@ -244,8 +244,14 @@ TEST_SUITE("io/splat_volume") {
     CHECK_THROWS_WITH_AS(validate(options), doctest::Contains("splats again"), Error);
 
     write_ply(scratch.path("in/last.ply"), {s});
-    CHECK(splat_frames(scratch.path("in"))[3].frame == 4);
-    std::filesystem::remove(scratch.path("in/last.ply"));
+    CHECK_THROWS_WITH_AS(splat_frames(scratch.path("in")), doctest::Contains("last.ply: has no number"),
+                         Error);
+    for (const char* name : {"f_0012.ply", "f_0010.ply", "f_0011.ply"})
+      std::filesystem::remove(scratch.path("in/") + name);
+    write_ply(scratch.path("in/first.ply"), {s});
+    CHECK(splat_frames(scratch.path("in"))[1].frame == 2);
+    for (const char* name : {"first.ply", "last.ply"}) std::filesystem::remove(scratch.path("in/") + name);
+    write_ply(scratch.path("in/f_0010.ply"), {s});
     write_ply(scratch.path("in/g_10.ply"), {s});
     CHECK_THROWS_WITH_AS(splat_frames(scratch.path("in")), doctest::Contains("number of another frame"),
                          Error);

@@ -45,7 +45,7 @@ void scale_presence(VoxelModel& model, float factor) {
   MotionField& motion = model.motion;
   const MotionLayout layout(motion);
   const int presence = layout.scalar[kPresence];
-  if (presence < 0) return;
+  if (presence < 0 || factor == 1) return;
   const LargestPresence before(model);
   for (Channels& level : motion.levels)
     for (std::size_t r = 0; r < level.topology->rows(); ++r)

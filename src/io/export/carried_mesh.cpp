@@ -167,7 +167,7 @@ int target_of(Glb& glb, const ColorMesh& mesh, const std::vector<Vec3>& places, 
     by = {{}};
   }
   Json what{{"componentType", kFloat}, {"count", places.size()}, {"type", "VEC3"}};
-  add_bounds(what, by, true);
+  add_bounds(what, by, moved.size() < places.size());
   what["sparse"] = {{"count", moved.size()},
                     {"indices", {{"bufferView", glb.view(moved)}, {"componentType", kUnsigned}}},
                     {"values", {{"bufferView", glb.view(by)}}}};

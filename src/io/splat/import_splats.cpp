@@ -111,6 +111,12 @@ std::vector<SplatFrame> splat_frames(const std::string& path) {
   std::sort(frames.begin(), frames.end(), [](const SplatFrame& a, const SplatFrame& b) {
     return a.frame != b.frame ? a.frame < b.frame : a.path < b.path;
   });
+  if (frames.front().frame < 0 && frames.back().frame >= 0)
+    fail({.where = frames.front().path,
+          .what = "has no number, and others have one",
+          .expected = "names that end in the number of a frame, or none that do",
+          .got = frames.back().path,
+          .hint = "move it out of the folder"});
   if (frames.front().frame < 0) {
     std::sort(frames.begin(), frames.end(),
               [](const SplatFrame& a, const SplatFrame& b) { return a.path < b.path; });

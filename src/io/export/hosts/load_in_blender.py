@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Opens the VDB sequence beside this file in Blender (3.4 or newer) and makes Cycles show it as the radiance
+# Opens the VDB sequence beside this file in Blender (tried with 3.4) and makes Cycles show it as the radiance
 # field that it is. Written by splinevox together with the frames.
 #
 #   blender -P load_in_blender.py
@@ -240,9 +240,9 @@ def set_up_scene(scene, sequence, args, fresh):
         scene.frame_start, scene.frame_end = sequence.first, sequence.last
         scene.render.fps = max(1, round(sequence.fps))
         scene.render.fps_base = scene.render.fps / sequence.fps
-        scene.cycles.volume_bounces = 0
-        scene.cycles.use_denoising = False
+        scene.cycles.volume_bounces, scene.cycles.use_denoising = 0, False
         scene.render.film_transparent = True
+        scene.view_settings.look, scene.view_settings.exposure = "None", 0  # of the user's start-up file
     for difference in [] if fresh else differences(scene, sequence):
         print(difference, flush=True)
     if args.material == "smoke":
@@ -379,9 +379,9 @@ def main():
                         help="of smoke: a grey in [0, 1], or 'color', the colours of the reconstruction")
     parser.add_argument("--strength", type=float, default=1.0, help="of fire: a factor of its light")
     args = parser.parse_args(argv)
-    fresh = not bpy.data.filepath  # nothing of the user's is open: start without the default cube
+    fresh = not bpy.data.filepath and not bpy.data.is_dirty  # nothing of the user's is open
     if fresh:
-        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.wm.read_homefile(use_empty=True)
     here = os.path.dirname(os.path.abspath(__file__))
     sequence = Sequence(here, FIRST, LAST, FPS, VELOCITY, LINEAR, PREFIXES, SH_ORDER)
     show(sequence, args, fresh)
