@@ -20,7 +20,9 @@
 #include "run/outer_metric.hpp"
 #include "run/own_json.hpp"
 #include "run/scores_json.hpp"
+#include "run/standard_output.hpp"
 #include "run/support.hpp"
+#include "run/teller.hpp"
 #include "run/volume_score.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
@@ -226,10 +228,16 @@ int eval_run(const EvalOptions& o) {
     if (!o.json) fmt::print("note: {}\n", notes.back());
   }
   if (o.json) tell_scores(result, notes);
-  std::fflush(stdout);
-  // The run keeps figures of its own pictures, shown as all are.
-  if (own && !otherwise.any() && across == 0) save(run, read, result);
+  run::flush_output();
   if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);
+  // The run keeps figures of its own pictures, shown as all are.
+  if (own && !otherwise.any() && across == 0) try {
+      save(run, read, result);
+    } catch (const Error& error) {  // such as a run that may be read alone; --out has the figures
+      if (o.out.empty() || error.fault != Fault::output) throw;
+      Teller(choose_talk(false, o.json))
+          .note(fmt::format("the run does not keep these figures: {}", error.what()));
+    }
   return 0;
 }
 

@@ -14,6 +14,7 @@
 #include "core/own_folder.hpp"
 #include "run/folder_mark.hpp"
 #include "run/signals.hpp"
+#include "run/standard_output.hpp"
 #include "run/support.hpp"
 #include "run/sweep/sweep.hpp"
 #include "run/teller.hpp"
@@ -52,6 +53,9 @@ void claim_sweep(const std::string& out) {
 }
 
 int sweep(const SweepVerb& o) {
+  if (o.task && (o.list || o.table))
+    fail({"--task", "it runs one task, and the others are not looked at", "neither --list nor --table",
+          o.list ? "--list" : "--table", ""});
   const Teller teller(choose_talk(o.talk.quiet, o.talk.json));
   std::vector<SweepTask> tasks = read_sweep(o.description, o.out);
   if (o.task)  // which writes its own run only
@@ -88,7 +92,7 @@ int sweep(const SweepVerb& o) {
                                                 {"outcome", what}});
                          else
                            teller.note(fmt::format("{} of {}  {}: {}", ended, tasks.size(), t.name, what));
-                         std::fflush(stdout);
+                         run::flush_output();
                        });
   }
   if (!o.task) {

@@ -106,9 +106,12 @@ int train(const TrainVerb& o, std::chrono::steady_clock::time_point start) {
   const TrainedRun run = run::train(o, ranks.get(), progress, start, page.get());
   const bool interrupted = run.end == TrainedRun::End::interrupted;
   if (run.writes && interrupted) {
-    const std::int64_t step = run.figures["steps"];
+    const std::int64_t step = run.figures.value("steps", std::int64_t(0));
     progress.note(
-        fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume", step));
+        run.figures.empty()
+            ? "interrupted before the first step; nothing is saved"
+            : fmt::format("interrupted at step {}; checkpoint and model are saved, go on with --resume",
+                          step));
     progress.event("interrupted", {{"interrupted", true}, {"step", step}});  // the last line
   } else if (json) {
     write_event("result", run.figures);

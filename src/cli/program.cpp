@@ -63,7 +63,8 @@ int help_width() {
 
 int run_verb(int argc, char** argv) {
   for (int i = 1; i < argc; ++i)
-    if (std::string_view(argv[i]) == "--json") begin_events(argv[1][0] == '-' ? "" : argv[1]);
+    if (const std::string_view word = argv[i]; word == "--json" || word == "--json=true")
+      begin_events(argv[1][0] == '-' ? "" : argv[1]);
   CLI::App app{"Moving scenes as sparse voxel volumes whose motion is a spline", "splinevox"};
   app.set_version_flag("--version", std::string("splinevox ") + kVersion);
   app.set_help_flag("-h,--help", "this page");

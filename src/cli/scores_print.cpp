@@ -3,9 +3,8 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
-
 #include "run/events.hpp"
+#include "run/standard_output.hpp"
 
 namespace splinevox::cli {
 
@@ -17,7 +16,7 @@ void print_scores_head(const std::string& split, const std::vector<std::string>&
 void print_view(const Frame& frame, const run::View& v) {
   fmt::print("{:<16} {:>7.4f} {:>8.3f} {:>8.4f} {:>8.4f}\n", frame.name, frame.time, v.psnr, v.ssim,
              v.ms_ssim);
-  std::fflush(stdout);
+  run::flush_output();
 }
 
 void print_means(const run::Scores& s, const run::Json& figures) {

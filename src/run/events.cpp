@@ -5,10 +5,11 @@
 #include <fmt/format.h>
 
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
 #include <optional>
 #include <random>
+
+#include "run/standard_output.hpp"
 
 namespace splinevox::run {
 namespace {
@@ -57,9 +58,7 @@ std::string event_line(const char* event, const Json& fields) {
 
 void write_event(const char* event, const Json& fields) {
   if (!speaker) return;
-  const std::string line = event_line(event, fields) + "\n";
-  std::fwrite(line.data(), 1, line.size(), stdout);
-  std::fflush(stdout);
+  print_now(event_line(event, fields) + "\n");
 }
 
 void write_error(const Problem& p, Fault fault, int exit_code) noexcept {

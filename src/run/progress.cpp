@@ -12,6 +12,7 @@
 #include "core/printable.hpp"
 #include "core/system.hpp"
 #include "run/events.hpp"
+#include "run/standard_output.hpp"
 #include "splinevox/math/metrics.hpp"
 
 namespace splinevox::run {
@@ -30,13 +31,13 @@ std::string bar(double share, int width) {
   return text;
 }
 
-/// Prints, or not: a terminal that is gone, a reader that went away or a full log disk is no reason to stop
-/// training. What was left in the buffer of a stream that failed is dropped too, or it would fail for ever.
-void try_print(std::FILE* out, const std::string& text) {
-  std::fwrite(text.data(), 1, text.size(), out);
-  if (std::fflush(out) == 0) return;
-  drop_unwritten(out);
-  std::clearerr(out);
+/// Says it, or not: a terminal that is gone or a full log disk is no reason to stop training. What was left
+/// in the buffer of a stream that failed is dropped too, or it would fail for ever.
+void try_say(const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  if (std::fflush(stderr) == 0) return;
+  drop_unwritten(stderr);
+  std::clearerr(stderr);
 }
 
 }  // namespace
@@ -77,11 +78,11 @@ void Progress::note(const std::string& text) {
   event("note", {{"note", text}});
   if (talk_ == Talk::quiet || talk_ == Talk::json) return;
   finish();
-  try_print(stderr, all_printable(text) + "\n");
+  try_say(all_printable(text) + "\n");
 }
 
 void Progress::event(const char* name, const Json& fields) {
-  if (talk_ == Talk::json) try_print(stdout, event_line(name, fields) + "\n");
+  if (talk_ == Talk::json) print_now(event_line(name, fields) + "\n");
 }
 
 void Progress::tell(const StepReport& report) {
@@ -138,17 +139,16 @@ void Progress::draw(const Json& j) {
                         fmt::format("{:.0f} krays/s", j["rays_per_second"].get<double>() / 1e3),
                         left};
   if (talk_ == Talk::bar) {
-    try_print(stderr, "\r\033[K" + bar_line(parts, columns(STDERR_FILENO)));
+    try_say("\r\033[K" + bar_line(parts, columns(STDERR_FILENO)));
     drawn_ = true;
   } else {
-    try_print(stderr,
-              fmt::format("{:3.0f}%  {}  {}  {}, {}  {}{}{}\n", 100 * progress, parts.step, parts.loss,
-                          parts.held_out, parts.rays, parts.rate, left.empty() ? "" : "  ", left));
+    try_say(fmt::format("{:3.0f}%  {}  {}  {}, {}  {}{}{}\n", 100 * progress, parts.step, parts.loss,
+                        parts.held_out, parts.rays, parts.rate, left.empty() ? "" : "  ", left));
   }
 }
 
 void Progress::finish() {
-  if (drawn_) try_print(stderr, "\n");
+  if (drawn_) try_say("\n");
   drawn_ = false;
 }
 

@@ -20,6 +20,7 @@
 #include "run/made_with.hpp"
 #include "run/memory_needs.hpp"
 #include "run/own_json.hpp"
+#include "run/signals.hpp"
 #include "run/train_session.hpp"
 #include "run/training_pictures.hpp"
 #include "splinevox/core/error.hpp"
@@ -91,23 +92,32 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
                             tbb::this_task_arena::max_concurrency(), describe(device)));
 }
 
+/// Thrown where somebody asked to stop before the first step.
+struct StoppedEarly {};
+
 /// Makes the configuration ready for the data; writes effects.json. What the user listed is measured, not
 /// changed.
-/// @param writes  whether this process does. @param alone  no others must settle on the same
+/// @param writes  whether this process does. @param alone  no others must settle on the same. Throws
+/// StoppedEarly, after a fit; others would wait for one that stopped
 Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
                 bool alone, Progress& progress) {
   PrepareOptions options;
   options.by_clock = alone;
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
   options.on_note = [&](const std::string& text) { progress.note(text); };
+  const auto obey = [&] {
+    if (alone && stop_asked()) throw StoppedEarly{};
+  };
   options.on_trial = [&](const EffectTrial& t) {
     progress.note(fmt::format("  {:<39} {:.2f} dB held-out, {} steps, {:.1f} s", to_string(t.effects),
                               t.mean(), t.steps, t.seconds));
+    obey();
   };
   options.on_film = [&](const FilmEvidence& f) {
     progress.note(
         fmt::format("  {:<39} {:.2f} dB in the film's pictures, but for {:.2f}% of their pixels; {:.1f} s",
                     "a still world", f.psnr, 100 * f.share, f.seconds));
+    obey();
   };
   Prepared prepared = prepare(asked, data, options);
   const Json effects = effects_json(prepared);
@@ -245,10 +255,14 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     record.dataset = dataset;  // it may have moved
     record.rules = load.rules;
   } else {
-    const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, !ranks, progress);
-    config = ready.config;
-    record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
-              data.time_map, load.rules,         ready.parallax};
+    try {
+      const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, !ranks, progress);
+      config = ready.config;
+      record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
+                data.time_map, load.rules,         ready.parallax};
+    } catch (const StoppedEarly&) {
+      return {folder.path(), Json::object(), TrainedRun::End::interrupted, writes};
+    }
   }
   if (ranks) check_ranks_agree(*ranks, data, config);
   const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -15,7 +15,7 @@ namespace splinevox::run {
 struct TrainedRun {
   enum class End { finished, interrupted, was_finished };
   std::string folder;
-  Json figures;  ///< of metrics.json, which is written
+  Json figures;  ///< of metrics.json, which is written; empty: interrupted before the first step, nothing is
   End end = End::finished;
   bool writes = true;  ///< false: another rank writes, and has the figures
 };

@@ -20,7 +20,6 @@
 #include "io/checkpoint.hpp"
 #include "io/manifest.hpp"
 #include "run/cameras_report.hpp"
-#include "run/held_camera.hpp"
 #include "run/own_json.hpp"
 #include "run/signals.hpp"
 #include "run/support.hpp"
@@ -123,7 +122,7 @@ Json TrainSession::run() {
     if (!writes()) continue;
     look(held_out_view_due(last_.seconds));
     if (writing_.valid() && writing_.wait_for(std::chrono::seconds(0)) != std::future_status::timeout)
-      finish_checkpoint();
+      try_finish_checkpoint();
     const bool due = clock() - checkpoint_at_ >
                      std::max(setup_.config.run.checkpoint_every, checkpoint_cost_ / kCheckpointShare);
     if (due && !writing_.valid()) start_checkpoint();
@@ -132,7 +131,7 @@ Json TrainSession::run() {
   report(progress_.unreported(held_out_psnr_));
   progress_.finish();
   const double start = clock();
-  finish_checkpoint();
+  try_finish_checkpoint();
   if (written_step_ != last_.step) start_checkpoint();
   const VoxelModel model = trainer_.finish();
   const FileDigest digest = save_model(setup_.folder.file("model.vdb"), model,
@@ -195,7 +194,7 @@ void TrainSession::save_replay() {
   const std::vector<StepReport>& bad = trainer_.discarded();
   last_ = bad.front();
   --last_.step;
-  finish_checkpoint();
+  try_finish_checkpoint();
   start_checkpoint();
   const FileDigest model = save_model(setup_.folder.file("model.vdb"), trainer_.model());
   finish_checkpoint();
@@ -262,15 +261,6 @@ void TrainSession::render_held_out_view(const VoxelModel& model, double start) {
           {"split", held_out_split()}});
 }
 
-void TrainSession::hold_camera(const VoxelModel& model) {
-  const Split& train = *setup_.data.find("train");
-  if (!model.motion.moves() || !is_film(train, model.box)) return;
-  Renderer renderer = make_renderer(model, setup_.device);
-  held_camera_ = held_camera_test(model, renderer, train, no_held_out_ ? train : *setup_.data.find("val"));
-  if (!held_camera_) return;
-  if (const std::string text = held_camera_warning(*held_camera_); !text.empty()) progress_.note(text);
-}
-
 void TrainSession::resume() {
   const std::string path = setup_.folder.file(kCheckpoint);
   const Checkpoint saved = read_checkpoint(path);
@@ -329,6 +319,17 @@ void TrainSession::start_checkpoint() {
 /// Throws what the writing threw.
 void TrainSession::finish_checkpoint() {
   if (writing_.valid()) checkpoint_digest_ = writing_.get();
+}
+
+/// One on the way, which is no reason to stop if it fails: there may be room for the next one, and the one at
+/// the end says what is wrong.
+void TrainSession::try_finish_checkpoint() {
+  try {
+    finish_checkpoint();
+  } catch (const Error& error) {
+    written_step_ = -1;
+    progress_.note(fmt::format("a checkpoint could not be saved, and training goes on: {}", error.what()));
+  }
 }
 
 /// What `verify` checks. Written last: it says that everything else is there.

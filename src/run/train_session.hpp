@@ -68,6 +68,7 @@ class TrainSession {
   CheckpointHeader header() const;
   void start_checkpoint();
   void finish_checkpoint();
+  void try_finish_checkpoint();
   void save_manifest(const FileDigest& model);
   Json figures() const;
 

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include "core/process.hpp"
+#include "run/held_camera.hpp"
 #include "run/signals.hpp"
 #include "run/train_session.hpp"
+#include "splinevox/render/render_image.hpp"
 
 namespace splinevox::run {
 
@@ -23,7 +25,7 @@ void TrainSession::obey() {
   if (wishes.pause && !wishes.stop) {
     log_wish("pause", Json::object(), "pause");
     const double asked = clock();
-    finish_checkpoint();  // one that is on its way: no cost of the run's, as it goes beside the steps
+    try_finish_checkpoint();  // one that is on its way: no cost of the run's, as it goes beside the steps
     stepped_at_ += clock() - asked;
     if (written_step_ != last_.step) start_checkpoint();  // a pause may be the end
     const double start = clock();
@@ -54,6 +56,15 @@ void TrainSession::add_time(double seconds) {
 /// @param started  when its making began, seconds of this thread; 0: it is no cost of the training
 void TrainSession::hand_over(VoxelModel model, double started) {
   setup_.watcher->model(std::move(model), last_.step, started > 0 ? thread_seconds() - started : 0);
+}
+
+void TrainSession::hold_camera(const VoxelModel& model) {
+  const Split& train = *setup_.data.find("train");
+  if (!model.motion.moves() || !is_film(train, model.box)) return;
+  Renderer renderer = make_renderer(model, setup_.device);
+  held_camera_ = held_camera_test(model, renderer, train, no_held_out_ ? train : *setup_.data.find("val"));
+  if (!held_camera_) return;
+  if (const std::string text = held_camera_warning(*held_camera_); !text.empty()) progress_.note(text);
 }
 
 }  // namespace splinevox::run

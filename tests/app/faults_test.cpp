@@ -161,6 +161,47 @@ TEST_SUITE("app/faults") {
       CHECK_FALSE(entry.path().extension() == ".tmp");
   }
 
+  TEST_CASE("F3: a checkpoint on the way that finds no room does not end the training") {
+    const Small small;
+    const std::vector<std::string> often{"--set", "run.checkpoint_every=0.001"};
+    REQUIRE(program(small.train("whole", "40", often)).code == 0);
+    const auto model = fs::file_size(small.path("whole") + "/model.vdb"),
+               checkpoint = fs::file_size(small.path("whole") + "/checkpoint.bin");
+    const Ended e = shell("ulimit -f " + std::to_string((model + checkpoint) / 2 / 512) + "; exec",
+                          small.train("run", "40", often));
+    CAPTURE(e.err);
+    CHECK(e.code == 1);
+    CHECK(contains(e.err, "training goes on"));
+    CHECK(contains(e.err, "checkpoint.bin: could not be written"));
+    CHECK(slurp(small.path("run") + "/model.vdb") == slurp(small.path("whole") + "/model.vdb"));
+  }
+
+  TEST_CASE("F11: a terminal that is closed asks to stop, also when its shell says so too") {
+    Endless run;
+    for (int i = 0; i < 2; ++i) {
+      ::kill(run.started.process(), SIGHUP);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    CHECK(run.started.wait().code == 130);
+    CHECK(program({"verify", run.small.path("run")}).code == 0);
+  }
+
+  TEST_CASE("F11: who asks to stop while effects are tried out gets no run") {
+    const Small small;
+    write_moving_ball(small.path("long"), {24, 0, 2, 12, 0.8});
+    std::vector<std::string> words = small.train("run", "100000", {"--set", "effects.steps=400"});
+    words[1] = small.path("long");
+    words.insert(words.begin(), SPLINEVOX_PROGRAM);
+    Started started(words);
+    REQUIRE(comes([&] { return contains(started.err(), "trying out"); }));
+    ::kill(started.process(), SIGINT);
+    const Ended e = started.wait();
+    CAPTURE(e.err);
+    CHECK(e.code == 130);
+    CHECK(contains(e.err, "interrupted before the first step; nothing is saved"));
+    CHECK_FALSE(fs::exists(small.path("run")));
+  }
+
   TEST_CASE("F12: with too little memory it ends with a message, and a later run goes on") {
 #ifdef __SANITIZE_ADDRESS__
     MESSAGE("skipped: the address sanitizer wants terabytes of address space");
@@ -230,6 +271,12 @@ TEST_SUITE("app/faults") {
     const Ended full = shell("", small.train("b", "50"), ">/dev/full 2>/dev/full");
     CHECK(full.code == 1);  // the summary at the end was lost
     CHECK(Json::parse(slurp(small.path("b") + "/metrics.json"))["finished"] == true);
+    CHECK(shell("", {"info", small.path("b"), "--json"}, ">/dev/full").code == 1);
+    CHECK(shell("", {"eval", small.path("b")}, ">/dev/full").code == 1);
+    CHECK(contains(shell("", {"info", small.path("b"), "--json=true"}).out, "\"verb\":\"info\""));
+    CHECK(shell("", {"info", small.path("b"), "--json=yes"}).code == 2);
+    const Ended piped = shell("", {"train", "--list-settings"}, "| true");
+    CHECK(piped.err.empty());
     CHECK(shell("", small.train("c", "10"), ">&- 2>&-").code == 0);
     CHECK(program({"verify", small.path("c")}).code == 0);
   }
