@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <map>
 #include <utility>
 
 #include "core/parallel.hpp"
-#include "core/rng.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
-#include "train/learn_cameras.hpp"
 
 namespace splinevox {
 namespace {
@@ -20,15 +20,26 @@ constexpr int kMostFitted = 60;       // by the fits
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;  // moments
 
-/// `count` of the numbers 0 to n - 1, one of each of as many equal parts: at a share of the part or, if
-/// drawn, at random. In a rig the frames of every moment have the same order of cameras, so numbers at even
-/// distances may all be of one camera.
-std::vector<int> one_of_each_part(int n, int count, double share, bool drawn) {
-  std::vector<int> out(static_cast<std::size_t>(count));
+/// `count` of some frames in order of time, by their places in the list: one of each of as many equal parts,
+/// of the camera that was taken least often so far and, of those, nearest to a share of the part. In a rig
+/// the frames of every moment have the same order of cameras, so frames at even distances might all be of
+/// one.
+std::vector<int> one_of_each_part(const Split& train, const std::vector<int>& frames, int count,
+                                  double share) {
+  const auto n = std::int64_t(frames.size());
+  std::map<int, int> taken;  // of each camera
+  std::vector<int> out;
   for (int i = 0; i < count; ++i) {
-    const int first = int(std::int64_t(i) * n / count), last = int(std::int64_t(i + 1) * n / count);
-    out[std::size_t(i)] = drawn ? first + int(hash64(std::uint64_t(i)) % std::uint64_t(last - first))
-                                : int((i + share) * n / count);
+    const int first = int(i * n / count), last = int((i + 1) * n / count),
+              middle = int((i + share) * double(n) / count);
+    const auto rank = [&](int at) {
+      return std::pair(taken[train.frames[frames[at]].camera_id], std::abs(at - middle));
+    };
+    int best = middle;
+    for (int at = first; at < last; ++at)
+      if (rank(at) < rank(best)) best = at;
+    ++taken[train.frames[frames[best]].camera_id];
+    out.push_back(best);
   }
   return out;
 }
@@ -86,12 +97,11 @@ std::optional<Stretch> middle_stretch(const Split& train) {
 Halves divide(const Split& train, const Stretch& stretch) {
   const int n = int(stretch.frames.size()), held_out = std::min(kMostHeldOut, n / 5),
             fitted = std::min(kMostFitted, n - held_out);
-  const bool of_rig = taken_by(train) == TakenBy::rig;
   std::vector<char> hold(n, 0);
-  for (const int i : one_of_each_part(n, held_out, 0.5, of_rig)) hold[i] = 1;
+  for (const int i : one_of_each_part(train, stretch.frames, held_out, 0.5)) hold[i] = 1;
   std::vector<int> kept, others, chosen;
   for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(stretch.frames[i]);
-  for (const int i : one_of_each_part(int(others.size()), fitted, 0, of_rig)) chosen.push_back(others[i]);
+  for (const int i : one_of_each_part(train, others, fitted, 0)) chosen.push_back(others[i]);
   Halves out;
   out.fitted = taken(train, chosen, stretch);
   out.held_out = taken(train, kept, stretch);
@@ -116,10 +126,10 @@ Halves divide_cameras(const Split& train) {
     const auto at = std::find(kept_cameras.begin(), kept_cameras.end(), train.frames[f].camera_id);
     (at != kept_cameras.end() ? kept : others).push_back(f);
   }
-  const auto thin = [](std::vector<int>& frames, int most) {
+  const auto thin = [&](std::vector<int>& frames, int most) {
     if (int(frames.size()) <= most) return;
     std::vector<int> chosen;
-    for (const int i : one_of_each_part(int(frames.size()), most, 0, true)) chosen.push_back(frames[i]);
+    for (const int i : one_of_each_part(train, frames, most, 0)) chosen.push_back(frames[i]);
     frames = std::move(chosen);
   };
   thin(kept, kMostHeldOut);
