@@ -5,6 +5,7 @@
 
 #include "data/expect_error.hpp"
 #include "data/timed_split.hpp"
+#include "data/times/settle.hpp"
 
 namespace {
 
@@ -70,6 +71,19 @@ TEST_SUITE("data/time_map") {
     CHECK(notes[0] == "val: frames are not in the order of time");
     CHECK(notes[1] == "val: 1 of 4 frames lie outside the train split's times");
     CHECK(notes[2] == "val: 4 frames share 3 distinct times");
+  }
+
+  TEST_CASE("frames of a film follow each other in the order of names, too") {
+    std::vector<RawSplit> splits{split_of("train", {0, 0, 0})};
+    for (std::size_t i = 0; i < 3; ++i) {
+      splits[0].frames[i].file_path = "film.mp4";
+      splits[0].frames[i].film_frame = int(2 - i);
+    }
+    std::vector<std::string> notes;
+    settle_times("s", parse_times("order"), splits, notes);
+    CHECK(splits[0].frames[0].time == 1);
+    CHECK(splits[0].frames[1].time == 0.5);
+    CHECK(splits[0].frames[2].time == 0);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <sstream>
+#include <tuple>
 
 #include "core/byte_order_mark.hpp"
 #include "data/file_bytes.hpp"
@@ -111,11 +112,14 @@ std::vector<NamedPicture> names_of(const std::vector<RawSplit>& splits) {
 
 void times_in_order(std::vector<RawSplit>& splits) {
   std::vector<RawFrame*> frames = all_frames(splits);
-  std::sort(frames.begin(), frames.end(),
-            [](const RawFrame* a, const RawFrame* b) { return natural_less(a->file_path, b->file_path); });
+  std::sort(frames.begin(), frames.end(), [](const RawFrame* a, const RawFrame* b) {
+    if (a->file_path == b->file_path) return a->film_frame < b->film_frame;
+    return natural_less(a->file_path, b->file_path);
+  });
   std::size_t rank = 0;  // a picture that is listed twice is one
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    rank += i > 0 && frames[i]->file_path != frames[i - 1]->file_path;
+    rank += i > 0 && std::tie(frames[i]->file_path, frames[i]->film_frame) !=
+                         std::tie(frames[i - 1]->file_path, frames[i - 1]->film_frame);
     frames[i]->time = double(rank);
   }
   for (RawFrame* frame : frames) frame->time /= double(std::max<std::size_t>(rank, 1));

@@ -31,7 +31,7 @@ TimesChoice parse_times(const std::string& text);
 /// names leave the times unclear: the message lists what `--times` can be.
 ///
 /// A times file (times.txt in the folder, or the one asked for) has a picture's name and a number per line;
-/// # begins a comment.
+/// # at the beginning or behind a blank begins a comment.
 void settle_times(const std::filesystem::path& folder, const TimesChoice& choice,
                   std::vector<RawSplit>& splits, std::vector<std::string>& notes);
 
