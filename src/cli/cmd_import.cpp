@@ -57,14 +57,10 @@ int import_sequence(ImportVerb& o) {
   Teller teller(choose_talk(o.talk.quiet, o.talk.json), "frames");
   const ImportResult result =
       import_splats(frames, o.out, o.options, [&](const ExportedFrame& frame, int done, int total) {
-        const auto figure = [&](const char* name) {
-          const auto found = frame.file.figures.find(name);
-          return found == frame.file.figures.end() ? 0 : found->second;
-        };
         bytes += double(frame.file.digest.size);
-        splats += figure("splats");
-        skipped += figure("splats_skipped");
-        voxels += figure("density_voxels");
+        splats += figure_of(frame.file, "splats");
+        skipped += figure_of(frame.file, "splats_skipped");
+        voxels += figure_of(frame.file, "density_voxels");
         if (o.talk.json)
           print_line(frame);
         else

@@ -17,7 +17,6 @@
 #include "run/support.hpp"
 
 namespace splinevox::cli {
-
 namespace {
 
 /// Figures are all of one kind; the number of a frame is whole.
@@ -29,16 +28,6 @@ void add_figures(Json& to, const ManifestFile& file) {
       to[key] = value;
 }
 
-}  // namespace
-
-Json file_json(const ManifestFile& file) {
-  Json out{{"file", file.name}, {"bytes", file.digest.size}};
-  add_figures(out, file);
-  return out;
-}
-
-namespace {
-
 std::string untracked_text(const ManifestFile& file) {
   const double share = file.figures.at("untracked_share");
   const char* then =
@@ -47,6 +36,17 @@ std::string untracked_text(const ManifestFile& file) {
 }
 
 }  // namespace
+
+double figure_of(const ManifestFile& file, const char* name) {
+  const auto found = file.figures.find(name);
+  return found == file.figures.end() ? 0 : found->second;
+}
+
+Json file_json(const ManifestFile& file) {
+  Json out{{"file", file.name}, {"bytes", file.digest.size}};
+  add_figures(out, file);
+  return out;
+}
 
 std::string left_over(const std::string& of, const std::vector<std::string>& files) {
   return fmt::format(
@@ -63,23 +63,17 @@ ExportReport::ExportReport(Talk talk, const ExportOptions& options)
       cpu_(processor_seconds()) {}
 
 void ExportReport::add(const ExportedFrame& f, int done, int total) {
+  double voxels = 0;  // of matter
   const auto count = [&](const ManifestFile& file) {
     bytes_ += double(file.digest.size);
-    if (const auto s = file.figures.find("max_speed"); s != file.figures.end())
-      speed_ = std::max(speed_, s->second);
-    if (const auto s = file.figures.find("velocity_padding_short"); s != file.figures.end())
-      short_ = std::max(short_, s->second);
+    speed_ = std::max(speed_, figure_of(file, "max_speed"));
+    short_ = std::max(short_, figure_of(file, "velocity_padding_short"));
+    voxels += figure_of(file, "density_voxels");
     wide_ |= file.figures.contains("wider_than_half");
   };
   count(f.file);
   std::for_each(f.beside.begin(), f.beside.end(), count);
-  const auto voxels = [](const ManifestFile& file) {
-    const auto found = file.figures.find("density_voxels");
-    return found == file.figures.end() ? std::optional<double>() : found->second;
-  };
-  bool told = voxels(f.file).has_value(), some = voxels(f.file).value_or(0) > 0;
-  for (const ManifestFile& file : f.beside) some |= voxels(file).value_or(0) > 0;
-  empty_ += told && !some;
+  empty_ += f.file.figures.contains("density_voxels") && voxels == 0;
   kept_ += f.kept ? 1 : 0;
   writing_ += f.cpu_writing;
   if (teller_.talk() == Talk::json)

@@ -12,6 +12,9 @@
 
 namespace splinevox::cli {
 
+/// A figure of a file; 0 where it has no such figure.
+double figure_of(const ManifestFile& file, const char* name);
+
 /// What is said of a file of a frame: its name, size and figures.
 Json file_json(const ManifestFile& file);
 

@@ -222,10 +222,9 @@ void bind_data(py::module_& m) {
         return data;
       },
       "Reads a data set folder as the command line does. splits: which; none = all. times, missing, "
-      "masks, transfer, layer, memory, cache, between, hold_out: as the options of `splinevox train`. depth: "
-      "as "
-      "--depth, '' = "
-      "what the data says; None = depth maps are not read. tracks: as --tracks, in the same way.",
+      "masks, transfer, layer, memory, cache, between, hold_out: as the options of `splinevox train`. "
+      "depth: as --depth, '' = what the data says; None = depth maps are not read. tracks: as --tracks, in "
+      "the same way.",
       py::arg("path"), py::arg("downscale") = 1, py::arg("splits") = std::vector<std::string>{},
       py::arg("times") = "", py::arg("missing") = "", py::arg("masks") = "", py::arg("transfer") = "",
       py::arg("layer") = "", py::arg("depth") = py::none(), py::arg("tracks") = py::none(),

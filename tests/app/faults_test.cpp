@@ -46,6 +46,16 @@ Ended shell(const std::string& before, std::vector<std::string> words, const std
   return Started({"sh", "-c", line + " " + after}).wait();
 }
 
+/// Trains to "whole", and to "run" on a disk that has room for the model and none for the checkpoint.
+Ended without_room(const Small& small, const std::string& steps, const std::vector<std::string>& more) {
+  REQUIRE(program(small.train("whole", steps, more)).code == 0);
+  const auto model = fs::file_size(small.path("whole") + "/model.vdb"),
+             checkpoint = fs::file_size(small.path("whole") + "/checkpoint.bin");
+  REQUIRE(checkpoint > model + 8192);
+  return shell("ulimit -f " + std::to_string((model + checkpoint) / 2 / 512) + "; exec",
+               small.train("run", steps, more));
+}
+
 /// A run that goes on until it is told to stop, and has begun.
 struct Endless {
   Small small;
@@ -135,24 +145,23 @@ TEST_SUITE("app/faults") {
     CHECK(run.started.wait().code == 1);
   }
 
-  TEST_CASE("F11: a termination that a launcher passes on once more is one") {
-    Endless run;
-    for (int i = 0; i < 3; ++i) {
-      ::kill(run.started.process(), SIGTERM);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  TEST_CASE(
+      "F11: a termination that a launcher passes on once more is one; so is a terminal that is closed") {
+    for (const int signal : {SIGTERM, SIGHUP}) {
+      CAPTURE(signal);
+      Endless run;
+      for (int i = 0; i < 3; ++i) {
+        ::kill(run.started.process(), signal);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      CHECK(run.started.wait().code == 130);
+      CHECK(program({"verify", run.small.path("run")}).code == 0);
     }
-    CHECK(run.started.wait().code == 130);
-    CHECK(program({"verify", run.small.path("run")}).code == 0);
   }
 
   TEST_CASE("F3: where there is room for the model and none for the checkpoint, the model is saved") {
     const Small small;
-    REQUIRE(program(small.train("whole", "10", {"--quiet"})).code == 0);
-    const auto model = fs::file_size(small.path("whole") + "/model.vdb"),
-               checkpoint = fs::file_size(small.path("whole") + "/checkpoint.bin");
-    REQUIRE(checkpoint > model + 8192);
-    const Ended e = shell("ulimit -f " + std::to_string((model + checkpoint) / 2 / 512) + "; exec",
-                          small.train("run", "10", {"--quiet"}));
+    const Ended e = without_room(small, "10", {"--quiet"});
     CAPTURE(e.err);
     CHECK(e.code == 1);
     CHECK(contains(e.err, "checkpoint.bin: could not be written"));
@@ -163,27 +172,12 @@ TEST_SUITE("app/faults") {
 
   TEST_CASE("F3: a checkpoint on the way that finds no room does not end the training") {
     const Small small;
-    const std::vector<std::string> often{"--set", "run.checkpoint_every=0.001"};
-    REQUIRE(program(small.train("whole", "40", often)).code == 0);
-    const auto model = fs::file_size(small.path("whole") + "/model.vdb"),
-               checkpoint = fs::file_size(small.path("whole") + "/checkpoint.bin");
-    const Ended e = shell("ulimit -f " + std::to_string((model + checkpoint) / 2 / 512) + "; exec",
-                          small.train("run", "40", often));
+    const Ended e = without_room(small, "40", {"--set", "run.checkpoint_every=0.001"});
     CAPTURE(e.err);
     CHECK(e.code == 1);
     CHECK(contains(e.err, "training goes on"));
     CHECK(contains(e.err, "checkpoint.bin: could not be written"));
     CHECK(slurp(small.path("run") + "/model.vdb") == slurp(small.path("whole") + "/model.vdb"));
-  }
-
-  TEST_CASE("F11: a terminal that is closed asks to stop, also when its shell says so too") {
-    Endless run;
-    for (int i = 0; i < 2; ++i) {
-      ::kill(run.started.process(), SIGHUP);
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    CHECK(run.started.wait().code == 130);
-    CHECK(program({"verify", run.small.path("run")}).code == 0);
   }
 
   TEST_CASE("F11: who asks to stop while effects are tried out gets no run") {

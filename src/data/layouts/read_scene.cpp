@@ -227,9 +227,10 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
     for (RawSplit& split : scene.splits) sort_by_time(split);
   const std::size_t pictures = layout.read ? number_in_time(scene.splits) : 0;
   if (between) keep_between(*between, options.splits, scene.splits, scene.notes);
-  const std::string& held_out = options.rules.hold_out;
-  if (!scene.one_list && !held_out.empty()) refuse_hold_out(folder, scene, held_out);
-  if (scene.one_list) hold_out(scene, held_out);
+  if (const std::string& rule = options.rules.hold_out; scene.one_list)
+    hold_out(scene, rule);
+  else if (!rule.empty())
+    refuse_hold_out(folder, scene, rule);
   val_as_test(scene, options);
   OpenScene open{layout.name, {}, {}, mask_use, masks, pictures};
   open.scene.box = scene.box;

@@ -166,9 +166,8 @@ DepthMap read_depth(const DepthPlan& plan, std::size_t i) {
   if (kept == size) return {size.width, size.height, numbers.values, plan.kind};
   // Where a map is as small as its picture gets in one direction alone, that one is taken as it is.
   const auto middle_of = [&](int pixel, int fewer, int all, int pixels) {
-    const bool whole = fewer == all;
-    const std::int64_t of = std::int64_t(2) * pixel + 1;
-    return whole ? std::int64_t(pixel) : of * plan.downscale * all / (2 * std::int64_t(pixels));
+    if (fewer == all) return std::int64_t(pixel);
+    return (2 * std::int64_t(pixel) + 1) * plan.downscale * all / (2 * std::int64_t(pixels));
   };
   std::vector<float> fewer;
   for (int y = 0; y < kept.height; ++y)

@@ -27,9 +27,9 @@ struct Stretch {
 std::optional<Stretch> middle_stretch(const Split& train);
 
 /// Every fifth frame is held out, or fewer of a long sequence. The fits train on the frames in between, or on
-/// a share of them that is even in time: the question is coarse, and every frame costs its hull and
-/// occupancy. Pictures are at most 128 pixels wide and high. Those of which masks then leave nothing are left
-/// out.
+/// a share of them that is even in time. Of a rig both are of all its cameras in turn. The question is
+/// coarse, and every frame costs its hull and occupancy. Pictures are at most 128 pixels wide and high. Those
+/// of which masks then leave nothing are left out.
 Halves divide(const Split& train, const Stretch& stretch);
 
 /// The same with whole cameras of a rig held out, one in five; not usable where it has fewer than five.
