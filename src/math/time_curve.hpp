@@ -11,9 +11,6 @@
 
 namespace splinevox {
 
-/// The nearest time that a knot may have.
-inline double knot_time(double t) { return std::round(t * 0x1p40) * 0x1p-40; }
-
 /// Knots that say the same with fewer: repeated ones and those on a straight line are gone, the identity has
 /// none.
 /// @pre at least two knots.
@@ -40,16 +37,18 @@ inline TimeCurve simplified(std::vector<TimeCurve::Knot> in) {
 /// parts of both are straight, so the parts of the result are.
 inline TimeCurve compose(const TimeCurve& outer, const TimeCurve& inner) {
   if (inner.identity()) return outer;
-  const std::vector<TimeCurve::Knot> line{{0, 0}, {1, 1}}, &steps = outer.identity() ? line : outer.knots;
+  if (outer.identity()) return inner;
+  // A value that means a knot of `outer` must hit it: just behind a jump is its other side.
+  const auto on_a_knot_time = [](TimeCurve::Knot k) { return TimeCurve::Knot{k.time, knot_time(k.value)}; };
   std::vector<TimeCurve::Knot> out;
   for (std::size_t i = 0; i + 1 < inner.knots.size(); ++i) {
-    const TimeCurve::Knot &a = inner.knots[i], &b = inner.knots[i + 1];
+    const TimeCurve::Knot a = on_a_knot_time(inner.knots[i]), b = on_a_knot_time(inner.knots[i + 1]);
     if (a.time == b.time) continue;
     const bool rises = a.value < b.value;
     const auto at = [&](double v, bool after) { return after ? outer(v) : outer.before(v); };
     out.push_back({a.time, at(a.value, a.value <= b.value)});
     std::vector<TimeCurve::Knot> between;
-    for (const TimeCurve::Knot& k : steps)
+    for (const TimeCurve::Knot& k : outer.knots)
       if (k.time > std::min(a.value, b.value) && k.time < std::max(a.value, b.value))
         between.push_back({a.time + (b.time - a.time) * ((k.time - a.value) / (b.value - a.value)), k.value});
     if (!rises) std::reverse(between.begin(), between.end());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "run/edit_session.hpp"
@@ -85,6 +86,8 @@ struct ClusterOperations {
     }
     for (const std::string& part : split_list(v))
       s.chosen_[std::size_t(edit_whole("cluster", part, 0, int(count) - 1))] = true;
+    if (std::find(s.chosen_.begin(), s.chosen_.end(), true) == s.chosen_.end())
+      wrong_edit("cluster", "names no cluster", "numbers such as 1,2, or moving", v);
     return Json::object();
   }
 

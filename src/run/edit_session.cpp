@@ -117,7 +117,8 @@ struct EditOperations {
 
   static Json scale(EditSession& s, const std::string& v) {
     const double factor = edit_number("scale-motion", v, -100, 100, "a factor from -100 to 100");
-    scale_motion(moving(model(s), "scale-motion"), float(factor));
+    moving(model(s), "scale-motion");
+    keep_emptied(model(s), [&](MotionField& m) { scale_motion(m, float(factor)); });
     return Json::object();
   }
 
@@ -129,7 +130,8 @@ struct EditOperations {
   static Json scale_presence(EditSession& s, const std::string& v) {
     const double factor = edit_number("scale-presence", v, -100, 100, "a factor from -100 to 100");
     with_presence(s, "scale-presence");
-    splinevox::scale_presence(model(s), float(factor));
+    if (factor != 1)
+      keep_emptied(model(s), [&](MotionField& m) { splinevox::scale_presence(m, float(factor)); });
     return Json::object();
   }
   static Json freeze_presence(EditSession& s, const std::string& v) {
@@ -186,9 +188,12 @@ struct EditOperations {
       wrong_edit("basis", fmt::format("{} points do not suit {}", points, to->name), to->points.text(),
                  std::to_string(points));
     VoxelModel next = model(s);
-    next.motion = converted(m, to->kind, points);
+    keep_emptied(next, [&](MotionField& motion) { motion = converted(m, to->kind, points); });
+    const MotionDifference d = motion_difference(model(s), next);
     Json result{{"points", points}};
-    result.update(difference_json(motion_difference(model(s), next)));
+    result.update(difference_json(d));
+    if (m.light) result["error_light"] = d.light;
+    if (m.presence) result["error_opacity"] = d.opacity;
     model(s) = std::move(next);
     return result;
   }

@@ -200,6 +200,7 @@ TEST_SUITE("app/edit") {
           Row{{"--elevate", "1"}, "no degree to elevate"}, Row{{"--hide"}, "there are no clusters yet"},
           Row{{"--clusters", "2", "--hide"}, "no cluster is chosen"},
           Row{{"--clusters", "2", "--cluster", "9"}, "from 0 to 1"},
+          Row{{"--clusters", "2", "--cluster", ",", "--only"}, "names no cluster"},
           Row{{"--clusters", "2", "--cluster", "1", "--rotate", "w,3"}, "this is not a rotation"}}) {
       const Ended e = t.edit(t.run, "refused", row.words);
       CAPTURE(e.err);

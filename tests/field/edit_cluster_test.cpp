@@ -235,7 +235,7 @@ TEST_SUITE("field/edit_cluster") {
                          Error);
     CHECK(model.motion.levels[0].values == before.motion.levels[0].values);
     VoxelModel mean = before, frozen = before;
-    scale_presence(mean, 0);
+    scale_presence(mean.motion, 0);
     freeze_presence(frozen, 0.5);
     for (const VoxelModel& steady : {mean, frozen}) {
       VoxelModel slowed = steady;
@@ -244,12 +244,15 @@ TEST_SUITE("field/edit_cluster") {
         CHECK(ball_difference(steady, t, slowed, 2 * t, shift({})) < 1e-3);
     }
   }
-  TEST_CASE("what was hidden stays hidden when presence grows, and empty air stays empty") {
+  TEST_CASE("what was hidden stays hidden when presence grows or motion changes, and empty air stays empty") {
     VoxelModel model = growing_denser();
     hide_clusters(model, find_clusters(model, 2), {false, true});
-    for (const float factor : {3.0f, -3.0f}) {
+    using Change = std::function<void(MotionField&)>;
+    for (const Change& change : {Change([](MotionField& m) { scale_presence(m, 3); }),
+                                 Change([](MotionField& m) { scale_presence(m, -3); }),
+                                 Change([](MotionField& m) { scale_motion(m, -1); })}) {
       VoxelModel scaled = model;
-      scale_presence(scaled, factor);
+      keep_emptied(scaled, change);
       for (const double t : {0.0, 0.4, 1.0}) {
         const FrameSampler sampler(scaled, t), before(model, t);
         double most = 0, other = 0;

@@ -140,6 +140,12 @@ TEST_SUITE("field/edit_motion") {
     model.motion.levels[0] = light;
     const VoxelModel to = in_basis(model, BasisKind::hermite, 8);
     for (const double t : {0.0, 0.3, 1.0}) CHECK(difference(to, t, model, t) < 2e-6);
+    CHECK(motion_difference(model, to).light < 2e-6);
+    for (std::size_t r = kBrickRows; r < light.topology->rows(); ++r) model.motion.levels[0].row(r)[2] += 2;
+    const MotionDifference bent = motion_difference(model, in_basis(model, BasisKind::bezier, 2));
+    CHECK(bent.light > 1e-2);
+    CHECK(bent.max == 0);
+    CHECK(bent.opacity == 0);
   }
   TEST_CASE("the anchored first moment is canonical, and every moment looks as before") {
     test::BlobMotion way;

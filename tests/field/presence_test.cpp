@@ -52,10 +52,10 @@ VoxelModel dense_for_a_while() {
 TEST_SUITE("field/presence") {
   TEST_CASE("presence scales about its mean over time, and 0 leaves the mean") {
     VoxelModel model = noisy(), doubled = model, none = model;
-    scale_presence(doubled, 2);
-    scale_presence(none, 0);
+    scale_presence(doubled.motion, 2);
+    scale_presence(none.motion, 0);
     VoxelModel same = model;
-    scale_presence(same, 1);
+    keep_emptied(same, [](MotionField& motion) { scale_presence(motion, 1); });
     CHECK(same.radiance.raw.values == model.radiance.raw.values);
     CHECK(same.motion.levels[0].values == model.motion.levels[0].values);
     const Vec3 x{0.2f, -0.1f, 0.1f};
@@ -68,6 +68,9 @@ TEST_SUITE("field/presence") {
       CHECK(still.warp(x).presence == 0);
       CHECK(still.density(x) == still.radiance(still.canonical(x)).density);
     }
+    CHECK(motion_difference(model, model).opacity == 0);
+    CHECK(motion_difference(model, doubled).opacity > 1e-3);
+    CHECK(motion_difference(model, doubled).max == 0);
   }
 
   TEST_CASE("what is there at a time stays once presence is frozen: its density, motion and light") {

@@ -69,6 +69,24 @@ TEST_SUITE("math/time_curve") {
         for (double t = 0.0007; t < 1; t += 0.0131) CHECK(std::abs(both(t) - outer(inner(t))) <= 1e-9);
       }
   }
+  TEST_CASE("a change that ends at a jump shows what is before the jump, also where its time is rounded") {
+    const TimeCurve third = compose(loop_time(3, false), speed_time(1 / 3.0));
+    CHECK(third(1) == 1);
+    CHECK(third(0.999) == doctest::Approx(0.999).epsilon(1e-9));
+    CHECK(compose(loop_time(3, false), frozen_time(1 / 3.0))(0.5) == 0);
+  }
+  TEST_CASE("a lap begins with its first moment, also where its time is no multiple of 2^-40") {
+    for (const int count : {3, 5, 6, 7, 30})
+      for (int i = 1; i < count; ++i) {
+        const TimeCurve laps = loop_time(count, false);
+        CHECK(laps(double(i) / count) < 1e-9);
+        CHECK(laps(double(i) / count) >= 0);
+        CHECK(laps.before(double(i) / count) == 1);
+        CHECK(laps.slope(double(i) / count) == doctest::Approx(count));
+      }
+    const TimeCurve jump = simplified({{0, 0}, {0.3, 1}, {0.3, 0}, {1, 1}});
+    CHECK(jump(0.3) == 0);
+  }
   TEST_CASE("half speed shows at 2t what was at t; loops come round; frozen stands") {
     for (const double t : kTimes) {
       if (t <= 0.5) CHECK(speed_time(0.5)(2 * t) == t);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "splinevox/field/model.hpp"
@@ -18,9 +19,12 @@ void retime(MotionField& motion, const TimeCurve& change);
 /// Every displacement times `factor`; canonical places and light stay.
 void scale_motion(MotionField& motion, float factor);
 
-/// Presence times `factor`: 0 leaves the mean of the raw density at every time. Places that were emptied stay
-/// empty at all times, so what was hidden does not come back.
-void scale_presence(VoxelModel& model, float factor);
+/// Changes the motion. Where matter comes and goes, places that were emptied stay empty at all times: another
+/// presence may look them up then, and what was hidden must not come back.
+void keep_emptied(VoxelModel& model, const std::function<void(MotionField&)>& change);
+
+/// Presence times `factor`: 0 leaves the mean of the raw density at every time.
+void scale_presence(MotionField& motion, float factor);
 
 /// Matter stays as it is at one time: the presence of that time becomes part of the canonical density, where
 /// that time shows it, and the model has none. Motion and light stay.
@@ -35,12 +39,13 @@ MotionField elevated(const MotionField& motion, int by);
 /// the basis allows so many points
 MotionField converted(const MotionField& motion, BasisKind basis, int points);
 
-/// Distance in voxels of the radiance lattice, over the matter of observed space at evenly spread parameters,
-/// weighted by opacity.
+/// Over the matter of observed space at evenly spread parameters.
 struct MotionDifference {
-  double max = 0, rms = 0;
+  double max = 0, rms = 0;  ///< distance in voxels of the radiance lattice; rms: weighted by opacity
+  double light = 0;         ///< the largest difference of the gain of the light
+  double opacity = 0;       ///< and of the opacity over a voxel, by presence alone
 };
-/// Of the displacements of two models of one scene: `after` differs in its control points alone.
+/// Of two models of one scene: `after` differs in its control points alone.
 MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after);
 
 /// Makes the first moment canonical: Delta(x, t = 0) = 0, and the scene looks as before at every time.
@@ -53,7 +58,7 @@ MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& a
 /// keeps what is there at any time.
 /// @pre at most one motion level, model.motion.moves()
 /// @return the distance between W_0(x + Delta') and W_t(x), which includes places whose canonical matter is
-/// absent from observed space at time 0
+/// absent from observed space at time 0; nothing of light and opacity
 MotionDifference anchor_first(VoxelModel& model);
 
 /// What remove_floaters took away, and left.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -99,11 +100,15 @@ const char* trained_basis_names();
 /// were. May be more than it allows.
 int points_to_hold(const Basis& old, int points, const Basis& wanted);
 
+/// The nearest time that a knot of a TimeCurve may have.
+inline double knot_time(double t) { return std::round(t * 0x1p40) * 0x1p-40; }
+
 /// Which parameter of the motion's curves is shown at which model time: piecewise linear, jumps allowed. What
 /// `edit` does to time is done here, so it costs no rounding of the control points and can be taken back.
 ///
 /// Times are kept as whole multiples of 2^-40 (below any frame): 1 - t is then exact, and a curve that is
-/// reversed twice has its own bits again.
+/// reversed twice has its own bits again. A third is none of them, so a time meets the knot that is nearest
+/// to it.
 struct TimeCurve {
   struct Knot {
     double time = 0;   ///< model time in [0, 1]; the first is 0, the last 1, none below the one before. Equal
@@ -121,8 +126,10 @@ struct TimeCurve {
   double operator()(double t) const {
     t = std::clamp(t, 0.0, 1.0);
     if (identity()) return t;
-    const Knot &a = knots[segment(t)], &b = knots[segment(t) + 1];
-    return t == b.time ? b.value : a.value + (b.value - a.value) * ((t - a.time) / (b.time - a.time));
+    const std::size_t i = segment(t);
+    const Knot &a = knots[i], &b = knots[i + 1];
+    if (knot_time(t) == b.time) return b.value;
+    return a.value + (b.value - a.value) * ((std::max(t, a.time) - a.time) / (b.time - a.time));
   }
   /// d parameter / d time, of the part after a kink; at the end of the part before it.
   double slope(double t) const {
@@ -134,13 +141,14 @@ struct TimeCurve {
   double before(double t) const {
     if (identity()) return t;
     for (std::size_t i = 1; i < knots.size(); ++i)
-      if (knots[i].time == t) return knots[i].value;
+      if (knots[i].time == knot_time(t)) return knots[i].value;
     return (*this)(t);
   }
 
  private:
   /// The last part of more than no length that begins at t or earlier.
   std::size_t segment(double t) const {
+    t = knot_time(t);
     std::size_t found = 0;
     for (std::size_t i = 0; i + 1 < knots.size(); ++i)
       if (knots[i].time < knots[i + 1].time && (knots[i].time <= t || i == 0)) found = i;

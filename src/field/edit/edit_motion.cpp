@@ -155,20 +155,36 @@ void visit_matter(const VoxelModel& model, double parameter, int stride,
 }
 
 MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after) {
-  const double voxel = before.radiance.raw.topology->lattice.spacing;
-  DistanceSum all;
+  struct Sum {
+    DistanceSum distance;
+    float light = 0, opacity = 0;
+  };
+  const float voxel = before.radiance.raw.topology->lattice.spacing;
+  DistanceSum distance;
+  MotionDifference out;
   for (const double s : middles(kDifferenceTimes)) {
     const FrameSampler other(after, FrameSampler::AtParameter{s});
-    std::vector<DistanceSum> slabs(std::size_t(matter_slabs(before, kDifferenceStride)));
+    std::vector<Sum> slabs(std::size_t(matter_slabs(before, kDifferenceStride)));
     visit_matter(before, s, kDifferenceStride, [&](int slab, const MatterSample& place) {
-      const double d =
-          length(cast<double>(other.warp(place.x).displacement) - cast<double>(place.warp.displacement)) /
-          voxel;
-      slabs[std::size_t(slab)].add(d, place.weight);
+      Sum& sum = slabs[std::size_t(slab)];
+      const FrameSampler::Warp there = other.warp(place.x);
+      sum.distance.add(
+          length(cast<double>(there.displacement) - cast<double>(place.warp.displacement)) / double(voxel),
+          place.weight);
+      sum.light = std::max(sum.light, std::abs(there.light - place.warp.light));
+      const float opacity = one_minus_exp_neg(
+          other.radiance(place.x + place.warp.displacement, there.presence).density * voxel);
+      sum.opacity = std::max(sum.opacity, std::abs(opacity - place.weight));
     });
-    for (const DistanceSum& sum : slabs) all.add(sum);
+    for (const Sum& sum : slabs) {
+      distance.add(sum.distance);
+      out.light = std::max(out.light, double(sum.light));
+      out.opacity = std::max(out.opacity, double(sum.opacity));
+    }
   }
-  return all.result();
+  out.max = distance.result().max;
+  out.rms = distance.result().rms;
+  return out;
 }
 
 }  // namespace splinevox

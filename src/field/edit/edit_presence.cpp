@@ -41,15 +41,19 @@ MotionField without_presence(const MotionField& motion) {
 
 }  // namespace
 
-void scale_presence(VoxelModel& model, float factor) {
-  MotionField& motion = model.motion;
+void scale_presence(MotionField& motion, float factor) {
   const MotionLayout layout(motion);
   const int presence = layout.scalar[kPresence];
-  if (presence < 0 || factor == 1) return;
-  const LargestPresence before(model);
+  if (presence < 0) return;
   for (Channels& level : motion.levels)
     for (std::size_t r = 0; r < level.topology->rows(); ++r)
       for (int k = 0; k < motion.stored_points(); ++k) level.row(r)[layout.stride * k + presence] *= factor;
+}
+
+void keep_emptied(VoxelModel& model, const std::function<void(MotionField&)>& change) {
+  if (!comes_and_goes(model.motion)) return change(model.motion);
+  const LargestPresence before(model);
+  change(model.motion);
   const LargestPresence after(model);
   Channels& raw = model.radiance.raw;
   const DensityActivation& activation = model.radiance.activation;
@@ -60,7 +64,7 @@ void scale_presence(VoxelModel& model, float factor) {
       float& density = raw.row(std::size_t(index + 1) * kBrickRows + std::size_t(i))[0];
       if (density > empty) continue;
       const Vec3 place = raw.topology->position(index + 1, i);
-      if (density + before.around(place, spacing) < least)
+      if (density + before.around(place, spacing) < least)  // nothing was shown here
         density = std::min(density, empty - after.around(place, spacing));
     }
   });

@@ -60,11 +60,12 @@ const kBases = {
 function curveParameter(knots, t) {
   t = Math.min(1, Math.max(0, t));
   if (!knots || knots.length === 0) return t;
+  const near = Math.round(t * 2 ** 40) / 2 ** 40;  // knots are such times
   let found = 0;
   for (let i = 0; i + 1 < knots.length; ++i)
-    if (knots[i][0] < knots[i + 1][0] && (knots[i][0] <= t || i === 0)) found = i;
+    if (knots[i][0] < knots[i + 1][0] && (knots[i][0] <= near || i === 0)) found = i;
   const [a, b] = [knots[found], knots[found + 1]];
-  return t === b[0] ? b[1] : a[1] + (b[1] - a[1]) * ((t - a[0]) / (b[0] - a[0]));
+  return near === b[0] ? b[1] : a[1] + (b[1] - a[1]) * ((Math.max(t, a[0]) - a[0]) / (b[0] - a[0]));
 }
 
 /// Of the stored points: a first point that is pinned to zero is not among them.
