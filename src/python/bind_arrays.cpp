@@ -38,16 +38,23 @@ Picture whole_picture(const py::array& a, int bytes) {
   return image;
 }
 
-/// Floats within [0, 1] are rounded to 16 bits, as a PNG has them; others are kept as OpenEXR's are.
+/// Floats within [0, 1] are rounded to 16 bits, as a PNG has them; others are kept as OpenEXR's are. Whole
+/// numbers up to 255 are no light: they are bytes that were not divided.
 Picture real_picture(const py::array& a, const std::string& where) {
   Image image(int(a.shape(1)), int(a.shape(0)), 4);
   copy_rgba<float>(a, 1.0f, image.data.data(), [](float v) { return v; });
+  constexpr float kByte = 255, kBright = 16;
   float most = 0;
+  bool whole_numbers = true;
   for (const float v : image.data) {
+    whole_numbers = whole_numbers && v == std::floor(v);
     if (!(v >= 0 && std::isfinite(v)))
       fail({where, "a value is below 0 or not finite", "display values, 1 = 1", std::to_string(v), ""});
     most = std::max(most, v);
   }
+  if (whole_numbers && most > kBright && most <= kByte)
+    fail({where, "the floats are whole numbers up to " + std::to_string(int(most)), "display values, 1 = 1",
+          "", "divide by 255, or hand the bytes over as uint8"});
   if (most > 1) return Picture(image);
   Image16 whole{image.width, image.height, {}};
   for (const float v : image.data) whole.rgba.push_back(std::uint16_t(std::lround(v * 65535)));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <cmath>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -26,6 +27,9 @@ struct Looker {
     if (!(step_scale > 0 && stop >= 0 && stop < 1))
       fail({"render", "there is no such march", "step_scale > 0 and stop in [0, 1)",
             std::to_string(step_scale) + ", " + std::to_string(stop), ""});
+    if (!std::isfinite(time))
+      fail({"render", "there is no such time", "model time in [0, 1]; beyond it the nearest moment is shown",
+            std::to_string(time), ""});
     if (across && !(*across >= 1 && *across <= kMostAcross))
       fail({"render", "there are no such rays", "across in 1 to " + std::to_string(kMostAcross) + ", or None",
             std::to_string(*across), ""});

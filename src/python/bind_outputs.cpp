@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <atomic>
-#include <chrono>
-#include <exception>
-#include <future>
 
 #include "data/pictures/exr.hpp"
 #include "python/convert.hpp"
@@ -40,32 +37,7 @@ py::dict frame_of(const ExportedFrame& f) {
 bool call_back(const py::object& callback, const ExportedFrame& frame) {
   if (callback.is_none()) return true;
   const py::gil_scoped_acquire lock;
-  return !callback(frame_of(frame)).is(py::bool_(false));
-}
-
-/// Runs work(stopped) without the interpreter's lock on a thread of its own, while the caller's listens:
-/// Python tells its main thread alone of Ctrl-C, and frames are finished on any. Work ends early once
-/// `stopped` is set, and then what Python made of the signal is thrown.
-void listening(const std::function<void(const std::atomic<bool>& stopped)>& work) {
-  constexpr auto kEvery = std::chrono::milliseconds(20);
-  const py::gil_scoped_release release;
-  std::atomic<bool> stopped = false;
-  std::exception_ptr heard;
-  std::future<void> worked = std::async(std::launch::async, [&] {
-    run::with_threads(get_threads(), [&] {
-      work(stopped);
-      return 0;
-    });
-  });
-  while (!heard && worked.wait_for(kEvery) != std::future_status::ready) {
-    const py::gil_scoped_acquire lock;
-    if (PyErr_CheckSignals() == 0) continue;
-    heard = std::make_exception_ptr(py::error_already_set());
-    stopped = true;
-  }
-  worked.wait();
-  if (heard) std::rethrow_exception(heard);
-  worked.get();
+  return !is_false(callback(frame_of(frame)));
 }
 
 py::list export_frames(const py::object& source, const std::string& folder, const std::string& profile,
@@ -93,8 +65,8 @@ py::list export_frames(const py::object& source, const std::string& folder, cons
   o.mesh = mesh;
   o.mesh_format = mesh_format;
   o.mesh_alpha = mesh_alpha;
-  if (py::isinstance<py::int_>(points))
-    o.points.chosen = points.cast<int>();
+  if (const py::object count = own_scalar(points); py::isinstance<py::int_>(count))
+    o.points.chosen = count.cast<int>();
   else
     o.points.position = points_of(points.cast<Floats>());
   o.clusters = clusters;

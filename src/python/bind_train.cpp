@@ -77,14 +77,15 @@ bool run(Learning& l, const py::object& callback, int every) {
       if (!call && Clock::now() - listened < kListenEvery) continue;
       const py::gil_scoped_acquire lock;
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      if (call) stopped = callback(report).is(py::bool_(false));
+      if (call) stopped = is_false(callback(report));
       listened = Clock::now();
     }
   });
   return !stopped;
 }
 
-std::string text_of(const py::handle& value) {
+std::string text_of(const py::handle& given) {
+  const py::object value = own_scalar(given);
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>() ? "true" : "false";
   if (py::isinstance<py::str>(value)) return value.cast<std::string>();
   if (!py::isinstance<py::sequence>(value)) return py::str(value);
@@ -135,10 +136,20 @@ Config make_config(std::optional<std::string> preset, const std::string& file, c
   return run::effective_config(o);
 }
 
+/// Ctrl-C ends it after the fit under way.
 Prepared prepared(const Config& config, Dataset& data, bool choose) {
+  struct Stopped {};
   Prepared out;
-  released(
-      [&] { out = prepare(config, data, {.effects = choose ? EffectPolicy::choose : EffectPolicy::keep}); });
+  listening([&](const std::atomic<bool>& stopped) {
+    const auto obey = [&](const auto&) {
+      if (stopped) throw Stopped{};
+    };
+    PrepareOptions options;
+    options.effects = choose ? EffectPolicy::choose : EffectPolicy::keep;
+    options.on_trial = obey;
+    options.on_film = obey;
+    out = prepare(config, data, options);
+  });
   return out;
 }
 
@@ -293,7 +304,9 @@ void bind_train(py::module_& m) {
           },
           py::arg("key"), py::arg("value"))
       .def("to_toml", &write_config, "As config.toml has it.")
-      .def("__eq__", [](const Config& a, const Config& b) { return write_config(a) == write_config(b); })
+      .def(
+          "__eq__", [](const Config& a, const Config& b) { return write_config(a) == write_config(b); },
+          py::is_operator())
       .def("__repr__", &describe_config)
       .def(py::pickle([](const Config& c) { return py::make_tuple(c.preset, settings_of(c)); },
                       [](const py::tuple& state) {

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/convert.hpp"
 
+#include <chrono>
+#include <exception>
+#include <future>
+
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::python {
@@ -57,6 +61,38 @@ void released(const std::function<void()>& work) {
     work();
     return 0;
   });
+}
+
+bool is_false(const py::object& answer) {
+  return py::isinstance<py::bool_>(own_scalar(answer)) && PyObject_IsTrue(answer.ptr()) == 0;
+}
+
+py::object own_scalar(const py::handle& value) {
+  if (!py::isinstance(value, py::module_::import("numpy").attr("generic")))
+    return py::reinterpret_borrow<py::object>(value);
+  return value.attr("item")();
+}
+
+void listening(const std::function<void(const std::atomic<bool>& stopped)>& work) {
+  constexpr auto kEvery = std::chrono::milliseconds(20);
+  const py::gil_scoped_release release;
+  std::atomic<bool> stopped = false;
+  std::exception_ptr heard;
+  std::future<void> worked = std::async(std::launch::async, [&] {
+    run::with_threads(g_threads, [&] {
+      work(stopped);
+      return 0;
+    });
+  });
+  while (!heard && worked.wait_for(kEvery) != std::future_status::ready) {
+    const py::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() == 0) continue;
+    heard = std::make_exception_ptr(py::error_already_set());
+    stopped = true;
+  }
+  worked.wait();
+  if (heard) std::rethrow_exception(heard);
+  worked.get();
 }
 
 py::object object_of(const run::Json& json) {

@@ -6,6 +6,7 @@
 #include <pybind11/stl.h>
 
 #include <array>
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -62,8 +63,16 @@ py::array view_of(T* data, std::vector<py::ssize_t> shape, std::vector<py::ssize
   return py::array(py::dtype::of<T>(), std::move(shape), std::move(strides), data, owner);
 }
 
+/// Whether a callback returned False, Python's or numpy's. None and 0 are none.
+bool is_false(const py::object& answer);
+/// Python's own number or truth for one of numpy's; anything else as it is.
+py::object own_scalar(const py::handle& value);
+
 /// Runs without the interpreter's lock, on as many threads as set_threads asked for.
 void released(const std::function<void()>& work);
+/// The same on a thread of its own, while the caller's listens: Python tells its main thread alone of Ctrl-C.
+/// Work ends early once `stopped` is set, and then what Python made of the signal is thrown.
+void listening(const std::function<void(const std::atomic<bool>& stopped)>& work);
 void set_threads(int threads);
 int get_threads();
 

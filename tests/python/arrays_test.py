@@ -47,6 +47,8 @@ def test_values_are_those_of_the_array_whatever_its_type(data):
     assert np.array_equal(opaque.frames("train")[0].image[..., 3], np.full((32, 32), 65535))
     bright = sv.Dataset(**{**a, "images": [2 * w for w in whole]})  # light beyond white stays
     assert bright.frames("train")[0].image[..., :3].max() == 65535
+    with pytest.raises(sv.InputError, match="divide by 255"):  # bytes as floats
+        sv.Dataset(**{**a, "images": rgb8.astype(np.float32)})
 
 
 def test_times_cameras_masks_and_box_are_understood(data):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import splinevox as sv
-from conftest import STEPS
+from conftest import SMALL, STEPS
 
 
 def test_pictures_of_a_data_set_are_copies(scene):
@@ -59,6 +59,9 @@ def test_layers_have_their_shapes(model, data):
     shapes = [getattr(layers, n).shape for n in ("rgb", "alpha", "depth", "flow", "rigidity")]
     assert shapes == [(16, 24, 3), (16, 24), (16, 24), (16, 24, 3), (16, 24)]
     assert layers.rgb.dtype == np.float32 and layers.rgb.flags.c_contiguous
+    assert np.array_equal(model.render(camera, 2).rgb, model.render(camera, 1).rgb)
+    with pytest.raises(sv.InputError, match="no such time"):
+        model.render(camera, float("nan"))
 
 
 def test_a_camera_is_what_it_was_made_of(data):
@@ -75,7 +78,10 @@ def test_the_callback_hears_and_stops(data, config):
     assert heard == [(25, True), (50, True), (STEPS, True)]
     trainer = sv.Trainer(data, config)
     assert not trainer.train(lambda r: False, every=7)
-    assert trainer.step().step == 8 and not trainer.done
+    assert not trainer.train(lambda r: np.mean([r.loss]) < 0, every=7)  # numpy's False
+    assert trainer.step().step == 15 and not trainer.done
+    trainer.train(lambda r: 0 if r.step < 20 else False, every=1)
+    assert trainer.step().step == 21
 
 
 def test_training_stops_where_it_was_and_goes_on_in_the_same_bits(data, config, model):
@@ -125,6 +131,14 @@ def test_control_c_interrupts_training(data):
     assert trainer.step().step > 1  # as it was after its last step
 
 
+def test_control_c_ends_trials_after_the_fit_under_way(scene):
+    data = sv.load_dataset(scene)
+    config = sv.Config("draft", settings={**SMALL, "effects.steps": 1000}, max_steps=10**6)
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        sv.prepare(config, data)
+
+
 def test_errors_are_those_of_the_command_line(data, config, model, tmp_path):
     with pytest.raises(sv.InputError) as caught:
         sv.load_dataset(str(tmp_path / "none"))
@@ -172,9 +186,11 @@ sys.exit(0 if refused else "never refused")
 def test_settings_go_in_and_come_out(config):
     mine = config.copy()
     mine["grid.motion"] = [8, 16]
-    mine["motion.rigidity"] = False
+    mine["motion.rigidity"] = np.bool_(False)
+    mine["motion.points"] = np.int64(9)
     mine["motion.basis"] = "bezier"
-    assert mine["grid.motion"] == [8, 16]
+    assert mine["grid.motion"] == [8, 16] and mine["motion.points"] == 9
+    assert mine is not None and mine != None and mine not in [1, "a"]  # noqa: E711
     assert mine["motion.rigidity"] is False and mine["motion.basis"] == "bezier"
     assert config["motion.rigidity"] is True and config["run.max_steps"] == STEPS
     assert "basis = \"bezier\"" in mine.to_toml()

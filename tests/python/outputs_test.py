@@ -30,7 +30,7 @@ def test_an_export_is_the_same_files(run, tmp_path):
 
 
 def test_points_of_an_export_are_chosen_or_given(model, tmp_path):
-    for points in (2, [[0, 0, 0], [0.1, 0, 0]]):
+    for points in (2, np.int64(2), [[0, 0, 0], [0.1, 0, 0]]):
         sv.export(model, str(tmp_path), profile="usd", frames=(1, 1), points=points, afresh=True)
         assert "int64[] ids = [0, 1]" in (tmp_path / "points.usda").read_text()
 
