@@ -24,16 +24,22 @@ done
 mkdir -p "$folder"
 archive=$folder/$(basename "${address%%\?*}")
 [[ $expected == - && -f $archive.sha256 ]] && expected=$(<"$archive.sha256")
+if [[ -f $archive.address && $(<"$archive.address") != "$address" ]]; then
+  echo "fetch.sh: $archive is of another set, $(<"$archive.address"): take another FOLDER" >&2
+  exit 1
+fi
+echo "$address" >"$archive.address"
 
 sum() { sha256sum "$archive" | cut -d' ' -f1; }
 
 # What is whole already is not asked for again; what is longer than it should be is no beginning of anything.
 if [[ ! -f $archive || $expected == - || $(sum) != "$expected" ]]; then
   code=0
-  curl --location --fail --show-error --continue-at - --output "$archive" "$address" || code=$?
-  case $code in
+  status=$(curl --location --fail --show-error --continue-at - --output "$archive" \
+    --write-out '%{http_code}' "$address") || code=$?
+  case $code/$status in
     # A server that has nothing to add to a whole file says so with an error.
-    0 | 22 | 33 | 36) [[ -f $archive ]] || exit 1 ;;
+    0/* | 22/416 | 33/* | 36/*) [[ -f $archive ]] || exit 1 ;;
     *) echo "fetch.sh: curl ended with $code; the same command goes on where it stopped" >&2; exit 1 ;;
   esac
 fi
@@ -54,6 +60,11 @@ if [[ ! -f $archive.unpacked ]]; then  # over what an earlier try left half unpa
   unzip -o -q "$archive" -d "$folder"
   : >"$archive.unpacked"
 fi
-find "$folder" \( -name transforms_train.json -o -name transforms.json -o -name dataset.json \
+found=$(find "$folder" \( -name transforms_train.json -o -name transforms.json -o -name dataset.json \
   -o -name poses_bounds.npy -o -name precomputed.json -o -name cameras.bin -o -name cameras.txt \) \
-  -printf '%h\n' | sort -u
+  -printf '%h\n' | sort -u)
+[[ $found ]] || {
+  echo "fetch.sh: no data set in $folder; to unpack it once more delete $archive.unpacked" >&2
+  exit 1
+}
+echo "$found"

@@ -12,13 +12,19 @@ command -v curl >/dev/null && command -v unzip >/dev/null || {
   exit 1
 }
 mkdir -p "$folder"
+if [[ -f $folder/data.zip.address && $(<"$folder/data.zip.address") != "$address" ]]; then
+  echo "fetch_dnerf.sh: $folder/data.zip is of another set: take another folder" >&2
+  exit 1
+fi
+echo "$address" >"$folder/data.zip.address"
 whole() { unzip -t -q "$folder/data.zip" > /dev/null 2>&1; }
 if ! whole; then  # of a whole file there is nothing to continue
   code=0
-  curl --location --fail --continue-at - --output "$folder/data.zip" "$address" || code=$?
-  case $code in
+  status=$(curl --location --fail --continue-at - --output "$folder/data.zip" --write-out '%{http_code}' \
+    "$address") || code=$?
+  case $code/$status in
     # A server that has nothing to add to a file of full length says so with an error.
-    0 | 22 | 33 | 36) [[ -f $folder/data.zip ]] || exit 1 ;;
+    0/* | 22/416 | 33/* | 36/*) [[ -f $folder/data.zip ]] || exit 1 ;;
     *) echo "fetch_dnerf.sh: curl ended with $code; the same command goes on where it stopped" >&2; exit 1 ;;
   esac
 fi
@@ -27,4 +33,9 @@ if [[ ! -f $folder/data.zip.unpacked ]]; then  # over what an earlier try left h
   unzip -o -q "$folder/data.zip" -d "$folder"
   : >"$folder/data.zip.unpacked"
 fi
-find "$folder" -name transforms_train.json -printf '%h\n' | sort
+found=$(find "$folder" -name transforms_train.json -printf '%h\n' | sort)
+[[ $found ]] || {
+  echo "no scene in $folder; to unpack them once more delete $folder/data.zip.unpacked" >&2
+  exit 1
+}
+echo "$found"

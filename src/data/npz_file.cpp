@@ -7,7 +7,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
-#include <string_view>
+#include <utility>
 
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
@@ -33,36 +33,6 @@ std::uint32_t number_at(Bytes bytes, std::size_t at, int wide, const std::string
   return value;
 }
 
-/// An entry of the directory at the file's end.
-struct Entry {
-  std::string name;
-  std::uint32_t method, checksum, packed, size, at;
-};
-
-std::vector<Entry> read_directory(Bytes bytes, const std::string& where) {
-  constexpr std::uint32_t kEnd = 0x06054b50, kEntry = 0x02014b50;
-  constexpr std::size_t kEndBytes = 22, kEntryBytes = 46, kLongestComment = 65535;
-  std::optional<std::size_t> end;
-  for (std::size_t back = kEndBytes; !end && back <= std::min(bytes.size(), kEndBytes + kLongestComment);
-       ++back)
-    if (number_at(bytes, bytes.size() - back, 4, where) == kEnd) end = bytes.size() - back;
-  if (!end) fail_npz(where, "no directory at its end");
-  std::vector<Entry> out;
-  std::size_t at = number_at(bytes, *end + 16, 4, where);
-  for (std::uint32_t left = number_at(bytes, *end + 10, 2, where); left > 0; --left) {
-    if (number_at(bytes, at, 4, where) != kEntry) fail_npz(where, "its directory is torn");
-    const std::size_t name = number_at(bytes, at + 28, 2, where), more = number_at(bytes, at + 30, 2, where),
-                      comment = number_at(bytes, at + 32, 2, where);
-    if (bytes.size() - at < kEntryBytes + name) fail_npz(where, "it ends too early");
-    out.push_back({std::string(reinterpret_cast<const char*>(bytes.data()) + at + kEntryBytes, name),
-                   number_at(bytes, at + 10, 2, where), number_at(bytes, at + 16, 4, where),
-                   number_at(bytes, at + 20, 4, where), number_at(bytes, at + 24, 4, where),
-                   number_at(bytes, at + 42, 4, where)});
-    at += kEntryBytes + name + more + comment;
-  }
-  return out;
-}
-
 std::vector<std::uint8_t> inflated(Bytes packed, std::uint32_t size, const std::string& where) {
   if (size > kMostInflation * packed.size()) fail_npz(where, "an entry is said to be larger than it can be");
   std::vector<std::uint8_t> out(size);
@@ -78,68 +48,90 @@ std::vector<std::uint8_t> inflated(Bytes packed, std::uint32_t size, const std::
   return out;
 }
 
-/// What numpy calls the entry's array.
-std::string array_name(const Entry& entry) { return entry.name.substr(0, entry.name.rfind(".npy")); }
+constexpr const char* kSuffix = ".npy";  ///< of an entry that is an array
 
-std::vector<std::uint8_t> unpack(Bytes bytes, const Entry& entry, const std::string& where) {
-  constexpr std::uint32_t kLocal = 0x04034b50, kStored = 0, kDeflated = 8;
-  if (number_at(bytes, entry.at, 4, where) != kLocal)
-    fail_npz(where, "an entry is not where the directory says");
-  const std::size_t from = std::size_t(entry.at) + 30 + number_at(bytes, entry.at + 26, 2, where) +
-                           number_at(bytes, entry.at + 28, 2, where);
-  if (from > bytes.size() || bytes.size() - from < entry.packed || entry.size > kLargestNpz)
-    fail_npz(where, "an entry is longer than the file");
-  const Bytes packed = bytes.subspan(from, entry.packed);
-  if (entry.method != kStored && entry.method != kDeflated)
-    fail_npz(where, "it is packed in a way that numpy does not use");
-  std::vector<std::uint8_t> out = entry.method == kStored
-                                      ? std::vector<std::uint8_t>(packed.begin(), packed.end())
-                                      : inflated(packed, entry.size, where);
-  if (crc32_z(0, out.data(), out.size()) != entry.checksum) fail_npz(where, "a checksum is wrong");
-  return out;
+std::string listed(const std::vector<std::string>& names) {
+  std::string all;
+  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + printable(name);
+  return all;
 }
 
 }  // namespace
 
-std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, const std::string& where,
-                                         const std::vector<std::string>& names) {
-  const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestNpz);
-  const std::vector<Entry> entries = read_directory(bytes, where);
-  std::map<std::string, NpyArray> out;
-  for (const std::string& name : names) {
-    const auto entry =
-        std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.name == name + ".npy"; });
-    if (entry == entries.end()) {
-      std::string all, wanted;
-      for (const Entry& e : entries) all += (all.empty() ? "" : ", ") + printable(array_name(e));
-      for (const std::string& each : names) wanted += (wanted.empty() ? "" : ", ") + each;
-      fail({where, "there is no array '" + name + "' in it", wanted, all, ""});
-    }
-    out[name] = parse_npy(unpack(bytes, *entry, where), where + ", array '" + name + "'");
+NpzFile::NpzFile(const std::filesystem::path& path, std::string where)
+    : where_(std::move(where)), bytes_(read_bytes(path, where_, kLargestNpz)) {
+  constexpr std::uint32_t kEnd = 0x06054b50, kEntry = 0x02014b50;
+  constexpr std::size_t kEndBytes = 22, kEntryBytes = 46, kLongestComment = 65535;
+  const auto number = [&](std::size_t at, int wide) { return number_at(bytes_, at, wide, where_); };
+  std::optional<std::size_t> end;
+  for (std::size_t back = kEndBytes; !end && back <= std::min(bytes_.size(), kEndBytes + kLongestComment);
+       ++back)
+    if (number(bytes_.size() - back, 4) == kEnd) end = bytes_.size() - back;
+  if (!end) fail_npz(where_, "no directory at its end");
+  std::size_t at = number(*end + 16, 4);
+  for (std::uint32_t left = number(*end + 10, 2); left > 0; --left) {
+    if (number(at, 4) != kEntry) fail_npz(where_, "its directory is torn");
+    const std::size_t name = number(at + 28, 2), more = number(at + 30, 2), comment = number(at + 32, 2);
+    if (bytes_.size() - at < kEntryBytes + name) fail_npz(where_, "it ends too early");
+    entries_.push_back({std::string(reinterpret_cast<const char*>(bytes_.data()) + at + kEntryBytes, name),
+                        number(at + 10, 2), number(at + 16, 4), number(at + 20, 4), number(at + 24, 4),
+                        number(at + 42, 4)});
+    at += kEntryBytes + name + more + comment;
   }
+}
+
+std::vector<std::string> NpzFile::names() const {
+  std::vector<std::string> out;
+  for (const Entry& e : entries_) out.push_back(e.name.substr(0, e.name.rfind(kSuffix)));
   return out;
 }
 
-std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, const std::string& where) {
-  const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestNpz);
+NpyArray NpzFile::array(const std::string& name, bool any) const {
+  const auto entry = std::find_if(entries_.begin(), entries_.end(),
+                                  [&](const Entry& e) { return e.name == name || e.name == name + kSuffix; });
+  return parse_npy(unpack(*entry), where_ + ", array " + in_quotes(name), any);
+}
+
+std::vector<std::uint8_t> NpzFile::unpack(const Entry& entry) const {
+  constexpr std::uint32_t kLocal = 0x04034b50, kStored = 0, kDeflated = 8;
+  if (number_at(bytes_, entry.at, 4, where_) != kLocal)
+    fail_npz(where_, "an entry is not where the directory says");
+  const std::size_t from = std::size_t(entry.at) + 30 + number_at(bytes_, entry.at + 26, 2, where_) +
+                           number_at(bytes_, entry.at + 28, 2, where_);
+  if (from > bytes_.size() || bytes_.size() - from < entry.packed || entry.size > kLargestNpz)
+    fail_npz(where_, "an entry is longer than the file");
+  const Bytes packed = Bytes(bytes_).subspan(from, entry.packed);
+  if (entry.method != kStored && entry.method != kDeflated)
+    fail_npz(where_, "it is packed in a way that numpy does not use");
+  std::vector<std::uint8_t> out = entry.method == kStored
+                                      ? std::vector<std::uint8_t>(packed.begin(), packed.end())
+                                      : inflated(packed, entry.size, where_);
+  if (crc32_z(0, out.data(), out.size()) != entry.checksum) fail_npz(where_, "a checksum is wrong");
+  return out;
+}
+
+std::map<std::string, NpyArray> read_npz(const std::filesystem::path& path, const std::string& where,
+                                         const std::vector<std::string>& names) {
+  const NpzFile file(path, where);
+  const std::vector<std::string> all = file.names();
   std::map<std::string, NpyArray> out;
-  for (const Entry& e : read_directory(bytes, where))
-    out[array_name(e)] = parse_npy(unpack(bytes, e, where), where + ", array " + in_quotes(e.name), true);
+  for (const std::string& name : names) {
+    if (std::find(all.begin(), all.end(), name) == all.end())
+      fail({where, "there is no array '" + name + "' in it", listed(names), listed(all), ""});
+    out[name] = file.array(name, false);
+  }
   return out;
 }
 
 NpyArray read_npz_array(const std::filesystem::path& path, const std::string& where,
                         const std::string& name) {
-  const std::vector<std::uint8_t> bytes = read_bytes(path, where, kLargestNpz);
-  const std::vector<Entry> entries = read_directory(bytes, where);
-  std::string all;
-  for (const Entry& e : entries) {
-    if (entries.size() == 1 || e.name == name + ".npy")
-      return parse_npy(unpack(bytes, e, where), where, true);
-    all += (all.empty() ? "" : ", ") + printable(array_name(e));
-  }
-  fail({where, "it is not clear which array is meant", "one array, or one named '" + name + "'",
-        all.empty() ? "none" : all, ""});
+  const NpzFile file(path, where);
+  const std::vector<std::string> all = file.names();
+  const bool there = std::find(all.begin(), all.end(), name) != all.end();
+  if (!there && all.size() != 1)
+    fail({where, "it is not clear which array is meant", "one array, or one named '" + name + "'",
+          all.empty() ? "none" : listed(all), ""});
+  return file.array(there ? name : all[0], true);
 }
 
 }  // namespace splinevox::data

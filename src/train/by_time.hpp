@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "data/times/seen_moments.hpp"
 #include "splinevox/data/scene.hpp"
 
 namespace splinevox {
@@ -38,6 +39,13 @@ inline std::vector<std::set<double>> times_of_cameras(const Split& split) {
     out[std::size_t(f.camera_id)].insert(f.time);
   }
   return out;
+}
+
+/// The moments of the scene that a split shows.
+inline std::set<double> moments_of(const Split& split) {
+  std::set<double> all;
+  for (const Frame& f : split.frames) all.insert(f.time);
+  return scene_moments(times_of_cameras(split), all);
 }
 
 /// Of a long split a few hundred frames, evenly: enough for what all of its pictures tell together.

@@ -35,6 +35,15 @@ if "$fetch" "$address" "$work/b" >/dev/null 2>"$work/log"; then fail "damage is 
 grep -q "expected $sum" "$work/log" || fail "the checksum is not named: $(<"$work/log")"
 if "$fetch" "$address" "$work/c" 0000 >/dev/null 2>"$work/log"; then fail "a wrong checksum is taken"; fi
 grep -q 'expected 0000' "$work/log" || fail "the wrong checksum is not named"
+mkdir -p "$work/other/scene" && echo '{}' >"$work/other/scene/transforms.json"
+(cd "$work/other" && cmake -E tar cf scene.zip --format=zip scene)
+if "$fetch" "file://$work/other/scene.zip" "$work/a" >/dev/null 2>"$work/log"; then
+  fail "two sets are one"
+fi
+grep -q "of another set, $address" "$work/log" || fail "the other set is not named: $(<"$work/log")"
+rm -r "$work/a/scene"
+if "$fetch" "$address" "$work/a" "$sum" >/dev/null 2>"$work/log"; then fail "nothing is taken for a set"; fi
+grep -q "delete $work/a/scene.zip.unpacked" "$work/log" || fail "what to delete is not named"
 if "$fetch" "file://$work/none.zip" "$work/d" >/dev/null 2>&1; then fail "a missing file is fetched"; fi
 if "$fetch" no_such_set "$work/d" >/dev/null 2>"$work/log"; then fail "an unknown name is taken"; fi
 grep -q "there is no set 'no_such_set'" "$work/log" || fail "the unknown name is not named"

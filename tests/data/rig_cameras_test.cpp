@@ -114,7 +114,7 @@ TEST_SUITE("data/rig_cameras") {
           moments.insert(i + c * apart);
         }
       const auto each = shares_of_moments(seen, moments);
-      return std::pair(*std::min_element(each.begin(), each.end()), count_moments(seen, moments));
+      return std::pair(*std::min_element(each.begin(), each.end()), scene_moments(seen, moments).size());
     };
     CHECK(shares(6, 0) == std::pair(1.0, std::size_t(40)));
     CHECK(shares(6, 0.04) == std::pair(1.0, std::size_t(40)));

@@ -118,7 +118,8 @@ TEST_SUITE("data/tracks") {
     seen[2 * kCount + 2] = '\0';
     for (const auto& [name, flags] : {std::pair{"occluded", hidden}, {"visible", seen}}) {
       const std::string file = npz({{"tracks.npy", npy_of(values, "(5, 9, 2)")},
-                                    {std::string(name) + ".npy", numpy("|b1", "(5, 9)", flags)}},
+                                    {std::string(name) + ".npy", numpy("|b1", "(5, 9)", flags)},
+                                    {"names.npy", numpy("<U1", "(1,)", "a   ")}},  // of no concern
                                    false);
       const Dataset data = Followed("a.npz", file).load("a.npz");
       std::size_t seen_count = 0;

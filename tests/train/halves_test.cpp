@@ -56,6 +56,19 @@ TEST_SUITE("train/halves") {
     }
   }
 
+  TEST_CASE("films of a rig with time stamps of their own have as many moments as one of them") {
+    Split train = rig(6, 100);
+    for (Frame& f : train.frames) f.time += 0.002 * f.camera_id / 6;  // a fifth of an interval
+    CHECK_FALSE(middle_stretch(train));
+    train = rig(6, 300);
+    for (Frame& f : train.frames) f.time += 0.0006 * f.camera_id / 6;
+    const auto stretch = middle_stretch(train);
+    REQUIRE(stretch);
+    CHECK(stretch->length == doctest::Approx(79 / 299.0));
+    CHECK(stretch->frames.size() >= 6 * 79);
+    CHECK(stretch->frames.size() <= 6 * 81);
+  }
+
   TEST_CASE("of a film every fifth picture is held out, at even distances") {
     Split film{"train", {}};
     for (int i = 0; i < 40; ++i) {

@@ -40,15 +40,17 @@ std::vector<double> shares_of_moments(const std::vector<std::set<double>>& camer
   return out;
 }
 
-std::size_t count_moments(const std::vector<std::set<double>>& cameras, const std::set<double>& moments) {
+std::set<double> scene_moments(const std::vector<std::set<double>>& cameras,
+                               const std::set<double>& moments) {
   const std::vector<double> shares = shares_of_moments(cameras, moments);
-  std::size_t most = 0, lasting = 0;
+  const std::set<double>* most = nullptr;
+  int lasting = 0;
   for (std::size_t c = 0; c < cameras.size(); ++c)
     if (shares[c] >= kLastingShare) {
       ++lasting;
-      most = std::max(most, cameras[c].size());
+      if (!most || cameras[c].size() > most->size()) most = &cameras[c];
     }
-  return lasting > 1 ? most : moments.size();
+  return lasting > 1 ? *most : moments;
 }
 
 }  // namespace splinevox

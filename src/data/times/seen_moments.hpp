@@ -21,8 +21,8 @@ std::vector<double> shares_of_moments(const std::vector<std::set<double>>& camer
 /// Of all moments the share that a camera must see to count as one that was on all the time.
 inline constexpr double kLastingShare = 0.9;
 
-/// How many moments a scene has: where several cameras were on all the time, those of the one with the most
+/// The moments of a scene: where several cameras were on all the time, those of the one with the most
 /// pictures, else all.
-std::size_t count_moments(const std::vector<std::set<double>>& cameras, const std::set<double>& moments);
+std::set<double> scene_moments(const std::vector<std::set<double>>& cameras, const std::set<double>& moments);
 
 }  // namespace splinevox

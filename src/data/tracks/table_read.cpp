@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -41,11 +40,11 @@ struct TrackArrays {
   bool hidden = false;  ///< `seen` says the opposite
 };
 
-std::optional<std::string> one_of(const std::map<std::string, NpyArray>& arrays,
+/// The first of the names that is there.
+std::optional<std::string> one_of(const std::vector<std::string>& there,
                                   const std::vector<std::string>& names) {
-  for (const std::string& name : names)
-    if (arrays.contains(name)) return name;
-  return {};
+  const auto found = std::find_first_of(names.begin(), names.end(), there.begin(), there.end());
+  return found == names.end() ? std::nullopt : std::optional(*found);
 }
 
 TrackArrays read_track_arrays(const fs::path& path, const std::string& where) {
@@ -55,17 +54,18 @@ TrackArrays read_track_arrays(const fs::path& path, const std::string& where) {
   if (!begins_with(start, kZipMark))
     fail({where, "tracks of this kind are not read", "a .npy or .npz file, as numpy writes it",
           start.empty() ? "an empty file" : "something else", kWithoutTracks});
-  std::map<std::string, NpyArray> all = read_npz(path, where);
+  const NpzFile file(path, where);  // what else is in it is nobody's concern
+  const std::vector<std::string> all = file.names();
   const auto places = one_of(all, kPlaceNames), seen = one_of(all, kSeenNames),
              hidden = one_of(all, kHiddenNames);
   if (!places) {
     std::vector<std::string> names;
-    for (const auto& [name, array] : all) names.push_back(printable(name));
+    for (const std::string& name : all) names.push_back(printable(name));
     fail({where, "there is no array of tracks in it", fmt::format("{}", fmt::join(kPlaceNames, " or ")),
           fmt::format("{}", fmt::join(names, ", ")), kWithoutTracks});
   }
-  TrackArrays out{std::move(all[*places]), {}, !seen && hidden};
-  if (seen || hidden) out.seen = std::move(all[seen ? *seen : *hidden]);
+  TrackArrays out{file.array(*places, true), {}, !seen && hidden};
+  if (seen || hidden) out.seen = file.array(seen ? *seen : *hidden, true);
   return out;
 }
 

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <iterator>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "core/parallel.hpp"
@@ -80,13 +82,11 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
 }  // namespace
 
 std::optional<Stretch> middle_stretch(const Split& train) {
-  Stretch out{frames_by_time(train)};
-  std::vector<double> moments;
-  for (const int f : out.frames) moments.push_back(train.frames[f].time);
-  moments.erase(std::unique(moments.begin(), moments.end()), moments.end());
+  const std::set<double> moments = moments_of(train);
   if (moments.size() <= kLong) return {};
-  const std::size_t first = (moments.size() - kStretch) / 2;
-  const double start = moments[first], end = moments[first + kStretch - 1];
+  const auto first = std::next(moments.begin(), std::ptrdiff_t(moments.size() - kStretch) / 2);
+  const double start = *first, end = *std::next(first, kStretch - 1);
+  Stretch out{frames_by_time(train)};
   std::erase_if(out.frames,
                 [&](int f) { return train.frames[f].time < start || train.frames[f].time > end; });
   out.start = start;

@@ -44,9 +44,7 @@ int points_for(Ladder& ladder, const EffectSet& effects, const Config& config, d
 /// several cameras see each. At most thrice as many as configured.
 /// @param halvings  of the pieces that are still to come
 int points_for_moments(const Config& config, const Split& train, int halvings) {
-  std::set<double> all;
-  for (const Frame& f : train.frames) all.insert(f.time);
-  const std::size_t moments = count_moments(times_of_cameras(train), all);
+  const std::size_t moments = moments_of(train).size();
   const Basis& basis = basis_of(config.motion.basis);
   const bool elevates = !basis.halves() && !config.motion.elevate_points.empty();  // to points that are set
   if (2 * moments > train.frames.size() || basis.pieces(config.motion.points) <= 1 || elevates)
