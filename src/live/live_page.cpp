@@ -131,6 +131,11 @@ void LivePage::model(VoxelModel model, std::int64_t step, double cost) {
   handed_at_ = running_seconds();
 }
 
+bool LivePage::stop_wished() const {
+  const std::lock_guard lock(mutex_);
+  return wishes_.stop;
+}
+
 Wishes LivePage::take_wishes() {
   const std::lock_guard lock(mutex_);
   return {wishes_.stop, wishes_.pause, std::exchange(wishes_.more_time, 0)};

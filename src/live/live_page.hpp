@@ -27,6 +27,7 @@ class LivePage : public Watcher {
   /// Hears what is said before the first step and besides.
   void note(const std::string& text);
 
+  bool stop_wished() const override;
   void begin(const Watched& training) override;
   void line(const std::string& line, std::optional<double> left) override;
   bool wants_model(std::int64_t step) const override;

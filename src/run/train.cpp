@@ -85,8 +85,8 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
   const Split& train = *data.find("train");
   const Picture& first = train.frames.front().image;
   for (const std::string& note : data.notes) progress.note("note: " + note);
-  const std::string length =
-      c.run.max_time > 0 ? duration(c.run.max_time) : fmt::format("{} steps", c.run.max_steps);
+  std::string length = c.run.max_time > 0 ? duration(c.run.max_time) : "";
+  if (c.run.max_steps > 0) length += fmt::format("{}{} steps", length.empty() ? "" : " or ", c.run.max_steps);
   progress.note(fmt::format("{}: {} training views of {}x{}, preset {}, {}, {} threads, {}", data.path,
                             train.frames.size(), first.width, first.height, c.preset, length,
                             tbb::this_task_arena::max_concurrency(), describe(device)));
@@ -97,16 +97,18 @@ struct StoppedEarly {};
 
 /// Makes the configuration ready for the data; writes effects.json. What the user listed is measured, not
 /// changed.
-/// @param writes  whether this process does. @param alone  no others must settle on the same. Throws
-/// StoppedEarly, after a fit; others would wait for one that stopped
+/// @param writes  whether this process does. @param alone  no others must settle on the same. @param used
+/// seconds of the budget that are gone. Throws StoppedEarly, after a fit; others would wait for one that
+/// stopped
 Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
-                bool alone, Progress& progress) {
+                bool alone, double used, const Watcher* watcher, Progress& progress) {
   PrepareOptions options;
   options.by_clock = alone;
+  options.used = used;
   options.effects = forced ? EffectPolicy::measure : EffectPolicy::choose;
   options.on_note = [&](const std::string& text) { progress.note(text); };
   const auto obey = [&] {
-    if (alone && stop_asked()) throw StoppedEarly{};
+    if (alone && (stop_asked() || (watcher && watcher->stop_wished()))) throw StoppedEarly{};
   };
   options.on_trial = [&](const EffectTrial& t) {
     progress.note(fmt::format("  {:<39} {:.2f} dB held-out, {} steps, {:.1f} s", to_string(t.effects),
@@ -125,6 +127,18 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   for (const std::string& line : effects_lines(effects)) progress.note(line);
   if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
   return prepared;
+}
+
+/// A budget of seconds in which no step was made leaves nothing worth a model.
+/// @param used  seconds of it that are gone. @param by  what took them
+void check_time_left(const RunConfig& run, double used, const char* by) {
+  if (run.max_time <= 0 || used < run.max_time) return;
+  constexpr double kEnough = 4;  // times what was used
+  fail({"--max-time",
+        fmt::format("{} took {:.3g} of {:.3g} seconds: none are left to train", by, used, run.max_time),
+        "a longer time", "",
+        fmt::format("--max-time {:.0f}, or smaller pictures: --downscale {}", std::ceil(kEnough * used),
+                    2 * run.downscale)});
 }
 
 /// A budget of seconds that gave far fewer steps than the preset was measured with: large or many pictures,
@@ -158,6 +172,7 @@ struct Continuation {
   bool checkpoint = false;  ///< there is a run to go on with from where it stopped
   bool longer = false;      ///< one to go on with for more seconds than it was made for
   bool finished = false;    ///< there is nothing to go on with
+  bool forced = false;      ///< its effects were listed, now or then
   Config before;            ///< as it was asked for then
   Config asked;             ///< as it is asked for now
   Config config;            ///< as it trains; without a checkpoint `asked`, until that is settled
@@ -186,6 +201,8 @@ Continuation find_continuation(const TrainOptions& o, const RunFolder& folder, R
   out.longer = known && is_longer(saved.run, out.asked.run);
   if (out.longer) out.before.run.max_time = saved.run.max_time = out.asked.run.max_time;
   out.config = out.checkpoint ? saved : out.asked;
+  const Json effects = known ? read_effects_if_there(folder.file(kEffects)) : Json();
+  out.forced = o.effects != "auto" || (effects.is_object() && effects.value("forced", false));
   out.finished = known && has_ended(folder) && !out.longer;
   if (ranks) out.finished = ranks->from_first(out.finished) != 0;
   return out;
@@ -247,6 +264,9 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     const Json figures = writes ? read_metrics(folder.file("metrics.json")) : Json::object();
     return {folder.path(), figures, TrainedRun::End::was_finished, writes};
   }
+  const auto since_start = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
   greet(data, config, device, progress);
   progress.note(memory_line(bound, needs, data));
   const std::string dataset = whole_path(o.dataset).string(), before = record_text(record);
@@ -256,8 +276,17 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     record.rules = load.rules;
   } else {
     try {
-      const Prepared ready = settle(asked, o.effects != "auto", data, folder, writes, !ranks, progress);
+      const double loading = since_start();
+      if (!ranks) check_time_left(asked.run, loading, "loading");
+      const Prepared ready =
+          settle(asked, past.forced, data, folder, writes, !ranks, loading, watcher, progress);
+      if (!ranks) check_time_left(asked.run, since_start(), "loading and trials");
       config = ready.config;
+      // More control points than were asked for need more: a run that could not be resumed must not begin.
+      if (const MemoryNeeds settled = memory_needs(config, data); settled.lattices > needs.lattices) {
+        room_for_pictures(bound, settled);
+        progress.note(memory_line(bound, settled, data));
+      }
       record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
                 data.time_map, load.rules,         ready.parallax};
     } catch (const StoppedEarly&) {
@@ -265,7 +294,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     }
   }
   if (ranks) check_ranks_agree(*ranks, data, config);
-  const double used = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double used = since_start();
   const auto write_settings = [&] {
     if (!config_difference(asked, config).empty())
       write_file(folder.file(kAskedConfig), {write_config(asked)});

@@ -28,6 +28,7 @@
 #include "splinevox/io/model_vdb.hpp"
 #include "splinevox/math/metrics.hpp"
 #include "splinevox/render/render_image.hpp"
+#include "train/effects/rig.hpp"
 
 namespace fs = std::filesystem;
 
@@ -92,7 +93,10 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
       progress_(progress),
       trainer_(setup_.config, *setup_.data.find("train"), setup_.data.time_map, setup_.seconds_used,
                setup_.ranks, std::move(setup_.steps)) {
-  if (setup_.resume) resume();
+  if (setup_.resume)
+    resume();
+  else
+    last_.seconds = trainer_.seconds();  // loading and trials
   progress_.expect(Pace(trainer_.settings()));
   const Split* split = setup_.data.find("val");
   no_held_out_ = !split || split->frames.empty();
@@ -147,16 +151,6 @@ Json TrainSession::run() {
   save_manifest(digest);
   if (setup_.watcher) setup_.watcher->end(model, last_.step, !interrupted_);
   return figures();
-}
-
-/// A picture of the held-out view, and the model for who watches: one copy of it serves both.
-void TrainSession::look(bool held_out_view_due) {
-  const bool watched = setup_.watcher && setup_.watcher->wants_model(last_.step);
-  if (!held_out_view_due && !watched) return;
-  const double start = clock(), started = thread_seconds();
-  VoxelModel model = trainer_.model();
-  if (held_out_view_due) render_held_out_view(model, start);
-  if (watched) hand_over(std::move(model), held_out_view_due ? 0 : started);
 }
 
 void TrainSession::step() {
@@ -231,7 +225,11 @@ bool TrainSession::held_out_view_due(double seconds) const {
 /// A device whose memory the training fills has none for a second model: then the host shows it.
 Image TrainSession::picture_of(const VoxelModel& model, const Frame& view, Device device) const {
   try {
-    return clamped(make_renderer(model, device).render(view.camera, view.time, {.across = 0}).rgb);
+    Renderer renderer = make_renderer(model, device);
+    const RenderOptions options{.across = 0};
+    // Of a camera that no picture trains nothing tells the exposure and the clock.
+    if (no_held_out_) return shown_by(trainer_.cameras(), view, model, renderer, options);
+    return clamped(renderer.render(view.camera, view.time, options).rgb);
   } catch (const Error&) {
     if (device == Device::cpu) throw;
     return picture_of(model, view, Device::cpu);

@@ -53,6 +53,16 @@ void TrainSession::add_time(double seconds) {
            fmt::format("{} more, {} in all", duration(seconds), duration(budget)));
 }
 
+/// A picture of the held-out view, and the model for who watches: one copy of it serves both.
+void TrainSession::look(bool held_out_view_due) {
+  const bool watched = setup_.watcher && setup_.watcher->wants_model(last_.step);
+  if (!held_out_view_due && !watched) return;
+  const double start = clock(), started = thread_seconds();
+  VoxelModel model = trainer_.model();
+  if (held_out_view_due) render_held_out_view(model, start);
+  if (watched) hand_over(std::move(model), held_out_view_due ? 0 : started);
+}
+
 /// @param started  when its making began, seconds of this thread; 0: it is no cost of the training
 void TrainSession::hand_over(VoxelModel model, double started) {
   setup_.watcher->model(std::move(model), last_.step, started > 0 ? thread_seconds() - started : 0);

@@ -33,6 +33,8 @@ struct Wishes {
 class Watcher {
  public:
   virtual ~Watcher() = default;
+  /// Whether an end is wished for, also before the first step.
+  virtual bool stop_wished() const = 0;
   /// Once, before the first step.
   virtual void begin(const Watched& training) = 0;
   /// A line that metrics.jsonl gets, JSON. @param left  seconds that the rest takes, if that can be told

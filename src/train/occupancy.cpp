@@ -147,7 +147,7 @@ void tighten_box(const Setting& setting, Volume& volume, const TimeWindow& windo
   Box box = bounding_box(drop_small_parts(kept, kSmallPart), config.grid.box_margin);
   box.lo = max(box.lo, model.box.lo);
   box.hi = min(box.hi, model.box.hi);
-  if (!holds_lattices(box, config.grid)) return;
+  if (!holds_lattices(box, config.grid) || !tells_places_apart(box, config.grid)) return;
   const auto size = [](const Box& b) { return double(b.extent().x) * b.extent().y * b.extent().z; };
   if (size(box) > 0.9 * size(model.box)) return;
 

@@ -166,9 +166,13 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
     out.effects = kept(out.config);
   } else {
     if (config.effects.steps > 0) tell("trying out which effects the scene calls for");
-    out.effects =
-        choose_effects(out.config, train, data.time_map, options.on_trial, options.on_film, options.by_clock);
+    out.effects = choose_effects(out.config, train, data.time_map, options.on_trial, options.on_film,
+                                 options.by_clock, options.used);
     release_freed_memory();  // of the fits
+    if (out.effects.on_trust)
+      out.effects.note += options.effects == EffectPolicy::choose
+                              ? ": every effect of the preset but presence and drift stays"
+                              : ": what was asked for is used";
     if (!data.has_alpha) note_bad_fits(train, out.effects, note);
   }
   if (options.effects == EffectPolicy::choose) {

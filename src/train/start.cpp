@@ -24,18 +24,17 @@
 namespace splinevox {
 namespace {
 
-/// Positions in the scene's space are floats. They must tell apart places within a cell of the finest
-/// lattice: up to a seventh of one costs nothing, from one cell on decibels (numerics H14).
-void check_place(const Box& box, int cells) {
+constexpr float kApart = 0.25f;  ///< of a cell, at most, that floats may be apart
+
+/// Throws where tells_places_apart does not hold.
+void check_place(const Box& box, const GridConfig& grid) {
+  if (tells_places_apart(box, grid)) return;
   const Vec3 c = box.center();
-  const float furthest = 0.5f * box.longest_edge() + std::max({std::abs(c.x), std::abs(c.y), std::abs(c.z)});
-  const float apart = furthest * std::numeric_limits<float>::epsilon(),
-              cell = box.longest_edge() / float(cells);
-  if (apart <= 0.25f * cell) return;
+  const float cell = box.longest_edge() / float(grid.radiance.back());
   const auto text = [](const Vec3& v) { return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x, v.y, v.z); };
   fail({"the training cameras", "the scene lies too far from the origin for its size",
         fmt::format("a distance of at most {:.3g} for cells of {:.3g} scene units",
-                    0.25f * cell / std::numeric_limits<float>::epsilon(), cell),
+                    kApart * cell / std::numeric_limits<float>::epsilon(), cell),
         fmt::format("a box around {}, {:.3g} wide", text(c), box.longest_edge()),
         fmt::format("subtract {} from every position: splinevox convert DATASET --out NEW "
                     "--shift={:.9g},{:.9g},{:.9g}",
@@ -128,9 +127,16 @@ void count_places(const Split& train, PictureStats& stats) {
 
 bool holds_lattices(const Box& box, const GridConfig& grid) { return box.longest_edge() >= least_edge(grid); }
 
+bool tells_places_apart(const Box& box, const GridConfig& grid) {
+  const Vec3 c = box.center();
+  const float edge = box.longest_edge(),
+              furthest = 0.5f * edge + std::max({std::abs(c.x), std::abs(c.y), std::abs(c.z)});
+  return furthest * std::numeric_limits<float>::epsilon() <= kApart * edge / float(grid.radiance.back());
+}
+
 SceneBounds starting_bounds(const Config& config, const Split& train, const PictureStats& stats) {
   const SceneBounds bounds = bounds_of(config, train, stats);
-  check_place(bounds.box, config.grid.radiance.back());
+  check_place(bounds.box, config.grid);
   check_unit(bounds.box, config.grid);
   return bounds;
 }

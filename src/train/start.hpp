@@ -32,6 +32,9 @@ SceneBounds starting_bounds(const Config& config, const Split& train, const Pict
 
 /// Whether a box is large enough for the finest lattices, in scene units (kLeastSpacing).
 bool holds_lattices(const Box& box, const GridConfig& grid);
+/// Positions in the scene's space are floats. Whether they tell apart places within a cell of the finest
+/// lattice: up to a seventh of one costs nothing, from one cell on decibels (numerics H14).
+bool tells_places_apart(const Box& box, const GridConfig& grid);
 
 /// The unit of brightness that a scene is trained in: 1, or for pictures darker than 0.03 on average
 /// the brightest value in them or of a fixed background. Random backgrounds go no higher: against 0 to 1

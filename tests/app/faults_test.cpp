@@ -184,6 +184,19 @@ TEST_SUITE("app/faults") {
     CHECK(slurp(small.path("run") + "/model.vdb") == slurp(small.path("whole") + "/model.vdb"));
   }
 
+  TEST_CASE("F2: effects that were listed are those of the run also where it begins afresh") {
+    const Small small;
+    REQUIRE(program(small.train("run", "4", {"--effects", "motion,presence", "--quiet"})).code == 0);
+    for (const char* name : {"checkpoint.bin", "metrics.json", "model.vdb"})
+      fs::remove(small.path("run") + "/" + name);  // killed before its first checkpoint
+    const Ended e = program({"train", small.data, "--out", small.path("run"), "--resume"});
+    CAPTURE(e.err);
+    CHECK(e.code == 0);
+    CHECK(contains(e.err, "starting afresh"));
+    CHECK(contains(e.err, "what was asked for is used"));
+    CHECK(contains(slurp(small.path("run") + "/config.toml"), "presence = true"));
+  }
+
   TEST_CASE("F11: who asks to stop while effects are tried out gets no run") {
     const Small small;
     write_moving_ball(small.path("long"), {24, 0, 2, 12, 0.8});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The live page of a training, asked as a page asks it.
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 
 #include "live_run.hpp"
@@ -9,6 +10,7 @@
 using namespace splinevox;
 using namespace splinevox::test;
 using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -84,6 +86,21 @@ TEST_SUITE("app/live") {
     CHECK(page->get_header_value("Referrer-Policy") == "no-referrer");
     CHECK(run.post("stop") == 200);
     CHECK(run.wait().code == 130);
+  }
+
+  TEST_CASE("a stop while effects are tried out counts after the fit, and nothing is saved") {
+    const TempFolder temp;
+    const std::string data = temp.str() + "/ball", out = temp.str() + "/run";
+    write_moving_ball(data, {24, 0, 2, 12, 0.8});
+    LiveRun run({"train", data, "--out", out, "--preset", "draft", "--max-steps", "100000", "--set",
+                 "effects.steps=400", "--set", "sampling.rays=128", "--live"});
+    REQUIRE(comes([&] { return contains(run.state().dump(), "trying out"); }));
+    CHECK(run.post("stop") == 200);
+    const Ended e = run.wait();
+    CAPTURE(e.err);
+    CHECK(e.code == 130);
+    CHECK(contains(e.err, "interrupted before the first step; nothing is saved"));
+    CHECK_FALSE(fs::exists(out));
   }
 
   TEST_CASE("a pause holds the run and its clock, the model can be read, more time is kept, and stop saves") {

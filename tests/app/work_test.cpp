@@ -110,6 +110,16 @@ TEST_SUITE("app/work") {
     CHECK(contains(resumed.err, "--out is missing"));
   }
 
+  TEST_CASE("seconds that loading used up are said before a model is made") {
+    const BallScene scene;
+    const Ended e = program({"train", scene.data, "--out", scene.path("none"), "--max-time", "0.001"});
+    CAPTURE(e.err);
+    CHECK(e.code == 2);
+    CHECK(contains(e.err, "none are left to train"));
+    CHECK(contains(e.err, "--max-time "));
+    CHECK_FALSE(std::filesystem::exists(scene.path("none")));
+  }
+
   TEST_CASE("few steps for the preset are said, in JSON too; the run goes on with more time") {
     const BallScene scene;
     const auto train = [&](const std::string& seconds, const std::vector<std::string>& more) {

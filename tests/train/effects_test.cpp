@@ -158,6 +158,10 @@ TEST_SUITE("train/effects") {
     const EffectChoice one_time = choose(data);
     CHECK_FALSE(one_time.chosen.has(Effect::motion));
     CHECK_FALSE(one_time.note.empty());
+    Config brief = short_choice();
+    brief.run.max_steps = 300;
+    CHECK_FALSE(changes(choose(data, brief).chosen));
+    CHECK(choose(data, brief).note == one_time.note);
 
     const Dataset few = make_synth("ball", {.frames = 6, .size = 24});
     const EffectChoice kept = choose(few);
@@ -167,12 +171,16 @@ TEST_SUITE("train/effects") {
 
     Config c = short_choice();
     c.run.max_steps = 300;
-    const EffectChoice short_run = choose(data, c);
+    const Dataset moving = make_synth("ball", {.frames = 40, .size = 24});
+    const EffectChoice short_run = choose(moving, c);
     CHECK(short_run.trials.empty());
+    CHECK(short_run.on_trust);
     CHECK(short_run.chosen == learnable_in(effects_of(c), false, TakenBy::any).without(Effect::presence));
+    c.run.max_time = 600;  // what ends a run first counts
+    CHECK(choose(moving, c).trials.empty());
     c = short_choice();
     c.effects.steps = 0;
-    CHECK(choose(data, c).trials.empty());
+    CHECK(choose(moving, c).trials.empty());
   }
   TEST_CASE("where the seconds of a run leave no time for trials, what can stand in for others is left out") {
     const Dataset data = make_synth("ball", {.frames = 40, .size = 24});
@@ -185,10 +193,12 @@ TEST_SUITE("train/effects") {
     CHECK(none.chosen == learnable_in(effects_of(c), false, TakenBy::any).without(Effect::presence));
     CHECK(none.note.find("no time to try motion, light, presence") != std::string::npos);
 
-    const auto by_all = [&](bool by_clock) {
-      return choose_effects(c, *data.find("train"), data.time_map, {}, {}, by_clock);
+    const auto by_all = [&](bool by_clock, double used = 0) {
+      return choose_effects(c, *data.find("train"), data.time_map, {}, {}, by_clock, used);
     };
     CHECK_FALSE(by_all(false).trials.empty());  // of several processes each has a clock of its own
+    c.effects.most_time = 1;
+    CHECK(by_all(true, 60).trials.empty());  // the seconds went on loading
     c.effects.most_time = 0;
     CHECK_FALSE(by_all(true).trials.empty());
   }

@@ -159,9 +159,10 @@ struct EffectChoice {
   std::optional<StillEvidence> still = {};       ///< none: no camera stands still
   std::optional<FilmEvidence> film = {};         ///< none: no film, or motion was not wanted
   std::vector<CoarseMask> moving = {};           ///< of a film that moves: what does, in each training frame
-  int held_out = 0;    ///< pictures held out, each with its own time where times differ
-  double seconds = 0;  ///< all of it
-  std::string note;    ///< why nothing was tried, or what was settled without a trial; may be empty
+  int held_out = 0;       ///< pictures held out, each with its own time where times differ
+  double seconds = 0;     ///< all of it
+  std::string note;       ///< why nothing was tried, or what was settled without a trial; may be empty
+  bool on_trust = false;  ///< nothing was tried: what is chosen is the preset's but for presence and drift
 };
 
 /// Decides whether a scene moves, and if it does not, whether its light changes.
@@ -229,9 +230,10 @@ struct EffectChoice {
 /// show (FilmEvidence). Where masks say what moves (Frame::moving), they say it instead, of any pictures.
 /// @param on_trial  called after each fit; may be empty. @param on_film  once a film was looked at; may be
 /// empty. @param by_clock  whether effects.most_time counts
+/// @param used  seconds of run.max_time that are gone: trials may take their share of what is left
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& on_trial = {},
                             const std::function<void(const FilmEvidence&)>& on_film = {},
-                            bool by_clock = true);
+                            bool by_clock = true, double used = 0);
 
 }  // namespace splinevox

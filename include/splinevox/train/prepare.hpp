@@ -21,6 +21,7 @@ enum class EffectPolicy {
 struct PrepareOptions {
   EffectPolicy effects = EffectPolicy::choose;
   bool by_clock = true;  ///< whether effects.most_time counts; not where several processes must agree
+  double used = 0;       ///< seconds of run.max_time that are gone
   std::function<void(const std::string&)> on_note = {};   ///< called with every note, and with what begins
   std::function<void(const EffectTrial&)> on_trial = {};  ///< called after every trial fit
   std::function<void(const FilmEvidence&)> on_film = {};  ///< called once a film was looked at

@@ -66,7 +66,8 @@ class Live {
     } catch (e) {
       if (this.over) return null;
       this.lost = true;
-      this.tell("The training cannot be reached just now. It may have ended.");
+      this.tell(this.given_up ? "Stopped before the first step: nothing is saved."
+        : "The training cannot be reached just now. It may have ended.");
       this.disable(true);
       return kAskHidden;
     }
@@ -127,6 +128,7 @@ class Live {
   }
 
   takeLine(line) {
+    if (line.held_view === undefined && line.loss === undefined) return;  // a wish that was heard
     this.start ??= line.seconds;
     const x = line.seconds - this.start, [psnr, loss] = this.charts.map(c => c.data.datasets);
     if (line.held_view !== undefined) {
@@ -163,6 +165,7 @@ class Live {
   showState(state) {
     this.paused = state.paused;
     this.over = state.phase === "saved" || state.phase === "finished";
+    this.given_up = state.phase === "preparing" && state.stopping;
     const going = state.phase === "training";
     $("phase").textContent = state.phase === "finished" ? "Finished and saved"
       : state.phase === "saved" ? "Stopped and saved" : state.stopping ? "Stopping\u2026"

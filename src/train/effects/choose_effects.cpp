@@ -26,8 +26,6 @@ constexpr double kShortest = 8;  // steps of training for one of a fit, on coars
                                  // rays: all fits cost under a tenth
 constexpr double kShortestTime = 25;  // seconds of training, for the same reason
 constexpr int kShortestFit = 100;     // steps of a fit: fewer were never tried (docs/experiments/effects.md)
-/// Of effects that nobody tried out: what can stand in for others is not taken on trust.
-constexpr const char* kTrusted = "every effect of the preset but presence and drift stays";
 
 /// The points that were found out, or as many as a model file has grids for, with those that it begins with.
 int points_that_fit(const Config& config, const EffectChoice& choice) {
@@ -41,23 +39,28 @@ int points_that_fit(const Config& config, const EffectChoice& choice) {
 
 /// Steps of a fit: effects.steps, or its share of a run that is short for them.
 int fit_steps(const Config& config) {
-  const double share = config.run.max_time > 0 ? config.run.max_time / kShortestTime
-                                               : config.run.max_steps / (kShortest * config.effects.steps);
-  return int(config.effects.steps * std::min(share, 1.0));
+  double share = 1;
+  if (config.run.max_time > 0) share = std::min(share, config.run.max_time / kShortestTime);
+  if (config.run.max_steps > 0)
+    share = std::min(share, config.run.max_steps / (kShortest * config.effects.steps));
+  return int(config.effects.steps * share);
 }
 
 /// Why nothing can be tried out in this configuration; empty: it can.
 std::string untried(const Config& config) {
-  if (config.effects.steps == 0)
-    return fmt::format("effects.steps is 0: nothing was tried, and {}", kTrusted);
+  if (config.effects.steps == 0) return "effects.steps is 0: nothing was tried";
   if (fit_steps(config) < std::min(kShortestFit, config.effects.steps))
-    return fmt::format("too short a run to try effects out ({} steps for a fit, {} at least): {}",
-                       fit_steps(config), kShortestFit, kTrusted);
+    return fmt::format("too short a run to try effects out ({} steps for a fit, {} at least)",
+                       fit_steps(config), kShortestFit);
   return {};
 }
 
-/// What kTrusted says.
-EffectChoice on_trust(EffectChoice out) {
+/// Effects that nobody tried out: what can stand in for others is not taken on trust.
+EffectChoice on_trust(EffectChoice out, const std::string& why) {
+  if (out.note.empty()) {
+    out.note = why;
+    out.on_trust = true;
+  }
   out.chosen = out.chosen.without(Effect::presence).without(Effect::drift);
   return out;
 }
@@ -65,9 +68,10 @@ EffectChoice on_trust(EffectChoice out) {
 /// Whether there is time to try an effect. A slow machine would spend a short run on its trials alone.
 class TrialTime {
  public:
-  /// @param share  of run.max_time, for all trials; 0: there is time
-  TrialTime(const RunConfig& run, double share)
-      : most_(run.max_time > 0 && share > 0 ? share * run.max_time
+  /// @param share  of what is left of run.max_time, for all trials; 0: there is time
+  /// @param used   seconds of it that are gone
+  TrialTime(const RunConfig& run, double share, double used)
+      : most_(run.max_time > 0 && share > 0 ? share * std::max(0.0, run.max_time - used)
                                             : std::numeric_limits<double>::infinity()) {}
   double spent() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
@@ -94,29 +98,27 @@ bool one_moment(const Split& train) {
 
 EffectChoice choose_effects(const Config& config, const Split& train, const TimeMap& time_map,
                             const std::function<void(const EffectTrial&)>& on_trial,
-                            const std::function<void(const FilmEvidence&)>& on_film, bool by_clock) {
-  const TrialTime time(config.run, by_clock ? config.effects.most_time : 0);
+                            const std::function<void(const FilmEvidence&)>& on_film, bool by_clock,
+                            double used) {
+  const TrialTime time(config.run, by_clock ? config.effects.most_time : 0, used);
   EffectChoice out;
   const PictureStats stats = picture_stats(train);
   const TakenBy by = taken_by(train);
   out.chosen = learnable_in(effects_of(config), !stats.see_through, by);
   out.points = config.motion.points;
-  out.note = untried(config);
-  if (!out.note.empty()) return on_trust(std::move(out));
   if (one_moment(train)) {
     out.chosen = unchanging(out.chosen);
     out.note = "every view is of one time: nothing can be seen to change";
   }
+  if (const std::string why = untried(config); !why.empty()) return on_trust(std::move(out), why);
   const StillProof proof = prove(train, brightness(config, stats));
   out.still = proof.evidence;
   if (proof.says(StillVerdict::unchanged)) {
     out.chosen = unchanging(out.chosen);
     if (out.note.empty()) out.note = "every camera stands still, and nothing changes before any";
   }
-  if (int(train.frames.size()) < kFewestViews) {
-    if (out.note.empty()) out.note = fmt::format("too few views to hold some out: {}", kTrusted);
-    return on_trust(std::move(out));
-  }
+  if (int(train.frames.size()) < kFewestViews)
+    return on_trust(std::move(out), "too few views to hold some out");
   const std::vector<Effect> tried = in_turn(out.chosen);
   if (tried.empty()) return out;
   if (changes(out.chosen)) {
@@ -125,15 +127,12 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   Config fitted = config;
   fitted.effects.steps = fit_steps(config);
   const bool brief = fitted.effects.steps < config.effects.steps;
+  Trials trials(fitted, brief, stats, by, train, time_map, proof, out, on_trial);
+  if (!trials.possible()) return on_trust(std::move(out), "masks leave too little of small pictures");
   if (brief && out.note.empty())
     out.note =
         fmt::format("a short run: fits have {} steps, not {}, and leave out only what surely gains nothing",
                     fitted.effects.steps, config.effects.steps);
-  Trials trials(fitted, brief, stats, by, train, time_map, proof, out, on_trial);
-  if (!trials.possible()) {
-    out.note = fmt::format("masks leave too little of small pictures: {}", kTrusted);
-    return on_trust(std::move(out));
-  }
   std::vector<std::string> no_time;
   for (const Effect e : tried) {
     const bool can = time.left_for(e, out.trials.size());

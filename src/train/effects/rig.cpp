@@ -97,8 +97,10 @@ Image exposed(Rendered picture, const Vec3& gain, const VoxelModel& model) {
   return std::move(picture.rgb);
 }
 
-Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer) {
-  return clamped(exposed(renderer.render(frame.camera, fits.time_of(frame)), fits.gain_of(frame), model));
+Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer,
+               const RenderOptions& options) {
+  return clamped(
+      exposed(renderer.render(frame.camera, fits.time_of(frame), options), fits.gain_of(frame), model));
 }
 
 std::vector<ClockDoubt> doubt_clocks(const VoxelModel& model, const Split& views, const CameraFits& cameras,

@@ -21,7 +21,8 @@ double drift_of(const CameraFits& fits);
 /// What a camera of that gain shows of a picture of the model; not clamped.
 Image exposed(Rendered picture, const Vec3& gain, const VoxelModel& model);
 /// What a frame's camera shows of a model: its picture, as it is clamped.
-Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer);
+Image shown_by(const CameraFits& fits, const Frame& frame, const VoxelModel& model, Renderer& renderer,
+               const RenderOptions& options = {});
 
 /// Of each camera of a rig, by one step of Gauss and Newton: the colour errors of its pictures along what the
 /// model changes there in half an interval before and after. A model takes late pictures for true ones as
