@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "report/chart.hpp"
 #include "run/cameras_report.hpp"
@@ -80,6 +81,17 @@ std::string tiles(const ReportRun& run) {
   return html + "</div>";
 }
 
+/// Whether the figures of two runs are of the same pictures at the same pixels.
+bool same_pixels(const ReportRun& a, const ReportRun& b) {
+  const auto of = [](const ReportRun& run) {
+    return std::tuple(run.metrics.value("stride", 1), text_of(run.metrics, "split"),
+                      run.metrics.value("frames", Json::array()).size());
+  };
+  const std::string data = text_of(a.metrics, "eval_data"), other = text_of(b.metrics, "eval_data");
+  const bool unknown = data.empty() || other.empty();  // figures of an older version, or of a network
+  return of(a) == of(b) && (unknown || folder_name(data) == folder_name(other));
+}
+
 std::string table(const std::vector<ReportRun>& runs) {
   std::string html = "<div class=\"card\"><div class=\"wide\"><table><tr><th>run</th><th>preset</th>";
   std::vector<Column> columns(std::begin(kColumns), std::end(kColumns));
@@ -100,11 +112,10 @@ std::string table(const std::vector<ReportRun>& runs) {
         text_of(runs[i].metrics, "preset"));
     for (const Column& c : columns) {
       const double v = number(runs[i].metrics, c.key);
-      // Figures of some pixels only (splinevox-mlp) do not compete with those of all.
-      const auto stride = [](const ReportRun& run) { return run.metrics.value("stride", 1); };
+      // Figures of other pictures do not compete, nor those of some pixels (splinevox-mlp).
       bool best = c.better != 0 && std::isfinite(v) && runs.size() > 1;
       for (const ReportRun& other : runs)
-        best = best && (!c.of_pixels || stride(other) == stride(runs[i])) &&
+        best = best && (!c.of_pixels || same_pixels(other, runs[i])) &&
                !(c.better * number(other.metrics, c.key) > c.better * v);
       html += fmt::format("<td{}>{}</td>", best ? " class=\"best\"" : "", figure(v * c.scale, c.digits));
     }
@@ -155,8 +166,9 @@ std::string charts(const std::vector<ReportRun>& runs) {
     Series view{runs.size() > 1 ? runs[i].name : "one view", colour, Series::Mark::dots, {}};
     // A run's clock also counts what came before its first step: trials, a still world, reading.
     // Lines of discarded steps have none.
-    const auto timed = std::find_if(runs[i].lines.begin(), runs[i].lines.end(),
-                                    [](const Json& j) { return std::isfinite(number(j, "seconds")); });
+    const auto timed = std::find_if(runs[i].lines.begin(), runs[i].lines.end(), [](const Json& j) {
+      return (j.contains("loss") || j.contains("held_view")) && std::isfinite(number(j, "seconds"));
+    });
     const double start = timed == runs[i].lines.end() ? 0 : number(*timed, "seconds");
     for (const Json& j : runs[i].lines) {
       const double s = number(j, "seconds") - start;
@@ -277,7 +289,8 @@ std::string report_page(const std::vector<ReportRun>& runs) {
       "<title>splinevox: {0}</title><style>\n{1}</style></head>"
       "<body><main><header><h1>{0}</h1><p>{2}</p></header>",
       escape(title), report_asset("report.css"),
-      runs.size() == 1 ? fmt::format("reconstructed by splinevox {}, preset {}", kVersion,
+      runs.size() == 1 ? fmt::format("reconstructed by splinevox{}, preset {}",
+                                     runs[0].version.empty() ? "" : " " + runs[0].version,
                                      text_of(runs[0].metrics, "preset"))
                        : "compared by splinevox " + std::string(kVersion));
   html += runs.size() == 1 ? facts(runs[0]) + tiles(runs[0]) : table(runs);

@@ -27,6 +27,7 @@ struct ReportRun {
   std::vector<Json> lines;                                      ///< metrics.jsonl
   Json effects;                                                 ///< effects.json, null if there is none
   std::string config;                                           ///< config.toml
+  std::string version = {};                                     ///< of its splinevox; "": unknown
   std::string model_file;                                       ///< its name in the run
   double model_bytes = 0;
   std::vector<ReportView> views;  ///< worst first

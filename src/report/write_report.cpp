@@ -28,12 +28,18 @@ namespace fs = std::filesystem;
 namespace splinevox::run {
 namespace {
 
-/// Which frames to show: the worst by PSNR if the split was evaluated, else evenly spaced ones.
-std::vector<std::size_t> choose_views(const Json& metrics, const Split& split, int count) {
+/// Whether these very frames were evaluated.
+bool were_measured(const Json& metrics, const Split& split) {
+  if (!metrics.contains("frames") || metrics.value("split", "") != split.name) return false;
+  return std::equal(split.frames.begin(), split.frames.end(), metrics["frames"].begin(),
+                    metrics["frames"].end(),
+                    [](const Frame& f, const Json& j) { return j.value("name", "") == f.name; });
+}
+
+/// Which frames to show: the worst by PSNR if they were measured, else evenly spaced ones.
+std::vector<std::size_t> choose_views(const Json& metrics, const Split& split, bool known, int count) {
   std::vector<std::pair<double, std::size_t>> order;
   const std::size_t n = split.frames.size();
-  const bool known =
-      metrics.contains("frames") && metrics["frames"].size() == n && metrics.value("split", "") == split.name;
   for (std::size_t i = 0; i < n; ++i)
     order.emplace_back(known ? metrics["frames"][i].value("psnr", 0.0) : 0.0, i);
   std::stable_sort(order.begin(), order.end(),
@@ -62,6 +68,7 @@ void add_facts(ReportRun& page, const std::string& path, bool network) {
     }
   add("trained", noted("date"));
   const std::string commit = noted("commit");
+  page.version = record.version;
   if (!record.version.empty())
     add("by", fmt::format("splinevox {}{}, {}", record.version, commit.empty() ? "" : ", commit " + commit,
                           record.compiler));
@@ -80,19 +87,23 @@ std::string address(const std::string& path) {
   return out;
 }
 
-/// A page of `view` about a run of this name.
-bool shows_run(const fs::path& file, const std::string& name) {
+/// A page of `view` about this run. @param model  its model_mark; of a page that has none the name tells
+/// @param own  whether the page lies in the run
+bool shows_run(const fs::path& file, const std::string& name, const std::string& model, bool own) {
   std::ifstream in(file, std::ios::binary);
   std::string start(4096, '\0');
   in.read(start.data(), std::streamsize(start.size()));
   start.resize(std::size_t(in.gcount()));
-  return is_view(start) && start.find("<title>splinevox: " + escape(name) + "</title>") != start.npos;
+  if (!is_view(start) || start.find("<title>splinevox: " + escape(name) + "</title>") == start.npos)
+    return false;
+  return own || start.find("<meta name=\"model\" content=\"" + model + "\">") != start.npos;
 }
 
 /// Pages of `view` and films that lie beside the report, in its folder's film*/ or in the run.
 void add_links(ReportRun& page, const std::string& run, const std::string& out, bool alone) {
   const fs::path here = fs::absolute(out).lexically_normal().parent_path();
   const fs::path own = fs::absolute(run).lexically_normal();
+  const std::string model = page.model_file == "model.vdb" ? model_mark(run) : "";
   std::vector<fs::path> found;
   const auto look = [&](const fs::path& folder, bool films) {
     std::error_code ignored;
@@ -100,7 +111,7 @@ void add_links(ReportRun& page, const std::string& run, const std::string& out, 
       if (!entry.is_regular_file(ignored)) continue;
       const std::string end = entry.path().extension().string();
       if ((films && (end == ".mp4" || end == ".webm")) ||
-          (end == ".html" && shows_run(entry.path(), page.name)))
+          (end == ".html" && shows_run(entry.path(), page.name, model, folder == own)))
         found.push_back(entry.path());
     }
   };
@@ -126,8 +137,9 @@ void add_views(ReportRun& page, const ReportRequest& o, const std::string& path)
     const Run run = open_run(path);
     const std::string split = page.metrics.value("split", "test");
     const Dataset data = open_split(run, o.data, split);
+    const bool measured = were_measured(page.metrics, *data.find(split));
     Renderer renderer(run.model);
-    for (const std::size_t i : choose_views(page.metrics, *data.find(split), o.views)) {
+    for (const std::size_t i : choose_views(page.metrics, *data.find(split), measured, o.views)) {
       const Frame& frame = data.find(split)->frames[i];
       const View v = evaluate_view(run.model, renderer, frame);
       const auto layer = [&](bool there, const char* name) {
@@ -142,10 +154,10 @@ void add_views(ReportRun& page, const ReportRequest& o, const std::string& path)
     }
     std::stable_sort(page.views.begin(), page.views.end(),
                      [](const auto& a, const auto& b) { return a.psnr < b.psnr; });
-    page.views_note = fmt::format("{} split, {}", split,
-                                  page.metrics.contains("frames")
-                                      ? "the worst views first"
-                                      : "some views, the worst of them first; `splinevox eval` measures all");
+    page.views_note =
+        fmt::format("{} split, {}", split,
+                    measured ? "the worst views first"
+                             : "some views, the worst of them first; `splinevox eval` measures all");
   } catch (const Error& e) {
     page.views_note = std::string("There are no pictures: ") + e.what();
   }
@@ -184,10 +196,10 @@ std::size_t write_report(const ReportRequest& o) {
   probe_output_file(o.out, [](std::string_view start) { return is_page(start) && !is_view(start); });
   std::vector<ReportRun> runs;
   for (const std::string& path : o.runs) runs.push_back(read_run(o, path));
-  std::set<std::string> names;
+  std::multiset<std::string> names;
+  for (const ReportRun& run : runs) names.insert(run.name);
   for (std::size_t i = 0; i < runs.size(); ++i)
-    if (!names.insert(runs[i].name).second)
-      runs[i].name = o.runs[i];  // two folders of one name: the paths tell them apart
+    if (names.count(runs[i].name) > 1) runs[i].name = o.runs[i];  // the paths tell folders of one name apart
   const std::string html = report_page(runs);
   write_file(o.out, {html}, Named::by_user);
   return html.size();

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/html.hpp"
 
+#include <fmt/format.h>
+
+#include "core/atomic_file.hpp"
+
 namespace splinevox::run {
 
 bool is_page(std::string_view start) {
@@ -9,6 +13,10 @@ bool is_page(std::string_view start) {
 
 bool is_view(std::string_view start) {
   return is_page(start) && start.find("content=\"splinevox view\"") != start.npos;
+}
+
+std::string model_mark(const std::string& run) {
+  return fmt::format("{:016x}", digest_file(run + "/model.vdb").hash);
 }
 
 std::string escape(const std::string& text) {

@@ -14,6 +14,9 @@ namespace splinevox::run {
 bool is_page(std::string_view start);
 /// Of these, those of `view`.
 bool is_view(std::string_view start);
+/// What tells the model of a run from others of the same name, as a page of `view` has it in its head. Throws
+/// Error if there is no model.vdb.
+std::string model_mark(const std::string& run);
 
 /// Text made safe for HTML, also within an attribute.
 std::string escape(const std::string& text);

@@ -175,7 +175,10 @@ bool check(Json& json, std::span<const Rule> rules, const std::string& path, con
           path.empty() ? "the file is not what it should hold" : "the field " + path + " is of a wrong type",
           words(rule->is), json.type_name(), "is this file of a run? leave it out, or copy it again"});
   if (json.is_array())
-    for (Json& element : json) check(element, rules, path + "[]", where);
+    for (Json& element : json)
+      if (!check(element, rules, path + "[]", where))
+        fail({where, "a number in the field " + path + "[] was not finite", words(Is::number), "null",
+              "is this file of a run? leave it out, or copy it again"});
   if (json.is_object())
     for (auto at = json.begin(); at != json.end();) {
       const std::string inner = path.empty() ? at.key() : path + "." + at.key();

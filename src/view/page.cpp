@@ -110,6 +110,7 @@ std::string viewer_page(const ViewerParts& parts) {
     shaders += fmt::format("<script type=\"x-shader\" id=\"{}\">{}</script>\n", name, view_asset(name));
   for (const char* name : kScripts) scripts += view_asset(name);
   return filled(view_asset("page.html"), {{"<!--title-->", escape(parts.title)},
+                                          {"<!--model-->", escape(parts.model)},
                                           {"<!--heading-->", escape(parts.title)},
                                           {"<!--about-->", escape(parts.about)},
                                           {"/*style*/", std::string(view_asset("style.css")) + parts.style},
@@ -124,6 +125,7 @@ std::string viewer_page(const ViewerParts& parts) {
 std::string view_page(const ViewPage& page, const PackedScene& scene) {
   return viewer_page({.title = page.name,
                       .about = page.about,
+                      .model = page.model,
                       .poster = page.start ? page.start->poster : std::vector<char>{},
                       .data = "<script type=\"application/json\" id=\"header\">" +
                               embedded(view_header(page, scene)) +

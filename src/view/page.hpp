@@ -16,6 +16,7 @@ namespace splinevox::run {
 struct ViewPage {
   std::string name;                     ///< of the run
   std::string about;                    ///< a line beside it: data set, quality
+  std::string model = {};               ///< what tells model.vdb from others, see model_mark
   std::string note;                     ///< what the page says about its contents
   double full_flow = 0.1;               ///< displacement of full colour, scene units
   std::string split;                    ///< whose pictures the shots are
@@ -37,6 +38,7 @@ Json view_header(const ViewPage& page, const PackedScene& scene);
 struct ViewerParts {
   std::string title;              ///< text; the heading too
   std::string about;              ///< text
+  std::string model = {};         ///< text
   std::vector<char> poster = {};  ///< PNG file that is shown until there is a picture; empty: none
   std::string style = {};         ///< behind the viewer's own
   std::string beside = {};        ///< elements behind the panel

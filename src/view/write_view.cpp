@@ -47,8 +47,9 @@ std::string described(const ViewQuality& q, const VoxelModel& model) {
 WrittenView write_view(const ViewRequest& o) {
   WrittenView out;
   probe_output_file(o.out, is_view);
-  const Run run = open_run(o.run);
+  Run run = open_run(o.run);
   ViewPage page;
+  page.model = model_mark(run.path);
   page.name = fs::weakly_canonical(run.path).filename().string();
   page.about = about(run);
   page.split = o.split;
@@ -59,6 +60,11 @@ WrittenView write_view(const ViewRequest& o) {
     } catch (const Error& e) {
       out.lacks.push_back(fmt::format("the page is without true pictures: {}", e.what()));
     }
+  const std::string outside = run.model.surroundings.any() ? "; without the surroundings" : "";
+  if (!outside.empty()) {
+    out.lacks.push_back("the page is without the surroundings: it shows the box, and one colour behind it");
+    run.model.surroundings = {};
+  }
   std::optional<TrainingCameras> train;
   try {
     train = training_cameras(run, o.data, CameraRequest().elevation);
@@ -71,7 +77,7 @@ WrittenView write_view(const ViewRequest& o) {
       run.model.motion.moves() ? std::optional(find_clusters(run.model, 0)) : std::nullopt;
   std::size_t smallest = 0;
   for (const ViewQuality& quality : view_qualities()) {
-    page.note = described(quality, run.model);
+    page.note = described(quality, run.model) + outside;
     const std::string html = view_page(page, pack_scene(run.model, quality, clusters ? &*clusters : nullptr));
     smallest = html.size();
     if (double(smallest) > o.max_mb * 1e6) continue;

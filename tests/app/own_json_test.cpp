@@ -46,6 +46,7 @@ TEST_SUITE("app/own_json") {
              {R"({"frames": [{"psnr": 1}, 3]})", "frames[]", metrics},
              {R"({"frames": [{"name": 3}]})", "frames[].name", metrics},
              {R"({"stride": [2]})", "the field stride", metrics},
+             {R"({"cameras": [{"gain": [null, 1, 1]}]})", "cameras[].gain[] was not finite", metrics},
              {R"({"effects": {}})", "the field effects", effects},
              {R"({"effects": [{"effect": 4}]})", "effects[].effect", effects},
              {R"({"effects": [{"where": "x"}]})", "effects[].where", effects},

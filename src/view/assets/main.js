@@ -31,6 +31,7 @@ class App {
 
   /// Another model of the same scene. Camera, time and layer stay.
   replace(header, bytes) {
+    if (this.gl.isContextLost()) return;  // which has been said
     const old = this.scene;
     this.scene = new Scene(this.gl, header, bytes);
     old.free();
@@ -121,15 +122,15 @@ class App {
       this.set({});
     });
     this.recorder.start();
-    this.playOnce(0);
+    this.playOnce(0, 1);
   }
   fullScreen() {
     if (document.fullscreenElement) document.exitFullscreen();
     else document.documentElement.requestFullscreen?.().catch(() => {});
   }
-  /// Plays all of time once, from a moment on.
-  playOnce(from) {
-    this.state.playOnce(from);
+  /// Plays all of time once, from a moment on, and rests there or at another.
+  playOnce(from, rest = from) {
+    this.state.playOnce(from, rest);
     this.set({});
   }
   /// What a page does once it shows something, if nobody has done anything yet.
@@ -150,6 +151,7 @@ class App {
   }
 
   tick(now) {
+    if (this.gl.isContextLost()) return;
     if (this.state.playing) {
       this.state.advance(Math.min(0.25, (now - this.last) / 1000));
       this.set({});

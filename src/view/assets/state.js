@@ -83,8 +83,8 @@ class State {
 
   /// From now on time goes round without an end.
   loop() { this.left = Infinity; }
-  /// Plays all of time once, from a moment on, and rests there; from 0 it rests at the end.
-  playOnce(from) { Object.assign(this, {time: from, rest: from || 1, left: 1, playing: true}); }
+  /// Plays all of time once, from a moment on, and rests at another.
+  playOnce(from, rest) { Object.assign(this, {time: from, rest, left: 1, playing: true}); }
   /// Lets time go on. @param seconds  since the last call
   advance(seconds) {
     const share = seconds * this.speed / kSecondsPerLoop;
