@@ -134,7 +134,8 @@ Action export_command(CLI::App& verb) {
   heading(verb, "Voxels");
   verb.add_option("--voxel-size", e.voxel_size, "scene units, 0 = the model's own")->capture_default_str();
   verb.add_option("--bake-view", e.bake_view,
-                  "colour of a voxel: mean (over all directions), none or dir=x,y,z")
+                  "colour of a voxel: mean (over all directions), none or dir=x,y,z (as seen in this "
+                  "direction: 0,0,-1 looks down)")
       ->capture_default_str();
   verb.add_flag("--sh", e.sh,
                 "also sh0, sh1, ...: harmonics, with which load_in_blender.py shows the colours change with "

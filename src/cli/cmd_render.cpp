@@ -17,6 +17,7 @@
 #include "core/nearest.hpp"
 #include "core/own_folder.hpp"
 #include "io/export/export_sidecar.hpp"
+#include "run/compositing.hpp"
 #include "run/film_write.hpp"
 #include "run/folder_lock.hpp"
 #include "run/folder_mark.hpp"
@@ -151,7 +152,9 @@ class Pictures {
         frames_(frames),
         layers_(layers),
         options_(options),
-        renderer_(make_renderer(run.model, device)),
+        clear_(wants_nothing_behind(layers) ? std::make_unique<const VoxelModel>(nothing_behind(run.model))
+                                            : nullptr),
+        renderer_(make_renderer(clear_ ? *clear_ : run.model, device)),
         parts_(run.model, layers, device) {}
 
   /// @param i  of the frames that are shown
@@ -187,6 +190,7 @@ class Pictures {
   const RenderFrames& frames_;
   const std::vector<std::string>& layers_;
   RenderOptions options_;
+  std::unique_ptr<const VoxelModel> clear_;  ///< null: the run's model is shown
   Renderer renderer_;
   PartPictures parts_;
   std::map<std::string, Film> films_;

@@ -17,6 +17,9 @@ namespace {
 void add_numbered(RenderFrames& out, const FrameRange& range, int from, int to,
                   const std::map<int, Camera>& given,
                   const std::function<void(const std::string&)>& on_note) {
+  // Where the file goes on, a camera's motion at the ends is that to its next: a part has the same vectors.
+  from -= given.begin()->first < from;
+  to += given.rbegin()->first > to;
   int missing = 0;
   for (int f = from; f <= to; ++f) {
     auto camera = given.upper_bound(f);

@@ -64,6 +64,8 @@ std::vector<std::string> chosen_layers(const std::string& text, const std::strin
   return names;
 }
 
+bool wants_nothing_behind(const std::vector<std::string>& names) { return holds(names, "RGBA"); }
+
 PartPictures::PartPictures(const VoxelModel& model, const std::vector<std::string>& names, Device device) {
   if (!holds(names, "cluster") && !holds(names, "crypto")) return;
   const MotionClusters clusters = find_clusters(model, 0);
@@ -96,7 +98,7 @@ void write_layers(const std::string& path, const VoxelModel& model, const Render
     if (n == "flow") layers.push_back({"flow", r.flow, {"X", "Y", "Z"}});
     if (n == "rigidity") layers.push_back({"rigidity", r.rigidity, {}});
     if (n == "cluster") layers.push_back({"cluster", parts.picture(shot, options), {}});
-    if (n == "RGBA") layers.push_back({"", premultiplied(model, r, shot.camera), {"R", "G", "B", "A"}, true});
+    if (n == "RGBA") layers.push_back({"", premultiplied(r), {"R", "G", "B", "A"}, true});
     if (n == "Z") layers.push_back({"Z", depth_layer(r), {}});
     if (n == "forward" || n == "backward")
       layers.push_back(

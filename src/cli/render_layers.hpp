@@ -36,6 +36,9 @@ class PartPictures {
   std::optional<PartMattes> mattes_;
 };
 
+/// Whether pictures for these layers must show nothing behind the model (nothing_behind).
+bool wants_nothing_behind(const std::vector<std::string>& names);
+
 /// All layers of one picture in one OpenEXR file, as numbers, with camera, frame and colour space in its
 /// header.
 /// @param index  of frames.shown

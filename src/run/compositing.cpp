@@ -42,11 +42,21 @@ Image without_background(const VoxelModel& model, const Rendered& r, const Camer
   return out;
 }
 
-Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& camera) {
-  Image out = without_background(model, r, camera);
-  for (std::size_t p = 0; p < out.pixels(); ++p)
-    for (std::size_t c = 0; c < 3; ++c)
-      out.data[4 * p + c] = out.data[4 * p + 3] * srgb_to_linear(out.data[4 * p + c]);
+VoxelModel nothing_behind(const VoxelModel& model) {
+  VoxelModel out = model;
+  out.surroundings = {};
+  out.background = {.color = {0, 0, 0}};
+  return out;
+}
+
+Image premultiplied(const Rendered& r) {
+  Image out(r.rgb.width, r.rgb.height, 4);
+  for (std::size_t p = 0; p < out.pixels(); ++p) {
+    const float alpha = std::clamp(r.alpha.data[p], 0.0f, 1.0f);
+    out.data[4 * p + 3] = alpha;
+    for (std::size_t c = 0; c < 3 && alpha > 0; ++c)
+      out.data[4 * p + c] = alpha * srgb_to_linear(std::max(0.0f, r.rgb.data[3 * p + c] / alpha));
+  }
   return out;
 }
 

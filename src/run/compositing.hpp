@@ -13,11 +13,16 @@ namespace splinevox::run {
 inline constexpr float kEmptyDepth = 1e10f;
 
 /// What is seen without what is behind it: display values, not times alpha, and alpha. 4 channels; all 0
-/// where nothing is seen.
+/// where nothing is seen. @pre one ray a pixel, or one colour behind them all
 Image without_background(const VoxelModel& model, const Rendered& r, const Camera& camera);
 
-/// The same as scene-linear light times alpha: decoded by sRGB's curve and multiplied. 4 channels.
-Image premultiplied(const VoxelModel& model, const Rendered& r, const Camera& camera);
+/// The model with nothing behind it: its pictures are display values times alpha, however many rays a pixel
+/// has.
+VoxelModel nothing_behind(const VoxelModel& model);
+
+/// A picture of such a model as scene-linear light times alpha: divided by alpha, decoded by sRGB's curve and
+/// multiplied again. 4 channels.
+Image premultiplied(const Rendered& r);
 
 /// Distance along the viewing axis, scene units; kEmptyDepth where nothing is seen. 1 channel.
 Image depth_layer(const Rendered& r);

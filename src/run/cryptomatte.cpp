@@ -10,6 +10,7 @@
 
 #include "core/parallel.hpp"
 #include "field/columns.hpp"
+#include "run/compositing.hpp"
 #include "run/support.hpp"
 
 namespace splinevox::run {
@@ -22,9 +23,7 @@ constexpr float kSure = 30;  ///< raw colour whose sigmoid is 1, and 0 below zer
 /// and 0 elsewhere, from every side and at every time; nothing behind it. A colour is then the sum of the
 /// shares that a cluster's samples have.
 VoxelModel mask_of(const VoxelModel& model, const MotionClusters& clusters, int first) {
-  VoxelModel out = model;
-  out.surroundings = {};
-  out.background = {.color = {0, 0, 0}};
+  VoxelModel out = nothing_behind(model);
   Channels& raw = out.radiance.raw;
   const auto mark = [&](std::size_t row, int label) {
     float* values = raw.row(row);

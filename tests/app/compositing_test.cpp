@@ -33,8 +33,9 @@ TEST_SUITE("app/compositing") {
       "light times alpha over the background is the picture again, and empty pixels are 0 and far away") {
     const VoxelModel model = blob_model(24, {.moves = false}, 1, 6);
     const Camera camera = camera_at(0.3);
-    const Rendered r = render_image(model, camera, 0);
-    const Image rgba = run::premultiplied(model, r, camera), z = run::depth_layer(r);
+    const Rendered r = render_image(model, camera, 0),
+                   clear = render_image(run::nothing_behind(model), camera, 0);
+    const Image rgba = run::premultiplied(clear), z = run::depth_layer(r);
     double worst = 0;
     int soft = 0;
     for (std::size_t p = 0; p < rgba.pixels(); ++p) {

@@ -6,7 +6,7 @@
 #   blender -P load_in_blender.py -- --material smoke
 #   blender -b -P load_in_blender.py -- --camera camera.json --frame 1 --render out.png
 #   blender -b scene.blend -P load_in_blender.py -- --write-cameras cameras.json
-#   splinevox render RUN --camera cameras.json
+#   splinevox render RUN --out film --camera cameras.json --frames FIRST-LAST
 FIRST, LAST = 1, 1
 FPS = 24
 VELOCITY = True  # the frames hold a velocity grid
@@ -310,8 +310,8 @@ def set_up_camera(scene, path):
 
 
 def write_cameras(scene, path):
-    """The scene's camera at each of its frames, for `splinevox render RUN --camera PATH`. Times are spread
-    over all of the motion; for frames that show it more than once or in part, give `render` its --times."""
+    """The scene's camera at each of its frames, for `splinevox render RUN --out DIR --camera PATH --frames
+    A-B`. Times are spread over all of the motion; for a part of it `render` has --at and --seconds."""
     if scene.camera is None:
         sys.exit("load_in_blender.py: the scene has no camera to write; "
                  "open your .blend file first, or give --camera")
