@@ -16,7 +16,7 @@ endif()
 
 if(SPLINEVOX_CUDA STREQUAL "AUTO" AND NOT cuda_device)
   message(STATUS "CUDA: no device here, so no CUDA kernels; -DSPLINEVOX_CUDA=ON compiles them all the same")
-elseif(NOT SPLINEVOX_CUDA STREQUAL "OFF")
+elseif(SPLINEVOX_CUDA)
   get_filename_component(cuda_hint "$ENV{CUDACXX}" DIRECTORY)
   find_program(SPLINEVOX_NVCC nvcc HINTS "${cuda_hint}" PATHS /usr/local/cuda/bin)
   if(SPLINEVOX_NVCC)

@@ -71,7 +71,14 @@ int sweep(const SweepVerb& o) {
     tasks = {tasks[std::size_t(*o.task)]};  // many of these run beside each other
   } else {
     write_file(o.out + "/tasks.txt", {sweep_commands(tasks)});
-    write_file(o.out + "/array.sh", {slurm_script(o.description, o.out, tasks.size(), threads)});
+    std::string script;
+    try {
+      script = slurm_script(o.description, o.out, tasks.size(), threads);
+    } catch (const Error& e) {
+      if (o.list) throw;  // who asks for no script may well do without
+      teller.warn(fmt::format("there is no script for Slurm: {}", e.what()));
+    }
+    if (!script.empty()) write_file(o.out + "/array.sh", {script});
   }
   if (o.list) {
     teller.result(

@@ -37,6 +37,9 @@ void name_own_program(const char* first_word);
 /// The program that this process runs: a path, or a name to look for as the shell does. Throws Error
 /// (Fault::output) where neither the system nor name_own_program said it.
 std::string own_program();
+/// What starts the very same program again. On Linux this is the file that runs, also after another one has
+/// taken its place. Throws as own_program.
+std::string own_program_again();
 
 /// Asks that addresses be backed by pages of kLargePage bytes, where the system has such.
 /// @pre `first` is a multiple of kLargePage

@@ -44,6 +44,8 @@ std::string own_program() {
   return program();
 }
 
+std::string own_program_again() { return own_program(); }
+
 void use_large_pages(void*, std::size_t) {}
 
 bool make_pipe(int (&ends)[2]) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
 #include <iterator>
@@ -61,16 +62,46 @@ TEST_SUITE("app/sweep") {
     CHECK(script.find("--task \"$SLURM_ARRAY_TASK_ID\"") != std::string::npos);
   }
 
+  TEST_CASE("a setting's own value counts, and not that which every training gets") {
+    const TempFolder folder;
+    write_moving_ball(folder.path() / "ball", {8, 2, 2, 16, 0.8});
+    write_text(folder.path() / "sweep.toml",
+               "datasets = [\"" + folder.str() +
+                   "/ball\"]\npresets = [\"draft\"]\nseeds = [1]\n"
+                   "train = [\"--set\", \"loss.tv_control=0.1\", \"--set=loss.tv_density=0.2\"]\n"
+                   "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.9\", \"loss.tv_density=0.3\"]\n");
+    const std::vector<SweepTask> tasks = read_sweep(folder.str() + "/sweep.toml", "out");
+    REQUIRE(tasks.size() == 2);
+    const auto end_of = [](const SweepTask& t) {
+      const auto from = std::find(t.train.begin(), t.train.end(), "--resume") + 1;
+      return fmt::format("{}", fmt::join(from, t.train.end(), " "));
+    };
+    CHECK(end_of(tasks[0]) == "--set loss.tv_control=0.1 --set=loss.tv_density=0.2");
+    CHECK(end_of(tasks[1]) == "--set loss.tv_control=0.9 --set loss.tv_density=0.3");
+  }
+
+  TEST_CASE("a folder that no script for Slurm can name is good enough without one") {
+    const TempFolder folder;
+    const std::string description = describe_small(folder), out = folder.str() + "/50%";
+    const Ended table = program({"sweep", description, "--out", out, "--table"});
+    CAPTURE(table.err);
+    CHECK(table.code == 0);
+    CHECK(contains(table.err, "no script for Slurm"));
+    CHECK(std::filesystem::exists(out + "/table.md"));
+    CHECK_FALSE(std::filesystem::exists(out + "/array.sh"));
+    CHECK(program({"sweep", description, "--out", out, "--list"}).code == 2);
+  }
+
   TEST_CASE("a table is the same in every form, whatever its cells hold") {
     const Table table{{{"name", "name", false}, {"psnr", "PSNR", true}},
                       {{"a|b, 50%_x \\", "31.5 ± 0.2"}, {"=1+1", "-2"}}};
     CHECK(csv(table) == "name,psnr\n\"a|b, 50%_x \\\",31.5 ± 0.2\n'=1+1,-2\n");
     CHECK(markdown(table) ==
           "| name | PSNR |\n| --- | ---: |\n| a\\|b, 50%_x \\\\ | 31.5 ± 0.2 |\n| =1+1 | -2 |\n");
-    CHECK(
-        latex(table) ==
-        "\\begin{tabular}{lr}\n\\hline\nname & PSNR \\\\\n\\hline\n"
-        "a|b, 50\\%\\_x \\textbackslash{} & 31.5 $\\pm$ 0.2 \\\\\n=1+1 & -2 \\\\\n\\hline\n\\end{tabular}\n");
+    CHECK(latex(table) ==
+          "\\begin{tabular}{lr}\n\\hline\nname & PSNR \\\\\n\\hline\n"
+          "a$|$b, 50\\%\\_x \\textbackslash{} & 31.5 $\\pm$ 0.2 \\\\\n=1+1 & -2 "
+          "\\\\\n\\hline\n\\end{tabular}\n");
   }
 
   TEST_CASE("what is wrong with a description is named") {

@@ -15,7 +15,13 @@ stand_ins=(
   'blender -b|# blender is no part of the set-up'
 )
 # Sections whose data nobody has who walks there.
-left_out='From a film|From a film of a telephone'
+left_out='From films|From a film of a telephone'
+while IFS= read -r section; do
+  grep -qxE "#+ $section" "$source/README.md" "$source/docs/tutorial.md" || {
+    echo "walk.sh: no page has the section '$section', which is to be left out" >&2
+    exit 1
+  }
+done < <(tr '|' '\n' <<<"$left_out")
 
 commands() {  # FILE... : the lines of fences without a language, here-documents whole; a null after each
   awk -v left_out="^#+ ($left_out)\$" '

@@ -80,6 +80,27 @@ void check_names(const std::string& path, const std::vector<std::string>& names,
   }
 }
 
+/// "group.key=value" is of "group.key".
+std::string key_of(const std::string& set) { return set.substr(0, set.find('=')); }
+
+/// Words that every training gets, but for `--set` of keys that a setting has values of its own for: of two
+/// the last would count.
+std::vector<std::string> without_sets(const std::vector<std::string>& words,
+                                      const std::vector<std::string>& sets) {
+  const auto is_own = [&](const std::string& set) {
+    return std::any_of(sets.begin(), sets.end(),
+                       [&](const std::string& own) { return key_of(own) == key_of(set); });
+  };
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (words[i] == "--set" && i + 1 < words.size() && is_own(words[i + 1]))
+      ++i;
+    else if (!words[i].starts_with("--set=") || !is_own(words[i].substr(6)))
+      out.push_back(words[i]);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<SweepTask> read_sweep(const std::string& path, const std::string& out) {
@@ -138,7 +159,8 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
           t.run = out + "/" + t.name;
           t.train = {"train", dataset, "--out", t.run, "--preset", preset, "--seed", seed, "--resume"};
           for (const std::string& s : sets) t.train.insert(t.train.end(), {"--set", s});
-          t.train.insert(t.train.end(), common.begin(), common.end());
+          const std::vector<std::string> others = without_sets(common, sets);
+          t.train.insert(t.train.end(), others.begin(), others.end());
           tasks.push_back(std::move(t));
         }
   return tasks;

@@ -28,18 +28,17 @@ namespace {
 /// Starts this program with other words; what it says is added to a file. The terminal's Ctrl-C comes to us,
 /// and from us once.
 pid_t start(std::vector<std::string> words, const std::string& log) {
-  const std::string self = own_program();
   words.insert(words.begin(), "splinevox");
   const Handle said(log, O_CREAT | O_WRONLY | O_APPEND | O_NOFOLLOW);
   const pid_t process = !said.ok() ? -1
-                                   : spawn({.program = self,
+                                   : spawn({.program = own_program_again(),
                                             .words = std::move(words),
                                             .output = said.get(),
                                             .errors = said.get(),
                                             .own_group = true});
   if (process < 0)
-    fail_output({self, "could not be started", "a free process and a place for " + log, std::strerror(errno),
-                 "fewer --jobs"});
+    fail_output({own_program(), "could not be started", "a free process and a place for " + log,
+                 std::strerror(errno), "fewer --jobs"});
   return process;
 }
 

@@ -42,6 +42,8 @@ std::string latex_cell(const std::string& text) {
       i += kPlusMinus.size() - 1;
     } else if (c == '\\') {
       out += "\\textbackslash{}";
+    } else if (c == '<' || c == '>' || c == '|') {  // which are others in the fonts of plain LaTeX
+      out += std::string("$") + c + "$";
     } else if (c == '~' || c == '^') {
       out += std::string("\\") + c + "{}";
     } else {
