@@ -243,6 +243,16 @@ TEST_SUITE("app/capture") {
     expect_error([&] { cameras({"heic"}); }, {"no films and no pictures", "mogrify"});
     expect_error([&] { cameras({"one", "films/x.mp4"}); }, {"some cameras have films and others pictures"});
     expect_error([&] { cameras({"films/x.mp4", "films/x.mp4"}); }, {"two cameras have this name"});
+    for (const char* film : {"cards/a/GX01.MP4", "cards/b/GX01.MP4"})
+      write_text(folder.path() / film, "film");
+    for (const auto& found : {cameras({"cards"}), cameras({"cards/a", "cards/b"})}) {
+      REQUIRE(found.size() == 2);
+      CHECK(found[0].name == "a");
+      CHECK(found[1].name == "b");
+      CHECK(found[1].film.filename() == "GX01.MP4");
+    }
+    write_text(folder.path() / "cards/b/GX02.MP4", "film");
+    expect_error([&] { cameras({"cards"}); }, {"cards/b", "several films", "ffmpeg -f concat"});
   }
 
   TEST_CASE("masks: no features where they ignore, none on a subject") {

@@ -61,6 +61,22 @@ std::vector<fs::path> own_pictures(const fs::path& folder) {
   return pictures;
 }
 
+/// Of folders with a film each, as cameras leave them: by the folders' names, since films may have one name.
+std::vector<CaptureCamera> cameras_of_film_folders(const fs::path& folder) {
+  std::vector<CaptureCamera> out;
+  for (const std::string& name : folders_in(folder)) {
+    const std::vector<std::string> films = files_in(folder / name, FileKind::film);
+    if (films.empty()) continue;
+    if (films.size() > 1)
+      fail({printable((folder / name).string()), "this folder of a camera has several films", "one film",
+            list_of(films),
+            "join what one camera took one after the other: ffmpeg -f concat -i LIST -c copy FILM"});
+    out.push_back(camera_of_film(folder / name / films[0]));
+    out.back().name = name;
+  }
+  return out;
+}
+
 std::vector<CaptureCamera> cameras_in(const fs::path& folder) {
   std::vector<CaptureCamera> films, folders;
   for (const char* place : kFilmPlaces)
@@ -79,6 +95,7 @@ std::vector<CaptureCamera> cameras_in(const fs::path& folder) {
             folders.back().root = folder;
           }
   if (!own.empty()) folders.push_back(camera_of_folder(folder, std::move(own)));
+  if (films.empty() && folders.empty()) films = cameras_of_film_folders(folder);
   if (!films.empty() && !folders.empty())
     fail({printable(folder.string()), "there are films and pictures in this folder", kWanted,
           in_quotes(films[0].film.filename().string()) + " and " +
