@@ -72,7 +72,7 @@ keep() {  # keep PRESET SCENE SEED RUN : its line among the results; no seconds 
 }
 
 table() {  # table [FILE] : means over the seeds; behind PSNR half the way from the worst seed to the best
-  awk '
+  awk -v exact="${exact:-}" '  # exact=1 table: digits enough to work with
     function field(key, from) {
       from = index($0, "\"" key "\": ")
       if (!from) return ""
@@ -90,13 +90,15 @@ table() {  # table [FILE] : means over the seeds; behind PSNR half the way from 
       if (psnr > hi[g]) hi[g] = psnr
       for (i = 1; i <= keys; ++i) {
         value = field(key[i])
-        if (value == "" || value == "null") continue
+        if (value == "" || value == "null" || (key[i] == "train_psnr" && field("seed") != 1)) continue
         sum[g, key[i]] += value
         ++known[g, key[i]]
       }
       if (!index(commits[g], field("commit"))) commits[g] = commits[g] " " field("commit")
     }
-    function mean(key, format) { return known[g, key] ? sprintf(format, sum[g, key] / known[g, key]) : "" }
+    function mean(key, format) {
+      return known[g, key] ? sprintf(exact ? "%.9g" : format, sum[g, key] / known[g, key]) : ""
+    }
     BEGIN {
       keys = split("train_seconds steps peak_memory_bytes psnr ssim ms_ssim val_psnr train_psnr", key, " ")
       print "| scene | preset | seeds | training s | steps | peak memory GB | PSNR | SSIM | MS-SSIM |" \
@@ -136,7 +138,7 @@ means() {  # means FILE : PRESET SECONDS MEMORY PSNR SSIM of each preset with al
 summary() {
   echo "| preset | training s | PSNR, dB | SSIM | peak memory GB |"
   echo "| --- | --- | --- | --- | --- |"
-  means <(table) | while read -r preset seconds memory psnr ssim; do
+  means <(exact=1 table) | while read -r preset seconds memory psnr ssim; do
     echo "| \`$preset\` | $seconds | $psnr | $ssim | $memory |"
   done
 }
@@ -177,7 +179,7 @@ beside() {  # beside ROWS PUBLISHED : PSNR beside published methods', of presets
       for (i in theirs) there[i] = theirs[i] != "-"
       next
     }
-    $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = $5 }
+    $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = sprintf("%.0f", $5) }
     END {
       for (p = 1; p <= presets; ++p) {
         for (i = 1; i <= scenes; ++i) ours[i] = psnr[preset[p], scene[i]] + 0
@@ -207,6 +209,8 @@ write() {
   for file in "$root/README.md" "$root/docs/benchmarks.md"; do insert "$file" results "$lines"; done
   insert "$root/docs/benchmarks.md" "results by scene" "$rows"
   insert "$root/docs/benchmarks.md" "results by scene, black" "$black_rows"
+  exact=1 table > "$rows"
+  exact=1 table "$root/bench/results/quality_black.jsonl" > "$black_rows"
   beside "$rows" "$white" > "$lines"
   insert "$root/docs/benchmarks.md" peers "$lines"
   beside "$black_rows" "$black" > "$lines"
