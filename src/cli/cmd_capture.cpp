@@ -18,6 +18,11 @@ int capture_verb(const CaptureOptions& options, bool quiet, bool json) {
   const Talk kind = choose_talk(quiet, json);
   catch_stop_signals();
   CaptureTalk talk(kind, stop_asked);
+  const auto stopped = [&] {
+    if (json) write_event("interrupted", {{"interrupted", true}});
+    if (!quiet) fmt::print(stderr, "\nstopped; the same command goes on from here\n");
+    return kInterrupted;
+  };
   try {
     const Json figures = capture(options, talk);
     if (json) {
@@ -30,9 +35,10 @@ int capture_verb(const CaptureOptions& options, bool quiet, bool json) {
     }
     return 0;
   } catch (const CaptureStopped&) {
-    if (json) write_event("interrupted", {{"interrupted", true}});
-    if (!quiet) fmt::print(stderr, "\nstopped; the same command goes on from here\n");
-    return kInterrupted;
+    return stopped();
+  } catch (const Error&) {  // of ffmpeg, which hears the terminal's Ctrl-C too, and ends
+    if (!stop_asked()) throw;
+    return stopped();
   }
 }
 
@@ -53,11 +59,13 @@ Action capture_command(CLI::App& verb) {
                 "until the new data set is there");
   heading(verb, "Which pictures");
   verb.add_option("--frames", o->frames,
-                  fmt::format("so many frames of each camera, of equal parts the sharpest; {} of a film and "
+                  fmt::format("so many frames of each camera, of equal parts the sharpest, of several "
+                              "cameras the first; {} of a film and "
                               "all pictures of a folder, if not given",
                               kUsualFrames))
       ->check(CLI::Range(2, 1000000));
-  verb.add_option("--every", o->every, "the sharpest of every so many frames")->check(CLI::Range(1, 1000000));
+  verb.add_option("--every", o->every, "the sharpest of every so many frames, of several cameras the first")
+      ->check(CLI::Range(1, 1000000));
   verb.add_option("--from", o->from, "seconds of a film, from its first frame")->capture_default_str();
   verb.add_option("--to", o->to, "seconds of a film; if not given, to its end");
   verb.add_option("--max-size", o->max_size, "longer side of a film's frames, pixels; 0: as they are")

@@ -275,6 +275,7 @@ mapper*) test -e "$root/found" && cp -r "$root/model/sparse/0" "$root/out/work/s
     CHECK(!fs::exists(aside));
     CHECK(fs::exists(out + "/images/000000.png"));
     CHECK(!fs::exists(out + "/images/a.png"));
+    CHECK(slurp(out + "/earlier_masks/a.png") == "of the earlier call");  // which no frame names
     CHECK(contains(slurp(out + "/transforms.json"), "images/000000.png"));
   }
 

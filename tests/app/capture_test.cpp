@@ -9,6 +9,7 @@
 
 #include "app/program.hpp"
 #include "data/expect_error.hpp"
+#include "data/pictures/film_read.hpp"
 #include "run/capture/capture_cameras.hpp"
 #include "run/capture/capture_frames.hpp"
 #include "run/capture/capture_stages.hpp"
@@ -167,6 +168,53 @@ TEST_SUITE("app/capture") {
     options.to = 30;
     expect_error([&] { plan_capture(find_capture_input({film.string()}), options, talk); },
                  {"no frame is between --from and --to"});
+  }
+
+  TEST_CASE("a film has the frames that ffmpeg gives out, in every container and however it was cut") {
+    if (no_ffmpeg()) return;
+    const TempFolder folder;
+    const std::string source = "ffmpeg -v error -y -f lavfi -i testsrc=s=64x48:r=25:d=3 -pix_fmt yuv420p ",
+                      root = folder.str() + "/";
+    const auto count = [](const data::FilmFacts& facts, const fs::path& film) {
+      const auto last = [&](int i) {
+        data::read_film(
+            film, {64, 48}, true, {i}, [](std::size_t, Image16&&) {}, "film");
+      };
+      CHECK_NOTHROW(last(facts.frames() - 1));
+      CHECK_THROWS_AS(last(facts.frames()), Error);
+    };
+    for (const std::string words : {"-c:v mpeg2video -bf 2 ;a.mpg", "-c:v mpeg4 -bf 2 ;b.avi",
+                                    "-c:v libx264 -bf 2 ;c.avi", "-c:v libx264 -bf 2 -g 12 ;d.mp4"}) {
+      CAPTURE(words);
+      const std::string film = root + words.substr(words.find(';') + 1);
+      REQUIRE(shell(source + words.substr(0, words.find(';')) + film));
+      const data::FilmFacts facts = data::film_facts(film, "film");
+      CHECK(facts.frames() == 75);
+      CHECK(facts.times.back() == doctest::Approx(74 / 25.0));
+      count(facts, film);
+    }
+    REQUIRE(shell("ffmpeg -v error -y -ss 1.1 -i " + root + "d.mp4 -c copy " + root + "cut.mp4"));
+    const data::FilmFacts cut = data::film_facts(root + "cut.mp4", "film");
+    CHECK(cut.frames() > 44);
+    count(cut, root + "cut.mp4");
+  }
+
+  TEST_CASE("pixels that are not square become square, and interlaced films are named") {
+    if (no_ffmpeg()) return;
+    const TempFolder folder;
+    const fs::path film = folder.path() / "film.mp4";
+    write_film(film, "", "10", ",setsar=4/3");
+    CaptureTalk talk = quiet_talk();
+    const auto plans = plan_capture(find_capture_input({film.string()}), {}, talk);
+    CHECK(plans.at(0).width == 128);
+    CHECK(plans.at(0).height == 64);
+    const fs::path rows = folder.path() / "rows.mpg";
+    REQUIRE(
+        shell("ffmpeg -v error -y -f lavfi -i testsrc=s=64x48:r=25:d=1 -c:v mpeg2video -flags +ilme+ildct "
+              "-top 1 " +
+              rows.string()));
+    plan_capture(find_capture_input({rows.string()}), {}, talk);
+    CHECK(contains(talk.notes().back(), "an interlaced film"));
   }
 
   TEST_CASE("cameras that stand still get the same moments, in films of different rates too") {

@@ -38,8 +38,10 @@ struct ProbeText {
   int width = 0, height = 0;
   int rotation = 0;  ///< degrees, anticlockwise
   std::string transfer;
+  double pixel_aspect = 1;
+  bool interlaced = false;
   std::vector<double> stamps;       ///< of packets that are shown; seconds
-  std::optional<double> first_key;  ///< of the first picture that needs no other
+  std::optional<double> first_key;  ///< of the first picture that needs no other, shown or not
   std::size_t without = 0;          ///< packets that are shown and have no time stamp
 };
 
@@ -60,19 +62,29 @@ void read_line(std::string_view line, ProbeText& text) {
     number_of("|width=", text.width);
     number_of("|height=", text.height);
     text.transfer = value_of("|color_transfer=");
+    double across = 0, down = 0;  // "4:3"; "0:1" or "N/A" where nobody says it
+    const std::string_view aspect = value_of("|sample_aspect_ratio=");
+    const std::size_t colon = std::min(aspect.find(':'), aspect.size());
+    std::from_chars(aspect.data(), aspect.data() + colon, across);
+    if (colon < aspect.size())
+      std::from_chars(aspect.data() + colon + 1, aspect.data() + aspect.size(), down);
+    if (across > 0 && down > 0) text.pixel_aspect = across / down;
+    const std::string_view order = value_of("|field_order=");
+    text.interlaced = order == "tt" || order == "bb" || order == "tb" || order == "bt";
   }
   if (!line.starts_with("packet|")) {
     for (const char* key : {"|rotation=", ":rotation="}) number_of(key, text.rotation);
     return;
   }
-  if (value_of("|flags=").find('D') != std::string_view::npos) return;  // decoded for others, never shown
+  const std::string_view flags = value_of("|flags=");
+  const bool hidden = flags.find('D') != flags.npos;  // decoded for others, never shown
   double stamp = 0;
   if (!number_of("|pts_time=", stamp)) {
-    ++text.without;
+    text.without += !hidden;
     return;
   }
-  text.stamps.push_back(stamp);
-  if (!text.first_key && value_of("|flags=").find('K') != std::string_view::npos) text.first_key = stamp;
+  if (!text.first_key && flags.find('K') != flags.npos) text.first_key = stamp;
+  if (!hidden) text.stamps.push_back(stamp);
 }
 
 /// Seconds from the first frame on, put onto an even rate where they lie close to one.
@@ -164,9 +176,11 @@ void each_frame(const FilmOrder& film, const std::function<bool(int, std::span<c
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where) {
   constexpr std::size_t kMostFrames = 10'000'000, kLongestLine = 10'000;
   read_bytes(path, where, UINTMAX_MAX, 64);  // there is such a file, and it is no pointer of Git LFS
+  // AVI and MPEG streams keep the time stamps of some pictures alone.
   Child probe(words_of("ffprobe",
-                       {"-select_streams", "v:0", "-show_entries",
-                        "stream=width,height,color_transfer:stream_side_data=rotation:packet=pts_time,flags",
+                       {"-fflags", "+genpts", "-select_streams", "v:0", "-show_entries",
+                        "stream=width,height,sample_aspect_ratio,field_order,color_transfer:"
+                        "stream_side_data=rotation:packet=pts_time,flags",
                         "-of", "compact", "file:" + path.string()},
                        where));
   ProbeText text;
@@ -192,7 +206,8 @@ FilmFacts film_facts(const std::filesystem::path& path, const std::string& where
           std::to_string(text.width) + " x " + std::to_string(text.height), ""});
   std::vector<double> times = even_times(std::move(text.stamps));
   const double rate = times.back() > 0 ? double(times.size() - 1) / times.back() : 1;
-  return {text.width, text.height, rate, std::move(times), clockwise(text.rotation), text.transfer};
+  return {text.width,    text.height,       rate,           std::move(times), clockwise(text.rotation),
+          text.transfer, text.pixel_aspect, text.interlaced};
 }
 
 void read_film(const std::filesystem::path& path, const PictureSize& size, bool upright,

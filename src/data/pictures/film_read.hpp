@@ -19,6 +19,8 @@ struct FilmFacts {
   std::vector<double> times;  ///< of each frame that is shown, seconds from the first, ascending
   int rotation = 0;           ///< degrees by which a player turns it clockwise: 0, 90, 180 or 270
   std::string transfer = {};  ///< the curve of its values as ffprobe calls it, "smpte2084"; may be empty
+  double pixel_aspect = 1;    ///< width of a stored pixel over its height
+  bool interlaced = false;    ///< each frame holds two moments, in every other row
   int frames() const { return int(times.size()); }
   /// The rotation as EXIF says it, for `turned` (picture_header.hpp).
   int orientation() const { return rotation == 90 ? 6 : rotation == 180 ? 3 : rotation == 270 ? 8 : 1; }

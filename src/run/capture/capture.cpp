@@ -111,6 +111,7 @@ class Capture {
     stage(1, "frames", [&] { take_frames(cameras); });
     stage(2, "features", [&] { find_features(folder_, state_, options_, colmap, talk_); });
     stage(3, "matches", [&] { match_features(folder_, state_, options_, colmap, false); });
+    if (state_.straight && state_.done < 4) forget_straight();
     stage(4, "cameras", [&] { find_cameras(folder_, state_, options_, colmap); });
     std::optional<Solved> solved = solve();
     if (few(solved) && !state_.of_rig() && !state_.wide && int(state_.frames.size()) > kAllCompared) {
@@ -162,6 +163,13 @@ class Capture {
     write_capture_state(folder_, state_);
   }
 
+  /// An earlier call was stopped in it: it is to be compared with what was found before.
+  void forget_straight() {
+    fs::remove_all(folder_ / CaptureState::kStraightModels);
+    state_.straight = false;
+    state_.done = 4;
+  }
+
   CaptureCamera find_walk(const std::vector<CaptureCamera>& cameras) const {
     std::vector<CaptureCamera> walk = find_capture_input({options_.walk});
     if (cameras.size() == 1 || walk.size() > 1)
@@ -169,6 +177,12 @@ class Capture {
             "SOURCEs of several cameras, and one film or folder",
             fmt::format("{} and {} of them", cameras.size(), walk.size()), ""});
     walk[0].name = kWalk;
+    const fs::path own = files_of(walk[0])[0];
+    for (const CaptureCamera& camera : cameras)
+      if (fs::equivalent(own, files_of(camera)[0]))
+        fail({printable(options_.walk), "the walk is also one of the cameras that stand still",
+              "SOURCEs without it", printable(camera.name),
+              "move it to another folder, or name each SOURCE"});
     for (const CaptureCamera& camera : cameras)
       if (camera.name == kWalk)
         fail({printable(options_.walk), "a camera has the name that is the walk's", "another name", kWalk,
@@ -233,6 +247,8 @@ class Capture {
   }
 
   void drop_aside() const {
+    if (const fs::path kept = keep_drawn_masks(folder_, kAside); !kept.empty())
+      talk_.note(fmt::format("{} has masks that capture did not write", printable(kept.string())));
     for (const char* name : kWritten) fs::remove_all(folder_ / kAside / name);
     std::error_code ignored;  // what is still in it is a user's
     fs::remove(folder_ / kAside, ignored);

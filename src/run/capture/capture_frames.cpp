@@ -23,9 +23,11 @@ using namespace data;
 
 constexpr int kWalkFrames = 100;  ///< of a walk, at most
 
-/// The size of frames whose longer side is `most` at most, with even sides. 0: as they are.
+/// The size of frames whose longer side is `most` at most, with even sides. 0: as they are. Their pixels are
+/// square, since lenses may have one focal length for both sides.
 PictureSize frame_size(const FilmFacts& film, int most) {
-  const PictureSize size = turned(PictureSize{film.width, film.height}, film.orientation());
+  const int width = std::max(1, int(std::lround(film.width * film.pixel_aspect)));
+  const PictureSize size = turned(PictureSize{width, film.height}, film.orientation());
   const int longer = std::max(size.width, size.height);
   if (most <= 0 || longer <= most) return size;
   const auto scaled = [&](int side) {
@@ -35,6 +37,11 @@ PictureSize frame_size(const FilmFacts& film, int most) {
 }
 
 void note_film(const FilmFacts& film, const std::string& where, CaptureTalk& talk) {
+  if (film.interlaced)
+    talk.note(fmt::format(
+        "{}: an interlaced film: each picture holds two moments, in every other row. For one each: "
+        "ffmpeg -i FILM -vf bwdif -c:v libx264 -crf 16 NEW.mp4",
+        where));
   if (film.transfer != "smpte2084" && film.transfer != "arib-std-b67") return;
   talk.note(fmt::format(
       "{}: an HDR film ({}); its values are taken as they are, and look pale. For the colours of a screen: "
@@ -62,6 +69,12 @@ void share_moments(std::vector<CapturePlan>& plans, const CaptureOptions& option
     shortest = std::min(shortest, plan.times.back());
     longest = std::max(longest, std::min(options.to, plan.times.back()));
   }
+  const auto first = std::min_element(plans.begin(), plans.end(), [](const auto& a, const auto& b) {
+    return a.times.back() < b.times.back();
+  });
+  if (options.from > first->times.back())
+    fail({printable(first->camera.film.string()), "this film ends before --from",
+          fmt::format("seconds of 0 to {:.3f}", first->times.back()), fmt::format("{}", options.from), ""});
   if (longest > shortest)
     talk.note(
         fmt::format("cameras were on for {:.2f} to {:.2f} seconds: what all of them saw is taken, from "

@@ -65,6 +65,7 @@ std::vector<fs::path> own_pictures(const fs::path& folder) {
 std::vector<CaptureCamera> cameras_of_film_folders(const fs::path& folder) {
   std::vector<CaptureCamera> out;
   for (const std::string& name : folders_in(folder)) {
+    if (is_no_camera(name)) continue;
     const std::vector<std::string> films = files_in(folder / name, FileKind::film);
     if (films.empty()) continue;
     if (films.size() > 1)
@@ -84,6 +85,7 @@ std::vector<CaptureCamera> cameras_in(const fs::path& folder) {
       for (const std::string& name : files_in(folder / place, FileKind::film))
         films.push_back(camera_of_film(folder / place / name));
   std::vector<fs::path> own = own_pictures(folder);
+  if (films.empty() && own.empty()) films = cameras_of_film_folders(folder);
   std::vector<fs::path> places{folder};
   for (const char* place : kPicturePlaces) places.push_back(folder / place);
   for (const fs::path& place : places)
@@ -95,7 +97,6 @@ std::vector<CaptureCamera> cameras_in(const fs::path& folder) {
             folders.back().root = folder;
           }
   if (!own.empty()) folders.push_back(camera_of_folder(folder, std::move(own)));
-  if (films.empty() && folders.empty()) films = cameras_of_film_folders(folder);
   if (!films.empty() && !folders.empty())
     fail({printable(folder.string()), "there are films and pictures in this folder", kWanted,
           in_quotes(films[0].film.filename().string()) + " and " +

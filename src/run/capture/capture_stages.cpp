@@ -161,6 +161,9 @@ int pictures_for_colmap(const CaptureState& state, const CaptureOptions& options
 
 void find_features(const fs::path& folder, const CaptureState& state, const CaptureOptions& options,
                    ColmapProgram& colmap, CaptureTalk& talk) {
+  // Of a call that was stopped here: COLMAP would give the pictures that are left a lens of their own.
+  for (const char* name : {"database.db", "database.db-wal", "database.db-shm"})
+    fs::remove(folder / "work" / name);
   const std::vector<std::size_t> chosen = frames_for_colmap(state, options);
   std::string list;
   for (const std::size_t i : chosen) list += colmap_name(state, i) + "\n";
@@ -294,6 +297,26 @@ void write_capture_state(const fs::path& folder, const CaptureState& state) {
                   {"straight", state.straight}, {"numbered", state.numbered}, {"rig", state.rig},
                   {"notes", state.notes},       {"seconds", state.seconds},   {"frames", frames}};
   write_file((folder / "work/state.json").string(), {json_text(json, 1) + "\n"});
+}
+
+fs::path keep_drawn_masks(const fs::path& folder, const std::string& aside) {
+  const fs::path masks = folder / aside / "masks";
+  if (!fs::is_directory(masks)) return {};
+  std::set<fs::path> written;
+  try {
+    for (const CaptureFrame& frame : read_capture_state(folder / aside).frames)
+      if (!frame.mask.empty()) written.insert((folder / aside / frame.mask).lexically_normal());
+  } catch (const Error&) {  // a state that cannot be read says of no mask that it is capture's
+  }
+  const fs::recursive_directory_iterator all(masks);
+  const bool drawn = std::any_of(begin(all), end(all), [&](const fs::directory_entry& entry) {
+    return entry.is_regular_file() && !written.contains(entry.path().lexically_normal());
+  });
+  if (!drawn) return {};
+  fs::path kept = folder / "earlier_masks";
+  for (int i = 2; fs::exists(kept); ++i) kept = folder / fmt::format("earlier_masks_{}", i);
+  fs::rename(masks, kept);
+  return kept;
 }
 
 }  // namespace splinevox::run

@@ -71,4 +71,9 @@ int pictures_for_colmap(const CaptureState& state, const CaptureOptions& options
 void write_transforms(const std::filesystem::path& folder, const CaptureState& state,
                       const CapturedScene& scene);
 
+/// Masks that somebody laid beside the frames of an earlier call, which lies in `folder`/`aside`, are not
+/// capture's to remove: moves its masks to `folder`/earlier_masks if there are such.
+/// @return where they are; empty: there are none
+std::filesystem::path keep_drawn_masks(const std::filesystem::path& folder, const std::string& aside);
+
 }  // namespace splinevox::run
