@@ -24,7 +24,7 @@ done
 mkdir -p "$folder"
 archive=$folder/$(basename "${address%%\?*}")
 [[ $expected == - && -f $archive.sha256 ]] && expected=$(<"$archive.sha256")
-if [[ -f $archive.address && $(<"$archive.address") != "$address" ]]; then
+if [[ -f $archive && -f $archive.address && $(<"$archive.address") != "$address" ]]; then
   echo "fetch.sh: $archive is of another set, $(<"$archive.address"): take another FOLDER" >&2
   exit 1
 fi
@@ -61,7 +61,8 @@ if [[ ! -f $archive.unpacked ]]; then  # over what an earlier try left half unpa
   : >"$archive.unpacked"
 fi
 found=$(find "$folder" \( -name transforms_train.json -o -name transforms.json -o -name dataset.json \
-  -o -name poses_bounds.npy -o -name precomputed.json -o -name cameras.bin -o -name cameras.txt \) \
+  -o -name poses_bounds.npy -o -name precomputed.json -o -name cameras.bin -o -name cameras.txt \
+  -o -name train_meta.json -o -name info.json -o -name extri.yml \) \
   -printf '%h\n' | sort -u)
 [[ $found ]] || {
   echo "fetch.sh: no data set in $folder; to unpack it once more delete $archive.unpacked" >&2

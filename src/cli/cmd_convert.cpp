@@ -45,13 +45,13 @@ Action convert_command(CLI::App& verb) {
       fail({"--scale", "this is no scale", "a finite number above 0", fmt::format("{}", o->scale), ""});
     Teller teller(choose_talk(o->talk.quiet, o->talk.json));
     int pictures = 0;
-    convert_dataset(
-        o->dataset, o->out,
-        [&](int done, int total) {
-          pictures = total;
-          teller.progress(done, total);
-        },
-        {o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]}, o->scale, o->rules});
+    convert_dataset(o->dataset, o->out,
+                    [&](int done, int total) {
+                      pictures = total;
+                      teller.progress(done, total);
+                    },
+                    {o->shift.empty() ? Vec3d{} : Vec3d{o->shift[0], o->shift[1], o->shift[2]}, o->scale,
+                     o->rules, [&](const std::string& note) { teller.note("note: " + note); }});
     teller.result({{"out", o->out}, {"pictures", pictures}},
                   fmt::format("{}: {} pictures; splinevox info {}", o->out, pictures, o->out));
     return 0;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -35,12 +36,20 @@ double largest_shift(const Camera& c) {
   return worst;
 }
 
+/// Between the rays through the lens's centre and through a place in the picture, radians.
+double angle(const Camera& c, const std::array<double, 2>& place) {
+  const Vec3d a = camera_ray(c, c.cx, c.cy).direction, b = camera_ray(c, place[0], place[1]).direction;
+  return std::atan2(length(cross(a, b)), dot(a, b));
+}
+
 Json lens_json(const Camera& c) {
   Json j{{"fl_x", c.fx},
          {"fl_y", c.fy},
          {"cx", c.cx},
          {"cy", c.cy},
-         {"field_of_view", {kDegrees * angle_of(c.fx, c.width), kDegrees * angle_of(c.fy, c.height)}}};
+         {"field_of_view",
+          {kDegrees * (angle(c, {0, c.cy}) + angle(c, {double(c.width), c.cy})),
+           kDegrees * (angle(c, {c.cx, 0}) + angle(c, {c.cx, double(c.height)}))}}};
   if (c.lens.kind == Distortion::Kind::none) return j;
   j["distortion"] = {{"model", c.lens.kind == Distortion::Kind::fisheye ? "fisheye" : "brown"},
                      {"k", c.lens.k},

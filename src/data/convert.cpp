@@ -21,6 +21,7 @@
 #include "data/pictures/picture_header.hpp"
 #include "data/pictures/pictures.hpp"
 #include "data/pictures/premultiply.hpp"
+#include "data/times/time_map.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 
@@ -167,10 +168,19 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
 
 void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress,
                      const ConvertOptions& options) {
-  const auto& [shift, scale, rules] = options;
+  const auto& [shift, scale, rules, on_note] = options;
   const fs::path folder(target);
   check_target(path, folder);
   OpenScene open = open_scene(path, {.rules = rules});
+  // A part of the time becomes all of it, as in a run.
+  const auto train = std::find_if(open.scene.splits.begin(), open.scene.splits.end(),
+                                  [](const RawSplit& s) { return s.name == "train"; });
+  const bool part = !rules.between.empty();
+  TimeMap map;
+  std::vector<std::string> notes = open.scene.notes;
+  if (part)
+    map =
+        choose_time_map(train == open.scene.splits.end() ? nullptr : &*train, open.scene.splits, notes, true);
   std::vector<PicturePlan> plans;
   std::vector<Json> files;
   int done = 0, total = 0;
@@ -183,7 +193,9 @@ void convert_dataset(const std::string& path, const std::string& target, const C
     for (std::size_t i = 0; i < raw.frames.size(); ++i) {
       const Camera camera = pinhole(raw.frames[i].lens, raw.frames[i].pose, plan.sizes[i].width,
                                     plan.sizes[i].height, raw.where(i));
-      Json frame{{"file_path", to[i]}, {"time", raw.frames[i].time}};
+      Json frame{{"file_path", to[i]}, {"time", part ? model_time(raw, i, map) : raw.frames[i].time}};
+      if (raw.frames[i].camera_id >= 0)
+        frame["camera_id"] = open.scene.cameras[std::size_t(raw.frames[i].camera_id)].name;
       if (!masks[i].empty()) frame["mask_path"] = masks[i];
       frame.update(lens_json(camera));
       frame["transform_matrix"] = matrix_json(raw.frames[i].matrix, shift, scale);
@@ -199,10 +211,13 @@ void convert_dataset(const std::string& path, const std::string& target, const C
       };
       file["scene_box"] = {corner(b.lo), corner(b.hi)};
     }
+    if (!raw.tracks.empty()) notes.push_back("tracks of points are not written");
     file["frames"] = std::move(frames);
     files.push_back(std::move(file));
     total += int(raw.frames.size());
   }
+  if (on_note)
+    for (const std::string& note : notes) on_note(note);
   const auto count = [&] {
     if (progress) progress(++done, total);
   };

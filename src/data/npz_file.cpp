@@ -7,6 +7,7 @@
 #include <cstring>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "data/file_bytes.hpp"
@@ -48,7 +49,7 @@ std::vector<std::uint8_t> inflated(Bytes packed, std::uint32_t size, const std::
   return out;
 }
 
-constexpr const char* kSuffix = ".npy";  ///< of an entry that is an array
+constexpr std::string_view kSuffix = ".npy";  ///< of an entry that is an array
 
 std::string listed(const std::vector<std::string>& names) {
   std::string all;
@@ -82,13 +83,17 @@ NpzFile::NpzFile(const std::filesystem::path& path, std::string where)
 
 std::vector<std::string> NpzFile::names() const {
   std::vector<std::string> out;
-  for (const Entry& e : entries_) out.push_back(e.name.substr(0, e.name.rfind(kSuffix)));
+  for (const Entry& e : entries_) {
+    const std::string_view name = e.name;
+    out.emplace_back(name.substr(0, name.size() - (name.ends_with(kSuffix) ? kSuffix.size() : 0)));
+  }
   return out;
 }
 
 NpyArray NpzFile::array(const std::string& name, bool any) const {
-  const auto entry = std::find_if(entries_.begin(), entries_.end(),
-                                  [&](const Entry& e) { return e.name == name || e.name == name + kSuffix; });
+  const auto entry = std::find_if(entries_.begin(), entries_.end(), [&](const Entry& e) {
+    return e.name == name || e.name == name + std::string(kSuffix);
+  });
   return parse_npy(unpack(*entry), where_ + ", array " + in_quotes(name), any);
 }
 

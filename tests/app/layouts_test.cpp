@@ -22,7 +22,7 @@ TEST_SUITE("app/layouts") {
     CHECK(text.code == 0);
     for (const char* part :
          {"Nerfies / HyperNeRF, opaque pictures", "train     13 frames of 12x8", "test       3 frames",
-          "times  0 to 15 in the data", "focal length 11 x 12 pixels (57 x 37 degrees)", "centre 5.5, 4.25",
+          "times  0 to 15 in the data", "focal length 11 x 12 pixels (59 x 37 degrees)", "centre 5.5, 4.25",
           "brown distortion, up to", "places 16 cameras", "box    [", "note: pictures are those of rgb/2x",
           "note: the frames of val_ids are the test split"})
       CHECK_MESSAGE(contains(text.out, part), part);

@@ -79,6 +79,11 @@ TEST_SUITE("data/between") {
       for (std::size_t i = 0; i < times.size(); ++i)
         CHECK(data.time_map.raw(times[i]) == doctest::Approx(expected[i]));
       CHECK(data.fingerprint != all.fingerprint);
+      const test::TempFolder out;
+      convert_dataset(folder.str(), out.str() + "/part", {}, {.rules = {.between = part}});
+      const Dataset converted = load_dataset(out.str() + "/part");
+      for (std::size_t i = 0; i < times.size(); ++i)
+        CHECK(converted.find("train")->frames[i].time == doctest::Approx(times[i]));
     }
   }
 }

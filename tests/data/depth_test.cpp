@@ -142,7 +142,12 @@ TEST_SUITE("data/depth") {
     z[6] = std::numeric_limits<double>::infinity();
     z[7] = -2;
     const Deep deep(".npy", npy_bytes(kHigh, kWide, z));
-    const DepthMap depth = first_frame(deep.load("relative")).depth;
+    z[8] = 1e10;  // as renderers write where nothing is
+    const Deep far(".npy", npy_bytes(kHigh, kWide, z));
+    const DepthMap depth = first_frame(deep.load("relative")).depth,
+                   beside = first_frame(far.load("relative")).depth;
+    CHECK(beside.value(8) == 0);
+    for (const std::size_t i : {0, 4, 7, 9}) CHECK(beside.value(i) == depth.value(i));
     CHECK(depth.value(5) == 0);
     CHECK(depth.value(6) == 0);
     CHECK(depth.value(7) == doctest::Approx(-2));

@@ -44,6 +44,10 @@ grep -q "of another set, $address" "$work/log" || fail "the other set is not nam
 rm -r "$work/a/scene"
 if "$fetch" "$address" "$work/a" "$sum" >/dev/null 2>"$work/log"; then fail "nothing is taken for a set"; fi
 grep -q "delete $work/a/scene.zip.unpacked" "$work/log" || fail "what to delete is not named"
+out=$(DNERF_URL=$address "${fetch%.sh}_dnerf.sh" "$work/e" 2>/dev/null)
+[[ $out == "$work/e/scene" ]] || fail "fetch_dnerf.sh fetches something else: $out"
+if "$fetch" "file://$work/typo/scene.zip" "$work/f" >/dev/null 2>&1; then fail "a typo is fetched"; fi
+"$fetch" "$address" "$work/f" >/dev/null 2>&1 || fail "a typo locks the folder"
 if "$fetch" "file://$work/none.zip" "$work/d" >/dev/null 2>&1; then fail "a missing file is fetched"; fi
 if "$fetch" no_such_set "$work/d" >/dev/null 2>"$work/log"; then fail "an unknown name is taken"; fi
 grep -q "there is no set 'no_such_set'" "$work/log" || fail "the unknown name is not named"

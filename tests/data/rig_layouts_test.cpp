@@ -75,6 +75,8 @@ Dataset check_both(const TempFolder& folder, const Cameras& cameras, std::size_t
     }
   }
   CHECK(again.box == data.box);
+  REQUIRE(again.cameras.size() == data.cameras.size());
+  for (std::size_t c = 0; c < data.cameras.size(); ++c) CHECK(again.cameras[c].name == data.cameras[c].name);
   return data;
 }
 
@@ -187,6 +189,21 @@ TEST_SUITE("data/rig layouts") {
       CHECK(masks_in(folder) == std::set<std::string>{"masks/cam02/0003.png"});
       CHECK(notes_with(data, "every eighth picture").size() == 1);  // four cameras are too few to lose one
     }
+  }
+
+  TEST_CASE("poses whose own pictures lie in a folder per camera do not hide what the cameras took") {
+    const TempFolder folder;
+    const Cameras cameras = rig_cameras(4, kBent);
+    write_still_model(folder.path(), cameras);
+    for (int c = 0; c < 4; ++c) {
+      const std::string name = numbered("cam", c);
+      replace_in(folder.path() / "transforms.json", "images/" + name + ".png",
+                 "images/" + name + "/0000.png");
+      fs::create_directories(folder.path() / "images" / name);
+      fs::rename(folder.path() / "images" / (name + ".png"), folder.path() / "images" / name / "0000.png");
+    }
+    write_camera_folders(folder.path() / "frames", 4, 5);
+    check_both(folder, cameras, 5, "nerfstudio / instant-ngp");
   }
 
   TEST_CASE("a transforms.json of one moment: films; lists of file names divide the cameras") {

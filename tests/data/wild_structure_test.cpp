@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <doctest/doctest.h>
 
+#include <fstream>
+#include <nlohmann/json.hpp>
+
 #include "data/expect_error.hpp"
 #include "data/wild.hpp"
 
@@ -136,6 +139,31 @@ TEST_SUITE("data/wild structure") {
     const Dataset data = load_dataset(folder.str(), {.rules = {.masks = "subject"}});
     CHECK(frames_of(data) == 3);
     CHECK(notes_with(data, "another machine").empty());
+  }
+
+  TEST_CASE("a picture in a folder with mask in its name is not its own mask") {
+    const TempFolder folder;
+    write_nerfstudio(folder.path(), true_cameras({}, 3));
+    replace_in(folder.path() / "transforms.json", "images/frame_", "images_masked/frame_");
+    fs::rename(folder.path() / "images", folder.path() / "images_masked");
+    CHECK_FALSE(load_dataset(folder.str()).masks);
+  }
+
+  TEST_CASE("a picture under two spellings is one") {
+    const TempFolder folder;
+    write_nerfstudio(folder.path(), true_cameras({}, 16));
+    const Dataset once = load_dataset(folder.str());
+    std::ifstream in(folder.path() / "transforms.json");
+    nlohmann::json file = nlohmann::json::parse(in);
+    nlohmann::json more = file["frames"];
+    for (auto& frame : more) {
+      frame["file_path"] = "./" + frame["file_path"].get<std::string>();
+      file["frames"].push_back(frame);
+    }
+    write_text(folder.path() / "transforms.json", file.dump());
+    const Dataset twice = load_dataset(folder.str());
+    CHECK(frames_of(twice) == frames_of(once));
+    CHECK(twice.find("test")->frames.size() == once.find("test")->frames.size());
   }
 
   TEST_CASE("the word mask may be part of pictures' own names") {

@@ -183,6 +183,8 @@ struct ConvertOptions {
   Vec3d shift{};
   double scale = 1;  ///< of every position, after the shift: for units that are too large or too small; > 0
   DatasetRules rules{};
+  /// Called with what was guessed or left out, a line each, before pictures are written.
+  std::function<void(const std::string&)> on_note = {};
 };
 
 /// Called after every finished picture, from one thread.

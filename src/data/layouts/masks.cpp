@@ -134,10 +134,12 @@ MaskUse parse_masks(const std::string& text) {
 MaskSearch find_masks(const fs::path& root, RawScene& scene) {
   MaskSearch search;
   std::map<std::string, MaskNames> of_folder;
-  std::set<std::string> of_pictures;
+  std::set<std::string> of_pictures, pictures;
   for (const RawSplit& split : scene.splits)
-    for (const RawFrame& frame : split.frames)
+    for (const RawFrame& frame : split.frames) {
       of_pictures.merge(parts_of(fs::path(frame.file_path).lexically_normal().parent_path()));
+      pictures.insert(frame.found.string());
+    }
   std::map<std::string, fs::path> taken;  // by name alone: the folder of the picture
   for (RawSplit& split : scene.splits)
     for (RawFrame& frame : split.frames) {
@@ -153,8 +155,10 @@ MaskSearch find_masks(const fs::path& root, RawScene& scene) {
           if (fresh) found->second = masks_of(root, inside);
           const auto of_name = found->second.find(without_endings(picture.filename()));
           if (of_name == found->second.end()) continue;
-          const std::vector<std::string> best =
-              best_of(of_name->second, root, picture, frame.found, of_pictures);
+          std::vector<std::string> best = best_of(of_name->second, root, picture, frame.found, of_pictures);
+          // A picture in a folder such as images_masked is none.
+          std::erase_if(best,
+                        [&](const std::string& mask) { return pictures.contains((root / mask).string()); });
           if (best.empty()) continue;
           frame.mask = best[0];
           if (best.size() > 1 && ++search.several == 1)

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <sstream>
+#include <tuple>
 
 #include "data/layouts/axes.hpp"
 #include "data/layouts/folder_list.hpp"
@@ -158,10 +160,10 @@ void hold_out(RawScene& scene, const std::string& rule) {
   scene.one_list = false;
   sort_by_time(all);
   // Of a picture that is listed twice one would train and the other be held out.
-  const auto same = [](const RawFrame& a, const RawFrame& b) {
-    return a.time == b.time && a.file_path == b.file_path && a.film_frame == b.film_frame;
-  };
-  all.frames.erase(std::unique(all.frames.begin(), all.frames.end(), same), all.frames.end());
+  std::set<std::tuple<double, std::string, int>> known;
+  std::erase_if(all.frames, [&](const RawFrame& f) {
+    return !known.emplace(f.time, f.found.empty() ? f.file_path : f.found.string(), f.film_frame).second;
+  });
   const std::size_t n = all.frames.size();
   const std::vector<int> cameras =
       rule.empty() ? cameras_to_hold_out(all, scene.cameras) : named_cameras(rule, scene.cameras);

@@ -146,10 +146,12 @@ std::string note_on_lengths(int fewest, int most) {
                      most);
 }
 
-std::vector<Footage> find_footage(const fs::path& folder, const std::vector<std::string>& cameras) {
+std::vector<Footage> find_footage(const fs::path& folder, const std::vector<std::string>& cameras,
+                                  std::size_t least) {
   std::vector<Footage> best;
   std::ptrdiff_t most = 1;
   const auto offer = [&](std::vector<Footage> found) {
+    std::erase_if(found, [&](const Footage& f) { return f.film.empty() && f.pictures.size() < least; });
     const auto matches = std::count_if(found.begin(), found.end(), [&](const Footage& f) {
       return std::find(cameras.begin(), cameras.end(), f.camera) != cameras.end();
     });
@@ -171,14 +173,19 @@ using Takes = std::map<std::string, const Footage*>;
 template <class Take>
 std::vector<std::string> replace_cameras(RawScene& scene, const Takes& takes, const Take& take) {
   std::vector<std::string> without;
+  bool depth = false;
   for (RawSplit& split : scene.splits)
     for (RawFrame& camera : std::exchange(split.frames, {})) {
       camera.mask.clear();
+      depth |= !camera.depth.empty();
+      camera.depth.clear();
+      camera.depth_unit.reset();
       if (const auto found = takes.find(camera.camera); found != takes.end())
         take(camera, *found->second, split.frames);
       else
         without.push_back(camera.camera);
     }
+  if (depth) scene.notes.push_back("depth maps of the cameras' poses are not used: they are of one moment");
   return without;
 }
 

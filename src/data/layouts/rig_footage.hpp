@@ -45,8 +45,9 @@ std::string note_on_lengths(int fewest, int most);
 /// videos ...): those at the place that has most of the named cameras, folders before films. None if no place
 /// has two of them.
 /// @param cameras  names of those that have a pose
+/// @param least    pictures that a folder must have to be a camera's: a pose's own picture lies in one, too
 std::vector<Footage> find_footage(const std::filesystem::path& folder,
-                                  const std::vector<std::string>& cameras);
+                                  const std::vector<std::string>& cameras, std::size_t least = 1);
 
 /// Every frame of `scene` is a camera that stands still, and has its name: it becomes one frame for every
 /// picture that the camera took, with its mask where there is one (mask/NAME/0007.png, masks, seg, schp ...).

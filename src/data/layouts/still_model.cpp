@@ -69,9 +69,10 @@ bool take_still_model(const fs::path& folder, RawScene& scene) {
   for (const auto naming : kNamings) {
     const std::vector<std::string> names = names_by(scene, naming);
     if (names.size() < 2) continue;
-    std::vector<Footage> footage = find_footage(folder, names);
+    constexpr std::size_t kLeast = 2;
+    std::vector<Footage> footage = find_footage(folder, names, kLeast);
     keep_form(scene, footage);
-    std::erase_if(footage, [](const Footage& f) { return f.film.empty() && f.pictures.size() < 2; });
+    std::erase_if(footage, [](const Footage& f) { return f.film.empty() && f.pictures.size() < kLeast; });
     const auto named = std::find_if(footage.begin(), footage.end(), [&](const Footage& f) {
       return std::binary_search(names.begin(), names.end(), f.camera);
     });

@@ -268,10 +268,16 @@ Error image_missing(const std::filesystem::path& root, const std::string& file_p
       other += ending;
     std::error_code ignored;
     if (inside(root, std::filesystem::weakly_canonical(root / other, ignored)) &&
-        std::filesystem::is_regular_file(root / other, ignored))
+        std::filesystem::is_regular_file(root / other, ignored)) {
+      if (kind_of(other) == FileKind::picture)
+        return Error(
+            {where, "the picture has another ending", in_quotes(file_path), in_quotes(other.string()),
+             "write " + in_quotes(other.string()) + " as its 'file_path'"},
+            Fault::input);
       return Error({where, "the picture is of a kind that is not read", "PNG or JPEG",
                     in_quotes(other.string()), how_to_convert(other)},
                    Fault::input);
+    }
   }
   return Error({where, "the image is missing", in_quotes(file_path) + ", also with .png, .jpg or .jpeg added",
                 "no such file", "check 'file_path' and that the pictures were copied"},
