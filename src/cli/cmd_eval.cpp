@@ -196,6 +196,9 @@ int eval_run(const EvalOptions& o) {
   result["eval_seconds"] = scores.seconds;
   result["eval_device"] = describe(device);
   result["eval_data"] = whole_path(data.path).string();
+  result["downscale"] = data.downscale;
+  result["background"] = triple(run.background());
+  result["masks"] = data.masks ? data.masks->use : "none";
   std::optional<HeldCamera> held;
   if (const std::optional<Dataset> film = open_film(run, o.data, o.room))
     held = held_camera_test(run.model, renderer, *film->find("train"), *data.find(o.split));

@@ -2,7 +2,9 @@
 #include "cli/eval_pictures.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "cli/scores_print.hpp"
@@ -45,6 +47,17 @@ Truth truth_of(const EvalOptions& o) {
   return {load_dataset(o.data, load), {c[0], c[1], c[2]}, ""};
 }
 
+/// The order of a split's frames, as far as it takes to tell whether a program's pictures have the same.
+std::string order_of(const Split& split) {
+  constexpr std::size_t kNamed = 4;
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < std::min(kNamed, split.frames.size()); ++i)
+    names.push_back(split.frames[i].name);
+  const bool more = split.frames.size() > kNamed;
+  return fmt::format("the first pictures are taken for frames {}{}", fmt::join(names, ", "),
+                     more ? ", ..." : "");
+}
+
 }  // namespace
 
 bool are_figures(std::string_view start) {
@@ -58,7 +71,9 @@ int eval_pictures(const EvalOptions& o) {
   const Truth truth = truth_of(o);
   const Split& split = *truth.data.find(o.split);
   const OtherPictures pictures(o.pictures, split, o.match == "order" ? MatchBy::order : MatchBy::name);
-  if (!o.json) print_scores_head(o.split, truth.data.notes);
+  std::vector<std::string> notes = truth.data.notes;
+  if (o.match == "order") notes.push_back(order_of(split));
+  if (!o.json) print_scores_head(o.split, notes);
   std::size_t next = 0;
   const Scores scores = evaluate(
       split,
@@ -73,6 +88,7 @@ int eval_pictures(const EvalOptions& o) {
   const auto whole = [](const std::string& path) { return whole_path(path).string(); };
   Json result = scores_json(scores);
   metrics.finish(result);
+  for (std::size_t i = 0; i < split.frames.size(); ++i) result["frames"][i]["picture"] = pictures.name(i);
   result["pictures"] = whole(o.pictures);
   result["match"] = o.match;
   result["eval_data"] = whole(truth.data.path);
@@ -80,7 +96,7 @@ int eval_pictures(const EvalOptions& o) {
   result["downscale"] = truth.data.downscale;
   result["background"] = triple(truth.background);
   if (o.json)
-    tell_scores(result, truth.data.notes);
+    tell_scores(result, notes);
   else
     print_means(scores, result);
   if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);

@@ -17,9 +17,9 @@ namespace {
 void add_numbered(RenderFrames& out, const FrameRange& range, int from, int to,
                   const std::map<int, Camera>& given,
                   const std::function<void(const std::string&)>& on_note) {
-  // Where the file goes on, a camera's motion at the ends is that to its next: a part has the same vectors.
-  from -= given.begin()->first < from;
-  to += given.rbegin()->first > to;
+  // Where file and motion go on, vectors at the ends lead to the next frame: a part has those of the whole.
+  from -= given.begin()->first < from && range.time_at(from - 1) < range.time_at(from);
+  to += given.rbegin()->first > to && range.time_at(to + 1) > range.time_at(to);
   int missing = 0;
   for (int f = from; f <= to; ++f) {
     auto camera = given.upper_bound(f);

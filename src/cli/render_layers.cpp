@@ -45,11 +45,9 @@ Image vectors(const VoxelModel& model, const Rendered& r, const std::vector<Shot
 
 }  // namespace
 
-std::string layer_names() { return fmt::format("{}", fmt::join(all_names(), ",")); }
-
 std::vector<std::string> chosen_layers(const std::string& text, const std::string& format) {
   const std::vector<std::string> names = text == "all" ? kLayers : split_list(text);
-  const std::string expected = "a list of " + layer_names();
+  const std::string expected = fmt::format("a list of {}", fmt::join(all_names(), ","));
   for (const std::string& n : names) {
     if (!holds(all_names(), n))
       fail({"--layers", fmt::format("there is no layer '{}'", n), expected, text, nearest(n, all_names())});

@@ -13,9 +13,6 @@
 
 namespace splinevox::cli {
 
-/// Names that --layers knows, as a list for messages.
-std::string layer_names();
-
 /// What --layers asks for. Throws Error (input): an unknown name, one that the format has no room for, or two
 /// that are the same channels.
 std::vector<std::string> chosen_layers(const std::string& text, const std::string& format);

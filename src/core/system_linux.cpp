@@ -62,7 +62,12 @@ std::vector<std::string> own_command() {
 }
 void name_own_program(const char*) {}
 std::string own_program() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
-std::string own_program_again() { return "/proc/self/exe"; }
+std::string own_program_again() {  // by its name as long as that leads to it: `top` shows it
+  constexpr const char* kRunning = "/proc/self/exe";
+  std::error_code gone;
+  const std::string path = own_program();
+  return std::filesystem::equivalent(path, kRunning, gone) ? path : kRunning;
+}
 
 void use_large_pages(void* first, std::size_t bytes) { ::madvise(first, bytes, MADV_HUGEPAGE); }
 

@@ -43,7 +43,7 @@ struct Column {
   double scale;
   int digits;
   int better;              ///< +1: more is better, -1: less, 0: neither
-  bool of_pixels = false;  ///< depends on which pixels were compared
+  bool of_pixels = false;  ///< depends on what was compared: scene, pictures, pixels
   bool optional = false;   ///< shown where some run has it
 };
 constexpr Column kColumns[] = {
@@ -52,9 +52,9 @@ constexpr Column kColumns[] = {
     {"PSNR at best exposure", "dB", "psnr_best_gain", 1, 2, 1, true},
     {"SSIM", "", "ssim", 1, 4, 1, true},
     {"MS-SSIM", "", "ms_ssim", 1, 4, 1, true},
-    {"volume L1", "", "truth_volume.l1", 1, 3, -1, false, true},
-    {"volume correlation, mean of moments", "", "truth_volume.correlation_per_moment", 1, 3, 1, false, true},
-    {"still part, camera held, moves", "% of the width", "held_camera.p95_percent", 1, 2, -1, false, true},
+    {"volume L1", "", "truth_volume.l1", 1, 3, -1, true, true},
+    {"volume correlation, mean of moments", "", "truth_volume.correlation_per_moment", 1, 3, 1, true, true},
+    {"still part, camera held, moves", "% of the width", "held_camera.p95_percent", 1, 2, -1, true, true},
     {"training", "s", "train_seconds", 1, 1, -1},
     {"steps", "", "steps", 1, 0, 0},
     {"samples/s", "M", "samples_per_second", 1e-6, 2, 1},
@@ -87,9 +87,13 @@ bool same_pixels(const ReportRun& a, const ReportRun& b) {
     return std::tuple(run.metrics.value("stride", 1), text_of(run.metrics, "split"),
                       run.metrics.value("frames", Json::array()).size());
   };
+  // Figures of an older version, or of a network, do not say all.
+  const auto may_be_same = [&](const char* key) {
+    return !a.metrics.contains(key) || !b.metrics.contains(key) || a.metrics[key] == b.metrics[key];
+  };
   const std::string data = text_of(a.metrics, "eval_data"), other = text_of(b.metrics, "eval_data");
-  const bool unknown = data.empty() || other.empty();  // figures of an older version, or of a network
-  return of(a) == of(b) && (unknown || folder_name(data) == folder_name(other));
+  return of(a) == of(b) && (data.empty() || other.empty() || folder_name(data) == folder_name(other)) &&
+         may_be_same("downscale") && may_be_same("background") && may_be_same("masks");
 }
 
 std::string table(const std::vector<ReportRun>& runs) {
@@ -115,8 +119,9 @@ std::string table(const std::vector<ReportRun>& runs) {
       // Figures of other pictures do not compete, nor those of some pixels (splinevox-mlp).
       bool best = c.better != 0 && std::isfinite(v) && runs.size() > 1;
       for (const ReportRun& other : runs)
-        best = best && (!c.of_pixels || same_pixels(other, runs[i])) &&
-               !(c.better * number(other.metrics, c.key) > c.better * v);
+        best = best && (!std::isfinite(number(other.metrics, c.key)) ||
+                        ((!c.of_pixels || same_pixels(other, runs[i])) &&
+                         !(c.better * number(other.metrics, c.key) > c.better * v)));
       html += fmt::format("<td{}>{}</td>", best ? " class=\"best\"" : "", figure(v * c.scale, c.digits));
     }
     html += "</tr>";

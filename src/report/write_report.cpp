@@ -96,7 +96,8 @@ bool shows_run(const fs::path& file, const std::string& name, const std::string&
   start.resize(std::size_t(in.gcount()));
   if (!is_view(start) || start.find("<title>splinevox: " + escape(name) + "</title>") == start.npos)
     return false;
-  return own || start.find("<meta name=\"model\" content=\"" + model + "\">") != start.npos;
+  const std::string mark = "<meta name=\"model\" content=\"";  // pages of older versions have none
+  return own || start.find(mark) == start.npos || start.find(mark + model + "\">") != start.npos;
 }
 
 /// Pages of `view` and films that lie beside the report, in its folder's film*/ or in the run.

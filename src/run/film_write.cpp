@@ -126,18 +126,6 @@ Film::Film(const std::string& path, int width, int height, double fps)
         "apt-get install ffmpeg, or --format png"});
 }
 
-Film::Film(Film&& other) noexcept
-    : path_(other.path_),
-      draft_(other.draft_),
-      process_(other.process_),
-      pipe_(other.pipe_),
-      width_(other.width_),
-      height_(other.height_),
-      frames_(other.frames_) {
-  other.process_ = -1;
-  other.pipe_ = -1;
-}
-
 Film::~Film() {
   if (pipe_ >= 0) ::close(pipe_);
   if (process_ <= 0) return;

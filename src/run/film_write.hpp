@@ -17,8 +17,8 @@ class Film {
   /// Throws Error (input) if there is no ffmpeg.
   Film(const std::string& path, int width, int height, double fps);
   ~Film();
-  Film(Film&& other) noexcept;
-  Film& operator=(Film&&) = delete;
+  Film(const Film&) = delete;
+  Film& operator=(const Film&) = delete;
 
   /// One picture of 3 channels in [0, 1]. Throws Error (output).
   void add(const Image& picture);

@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <string_view>
 
-#include "core/handle.hpp"
 #include "core/own_folder.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -60,22 +59,16 @@ void remove_leftovers(const std::string& folder) {
 
 }  // namespace
 
-FolderLock::FolderLock(const std::string& folder, const char* doing, bool alone) {
-  descriptor_ = retried([&] { return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC); });
-  if (descriptor_ < 0) return;
-  if (retried([&] { return ::flock(descriptor_, (alone ? LOCK_EX : LOCK_SH) | LOCK_NB); }) == 0) {
+FolderLock::FolderLock(const std::string& folder, const char* doing, bool alone)
+    : folder_(folder, O_RDONLY | O_DIRECTORY) {
+  if (!folder_.ok()) return;
+  if (retried([&] { return ::flock(folder_.get(), (alone ? LOCK_EX : LOCK_SH) | LOCK_NB); }) == 0) {
     held_ = true;
     if (alone) remove_leftovers(folder);
-    return;
+  } else if (errno == EWOULDBLOCK) {
+    fail({folder, std::string("another process is ") + doing + " this folder", "one writer", "",
+          "wait for it, or another folder for --out"});
   }
-  if (errno != EWOULDBLOCK) return;
-  ::close(descriptor_);
-  fail({folder, std::string("another process is ") + doing + " this folder", "one writer", "",
-        "wait for it, or another folder for --out"});
-}
-
-FolderLock::~FolderLock() {
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 }  // namespace splinevox::run

@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "core/handle.hpp"
+
 namespace splinevox::run {
 
 /// What a FolderLock says of who writes frames or pictures: export, import, render.
@@ -17,14 +19,11 @@ class FolderLock {
   /// in the folder: drafts of write_file and probes.
   /// @param alone  false: beside others that say so, too; nothing is removed
   FolderLock(const std::string& folder, const char* doing, bool alone = true);
-  ~FolderLock();
   /// Whether it was had: where a file system knows no locks, others may write as well.
   bool held() const { return held_; }
-  FolderLock(const FolderLock&) = delete;
-  FolderLock& operator=(const FolderLock&) = delete;
 
  private:
-  int descriptor_ = -1;
+  Handle folder_;
   bool held_ = false;
 };
 

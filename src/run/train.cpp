@@ -95,13 +95,11 @@ void greet(const Dataset& data, const Config& c, Device device, Progress& progre
 /// Thrown where somebody asked to stop before the first step.
 struct StoppedEarly {};
 
-/// Makes the configuration ready for the data; writes effects.json. What the user listed is measured, not
-/// changed.
-/// @param writes  whether this process does. @param alone  no others must settle on the same. @param used
-/// seconds of the budget that are gone. Throws StoppedEarly, after a fit; others would wait for one that
-/// stopped
-Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder& folder, bool writes,
-                bool alone, double used, const Watcher* watcher, Progress& progress) {
+/// Makes the configuration ready for the data. What the user listed is measured, not changed.
+/// @param alone  no others must settle on the same. @param used  seconds of the budget that are gone. Throws
+/// StoppedEarly, after a fit; others would wait for one that stopped
+Prepared settle(const Config& asked, bool forced, Dataset& data, bool alone, double used,
+                const Watcher* watcher, Progress& progress) {
   PrepareOptions options;
   options.by_clock = alone;
   options.used = used;
@@ -125,7 +123,6 @@ Prepared settle(const Config& asked, bool forced, Dataset& data, const RunFolder
   const Json effects = effects_json(prepared);
   progress.event("effects", effects);
   for (const std::string& line : effects_lines(effects)) progress.note(line);
-  if (writes) write_file(folder.file(kEffects), {json_text(effects, 2) + "\n"});
   return prepared;
 }
 
@@ -276,17 +273,21 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     record.rules = load.rules;
   } else {
     try {
-      const double loading = since_start();
-      if (!ranks) check_time_left(asked.run, loading, "loading");
-      const Prepared ready =
-          settle(asked, past.forced, data, folder, writes, !ranks, loading, watcher, progress);
-      if (!ranks) check_time_left(asked.run, since_start(), "loading and trials");
+      const auto used_by = [&](const char* what) {
+        const double used = ranks ? ranks->from_first(since_start()) : since_start();
+        check_time_left(asked.run, used, what);
+        return used;
+      };
+      const double loading = used_by("loading");
+      const Prepared ready = settle(asked, past.forced, data, !ranks, loading, watcher, progress);
+      used_by("loading and trials");
       config = ready.config;
       // More control points than were asked for need more: a run that could not be resumed must not begin.
       if (const MemoryNeeds settled = memory_needs(config, data); settled.lattices > needs.lattices) {
         room_for_pictures(bound, settled);
         progress.note(memory_line(bound, settled, data));
       }
+      if (writes) write_file(folder.file(kEffects), {json_text(effects_json(ready), 2) + "\n"});
       record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
                 data.time_map, load.rules,         ready.parallax};
     } catch (const StoppedEarly&) {

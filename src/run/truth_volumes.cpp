@@ -278,6 +278,9 @@ TruthVolumes open_truth_volumes(const std::string& folder, const TimeMap& time_m
   if (vdb.empty() && npz.empty())
     fail({folder, "there are no truth volumes in this folder", "truth.json, or .vdb or .npz files", "none",
           hint});
+  if (part)
+    fail({folder, "volumes without truth.json have no times, and the run is of a part of the time",
+          "a truth.json beside them", "", "a run of all the time, or truth.json as docs/formats.md has it"});
   return from_files(folder, vdb.empty() ? std::move(npz) : std::move(vdb));
 }
 

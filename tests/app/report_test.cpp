@@ -36,6 +36,16 @@ TEST_SUITE("app/report") {
     CHECK(best(measured("b", 30, "", 2)) == std::pair(false, true));
     CHECK(best(measured("b", 30, "/x/mutant", 2)) == std::pair(false, false));
     CHECK(best(measured("b", 30, "/x/lego", 3)) == std::pair(false, false));
+    run::ReportRun none;
+    none.name = "none";
+    none.metrics = run::Json::object();
+    CHECK(best(none) == std::pair(true, false));  // only one has figures
+    run::ReportRun small = measured("b", 30, "/x/lego", 2);
+    small.metrics["downscale"] = 2;
+    CHECK(best(small) == std::pair(false, true));  // what the other does not say may be the same
+    run::ReportRun large = measured("a", 20, "/x/lego", 2);
+    large.metrics["downscale"] = 1;
+    CHECK_FALSE(contains(run::report_page({large, small}), "class=\"best\">30.00"));
   }
 
   TEST_CASE("the version of a run is that of its training") {

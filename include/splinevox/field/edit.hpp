@@ -45,7 +45,7 @@ struct MotionDifference {
   double light = 0;         ///< the largest difference of the gain of the light
   double opacity = 0;       ///< and of the opacity over a voxel, by presence alone
 };
-/// Of two models of one scene: `after` differs in its control points alone.
+/// Of two models of one scene, whose canonical matter is the same but for what is emptied.
 MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after);
 
 /// Makes the first moment canonical: Delta(x, t = 0) = 0, and the scene looks as before at every time.

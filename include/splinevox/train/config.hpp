@@ -157,7 +157,8 @@ struct EffectsConfig {
   int steps = 200;         ///< of each trial fit; 0: every effect of the configuration is used untried
   float min_gain = 0.1f;   ///< dB on held-out pictures below which an effect is not worth having
   float level = 0.01f;     ///< chance of switching on any effect that gains less, over all comparisons
-  float most_time = 0.4f;  ///< share of run.max_time after which no further effect is tried; 0: all are
+  float most_time = 0.4f;  ///< share of what loading left of run.max_time, after which no further effect is
+                           ///< tried; 0: all are
 };
 
 /// What is learned of the cameras of a rig (train/cameras.hpp).

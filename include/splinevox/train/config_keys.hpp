@@ -185,7 +185,7 @@ void visit_config(C& c, Visit&& visit) {
   visit("effects.min_gain", c.effects.min_gain, "dB on held-out pictures that an effect must gain", 0, 100);
   visit("effects.level", c.effects.level, "chance of a wrong switch-on, over all comparisons", 1e-6, 0.4);
   visit("effects.most_time", c.effects.most_time,
-        "share of run.max_time after which no further effect is tried, 0 = all are", 0, 1);
+        "share of the seconds that loading left, after which no further effect is tried, 0 = all are", 0, 1);
 }
 
 /// Names of an enum's values in order; the text form in TOML and --set. Specialised per enum.

@@ -221,9 +221,9 @@ struct EffectChoice {
 /// pictures with alpha that no rig took, and about ten of a rig: 5 to 90 seconds on two slow cores. A shorter
 /// run makes shorter fits, and those leave out only what surely gains nothing. Below 100 steps a fit (800 of
 /// the run, or 12.5 seconds) nothing is tried and every effect stays but presence and drift, which can stand
-/// in for others. Where a machine is so slow that trials would take more than effects.most_time of
-/// run.max_time, the last ones are left out. What they would judge stays but for drift, and presence of solid
-/// matter. The note says each.
+/// in for others. Where a machine is so slow that trials would take more than effects.most_time of what is
+/// left of run.max_time, the last ones are left out. What they would judge stays but for drift, and presence
+/// of solid matter. The note says each.
 ///
 /// In a film of one camera on its way, motion stands in for what a coarse lattice cannot show of a static
 /// scene. So there a still world is fitted first, and the scene moves if there is something that it cannot

@@ -154,37 +154,54 @@ void visit_matter(const VoxelModel& model, double parameter, int stride,
   });
 }
 
-MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after) {
-  struct Sum {
-    DistanceSum distance;
-    float light = 0, opacity = 0;
-  };
-  const float voxel = before.radiance.raw.topology->lattice.spacing;
+namespace {
+
+/// What differs at the places of one model's matter.
+struct Differences {
   DistanceSum distance;
-  MotionDifference out;
-  for (const double s : middles(kDifferenceTimes)) {
-    const FrameSampler other(after, FrameSampler::AtParameter{s});
-    std::vector<Sum> slabs(std::size_t(matter_slabs(before, kDifferenceStride)));
-    visit_matter(before, s, kDifferenceStride, [&](int slab, const MatterSample& place) {
-      Sum& sum = slabs[std::size_t(slab)];
-      const FrameSampler::Warp there = other.warp(place.x);
-      sum.distance.add(
-          length(cast<double>(there.displacement) - cast<double>(place.warp.displacement)) / double(voxel),
-          place.weight);
-      sum.light = std::max(sum.light, std::abs(there.light - place.warp.light));
-      const float opacity = one_minus_exp_neg(
-          other.radiance(place.x + place.warp.displacement, there.presence).density * voxel);
-      sum.opacity = std::max(sum.opacity, std::abs(opacity - place.weight));
-    });
-    for (const Sum& sum : slabs) {
-      distance.add(sum.distance);
-      out.light = std::max(out.light, double(sum.light));
-      out.opacity = std::max(out.opacity, double(sum.opacity));
-    }
+  float light = 0, opacity = 0;
+};
+
+/// At the matter of one model at a parameter.
+Differences differences(const VoxelModel& model, const VoxelModel& other, double parameter) {
+  const float voxel = model.radiance.raw.topology->lattice.spacing;
+  const FrameSampler sampler(other, FrameSampler::AtParameter{parameter});
+  std::vector<Differences> slabs(std::size_t(matter_slabs(model, kDifferenceStride)));
+  visit_matter(model, parameter, kDifferenceStride, [&](int slab, const MatterSample& place) {
+    Differences& d = slabs[std::size_t(slab)];
+    const FrameSampler::Warp there = sampler.warp(place.x);
+    d.distance.add(
+        length(cast<double>(there.displacement) - cast<double>(place.warp.displacement)) / double(voxel),
+        place.weight);
+    d.light = std::max(d.light, std::abs(there.light - place.warp.light));
+    const float opacity = one_minus_exp_neg(
+        sampler.radiance(place.x + place.warp.displacement, there.presence).density * voxel);
+    d.opacity = std::max(d.opacity, std::abs(opacity - place.weight));
+  });
+  Differences all;
+  for (const Differences& d : slabs) {
+    all.distance.add(d.distance);
+    all.light = std::max(all.light, d.light);
+    all.opacity = std::max(all.opacity, d.opacity);
   }
-  out.max = distance.result().max;
-  out.rms = distance.result().rms;
-  return out;
+  return all;
+}
+
+}  // namespace
+
+MotionDifference motion_difference(const VoxelModel& before, const VoxelModel& after) {
+  DistanceSum distance;
+  float light = 0, opacity = 0;
+  for (const double s : middles(kDifferenceTimes)) {
+    const Differences here = differences(before, after, s);
+    distance.add(here.distance);
+    light = std::max(light, here.light);
+    opacity = std::max(opacity, here.opacity);
+    if (before.motion.presence)  // what appears was no matter before
+      opacity = std::max(opacity, differences(after, before, s).opacity);
+  }
+  const MotionDifference d = distance.result();
+  return {d.max, d.rms, light, opacity};
 }
 
 }  // namespace splinevox

@@ -7,6 +7,7 @@
 namespace splinevox {
 namespace {
 
+/// A new profile is a line here.
 constexpr ExportProfile kProfiles[] = {
     {"blender", "density", "color", "velocity", "flame", -0.5, ExportSidecar::blender_script},
     {"houdini", "density", "Cd", "v", "flame", 0.0, ExportSidecar::none},
@@ -21,8 +22,6 @@ constexpr ExportProfile kProfiles[] = {
 };
 
 }  // namespace
-
-std::span<const ExportProfile> profile_table() { return kProfiles; }
 
 std::vector<std::string> export_profiles() {
   std::vector<std::string> names;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <span>
 #include <string>
 
 namespace splinevox {
@@ -28,9 +27,6 @@ struct ExportProfile {
 
   bool stores_half() const { return format == FrameFormat::vdb; }
 };
-
-/// The one list of profiles: a new one is a line here.
-std::span<const ExportProfile> profile_table();
 
 /// Throws Error (Fault::input) listing the names if there is no such profile.
 const ExportProfile& find_profile(const std::string& name);

@@ -128,7 +128,8 @@ class Live {
   }
 
   takeLine(line) {
-    if (line.held_view === undefined && line.loss === undefined) return;  // a wish that was heard
+    // Others are of a wish that was heard, or of a step that was discarded.
+    if (line.held_view === undefined && line.loss === undefined) return;
     this.start ??= line.seconds;
     const x = line.seconds - this.start, [psnr, loss] = this.charts.map(c => c.data.datasets);
     if (line.held_view !== undefined) {
@@ -136,7 +137,7 @@ class Live {
       psnr[1].data.push({x, y: line.held_psnr});
       this.views.push({step: line.step, psnr: line.held_psnr});
       this.addPreview();
-    } else if (line.loss !== undefined) {
+    } else {
       this.last = line;
       psnr[0].data.push({x, y: line.psnr});
       loss[0].data.push({x, y: line.loss});

@@ -80,8 +80,34 @@ void check_names(const std::string& path, const std::vector<std::string>& names,
   }
 }
 
-/// "group.key=value" is of "group.key".
-std::string key_of(const std::string& set) { return set.substr(0, set.find('=')); }
+/// "group.key = value" is of "group.key".
+std::string key_of(const std::string& set) {
+  const std::string before = set.substr(0, set.find('='));
+  const std::size_t from = std::min(before.find_first_not_of(" \t"), before.size());
+  return before.substr(from, before.find_last_not_of(" \t") + 1 - from);
+}
+
+/// Options of `train` that set a key, and count before `--set`.
+constexpr std::pair<std::string_view, std::string_view> kNamedSets[] = {{"--downscale", "run.downscale"},
+                                                                        {"--max-time", "run.max_time"},
+                                                                        {"--max-steps", "run.max_steps"},
+                                                                        {"--background", "run.background"},
+                                                                        {"--seed", "run.seed"}};
+
+/// Throws Error (input) if a setting's value would not count.
+void check_named(const std::string& path, const std::string& setting, const std::vector<std::string>& sets,
+                 const std::vector<std::string>& words) {
+  for (const auto& [option, key] : kNamedSets)
+    for (const std::string& own : sets)
+      if (const std::string start = std::string(option) + "=";
+          key_of(own) == key &&
+          (option == "--seed" || std::any_of(words.begin(), words.end(), [&](const std::string& word) {
+             return word == option || word.starts_with(start);
+           })))
+        fail({path, fmt::format("setting '{}' has {}, and {} would count", setting, own, option),
+              "one of them", "",
+              option == "--seed" ? "seeds = [...]" : "a line of [settings] for each value"});
+}
 
 /// Words that every training gets, but for `--set` of keys that a setting has values of its own for: of two
 /// the last would count.
@@ -137,6 +163,7 @@ std::vector<SweepTask> read_sweep(const std::string& path, const std::string& ou
   for (const auto& [name, sets] : settings) {
     check_word(path, "settings", name);
     for (const std::string& s : sets) check_word(path, "settings", s);
+    check_named(path, name, sets, common);
   }
   if (settings.empty()) settings.emplace_back("", std::vector<std::string>());
 

@@ -149,7 +149,7 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
     out.note += fmt::format(
         "{}trials took {:.0f} of {:.0f} seconds, and there was no time to try {}: that stays, but drift and "
         "presence of solid matter do not",
-        out.note.empty() ? "" : "; ", time.spent(), config.run.max_time, fmt::join(no_time, ", "));
+        out.note.empty() ? "" : "; ", time.spent(), config.run.max_time - used, fmt::join(no_time, ", "));
   // Light would learn the highlights of such a film, and show them from elsewhere. Motion was judged beside
   // it.
   if (std::any_of(out.verdicts.begin(), out.verdicts.end(), [](const EffectVerdict& v) {
