@@ -210,8 +210,8 @@ TEST_SUITE("app/capture") {
     CHECK(plans.at(0).height == 64);
     const fs::path rows = folder.path() / "rows.mpg";
     REQUIRE(
-        shell("ffmpeg -v error -y -f lavfi -i testsrc=s=64x48:r=25:d=1 -c:v mpeg2video -flags +ilme+ildct "
-              "-top 1 " +
+        shell("ffmpeg -v error -y -f lavfi -i testsrc=s=64x48:r=25:d=1 -vf setfield=tff -c:v mpeg2video "
+              "-flags +ilme+ildct " +
               rows.string()));
     plan_capture(find_capture_input({rows.string()}), {}, talk);
     CHECK(contains(talk.notes().back(), "an interlaced film"));

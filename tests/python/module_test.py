@@ -133,8 +133,8 @@ def test_control_c_interrupts_training(data):
 
 def test_control_c_ends_trials_after_the_fit_under_way(scene):
     data = sv.load_dataset(scene)
-    config = sv.Config("draft", settings={**SMALL, "effects.steps": 1000}, max_steps=10**6)
-    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    config = sv.Config("draft", settings={**SMALL, "effects.steps": 3000}, max_steps=10**6)
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         sv.prepare(config, data)
 
