@@ -185,7 +185,7 @@ TEST_SUITE("mlp/program") {
       Started train({SPLINEVOX_MLP, "train",       folder.str() + "/data",
                      "--out",       run,           "--kind",
                      kind,          "--max-steps", "20",
-                     "--samples",   "8",           "--shrink",
+                     "--samples",   "4",           "--shrink",
                      "1",           "--stride",    "4",
                      "--test-at",   "0,1e9",       "--lr",
                      "2e-3",        "--quiet"});
