@@ -27,6 +27,15 @@ struct BallScene {
   }
 };
 
+/// A sweep over a ball that moves, with preset draft. @param rest  of the description: seeds, train, settings
+/// @return the description's path
+inline std::string describe_sweep(const TempFolder& folder, const std::string& rest) {
+  write_moving_ball(folder.path() / "ball", {8, 2, 2, 16, 0.8});
+  const std::string path = folder.str() + "/sweep.toml";
+  write_text(path, "datasets = [\"" + folder.str() + "/ball\"]\npresets = [\"draft\"]\n" + rest);
+  return path;
+}
+
 /// The words that train a run on a few small lattices, without trials of effects.
 inline std::vector<std::string> train_small(const std::string& data, const std::string& out,
                                             const std::vector<std::string>& more) {

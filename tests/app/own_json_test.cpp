@@ -3,7 +3,7 @@
 
 #include <doctest/doctest.h>
 
-#include "app/program.hpp"
+#include "app/ball_scene.hpp"
 #include "run/sweep/sweep.hpp"
 #include "splinevox/core/error.hpp"
 
@@ -95,16 +95,15 @@ TEST_SUITE("app/own_json") {
 
   TEST_CASE("one bad run does not stop a sweep") {
     const TempFolder folder;
-    write_moving_ball(folder.path() / "ball", {6, 1, 2, 12, 0.8});
-    write_text(folder.path() / "sweep.toml",
-               "datasets = [\"" + folder.str() +
-                   "/ball\"]\npresets = [\"draft\"]\nseeds = [1, 7]\ntrain = [\"--max-steps\", \"4\", "
-                   "\"--set\", \"effects.steps=0\", \"--set\", \"sampling.rays=128\", \"--set\", "
-                   "\"grid.radiance=8,12,16\", \"--set\", \"motion.points=4\"]\n"
-                   "[settings]\nplain = []\n");
+    const std::string description =
+        describe_sweep(folder,
+                       "seeds = [1, 7]\ntrain = [\"--max-steps\", \"4\", "
+                       "\"--set\", \"effects.steps=0\", \"--set\", \"sampling.rays=128\", \"--set\", "
+                       "\"grid.radiance=8,12,16\", \"--set\", \"motion.points=4\"]\n"
+                       "[settings]\nplain = []\n");
     const std::string out = folder.str() + "/out", bad = out + "/ball_draft_plain_s1/metrics.json";
     write_text(bad, kDeep);
-    const std::vector<std::string> words = {"sweep", folder.str() + "/sweep.toml", "--out", out};
+    const std::vector<std::string> words = {"sweep", description, "--out", out};
     const Ended e = program(words);
     CHECK(e.code == 1);
     CHECK(contains(e.out, "ball_draft_plain_s1: failed: "));

@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <iterator>
 
-#include "app/program.hpp"
+#include "app/ball_scene.hpp"
 #include "splinevox/core/error.hpp"
 
 using namespace splinevox;
@@ -21,16 +21,13 @@ namespace {
 
 /// A small sweep: two settings and two seeds of one scene.
 std::string describe_small(const TempFolder& folder) {
-  write_moving_ball(folder.path() / "ball", {8, 2, 2, 16, 0.8});
-  write_text(
-      folder.path() / "sweep.toml",
-      "datasets = [\"" + folder.str() +
-          "/ball\"]\npresets = [\"draft\"]\nseeds = [1, 7]\n"
-          "train = [\"--max-steps\", \"20\", \"--effects\", \"all\", \"--set\", \"sampling.rays=256\",\n"
-          "\"--set\", \"grid.radiance=8,12,16\", \"--set\", \"motion.points=4\",\n"
-          "\"--set\", \"grid.motion=4,8\", \"--set\", \"grid.motion_start=0,0.2\"]\n"
-          "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.5\", \"loss.tv_density=0.01\"]\n");
-  return folder.str() + "/sweep.toml";
+  return describe_sweep(
+      folder,
+      "seeds = [1, 7]\n"
+      "train = [\"--max-steps\", \"20\", \"--effects\", \"all\", \"--set\", \"sampling.rays=256\",\n"
+      "\"--set\", \"grid.radiance=8,12,16\", \"--set\", \"motion.points=4\",\n"
+      "\"--set\", \"grid.motion=4,8\", \"--set\", \"grid.motion_start=0,0.2\"]\n"
+      "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.5\", \"loss.tv_density=0.01\"]\n");
 }
 
 }  // namespace
@@ -64,13 +61,13 @@ TEST_SUITE("app/sweep") {
 
   TEST_CASE("a setting's own value counts, and not that which every training gets") {
     const TempFolder folder;
-    write_moving_ball(folder.path() / "ball", {8, 2, 2, 16, 0.8});
-    write_text(folder.path() / "sweep.toml",
-               "datasets = [\"" + folder.str() +
-                   "/ball\"]\npresets = [\"draft\"]\nseeds = [1]\n"
-                   "train = [\"--set\", \"loss.tv_control=0.1\", \"--set=loss.tv_density=0.2\"]\n"
-                   "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.9\", \"loss.tv_density=0.3\"]\n");
-    const std::vector<SweepTask> tasks = read_sweep(folder.str() + "/sweep.toml", "out");
+    const std::vector<SweepTask> tasks = read_sweep(
+        describe_sweep(
+            folder,
+            "seeds = [1]\n"
+            "train = [\"--set\", \"loss.tv_control=0.1\", \"--set=loss.tv_density=0.2\"]\n"
+            "[settings]\nplain = []\nsmooth = [\"loss.tv_control=0.9\", \"loss.tv_density=0.3\"]\n"),
+        "out");
     REQUIRE(tasks.size() == 2);
     const auto end_of = [](const SweepTask& t) {
       const auto from = std::find(t.train.begin(), t.train.end(), "--resume") + 1;

@@ -257,8 +257,7 @@ class Capture {
   /// Removes what new frames replace. From here on the folder says what it is made from.
   void clear_folder() const {
     if (options_.fresh) set_aside();
-    for (const char* name : {"images", "masks", "work/masks", "work/database.db"})
-      fs::remove_all(folder_ / name);
+    for (const char* name : {"images", "masks", "work/masks"}) fs::remove_all(folder_ / name);
     fs::create_directories(folder_ / "work");
     write_capture_state(folder_, state_);
   }
