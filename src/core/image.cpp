@@ -7,6 +7,7 @@
 
 #include "core/half.hpp"
 #include "core/mapped_file.hpp"
+#include "splinevox/core/error.hpp"
 
 namespace splinevox {
 
@@ -106,6 +107,8 @@ void Picture::give_back() const {
 }
 
 Image composite(const Picture& picture, Vec3 background) {
+  if (!picture.has_values() && picture.pixels() > 0)
+    fail({"composite", "the picture has been opened without its pixels", "LoadOptions::pixels", "", ""});
   Image out(picture.width, picture.height, 3);
   for (int y = 0; y < out.height; ++y)
     for (int x = 0; x < out.width; ++x) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
+
 namespace splinevox {
 
 /// A clock that stands still while the process is suspended (Ctrl-Z, a scheduler that freezes it): a budget
@@ -27,7 +29,18 @@ class RunningClock {
 /// Seconds that this process was not suspended, as far as calls tell; from any thread.
 double running_seconds();
 
-/// That clock in laps.
+/// Seconds by the clock on the wall, since it was made.
+class Timer {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// The running clock in laps.
 class Stopwatch {
  public:
   /// Seconds since the last lap, or since the watch was made.

@@ -21,10 +21,6 @@ struct LensRay {
 /// d (r lens_factor(r^2)) / d r: where it falls to 0 the picture folds over.
 double lens_growth(const Distortion& lens, double r);
 
-/// The largest `reach` of a lens: up to where it folds over, at most 20 (87 degrees off the axis) or a right
-/// angle.
-double lens_reach(const Distortion& lens);
-
 /// Where the lens shows what a pinhole would show at p. Beyond `reach` in proportion, so that what lies far
 /// aside never comes back into the picture.
 LensPoint distort(const Distortion& lens, LensPoint p);

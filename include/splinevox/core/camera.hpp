@@ -7,17 +7,20 @@
 
 namespace splinevox {
 
-/// How a lens bends the pinhole picture; dimensionless, so the same at every picture size. math/lens.hpp has
-/// the formulas.
+/// How a lens bends the pinhole picture; dimensionless, so the same at every picture size. OpenCV's
+/// models; `lens_reach` gives the reach.
 struct Distortion {
   enum class Kind { none, brown, fisheye };
   Kind kind = Kind::none;
   std::array<double, 4> k{};  ///< radial k1 to k4
   std::array<double, 2> p{};  ///< tangential p1, p2; brown alone has them
   double reach = 0;  ///< the formulas hold up to here and are continued in proportion: tangent of the angle
-                     ///< to the axis, for fisheye the angle
+                     ///< to the axis, for fisheye the angle. Above 0 where `kind` is not none
   friend bool operator==(const Distortion&, const Distortion&) = default;
 };
+/// The largest `reach` of a lens: up to where it folds over, at most 20 (87 degrees off the axis) or a right
+/// angle.
+double lens_reach(const Distortion& lens);
 
 /// Camera. Pixel (i, j) has its centre at (i + 0.5, j + 0.5), j counted from the top; axes are
 /// OpenGL's: x right, y up, looking along -z.
