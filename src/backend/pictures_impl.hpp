@@ -44,15 +44,15 @@ class Pictures final : public PictureMaker {
     });
     host_.resize(pixels_.size());
     run_.download(pixels_, host_.data());
-    const Background& background = model_.background;
+    const bool one_colour = !model_.background.learned() && !model_.surroundings.any();
     parallel_for(camera.height, [&](int y) {
       for (int x = 0; x < camera.width; ++x) {
         const std::size_t i = std::size_t(y) * camera.width + x;
         const Pixel& p = host_[i];
         // One colour needs no ray, and neither does what does not show.
-        const Vec3 behind = background.learned() && p.transmittance > 0
+        const Vec3 behind = !one_colour && p.transmittance > 0
                                 ? model_.behind(camera_ray(camera, x + 0.5, y + 0.5))
-                                : background.color;
+                                : model_.background.color;
         const Vec3 rgb = p.rgb + p.transmittance * behind;
         for (int c = 0; c < 3; ++c) {
           out.rgb.data[3 * i + c] = rgb[c];

@@ -14,6 +14,7 @@
 #include "render/pixel_sums.hpp"
 #include "render/ray_kernel.hpp"
 #include "render/specialise.hpp"
+#include "splinevox/core/error.hpp"
 
 namespace splinevox {
 namespace {
@@ -141,6 +142,9 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 Renderer::~Renderer() = default;
 
 Rendered Renderer::render(const Camera& camera, double time, const RenderOptions& options) {
+  if (camera.lens.kind != Distortion::Kind::none && !(camera.lens.reach > 0))
+    fail({"Renderer::render", "the lens of the camera has no reach", "Distortion::reach above 0", "",
+          "lens_reach(camera.lens)"});
   state_->go_to(time);
   const int n =
       options.across == 0 ? rays_across(state_->model, camera) : std::clamp(options.across, 1, kMostAcross);

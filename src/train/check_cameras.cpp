@@ -90,6 +90,10 @@ double check_parallax(const Config& config, const Split& train,
         "all cameras see the scene from within {:.2g} degrees: its depth is not determined, and views "
         "from elsewhere are a guess. More cameras, or a camera that moves, would tell",
         angle));
+  else if (b.empty() && look_alike(cameras))
+    note(
+        "all cameras look in one direction: where the scene is, between them and far away, is a guess. --set "
+        "grid.box=X0,Y0,Z0,X1,Y1,Z1 says it");
   return angle;
 }
 

@@ -75,7 +75,8 @@ FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, c
   std::vector<int> trained(window.frames.begin(), window.frames.end());
   std::stable_sort(trained.begin(), trained.end(),  // of cameras that are late in the order of their moments
                    [&](int a, int b) { return time_of(a) < time_of(b); });
-  // Of a long sequence only some times are computed, and a moment between two of them has what either has.
+  // Of a long sequence only some times are computed, and a moment between two of them has what either has,
+  // and more around it the further apart they are.
   const std::vector<std::size_t> moments = starts_of_moments(trained, time_of);
   const std::size_t looks = std::min(moments.size(), kMostOccupancyLooks);
   const auto rank = [&](std::size_t look) {
@@ -100,8 +101,11 @@ FrameOccupancy frame_occupancies(const Setting& setting, const Volume& volume, c
     put(rank(i), i);
     if (i + 1 == looks || rank(i) + 1 == rank(i + 1)) continue;
     for (std::size_t m = rank(i) + 1; m < rank(i + 1); ++m) put(m, out.grids.size());
-    out.grids.push_back(out.grids[i]);
-    out.grids.back() |= out.grids[i + 1];
+    BitGrid between = out.grids[i];
+    between |= out.grids[i + 1];
+    for (std::size_t gap = rank(i + 1) - rank(i); gap > 1; gap /= 2)
+      between = dilate(between);  // what is fast is on its way
+    out.grids.push_back(std::move(between));
   }
   if (trained.size() == views.size()) return out;
   // Times yet to be trained: what the nearest one trained holds, with room to move.
@@ -166,8 +170,7 @@ void tighten_box(const Setting& setting, Volume& volume, const TimeWindow& windo
   fit_motion(setting, volume);
 }
 
-void clear_skipped(const Setting& setting, const Occupancy& occupancy, VoxelModel& model) {
-  if (occupancy.frames.grids.empty()) return;  // nothing was skipped
+void clear_skipped(const Setting& setting, VoxelModel& model) {
   const SamplingConfig& sampling = setting.config.sampling;
   const BitGrid canonical =
       canonical_occupancy(model, sampling.occupancy_cells, sampling.occupancy_alpha, model.step);

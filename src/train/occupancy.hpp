@@ -64,9 +64,9 @@ void fit_motion(const Setting& setting, Volume& volume);
 /// occupancy must be refreshed after it.
 void tighten_box(const Setting& setting, Volume& volume, const TimeWindow& window);
 
-/// Empties the canonical cells of a model that the occupancy calls empty: training never samples what it
-/// skips, so leftovers of the first fog would be visible in a picture. Bricks in which nothing is left are
-/// pruned.
-void clear_skipped(const Setting& setting, const Occupancy& occupancy, VoxelModel& model);
+/// Empties the canonical cells of a model that the occupancy calls empty, or would: training never samples
+/// what it skips, be it outside the hull, so leftovers of the first fog would be visible in a picture. Bricks
+/// in which nothing is left are pruned.
+void clear_skipped(const Setting& setting, VoxelModel& model);
 
 }  // namespace splinevox

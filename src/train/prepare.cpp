@@ -18,10 +18,18 @@
 namespace splinevox {
 namespace {
 
+/// Data sets can be opened without their pictures' pixels (LoadOptions::pixels).
+void check_pixels(const Split& train, const std::string& where) {
+  for (const Frame& f : train.frames)
+    if (!f.image.has_values())
+      fail({where, "pictures have been opened without their pixels", "LoadOptions::pixels", f.name, ""});
+}
+
 const Split& train_split(const Dataset& data) {
   const Split* train = data.find("train");
   if (!train || train->frames.empty())
     fail({data.path, "there is nothing to train on", "a split named train, if it was read", "", ""});
+  check_pixels(*train, data.path);
   return *train;
 }
 

@@ -99,14 +99,14 @@ const std::vector<StepReport>& Trainer::discarded() const { return state_->disca
 VoxelModel Trainer::model() const {
   const Volume& volume = state_->home.read();
   VoxelModel model = volume.lattices.model;
-  clear_skipped(state_->setting, volume.occupancy, model);
+  clear_skipped(state_->setting, model);
   return model;
 }
 
 VoxelModel Trainer::finish() {
   State& s = *state_;
   VoxelModel model = s.home.take();
-  clear_skipped(s.setting, s.home.occupancy(), model);
+  clear_skipped(s.setting, model);
   return model;
 }
 

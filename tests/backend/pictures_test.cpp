@@ -81,6 +81,22 @@ TEST_SUITE("backend/pictures") {
       std::printf("%s: pictures differ from the CPU's by %.2e at most\n", runner.name.c_str(), worst);
     }
   }
+  TEST_CASE("surroundings show on a device too, also before one colour that a user asked for") {
+    VoxelModel model = test::blob_model(40, {}, 0);
+    const std::vector<float> row{2, 1.5f, 0, -1, 0, 0, 0, 0};  // dense, and of no colour that is behind them
+    model.surroundings.box = model.box;
+    model.surroundings.raw = make_channels(outer_topology(16), int(row.size()), row.data());
+    model.background = {.color = {1, 0, 1}};
+    const Camera eye = camera(45, 38);
+    Renderer cpu(model);
+    const Image expected = cpu.render(eye, 0.5).rgb;
+    for (const test::Runner& runner : test::runners()) {
+      Renderer device(model, runner.pictures(model));
+      CHECK(farthest(expected, device.render(eye, 0.5).rgb) < 1e-5);
+    }
+    model.surroundings = {};
+    CHECK(farthest(expected, Renderer(model).render(eye, 0.5).rgb) > 0.1);  // they are there to be seen
+  }
   TEST_CASE("several rays a pixel are the means of a finer picture's squares, of depth over what was hit") {
     const VoxelModel model = test::blob_model(40, {true, 4, {-0.3f, 0.1f, 0.2f}, 0.15f, true, 0.8f}, 1);
     const Camera eye = camera(45, 38);

@@ -111,6 +111,9 @@ TEST_SUITE("train/effects") {
             (frames < 16 ? 0.7 : 0.9));
     }
     CHECK(share_of(make_synth("ball", {.frames = 100, .size = 8, .orbit = 3})) < 0.8);
+    Dataset paused = make_synth("ball", {.frames = 40, .size = 8, .orbit = 0.5});
+    for (Frame& f : paused.splits[0].frames) f.time = f.time < 0.5 ? 0.7 * f.time : 0.3 + 0.7 * f.time;
+    CHECK(share_of(paused) > 0.9);  // a pause makes it no other film
     Dataset stands = make_synth("ball", {.frames = 20, .size = 8});
     for (Frame& f : stands.splits[0].frames) f.camera = stands.splits[0].frames[0].camera;
     CHECK(share_of(stands) == 0);

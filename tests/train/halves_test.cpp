@@ -3,10 +3,13 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <set>
 #include <string>
+#include <tuple>
 
 #include "train/by_time.hpp"
+#include "train/learn_cameras.hpp"
 
 using namespace splinevox;
 
@@ -53,6 +56,20 @@ TEST_SUITE("train/halves") {
       const Halves apart = divide_cameras(train);
       CHECK(cameras_in(apart.held_out) == std::size_t(cameras) / 5);
       CHECK(cameras_in(apart.fitted) == std::size_t(cameras - cameras / 5));
+    }
+  }
+
+  TEST_CASE("of many cameras each has the three moments that a gain takes; of very many some") {
+    for (const auto& [cameras, moments, kept] : {std::tuple{24, 12, 24}, {36, 8, 36}, {100, 10, 40}}) {
+      CAPTURE(cameras);
+      const Split train = rig(cameras, moments);
+      const Halves halves = divide(train, {frames_by_time(train)});
+      CHECK(halves.held_out.frames.size() == 20);
+      const CameraFits fits = rig_of(halves.fitted);
+      REQUIRE_FALSE(fits.cameras.empty());
+      CHECK(std::count_if(fits.cameras.begin(), fits.cameras.end(),
+                          [](const CameraFit& c) { return c.trained; }) == kept);
+      for (const Frame& f : halves.held_out.frames) CHECK(fits.knows(f.camera_id));
     }
   }
 

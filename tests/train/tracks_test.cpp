@@ -13,6 +13,7 @@
 #include "math/camera.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
+#include "splinevox/field/sample.hpp"
 #include "splinevox/train/trainer.hpp"
 #include "support/small_run.hpp"
 #include "train/film/moving_tracks.hpp"
@@ -81,6 +82,29 @@ void spoil(Dataset& data, double noise, double wrong) {
       p.v = std::clamp(p.v + float(noise + (strays ? 5 : 0)) * normal(random), 0.0f,
                        float(f.camera.height) - 1);
     }
+}
+
+/// How far a surface point of the ball is from its own mean in the canonical volume, over the times of the
+/// pictures; mean over points, scene units.
+double canonical_spread(const VoxelModel& model, const SynthScene& scene, const Split& train) {
+  const Frame& middle = train.frames[train.frames.size() / 2];
+  const SynthMoment then = scene.at(middle.time);
+  double spread = 0, points = 0;
+  for (int y = 0; y < middle.camera.height; ++y)
+    for (int x = 0; x < middle.camera.width; ++x) {
+      const auto hit = then.trace(camera_ray(middle.camera, x + 0.5, y + 0.5));
+      if (!hit || hit->body >= then.subjects()) continue;
+      std::vector<Vec3d> places;
+      Vec3d mean{};
+      for (const Frame& f : train.frames) {
+        const Vec3d p = cast<double>(scene.at(f.time).world_from_rest(hit->body, hit->rest));
+        places.push_back(p + cast<double>(FrameSampler(model, f.time).warp(cast<float>(p)).displacement));
+        mean += (1.0 / double(train.frames.size())) * places.back();
+      }
+      for (const Vec3d& p : places) spread += length(p - mean) / double(places.size());
+      ++points;
+    }
+  return spread / points;
 }
 
 TEST_SUITE("train/tracks") {
@@ -154,6 +178,17 @@ TEST_SUITE("train/tracks") {
     const VoxelModel unused = test::trained(config, hand_film(true));
     CHECK(unused.motion.levels.back().values == plain.motion.levels.back().values);
     CHECK(unused.radiance.raw.values == plain.radiance.raw.values);
+  }
+
+  TEST_CASE("tracks hold together in the canonical volume what they follow") {
+    const SynthScene scene = SynthScene::open("ball", room_look());
+    const Dataset data = hand_film(true);
+    Config config = followed_run(80);
+    const double followed = canonical_spread(test::trained(config, data), scene, *data.find("train"));
+    config.loss.tracks = 0;
+    const double plain = canonical_spread(test::trained(config, data), scene, *data.find("train"));
+    CAPTURE(plain);
+    CHECK(followed < 0.9 * plain);
   }
 
   TEST_CASE("points on ignored pixels say nothing and are not followed") {

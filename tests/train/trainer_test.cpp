@@ -8,11 +8,13 @@
 #include <functional>
 #include <random>
 
+#include "render/occupancy.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/render/render_image.hpp"
 #include "support/small_run.hpp"
 #include "support/state_parts.hpp"
+#include "train/refine.hpp"
 
 using namespace splinevox;
 using test::same_parameters;
@@ -215,6 +217,26 @@ TEST_SUITE("train/trainer") {
     for (std::size_t r = kBrickRows; r < model.radiance.raw.topology->rows(); ++r)
       finest = std::max(finest, std::abs(model.radiance.raw.row(r)[4 + 12]));
     CHECK(finest > 0.01f);
+  }
+  TEST_CASE("a run without a refresh of its occupancy leaves no fog that no ray has sampled") {
+    const Dataset& data = moving_ball();
+    Config config = test::small_run(30);
+    config.grid.radiance = {28};
+    config.grid.radiance_start = {0};
+    config.grid.motion = {4};
+    config.grid.motion_start = {0};
+    const VoxelModel model = test::trained(config, data);
+    const SamplingConfig& s = config.sampling;
+    const BitGrid matter = canonical_occupancy(model, s.occupancy_cells, s.occupancy_alpha, model.step);
+    REQUIRE(matter.count() > 0);
+    REQUIRE(matter.count() < matter.cells());
+    const Channels& raw = model.radiance.raw;
+    int fog = 0;
+    for (int b = 1; b <= raw.topology->brick_count(); ++b)
+      for (int i = 0; i < kBrickRows; ++i)
+        if (!matter.test(matter.index(matter.cell_of(raw.topology->position(b, i)))))
+          fog += raw.row(std::size_t(b) * kBrickRows + i)[0] > kEmptyDensity;
+    CHECK(fog == 0);
   }
   TEST_CASE("matter that is not visible is emptied, and pictures are as good without it") {
     Config config = preset("draft");

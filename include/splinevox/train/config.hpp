@@ -136,8 +136,8 @@ struct SamplingConfig {
   float growth = 3;          ///< rays of the last step over those of the first, linear in between
   float carve = 0.15f;       ///< share of the rays that look past silhouettes of neighbouring times
   int carve_frames = 4;      ///< how many frames earlier or later such a camera may be
-  float carve_speed =
-      3;  ///< the fastest that things are taken to move, picture widths per unit of model time
+  float carve_speed = 3;     ///< the fastest that things are taken to move, picture widths per unit of model
+                             ///< time, or per 240 moments of a longer sequence
   float changing = 0.3f;     ///< share of the rays, where cameras that stand still see something change
   float hard_share = 0.5f;   ///< share of a picture's rays that are drawn by where it is fitted worst
   float hard_start = 0.15f;  ///< progress at which that begins

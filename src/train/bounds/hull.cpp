@@ -169,6 +169,10 @@ bool meets(const BitGrid& hull, const Ray& ray) {
   return false;
 }
 
+/// Where the middle of a camera's picture lies: not along its axis if the lens is shifted or pictures are
+/// cut.
+Vec3d middle_of(const Camera& c) { return camera_ray(c, 0.5 * c.width, 0.5 * c.height).direction; }
+
 constexpr int kCoarse = 48;  ///< cells of a first hull along an edge
 
 }  // namespace
@@ -183,8 +187,8 @@ Box camera_cube(const std::vector<Camera>& cameras) {
   NearestPoint nearest;
   nearest.hold({0, 0, 0}, 1e-9);  // parallel axes have no such point: any will do
   for (const Camera& c : cameras) {
-    const Vec3d z = c.axes[2], p = c.position;
-    nearest.add({z.x, z.y, z.z}, {p.x, p.y, p.z});
+    const Vec3d d = middle_of(c), p = c.position;
+    nearest.add({d.x, d.y, d.z}, {p.x, p.y, p.z});
   }
   const Eigen::Vector3d x = nearest.solve();
   const Vec3d center{x[0], x[1], x[2]};
@@ -196,7 +200,7 @@ Box camera_cube(const std::vector<Camera>& cameras) {
     const Vec3d outwards = c.position - center;
     reach.push_back(length(outwards) * half);
     spread = std::max(spread, length(outwards));
-    away += dot(outwards, c.axes[2]) <= 0;
+    away += dot(outwards, middle_of(c)) >= 0;
   }
   std::nth_element(reach.begin(), reach.begin() + reach.size() / 2, reach.end());
   const bool inside = 2 * away > cameras.size();
@@ -278,6 +282,14 @@ double parallax(const std::vector<Camera>& cameras, const Box& box) {
       }
   }
   return std::acos(std::clamp(least, -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+bool look_alike(const std::vector<Camera>& cameras) {
+  constexpr double kAlike = 1;  // degrees
+  for (const Camera& c : cameras)
+    if (dot(middle_of(c), middle_of(cameras.front())) < std::cos(kAlike * std::numbers::pi / 180))
+      return false;
+  return cameras.size() > 1;
 }
 
 SceneBounds find_bounds(const Split& train, bool has_alpha, int cells, float margin) {

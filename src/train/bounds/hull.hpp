@@ -31,6 +31,9 @@ std::vector<Camera> cameras_of(const Split& split);
 /// most look away from it they are inside the scene, which a cube between them would not hold (numerics H28).
 Box camera_cube(const std::vector<Camera>& cameras);
 
+/// Whether all cameras look in one direction, so that no point is nearest to what they look at.
+bool look_alike(const std::vector<Camera>& cameras);
+
 /// The share of what the silhouettes show that their hull can show, 0..1: of pixels with alpha, whose rays
 /// meet a cell that views of about the same time agree on. Near 1 where cameras belong to the pictures; far
 /// below where they do not, because silhouettes of other cameras meet nowhere.

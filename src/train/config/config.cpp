@@ -180,6 +180,9 @@ void set_config(Config& config, const std::string& assignment, const std::string
     found = true;
     assign(member, text, {where, key, lo, hi});
   });
+  if (!found && key == "preset")
+    fail({where, "a preset is no setting: settings change it", "--preset NAME", assignment,
+          "--preset " + std::string(trim(text))});
   if (!found) config_value::unknown_key(where, key);
 }
 

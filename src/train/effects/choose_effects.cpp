@@ -3,12 +3,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/stopwatch.hpp"
 #include "splinevox/train/effects.hpp"
 #include "train/effects/effect_table.hpp"
 #include "train/effects/film.hpp"
@@ -73,9 +73,7 @@ class TrialTime {
   TrialTime(const RunConfig& run, double share, double used)
       : most_(run.max_time > 0 && share > 0 ? share * std::max(0.0, run.max_time - used)
                                             : std::numeric_limits<double>::infinity()) {}
-  double spent() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
+  double spent() const { return timer_.seconds(); }
   /// @param fits  that were made so far
   bool left_for(Effect effect, std::size_t fits) const {
     const double fit = spent() / double(std::max<std::size_t>(1, fits));
@@ -83,7 +81,7 @@ class TrialTime {
   }
 
  private:
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  const Timer timer_;
   const double most_;
 };
 
@@ -147,8 +145,8 @@ EffectChoice choose_effects(const Config& config, const Split& train, const Time
   }
   if (!no_time.empty())
     out.note += fmt::format(
-        "{}trials took {:.0f} of {:.0f} seconds, and there was no time to try {}: that stays, but drift and "
-        "presence of solid matter do not",
+        "{}trials took {:.0f} of {:.0f} seconds, and there was no time to try {}. That stays, but drift, "
+        "presence of solid matter, and light where nothing moves do not",
         out.note.empty() ? "" : "; ", time.spent(), config.run.max_time - used, fmt::join(no_time, ", "));
   // Light would learn the highlights of such a film, and show them from elsewhere. Motion was judged beside
   // it.

@@ -29,19 +29,19 @@ double view_told_by_time(const Split& train, const Vec3& middle, double window) 
   const std::vector<int> order = frames_by_time(train);
   const std::size_t n = order.size();
   const auto time = [&](std::size_t i) { return train.frames[order[i]].time; };
-  double widest = 0;  // between neighbouring times
   std::vector<Vec3d> direction(n);
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3d d = cast<double>(middle) - train.frames[order[i]].camera.position;
     direction[i] = dot(d, d) > 0 ? normalize(d) : Vec3d{0, 0, 1};
-    if (i > 0) widest = std::max(widest, time(i) - time(i - 1));
   }
-  const double reach = std::max(window / 2, widest);
   Angles near, all;
   Vec3d sum{}, total{};
   for (std::size_t i = 0, first = 0, last = 0; i < n; ++i) {
-    while (last < n && time(last) <= time(i) + reach) sum = sum + direction[last++];
-    while (time(first) < time(i) - reach) sum = sum - direction[first++];
+    // As far as the window, and the neighbours: a pause is no reason to look further elsewhere.
+    const double from = std::min(time(i) - window / 2, time(i > 0 ? i - 1 : i)),
+                 to = std::max(time(i) + window / 2, time(std::min(i + 1, n - 1)));
+    while (last < n && time(last) <= to) sum = sum + direction[last++];
+    while (time(first) < from) sum = sum - direction[first++];
     near.add(sum, double(last - first));
     total = total + direction[i];
   }

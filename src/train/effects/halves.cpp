@@ -12,13 +12,16 @@
 #include "core/parallel.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
+#include "train/learn_cameras.hpp"
 
 namespace splinevox {
 namespace {
 
-constexpr int kPictureSize = 128;     // pixels, at most: what is asked is coarse
-constexpr int kMostHeldOut = 20;      // pictures
-constexpr int kMostFitted = 60;       // by the fits
+constexpr int kPictureSize = 128;  // pixels, at most: what is asked is coarse
+constexpr int kMostHeldOut = 20;   // pictures
+constexpr int kMostFitted = 60;    // by the fits, but for a rig of many cameras:
+constexpr int kOfACamera = 3;      // make it one whose gain is learned (rig_of)
+constexpr std::size_t kMostCameras = 40;
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
 constexpr std::size_t kLong = 3 * kStretch;  // moments
 
@@ -44,6 +47,48 @@ std::vector<int> one_of_each_part(const Split& train, const std::vector<int>& fr
     out.push_back(best);
   }
   return out;
+}
+
+/// The cameras of a rig whose gains a fit may learn, of so many frames; none: it is no rig.
+std::vector<int> trained_cameras(const Split& train, const std::vector<int>& frames) {
+  const CameraFits rig = rig_of(train);
+  std::set<int> ids;
+  for (const int f : frames)
+    if (const int id = train.frames[f].camera_id; rig.knows(id)) ids.insert(id);
+  return {ids.begin(), ids.end()};
+}
+
+/// Without the frames of some cameras, evenly among them, where a rig has very many.
+std::vector<int> of_some_cameras(const Split& train, std::vector<int> frames) {
+  const std::vector<int> ids = trained_cameras(train, frames);
+  if (ids.size() <= kMostCameras) return frames;
+  std::set<int> others(ids.begin(), ids.end());
+  for (std::size_t i = 0; i < kMostCameras; ++i) others.erase(ids[i * ids.size() / kMostCameras]);
+  std::erase_if(frames, [&](int f) { return others.contains(train.frames[f].camera_id); });
+  return frames;
+}
+
+/// Of each camera of a rig so many frames, by their places in the list of all, in order of time: evenly over
+/// its own, and those of one camera between those of the last.
+std::vector<int> some_of_each_camera(const Split& train, const std::vector<int>& frames, int each) {
+  std::map<int, std::vector<int>> own;
+  for (int i = 0; i < int(frames.size()); ++i) own[train.frames[frames[i]].camera_id].push_back(i);
+  std::vector<int> out;
+  double shift = 0;
+  for (const auto& [camera, at] : own) {
+    const int count = std::min(each, int(at.size()));
+    for (int k = 0; k < count; ++k) out.push_back(at[std::size_t((k + shift) * double(at.size()) / count)]);
+    shift += 1 / double(own.size());
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+/// The places of those frames that the fits take.
+std::vector<int> fitted_of(const Split& train, const std::vector<int>& frames) {
+  if (kOfACamera * int(trained_cameras(train, frames).size()) > kMostFitted)
+    return some_of_each_camera(train, frames, kOfACamera);
+  return one_of_each_part(train, frames, std::min(kMostFitted, int(frames.size())), 0);
 }
 
 /// Frames at the size of the fits, in the time of a stretch. @param frames  keeps those that are taken
@@ -95,13 +140,13 @@ std::optional<Stretch> middle_stretch(const Split& train) {
 }
 
 Halves divide(const Split& train, const Stretch& stretch) {
-  const int n = int(stretch.frames.size()), held_out = std::min(kMostHeldOut, n / 5),
-            fitted = std::min(kMostFitted, n - held_out);
+  const std::vector<int> frames = of_some_cameras(train, stretch.frames);
+  const int n = int(frames.size()), held_out = std::min(kMostHeldOut, n / 5);
   std::vector<char> hold(n, 0);
-  for (const int i : one_of_each_part(train, stretch.frames, held_out, 0.5)) hold[i] = 1;
+  for (const int i : one_of_each_part(train, frames, held_out, 0.5)) hold[i] = 1;
   std::vector<int> kept, others, chosen;
-  for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(stretch.frames[i]);
-  for (const int i : one_of_each_part(train, others, fitted, 0)) chosen.push_back(others[i]);
+  for (int i = 0; i < n; ++i) (hold[i] ? kept : others).push_back(frames[i]);
+  for (const int i : fitted_of(train, others)) chosen.push_back(others[i]);
   Halves out;
   out.fitted = taken(train, chosen, stretch);
   out.held_out = taken(train, kept, stretch);

@@ -27,7 +27,8 @@ struct Stretch {
 std::optional<Stretch> middle_stretch(const Split& train);
 
 /// Every fifth frame is held out, or fewer of a long sequence. The fits train on the frames in between, or on
-/// a share of them that is even in time. Of a rig both are of all its cameras in turn. The question is
+/// a share of them that is even in time. Of a rig both are of all its cameras in turn, of
+/// more than 40 of that many, and three pictures of each are fitted at least. The question is
 /// coarse, and every frame costs its hull and occupancy. Pictures are at most 128 pixels wide and high. Those
 /// of which masks then leave nothing are left out.
 Halves divide(const Split& train, const Stretch& stretch);

@@ -10,6 +10,7 @@
 #include "data/times/seen_moments.hpp"
 #include "train/by_time.hpp"
 #include "train/effects/film.hpp"
+#include "train/learn_cameras.hpp"
 
 namespace splinevox {
 namespace {
@@ -143,6 +144,11 @@ Ladder& Trials::elsewhere() {
 
 bool Trials::drifts() {
   const bool film = by_ == TakenBy::film;
+  // With one gain a camera a fit would only tell exposures: pictures of many cameras are too few of each.
+  CamerasConfig gains;
+  gains.exposure = gains.clock = false;
+  const CameraFits learned = cameras_to_learn(gains, halves_.fitted);
+  if (!film && (learned.cameras.empty() || learned.cameras.front().gains.size() < 2)) return false;
   const EffectVerdict v = whole_.judge_drift(film ? unchanging(beside()) : beside(), film);
   const bool on = v.decision == EffectDecision::on;
   if (film && on)
@@ -201,6 +207,8 @@ bool Trials::changes_alone(Effect effect) {
 }
 
 bool Trials::comes_and_goes() {
+  if (of_film() && thin_)
+    leave_out(out_, Effect::presence, "a film of thin matter: no presence, for which it takes more cameras");
   if ((brief_ && !thin_) || of_film()) return false;
   const int points = points_for_moments(config_, train_, 0);  // a fit halves nothing
   const bool on = thin_ ? thin_comes_and_goes(points) : solid_comes_and_goes(points);

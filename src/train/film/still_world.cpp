@@ -2,6 +2,7 @@
 #include "train/film/still_world.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 
@@ -56,7 +57,6 @@ std::vector<char> known_pixels(const VoxelModel& still, const Rendered& shown, c
                                const Split& train) {
   const std::size_t views = std::min(train.frames.size(), kMostViews);
   const double enough = std::max(double(kFewestViews), kViewsShare * double(views));
-  const Vec3d axis = camera_ray(camera, 0.5 * camera.width, 0.5 * camera.height).direction;
   const int w = camera.width, h = camera.height;
   std::vector<char> out(std::size_t(w) * std::size_t(h));
   for (int y = 0; y < h; y += kStride)
@@ -65,7 +65,7 @@ std::vector<char> known_pixels(const VoxelModel& still, const Rendered& shown, c
       const Ray ray = camera_ray(camera, u + 0.5, v + 0.5);
       // What lies behind the box is far away.
       const double distance = *shown.alpha.pixel(u, v) > 0.5f
-                                  ? double(*shown.depth.pixel(u, v)) / dot(axis, ray.direction)
+                                  ? double(*shown.depth.pixel(u, v)) / -dot(ray.direction, camera.axes[2])
                                   : 2 * double(still.box.longest_edge());
       const Vec3d place = ray.origin + distance * ray.direction;
       int seen = 0;
@@ -161,12 +161,17 @@ FilmEvidence look_at_film(const Config& config, const Split& train, const TimeMa
     psnrs[std::size_t(i)] = capped_psnr(psnr(expected, picture, ignored));
   });
   FilmEvidence out;
+  double shown = 0;  // pictures of which masks leave something
   for (std::size_t i = 0; i < n; ++i) {
-    out.psnr += psnrs[i] / double(n);
+    if (std::isfinite(psnrs[i])) {
+      out.psnr += psnrs[i];
+      ++shown;
+    }
     out.share += shares[i] / double(n);
     out.coloured += coloured[i] / double(n);
     out.pictures += moving[i].squares.count() > 0;
   }
+  out.psnr /= std::max(1.0, shown);
   out.threshold = kMoves;
   out.seconds = trainer.seconds();
   return out;
