@@ -63,6 +63,37 @@ def set_motion_blur(scene, settings):
     owner.motion_blur_position = "CENTER"
 
 
+def volumes_of(folder):
+    """Volumes that earlier imports made of the folder's frames."""
+    return [v for v in bpy.data.volumes
+            if os.path.realpath(os.path.dirname(bpy.path.abspath(v.filepath))) == os.path.realpath(folder)]
+
+
+def take_over(earlier, shown):
+    """Objects of earlier volumes show the frames that are there now: Blender keeps some of the old ones as
+    long as a volume has them. What the user did to an object and its material stays. @return what is shown"""
+    def part(volume):
+        return os.path.basename(volume.filepath).rpartition("frame_")[0]
+    fresh = {part(o.data): o for o in shown}
+    stands_for = {}
+    for old in earlier:
+        new = fresh.get(part(old))
+        objects = [o for o in bpy.data.objects if o.data == old]
+        if new is not None and objects:
+            materials = list(old.materials)
+            new.data.materials.clear()
+            for material in materials:
+                new.data.materials.append(material)
+            for o in objects:
+                o.data = new.data
+            stands_for[new] = objects[0]
+        bpy.data.volumes.remove(old)
+    shown = [stands_for.get(o, o) for o in shown]
+    for new in stands_for:
+        bpy.data.objects.remove(new)
+    return shown
+
+
 class SPLINEVOX_OT_import(Calls, bpy.types.Operator):
     """Show the chosen run or export in this scene. Frames of a run are made first, for this scene's frames"""
     bl_idname = "splinevox.import_scene"
@@ -82,11 +113,16 @@ class SPLINEVOX_OT_import(Calls, bpy.types.Operator):
     def end(self, context, result):
         if context.scene.splinevox.profile != "blender":
             return "%d frames for %s are in %s" % (result["frames"], result["profile"], self.out)
-        return self.shown(context, self.out)
+        return self.shown(context, self.out, volumes_of(self.out) if context.scene.splinevox.replace else [])
 
-    def shown(self, context, folder):
+    def shown(self, context, folder, earlier=()):
         sequence = read_sequence(folder)
         volumes = show(context, folder, sequence)
+        if earlier:
+            volumes = take_over(earlier, volumes)
+            for collection in [c for c in context.scene.collection.children if not c.all_objects]:
+                if collection.name.startswith("splinevox "):
+                    bpy.data.collections.remove(collection)
         if context.scene.splinevox.motion_blur:  # what the scene has is the user's
             set_motion_blur(context.scene, context.scene.splinevox)
         said = ["%s: %d volume%s" % (folder, len(volumes), "" if len(volumes) == 1 else "s")]

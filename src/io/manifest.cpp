@@ -20,7 +20,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr int kVersion = 1, kMaxDepth = 16;
 constexpr std::string_view kHashPrefix = "xxh64:";
-constexpr std::uint64_t kMaxBytes = std::uint64_t(64) << 20;
+constexpr std::uint64_t kMaxBytes = std::uint64_t(256) << 20;
 
 std::string hash_text(std::uint64_t hash) {
   std::string text(kHashPrefix);
@@ -149,6 +149,11 @@ FileDigest write_manifest(const std::string& folder, const Manifest& manifest, c
     json["files"].push_back(std::move(item));
   }
   const std::string text = dump_json(json, 1, NotUtf8::replace) + "\n";
+  if (text.size() > kMaxBytes)
+    fail_output({.where = path,
+                 .what = "the list of so many files could not be read again",
+                 .expected = "at most " + std::to_string(kMaxBytes) + " bytes",
+                 .got = std::to_string(text.size())});
   return write_file(path, {text});
 }
 

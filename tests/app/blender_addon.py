@@ -74,6 +74,15 @@ def check_import(scene, settings):
     scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.8
     bpy.ops.splinevox.import_scene()
     check(scene.render.use_motion_blur and scene.render.motion_blur_shutter > 0.7, "the user's blur stays")
+    many = len(volumes())
+    own = bpy.data.objects["splinevox"]
+    own.location.x, settings.replace = 3, True
+    before = own.data.name
+    bpy.ops.splinevox.import_scene()
+    settings.replace = False
+    check(len(volumes()) == many and own.location.x == 3, "new frames show where the old ones did")
+    check(before not in bpy.data.volumes or own.data.name != before, "by a volume that has no old frame")
+    check(len([c for c in bpy.data.collections if not c.all_objects]) == 0, "and leave no empty collection")
     settings.parts = True
     refused(bpy.ops.splinevox.import_scene, "run_blender", "clusters")
     settings.out, settings.material = os.path.join(FOLDER, "parts"), "smoke"

@@ -14,6 +14,7 @@
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/io/inspect.hpp"
 #include "support/blob_model.hpp"
+#include "support/on_threads.hpp"
 
 using namespace splinevox;
 using namespace splinevox::test;
@@ -100,6 +101,18 @@ TEST_SUITE("io/export_range") {
     const ExportResult rest = export_vdb(model, scratch.folder(), more);
     CHECK(rest.frames[1].kept);
     CHECK(rest.in_folder == std::vector<int>{1050, 1051, 1060, 1061, 1062, 1063});
+  }
+
+  TEST_CASE("an export that is told once to stop stops, on several threads too") {
+    const Scratch scratch;
+    const VoxelModel model = blob_model(16);
+    ExportOptions options = part_of_shot(1, 60);
+    const ExportResult stopped = test::on_threads(2, [&] {
+      return export_vdb(model, scratch.folder(), options,
+                        [](const ExportedFrame&, int done, int) { return done != 3; });
+    });
+    CHECK_FALSE(stopped.finished);
+    CHECK(stopped.frames.size() < 20);  // those that were in the making are finished
   }
 
   TEST_CASE("nor does it forget those of its own that it has not come to") {

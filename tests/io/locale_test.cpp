@@ -25,7 +25,8 @@ struct Comma : std::numpunct<char> {
 class GermanNumbers {
  public:
   GermanNumbers() : before_(std::locale::global(std::locale(std::locale::classic(), new Comma))) {
-    std::setlocale(LC_NUMERIC, "de_DE.UTF-8");
+    if (!std::setlocale(LC_NUMERIC, "de_DE.UTF-8"))
+      MESSAGE("skipped for the C library: the locale de_DE.UTF-8 is not installed");
   }
   ~GermanNumbers() {
     std::locale::global(before_);

@@ -13,6 +13,8 @@
 
 #include "io/scratch.hpp"
 #include "io/splat/splat_file.hpp"
+#include "io/splat/spz.hpp"
+#include "io/splat/voxel_splats.hpp"
 #include "io/vdb/vdb_file.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/io/export_vdb.hpp"
@@ -193,6 +195,13 @@ TEST_SUITE("io/splat") {
       CHECK(worst_color < (sh ? 0.01 : 1e-5));
       for (const FileCheck& check : verify(scratch.path(name))) CHECK(check.ok);
     }
+  }
+
+  TEST_CASE("an spz has sizes from some five hundred-thousandths of a unit on, each to 3%") {
+    for (double size = 5e-5; size < 300; size *= 1.01) CHECK(spz_has(size));
+    for (const double size : {1e-6, 4e-5, 400.0}) CHECK_FALSE(spz_has(size));
+    CHECK_THROWS_AS(check_spz_size(5e-5), Error);
+    check_spz_size(0.01);
   }
 
   TEST_CASE("an spz holds the same splats, to what it can tell apart, with y upwards") {

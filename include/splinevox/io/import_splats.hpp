@@ -24,10 +24,10 @@ std::vector<SplatFrame> splat_frames(const std::string& path);
 
 /// Settings of a VDB sequence that is made of splats.
 struct ImportOptions {
-  std::string profile = "blender";     ///< one of export_profiles() with grids
-  double fps = 24;                     ///< frames per second, (0, 1000]
-  double voxel_size = 0;               ///< scene units; 0: what suits the splats of the first frame
-  double min_alpha = 1e-3;             ///< voxels below this opacity over one voxel are dropped, (0, 1)
+  std::string profile = "blender";  ///< one of export_profiles() with grids
+  double fps = 24;                  ///< frames per second, (0, 1000]
+  double voxel_size = 0;            ///< scene units; 0: what suits the splats of the first frame that has any
+  double min_alpha = 1e-3;          ///< voxels below this opacity over one voxel are dropped, (0, 1)
   std::string colorspace = "display";  ///< as ExportOptions::colorspace
   bool half = true;                    ///< 16-bit floats
   bool afresh = false;                 ///< in place of an export with other settings

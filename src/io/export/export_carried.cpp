@@ -66,15 +66,28 @@ std::string carried_mesh_file(const ExportOptions& options) {
 }
 
 void check_carried_room(const ExportOptions& options, const FrameBaker& baker, std::size_t frames) {
-  double vertices = 0;
-  for (const BakedPart& part : baker.bake(options.time_at(options.first), 0, true))
-    vertices = std::max(vertices, double(part.mesh.points.size()));
+  const double room = kCarriedShare * free_memory();
+  const auto mebibytes = [](double b) { return std::to_string(std::uint64_t(b) >> 20) + " MiB"; };
+  double vertices = 0, all = 0;  // of the largest part, of all
+  if (options.mesh_carried() || options.points.chosen > 0)
+    for (const BakedPart& part : baker.bake(options.time_at(options.first), 0, true)) {
+      vertices = std::max(vertices, double(part.mesh.points.size()));
+      all += double(part.mesh.points.size());
+    }
+  const double points = options.points.chosen > 0 ? std::min(double(options.points.chosen), all)
+                                                  : double(options.points.position.size());
+  if (const double bytes = kUsdBytes * points * double(frames); room > 0 && bytes > room)
+    fail_memory({.where = "--points",
+                 .what = "there is not enough memory for so many points through so many frames",
+                 .expected = mebibytes(bytes) + " for " + std::to_string(std::size_t(points)) +
+                             " points at " + std::to_string(frames) + " frames",
+                 .got = mebibytes(room),
+                 .hint = "fewer points or fewer frames"});
+  if (!options.mesh_carried()) return;
   const double each = vertices * double(frames), weights = double(frames) * double(frames),
                bytes = options.mesh_kind() == "usd" ? kUsdBytes * each
-                                                    : kGlbBytes * each + 3 * sizeof(float) * weights,
-               room = kCarriedShare * free_memory();
+                                                    : kGlbBytes * each + 3 * sizeof(float) * weights;
   if (room == 0 || bytes <= room) return;
-  const auto mebibytes = [](double b) { return std::to_string(std::uint64_t(b) >> 20) + " MiB"; };
   fail_memory(
       {.where = "--mesh-format",
        .what = "there is not enough memory for a surface that moves through so many frames",

@@ -16,12 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The settings alone.
-ExportInfo settings_of(ExportInfo info) {
-  info.erase(kExportRun);
-  return info;
-}
-
 std::string value_of(const ExportInfo& info, const std::string& key) {
   const auto found = info.find(key);
   return found == info.end() ? "none" : found->second;
@@ -173,6 +167,11 @@ int frame_of(const ManifestFile& file) {
   return frame == file.figures.end() ? -1 : int(frame->second);
 }
 
+ExportInfo settings_of(ExportInfo info) {
+  info.erase(kExportRun);
+  return info;
+}
+
 std::vector<int> frames_in(const Manifest& manifest) {
   std::set<int> frames;
   for (const ManifestFile& file : manifest.files)
@@ -191,8 +190,13 @@ std::vector<std::string> other_frames(const std::string& folder, const Manifest&
   for (const ManifestFile& file : manifest.files) listed.insert(file.name);
   std::vector<std::string> others;
   for (const std::string& name : names_in_folder(folder)) {
-    const bool frame =
-        name.starts_with("frame_") || name.starts_with("mesh_") || name.starts_with("cluster_");
+    const auto one_of = [](const std::string& word, const auto& words) {
+      return std::find(std::begin(words), std::end(words), word) != std::end(words);
+    };
+    constexpr const char *kBegin[] = {"frame", "mesh", "cluster"},
+                         *kEnd[] = {".vdb", ".nvdb", ".ply", ".spz", ".obj", ".glb", ".usda"};
+    const bool frame = one_of(name.substr(0, name.find('_')), kBegin) && name.find('_') != name.npos &&
+                       one_of(fs::path(name).extension().string(), kEnd);
     if (frame && listed.count(name) == 0) others.push_back(name);
   }
   std::sort(others.begin(), others.end());

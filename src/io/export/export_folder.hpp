@@ -15,6 +15,8 @@ using ExportInfo = std::map<std::string, std::string>;  ///< Manifest::info of a
 
 /// Keys of ExportInfo that say where an export came from and decide no byte of it.
 inline constexpr const char* kExportRun = "run";
+/// The settings alone.
+ExportInfo settings_of(ExportInfo info);
 
 /// A list of an export in a folder; none: there is no such list, or it is not one of ours.
 std::optional<Manifest> export_list(const std::string& folder, const std::string& name);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 
 #include "io/check_option.hpp"
@@ -30,8 +31,18 @@ void validate(const ExportOptions& o) {
   check_option(o.colorspace == "display" || o.colorspace == "linear", "--colorspace", "display or linear",
                "'" + o.colorspace + "'");
   ViewBake(o.bake_view, 0);
-  check_option(!o.mesh_per_frame() || o.mesh_kind() == "ply" || o.mesh_kind() == "obj", "--mesh-format",
+  const auto formats = {"auto", "ply", "obj", "glb", "usd"};
+  check_option(std::find(formats.begin(), formats.end(), o.mesh_format) != formats.end(), "--mesh-format",
                "auto, ply, obj, glb or usd", "'" + o.mesh_format + "'");
+  check_option(o.mesh || o.mesh_format == "auto", "--mesh-format", "--mesh beside it", "no --mesh");
+  const ExportPoints& p = o.points;
+  check_option(p.time.empty() || p.time.size() == p.position.size(), "--points",
+               "a time of each point, or none",
+               std::to_string(p.time.size()) + " of " + std::to_string(p.position.size()));
+  check_option(p.id.empty() || p.id.size() == p.position.size(), "--points", "an id of each point, or none",
+               std::to_string(p.id.size()) + " of " + std::to_string(p.position.size()));
+  check_option(p.chosen == 0 || p.position.empty(), "--points", "a number of points or the points themselves",
+               "both");
   check_option(o.points.chosen >= 0, "--points", "a number of points, or a table of them",
                std::to_string(o.points.chosen));
   check_option(!o.sh || o.bake_view == "mean" || o.bake_view == "none", "--bake-view",

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <mutex>
@@ -14,6 +13,7 @@
 #include "core/in_order.hpp"
 #include "core/parallel.hpp"
 #include "core/process.hpp"
+#include "core/stopwatch.hpp"
 #include "io/export/export_carried.hpp"
 #include "io/export/export_controls.hpp"
 #include "io/export/export_folder.hpp"
@@ -22,6 +22,7 @@
 #include "io/export/export_sidecar.hpp"
 #include "io/export/frame_file.hpp"
 #include "io/model/exact_text.hpp"
+#include "io/splat/voxel_splats.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox {
@@ -29,17 +30,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kExportVersion = 2;  ///< raise it when the same model and options give other bytes
+constexpr int kExportVersion = 3;  ///< raise it when the same model and options give other bytes
 constexpr const char* kControlsName = "motion.vdb";
 constexpr double kCopies =
     5;  ///< of a frame's values, at most at once: while it is baked; its grids, OpenVDB's trees, the file
 constexpr double kMemoryShare = 0.5;  ///< of the free memory that frames in the making may take
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void add(Hash64& hash, const Channels& channels) {
   const Topology& t = *channels.topology;
@@ -159,7 +154,7 @@ class Sequence {
     return files;
   }
   const FrameBaker& baker() const { return baker_; }
-  double frame_bytes() const { return frame_bytes_; }  ///< memory that the last written frame took
+  double frame_bytes() const { return frame_bytes_; }  ///< memory that the largest frame so far took
 
   ExportedFrame frame(int i) {
     ExportedFrame out;
@@ -171,10 +166,10 @@ class Sequence {
       remove_replaced(folder_, before_);
       remove_quietly(folder_, kManifestName);
     });
-    const Clock::time_point start = Clock::now();
+    const Timer making;
     std::vector<BakedPart> parts =
         baker_.bake(out.time, options_.rate_at(out.frame), options_.mesh_per_frame());
-    const Clock::time_point writing = Clock::now();
+    const Timer writing;
     const double cpu = thread_seconds();
     const std::vector<std::string> prefixes = part_prefixes(clusters());
     std::vector<ManifestFile> files;
@@ -209,9 +204,11 @@ class Sequence {
     out.file = std::move(files[0]);
     out.beside.assign(std::make_move_iterator(files.begin() + 1), std::make_move_iterator(files.end()));
     out.cpu_writing = thread_seconds() - cpu;
-    out.seconds_writing = seconds_since(writing);
-    out.seconds = seconds_since(start);
-    frame_bytes_ = bytes;
+    out.seconds_writing = writing.seconds();
+    out.seconds = making.seconds();
+    double most = frame_bytes_;
+    while (most < bytes && !frame_bytes_.compare_exchange_weak(most, bytes)) {
+    }
     return out;
   }
 
@@ -306,6 +303,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
           .expected = "a model with harmonics",
           .got = "one without",
           .hint = "export without --sh"});
+  if (find_profile(options.profile).format == FrameFormat::splat_spz) check_spz_size(lattice.spacing);
   make_export_folder(folder);
 
   Sequence sequence(model, folder, options, lattice);
@@ -315,7 +313,7 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   const int total = int(own.size());
   Manifest manifest{"export", sequence.info(), sequence.other_files()};
   std::vector<ManifestFile> ahead = sequence.files_ahead();
-  if (options.mesh_carried() && options.share.whole())
+  if ((options.mesh_carried() || options.points.any()) && options.share.whole())
     check_carried_room(options, sequence.baker(), frames_in(manifest).size() + std::size_t(options.count()));
   ExportResult result;
   if (sequence.parts()) result.clusters = sequence.parts()->clusters;
@@ -331,16 +329,25 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
     result.frames.push_back(frame);
     return !progress || progress(frame, i + 1, total);
   };
-  int done = 0, at_once = options.frames_at_once;
+  // How many fit is asked again and again: matter may come late. Of the first frame nothing is known.
+  constexpr int kBatches = 4;  ///< frames of a thread between two looks
   bool going = true;
-  for (; at_once == 0 && going && done < total && sequence.frame_bytes() == 0; ++done) {
-    work(done);
-    going = finish(done);
-  }
-  if (at_once == 0) at_once = frames_that_fit(sequence.frame_bytes());
-  if (going)
+  for (int done = 0; going && done < total;) {
+    const bool known = options.frames_at_once > 0 || sequence.frame_bytes() > 0;
+    const int at_once = !known                       ? 1
+                        : options.frames_at_once > 0 ? options.frames_at_once
+                                                     : frames_that_fit(sequence.frame_bytes());
+    const int batch = std::min(total - done, options.frames_at_once > 0 ? total
+                                             : known                    ? kBatches * at_once
+                                                                        : 1);
     in_order(
-        total - done, at_once, [&](int i) { work(done + i); }, [&](int i) { return finish(done + i); });
+        batch, at_once, [&](int i) { work(done + i); },
+        [&](int i) {
+          if (!finish(done + i)) going = false;  // and so it stays: what was begun is finished
+          return going;
+        });
+    done += batch;
+  }
   result.finished = int(result.frames.size()) == total;
   if (!result.finished || !options.share.whole()) return result;
   if (options.controls)

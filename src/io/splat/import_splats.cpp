@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 
 #include "core/own_folder.hpp"
 #include "core/process.hpp"
+#include "core/stopwatch.hpp"
 #include "io/check_option.hpp"
 #include "io/export/export_folder.hpp"
 #include "io/export/export_sidecar.hpp"
@@ -156,12 +156,14 @@ void validate(const ImportOptions& o) {
 
 ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::string& folder,
                            const ImportOptions& options, const ExportProgress& progress) {
-  using Clock = std::chrono::steady_clock;
   validate(options);
+  if (frames.empty()) fail({.where = "import", .what = "there is no frame", .expected = "files of splats"});
   const ExportProfile& profile = find_profile(options.profile);
   ImportResult result;
-  result.voxel_size =
-      options.voxel_size > 0 ? options.voxel_size : splat_spacing(SplatFile(frames.front().path));
+  result.voxel_size = options.voxel_size;
+  for (std::size_t i = 0; i < frames.size() && !(result.voxel_size > 0); ++i)
+    result.voxel_size = splat_spacing(SplatFile(frames[i].path));
+  if (!(result.voxel_size > 0)) result.voxel_size = 1;  // there is nothing anywhere
   make_export_folder(folder);
   Manifest manifest{"export", describe(frames, options, result.voxel_size), {}};
   std::vector<std::string> names{sidecar_name(profile)};
@@ -170,7 +172,7 @@ ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::str
       claim_export_folder(folder, manifest.info, names, kPartialManifestName, options.afresh);
   const int first = frames.front().frame, last = frames.back().frame;
   for (const SplatFrame& f : frames) {
-    const auto start = Clock::now();
+    const Timer making;
     ExportedFrame frame;
     frame.frame = f.frame;
     frame.time = last > first ? double(f.frame - first) / (last - first) : 0;
@@ -187,13 +189,13 @@ ImportResult import_splats(const std::vector<SplatFrame>& frames, const std::str
       remove_replaced(folder, earlier);
       remove_quietly(folder, kManifestName);
     }
-    const auto writing = Clock::now();
+    const Timer writing;
     const double cpu = thread_seconds();
     frame.file.digest = write_frame(profile, (fs::path(folder) / frame.file.name).string(), std::move(grids),
                                     -1, frame.file.figures);
     frame.cpu_writing = thread_seconds() - cpu;
-    frame.seconds_writing = std::chrono::duration<double>(Clock::now() - writing).count();
-    frame.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    frame.seconds_writing = writing.seconds();
+    frame.seconds = making.seconds();
     manifest.files.push_back(frame.file);
     write_manifest(folder, manifest, kPartialManifestName);
     result.frames.push_back(std::move(frame));

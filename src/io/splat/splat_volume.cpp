@@ -120,7 +120,8 @@ class Scatter {
   }
 
   void check_room(std::size_t bricks) const {
-    if (bricks % 256 == 0 && double(bricks) * kBytesALeaf > kMemoryShare * (free_memory() + kept(bricks)))
+    const double room = free_memory();
+    if (room > 0 && double(bricks) * kBytesALeaf > kMemoryShare * (room + kept(bricks)))
       refuse("bricks of 8^3 voxels that fit into memory", double(bricks));
   }
   static double kept(std::size_t bricks) { return double(bricks) * sizeof(float) * 4 * 512; }
@@ -238,7 +239,7 @@ double splat_spacing(const SplatFile& file) {
     sizes.push_back(std::max(std::min(size.x, size.y), std::min(std::max(size.x, size.y), size.z)));
     for (int a = 0; a < 3; ++a) places[a].push_back(splat.place[a]);
   }
-  if (sizes.empty()) return 1;
+  if (sizes.empty()) return 0;
   double across = 0;
   for (auto& v : places) across = std::max(across, quantile(v, 0.99) - quantile(v, 0.01));
   return std::max(quantile(sizes, 0.5), across / kMostAcross);

@@ -2,14 +2,17 @@
 #include "io/splat/voxel_splats.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
 #include "core/parallel.hpp"
+#include "io/model/exact_text.hpp"
 #include "io/splat/spz.hpp"
 #include "math/sh.hpp"
 #include "math/sphere_rule.hpp"
 #include "math/splat.hpp"
 #include "math/view_factor.hpp"
+#include "splinevox/core/error.hpp"
 #include "splinevox/field/lattice.hpp"
 
 namespace splinevox {
@@ -88,10 +91,22 @@ void put_harmonics(const float* color, const double* rescale, int count, float* 
 
 }  // namespace
 
+void check_spz_size(double spacing) {
+  if (const double size = kSplatSize * spacing; !spz_has(size))
+    fail({.where = "--profile spz",
+          .what = "the format has no splats of the size of these voxels",
+          .expected = "a size from 4.6e-5 to 370",
+          .got = exact_text<double>({size}),
+          .hint = "--profile splats, or a data set in another unit (convert --scale)"});
+}
+
 VoxelSplats voxel_splats(const VdbFile& frame, int sh_order, SplatAxes axes) {
   const VdbGrid &density = frame.grids[0], &color = frame.grids[1];
   VoxelSplats out;
-  out.size = spz_scale(kSplatSize * density.spacing);
+  const double size = kSplatSize * density.spacing;
+  out.size = spz_scale(size);
+  if (axes == SplatAxes::upright) check_spz_size(density.spacing);
+  if (!spz_has(size)) out.size = size;  // none is so small or so large: a PLY has it all the same
   out.degree = std::max(0, sh_order);
   const LeafFinder colors(color);
   std::vector<LeafFinder> sh;

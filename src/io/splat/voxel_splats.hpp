@@ -22,8 +22,8 @@ struct VoxelSplats {
 
 enum class SplatAxes { scene, upright };
 
-/// One splat a voxel, of size kSplatSize voxels, rounded to what .spz files can hold; its opacity keeps the
-/// voxel's transmittance (math/splat.hpp). Voxels that no renderer would draw have none.
+/// One splat a voxel, of size kSplatSize voxels, rounded to what .spz files can hold, where they can; its
+/// opacity keeps the voxel's transmittance (math/splat.hpp). Voxels that no renderer would draw have none.
 /// @param axes  scene: the frame's own; upright: those of .spz files, x right, y up, z to the viewer, for a
 /// frame whose z is up
 /// @param frame  density, color and, with harmonics, sh0, sh1, ..., as export_vdb bakes them
@@ -32,6 +32,9 @@ VoxelSplats voxel_splats(const VdbFile& frame, int sh_order, SplatAxes axes);
 
 /// Standard deviation of a splat, in voxels.
 inline constexpr double kSplatSize = 0.4;
+
+/// Throws Error (input) where an .spz cannot hold the splats of voxels so large, scene units.
+void check_spz_size(double spacing);
 
 /// A binary little-endian PLY as trainers of splats write it: x y z, nx ny nz, f_dc, f_rest, opacity (logit),
 /// scale (log), rot (w x y z); 32-bit floats.

@@ -45,6 +45,7 @@ FileDigest write_nvdb(const std::string& path, VdbFile file) {
       const VdbGrid grid = std::exchange(in, {});  // gone when the next one is made
       // By type: the call for any grid compiles every kind there is.
       const auto open = to_openvdb(grid);
+      if (grid.width != 1) open->setGridClass(openvdb::GRID_UNKNOWN);  // to NanoVDB only numbers can be a fog
       if (const auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(open))
         handles.push_back(nanovdb::openToNanoVDB<ClearedBuffer>(*floats));
       else

@@ -42,9 +42,9 @@ def import_sequence(sequence, prefix):
         volume.data.frame_start, volume.data.frame_duration = first, len(files)  # frame n: frame_000n.vdb
     bpy.context.scene.frame_set(first)
     if sequence.velocity:
-        # Blender looks for the name itself.
         if volume.data.grids.load() and volume.data.velocity_grid != "velocity":
             volume.data.velocity_grid = "velocity"
+        volume.data.grids.unload()  # or Blender keeps this frame when the file is written again
         volume.data.velocity_unit = "SECOND"  # 'FRAME', the default, blurs too much
     return volume
 
