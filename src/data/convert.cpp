@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -169,6 +170,11 @@ void write_films(const PicturePlan& plan, const std::vector<std::string>& to, co
 void convert_dataset(const std::string& path, const std::string& target, const ConvertProgress& progress,
                      const ConvertOptions& options) {
   const auto& [shift, scale, rules, on_note] = options;
+  if (!(std::isfinite(scale) && scale > 0))
+    fail({"--scale", "this is no scale", "a finite number above 0", fmt::format("{}", scale), ""});
+  for (int a = 0; a < 3; ++a)
+    if (!std::isfinite(shift[a]))
+      fail({"--shift", "this is no place", "three finite numbers", fmt::format("{}", shift[a]), ""});
   const fs::path folder(target);
   check_target(path, folder);
   OpenScene open = open_scene(path, {.rules = rules});

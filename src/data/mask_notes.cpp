@@ -39,10 +39,18 @@ std::string meaning(What what, bool keeps_black) {
 
 /// Throws Error for masks that number the parts of a picture.
 void refuse_numbers(const MaskLook& look, const std::string& where) {
-  constexpr std::uint16_t kLabels = 32 * 257;
   if (look.black == look.looked_at && look.brightest > 0 && look.brightest < kLabels)
     fail({where, "the masks are all but black: they seem to be numbers of parts", "black and white",
           fmt::format("no value above {} of 255", look.brightest / 257),
+          "make them white where the parts that are meant are"});
+}
+
+/// Throws Error where some masks have 0 and 1, which is white, and others higher numbers, which are not.
+void refuse_ones(const MaskLook& look, const std::string& where) {
+  if (look.ones > 0 && look.numbers > 0)
+    fail({where, "the masks seem to be numbers of parts", "black and white",
+          fmt::format("{} of {} with 0 and 1, {} with higher numbers below 32 of 255", look.ones,
+                      look.looked_at, look.numbers),
           "make them white where the parts that are meant are"});
 }
 
@@ -112,6 +120,7 @@ std::optional<DatasetMasks> note_masks(const OpenScene& open, const std::vector<
                     "--masks none says that this is right");
     return out;
   }
+  refuse_ones(look, where);
   const bool black = use.keeps_black(found.first);
   if (look.looked_at > 0 && leave_nothing(look, black)) {
     look = look_at_masks(masks, found.found);  // some of those not looked at may leave something

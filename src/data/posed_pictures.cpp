@@ -59,6 +59,8 @@ Dataset dataset_of(std::vector<PosedSplit> splits, const std::string& name, std:
     const std::string called = scene.one_list ? "train" : split.name;
     if (called != "train" && called != "val" && called != "test")
       fail({name, "there is no such split", "train, val or test", split.name, ""});
+    for (const RawSplit& before : scene.splits)
+      if (before.name == called) fail({name, "two splits have one name", "each name once", called, ""});
     if (split.pictures.empty()) fail({name, "the " + called + " split is empty", "pictures", "none", ""});
     RawSplit raw{called, name, true, {}};
     for (PosedPicture& p : split.pictures) {

@@ -3,8 +3,7 @@
 
 #include <cmath>
 
-#include "data/expect_error.hpp"
-#include "data/wild.hpp"
+#include "data/masked.hpp"
 #include "splinevox/data/image_io.hpp"
 
 /// Masks beside pictures: which is whose, and what becomes of the pixels.
@@ -12,43 +11,6 @@ namespace {
 
 using namespace splinevox;
 using namespace splinevox::test;
-
-constexpr int kMasks = 10;
-
-/// A grey PNG whose pixels are value(x, y).
-template <class Value>
-TinyPng grey_png(const Value& value, int wide = kWide, int high = kHigh) {
-  TinyPng png{wide, high, 8, PngKind::grey, {}};
-  for (int y = 0; y < high; ++y)
-    for (int x = 0; x < wide; ++x) png.rows.push_back(std::uint8_t(value(x, y)));
-  return png;
-}
-
-/// White in the left half, with a column of 128 as its edge.
-int left_half(int x, int) { return x < 5 ? 255 : x == 5 ? 128 : 0; }
-
-LoadOptions with(const std::string& masks, int downscale = 1) {
-  LoadOptions options;
-  options.downscale = downscale;
-  options.rules.masks = masks;
-  return options;
-}
-
-/// nerfstudio's layout, opaque, with mask `png` for every picture as `name(i)`.
-struct Masked {
-  TempFolder folder;
-  explicit Masked(const TinyPng& png = grey_png(left_half), const std::string& before = "masks/frame_",
-                  const std::string& behind = ".png") {
-    write_nerfstudio(folder.path(), true_cameras({}, kMasks));
-    for (int i = 0; i < kMasks; ++i) write_png(folder.path() / (before + padded(i) + behind), png);
-  }
-  Dataset load(const LoadOptions& options) const { return load_dataset(folder.str(), options); }
-  std::string error(const std::string& masks) const {
-    return error_of([&] { load(with(masks)); });
-  }
-};
-
-bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST_SUITE("data/masks") {
   TEST_CASE("subject: white is kept, soft edges and all; without a word nothing is") {
@@ -191,39 +153,6 @@ TEST_SUITE("data/masks") {
     for (int x = 0; x < kWide / 2; ++x) CHECK(first_frame(data).inside.test(x, 0) == (x <= 2));
     options.rules.masks = "none";
     CHECK(first_frame(masked.load(options)).inside.empty());
-  }
-
-  TEST_CASE("a mask may be in the alpha, of one colour or of the cut-out picture itself") {
-    const auto rgba = [](const auto& colour, const auto& alpha) {
-      TinyPng png{kWide, kHigh, 8, PngKind::rgba, {}};
-      for (int y = 0; y < kHigh; ++y)
-        for (int x = 0; x < kWide; ++x) {
-          for (const int v : colour(x)) png.rows.push_back(std::uint8_t(v));
-          png.rows.push_back(std::uint8_t(alpha(x, y)));
-        }
-      return png;
-    };
-    using Colour = std::array<int, 3>;
-    const auto white = [](int) { return Colour{255, 255, 255}; };
-    const auto photo = [](int x) { return Colour{200, 20 * x, 30}; };
-    const auto half = [](int x) { return x < 5 ? Colour{255, 255, 255} : Colour{0, 0, 0}; };
-    const auto opaque = [](int, int) { return 255; };
-    for (const TinyPng& png : {rgba(white, left_half), rgba(photo, left_half)}) {
-      const Dataset data = Masked(png).load(with("subject"));
-      for (int x = 0; x < kWide; ++x) CHECK(first_frame(data).image.pixel(x, 3)[3] == 257 * left_half(x, 3));
-    }
-    const Dataset grey = Masked(rgba(half, opaque)).load(with("subject"));
-    CHECK(first_frame(grey).image.pixel(4, 0)[3] == 65535);
-    CHECK(first_frame(grey).image.pixel(5, 0)[3] == 0);
-    const Masked colours(rgba(photo, opaque));
-    const std::string error = colours.error("subject");
-    CAPTURE(error);
-    CHECK(holds(error, "masks/frame_0000.png"));
-    CHECK(holds(error, "the mask has colours"));
-    CHECK(holds(error, "a pixel of (200, "));
-    const Dataset unused = colours.load({});
-    CHECK(notes_with(unused, "They cannot be used: ").size() == 1);
-    CHECK(notes_with(unused, "the mask has colours").size() == 1);
   }
 
   TEST_CASE("a rig's masks belong to their cameras, in every place where programs put them") {

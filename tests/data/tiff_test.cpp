@@ -166,7 +166,7 @@ Bytes tiff_bytes(const TinyTiff& t) {
          {std::pair{322, std::vector<std::uint32_t>{16}}, {323, {16}}, {324, offsets}, {325, sizes}})
       tags.push_back(tag);
   const int colours = t.photometric < 2 ? 1 : 3;
-  if (t.samples > colours) tags.push_back({338, {std::uint32_t(t.extra)}});
+  if (t.samples > colours && t.extra >= 0) tags.push_back({338, {std::uint32_t(t.extra)}});
   tags.push_back(
       {339, std::vector<std::uint32_t>(bits.size(), t.kind == Kind::half || t.kind == Kind::real ? 3 : 1)});
   std::vector<std::uint32_t> places;
@@ -197,7 +197,7 @@ void check_pixels(const TinyTiff& t, const data::FilePixels& got) {
   const bool real = t.kind == Kind::half || t.kind == Kind::real;
   const bool grey = t.photometric < 2;
   const int alpha_at = grey ? 1 : 3;
-  const bool alpha = t.samples > alpha_at && t.extra > 0;
+  const bool alpha = t.samples > alpha_at && t.extra != 0;  // -1: no tag
   REQUIRE((real ? got.real.width : got.whole.width) == t.width);
   REQUIRE((real ? got.real.height : got.whole.height) == t.height);
   int wrong = 0;
@@ -241,7 +241,7 @@ TEST_SUITE("data/tiff") {
     const TempFolder folder;
     for (const Kind kind : {Kind::byte, Kind::real})
       for (const int photometric : {0, 1, 2})
-        for (const int extra : {0, 1, 2}) {
+        for (const int extra : {-1, 0, 1, 2}) {
           const TinyTiff t{
               .samples = photometric < 2 ? 2 : 4, .extra = extra, .kind = kind, .photometric = photometric};
           CAPTURE(photometric);
@@ -252,7 +252,7 @@ TEST_SUITE("data/tiff") {
           CHECK(pixels.premultiplied == (extra == 1));
           const data::PictureHeader header = data::tiff_header(folder.path() / "a.tif", "a.tif");
           CHECK(header.size == PictureSize{t.width, t.height});
-          CHECK(header.alpha == (extra > 0));
+          CHECK(header.alpha == (extra != 0));
           CHECK(header.real == (kind == Kind::real));
         }
   }

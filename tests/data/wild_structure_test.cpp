@@ -107,6 +107,13 @@ TEST_SUITE("data/wild structure") {
     CHECK(notes_with(data, "'timestamp' is not read: call it 'time'").size() == 1);
   }
 
+  TEST_CASE("a time by the name that another layout has is named") {
+    const TempFolder folder;
+    write_moving_ball(folder.path(), {.train = 6, .val = 0, .test = 0});
+    replace_in(folder.path() / "transforms_train.json", "\"time\"", "\"timestep\"");
+    CHECK(notes_with(load_dataset(folder.str()), "'timestep' is not read: call it 'time'").size() == 1);
+  }
+
   TEST_CASE("times.txt: a byte order mark before it, remarks, and # in a picture's name") {
     const TempFolder folder;
     write_moving_ball(folder.path(), {.train = 3, .val = 0, .test = 0});

@@ -46,6 +46,22 @@ TEST_SUITE("data/wild") {
       }
   }
 
+  TEST_CASE("COLMAP from Windows: paths with \\, and a byte order mark") {
+    const Cameras cameras = true_cameras({}, 10);
+    const TempFolder folder;
+    write_colmap_text(folder.path(), cameras, kPinholeLens);
+    fs::create_directories(folder.path() / "images/cam0");
+    write_pictures(folder.path() / "images/cam0", 10);
+    for (int i = 0; i < 10; ++i) fs::remove(folder.path() / "images" / ("frame_" + padded(i) + ".png"));
+    std::string images = "\xEF\xBB\xBF# Image list\n";
+    for (int i = 0; i < 10; ++i)
+      images += image_line(i, cameras[std::size_t(i)], "cam0\\frame_" + padded(i) + ".png") + "\n\n";
+    write_text(folder.path() / "sparse/0/images.txt", images);
+    const Dataset data = load_dataset(folder.str());
+    CHECK(frames_of(data) == 10);
+    CHECK(notes_with(data, "10 pictures have paths of Windows").size() == 1);
+  }
+
   TEST_CASE("COLMAP: models where other programs put them, with their own pictures") {
     for (const std::string place :
          {"colmap_sparse/0", "distorted/sparse/0", "dense/0/sparse", "colmap_text"}) {

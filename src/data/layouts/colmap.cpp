@@ -158,12 +158,24 @@ bool is_colmap(const fs::path& folder) { return !model_folder(folder).empty(); }
 RawScene read_colmap(const fs::path& folder) {
   const fs::path place = model_folder(folder), inside = folder / place;
   ColmapModel model = has_model(inside, ".bin") ? read_colmap_binary(inside) : read_colmap_text(inside);
+  std::size_t backslashes = 0;
+  for (const ColmapImage& image : model.images) backslashes += image.name.find('\\') != std::string::npos;
+  if (backslashes > 0 &&
+      !std::any_of(model.images.begin(), model.images.end(), [&](const ColmapImage& image) {
+        return is_there(folder / "images" / image.name) || is_there(folder / image.name);
+      }))
+    for (ColmapImage& image : model.images) std::replace(image.name.begin(), image.name.end(), '\\', '/');
+  else
+    backslashes = 0;
   if (model.images.empty()) fail({model.where, "the model has no images", "at least one", "none", ""});
   std::sort(model.images.begin(), model.images.end(),
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
   RawScene scene;
   scene.splits.push_back({"train", model.where, false, {}});
   scene.one_list = true;
+  if (backslashes > 0)
+    scene.notes.push_back(
+        fmt::format("{} pictures have paths of Windows, which were taken with /", backslashes));
   RawSplit& all = scene.splits[0];
   for (const ColmapImage& image : model.images) all.frames.push_back(frame_of(model, image));
   scene.box = points_box(std::move(model.points));

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
+#include "core/byte_order_mark.hpp"
+#include "core/number_text.hpp"
 #include "data/file_bytes.hpp"
 #include "data/layouts/colmap_model.hpp"
 #include "data/message_text.hpp"
@@ -18,7 +19,9 @@ namespace fs = std::filesystem;
 class Lines {
  public:
   explicit Lines(const fs::path& path)
-      : file_(printable(path.string())), bytes_(read_bytes(path, file_, kLargestFile)) {}
+      : file_(printable(path.string())),
+        bytes_(read_bytes(path, file_, kLargestFile)),
+        at_(byte_order_mark({reinterpret_cast<const char*>(bytes_.data()), bytes_.size()})) {}
 
   bool next() {
     do {
@@ -48,9 +51,7 @@ class Lines {
     if (last == std::string_view::npos) return true;
     const std::size_t gap = line_.find_last_of(" \t", last);
     const std::string_view word = line_.substr(gap + 1, last - gap);  // npos + 1 is 0
-    double number = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc() || end != word.data() + word.size()) return false;
+    if (!parse_number<double>(word)) return false;
     std::size_t words = 0;
     bool inside = false;
     for (const char c : line_) {
@@ -72,11 +73,10 @@ class Lines {
   template <class T>
   T number(const char* what) {
     const std::string_view text = word(what);
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(double(value)))
+    const auto value = parse_number<T>(text);
+    if (!value || !std::isfinite(double(*value)))
       fail({where(), "this is not a number", what, in_quotes(text), ""});
-    return value;
+    return *value;
   }
   std::string remainder(const char* what) {
     const std::size_t begin = rest_.find_first_not_of(" \t");

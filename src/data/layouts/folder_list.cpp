@@ -73,7 +73,7 @@ std::vector<std::string> files_in(const fs::path& folder) {
 std::vector<std::string> folders_in(const fs::path& folder) {
   return names_in(folder, [](const fs::directory_entry& e) {
     std::error_code ignored;
-    return e.is_directory(ignored);
+    return e.is_directory(ignored) && e.path().filename().string()[0] != '.';
   });
 }
 

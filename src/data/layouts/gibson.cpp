@@ -34,7 +34,7 @@ RawSplit read_split(const fs::path& folder, const std::string& name) {
   const fs::path path = file_of(folder, name);
   const std::string where = printable(path.string());
   const json file = read_json(path, where);
-  RawSplit split = read_frames(file, where);
+  RawSplit split = read_frames(file, where, "timestep");
   split.name = name;
   for (std::size_t i = 0; i < split.frames.size(); ++i) {
     RawFrame& frame = split.frames[i];

@@ -17,8 +17,6 @@ using nlohmann::json;
 /// Fields of transforms files that are read, beside kLensMatrixFields.
 constexpr const char* kRead[] = {"file_path",
                                  "transform_matrix",
-                                 "time",
-                                 "timestep",
                                  "scene_box",
                                  "depth_file_path",
                                  "depth_unit_scale_factor",
@@ -50,7 +48,9 @@ struct Unread {
 constexpr const char* kGiveK = "give k1, k2, p1, p2 and k3, each a field of its own";
 constexpr const char* kUndistort = "undistort the pictures first";
 constexpr const char* kCallTime = "call it 'time', or 'timestep' in NeRFlow's files, if it is the time";
-constexpr Unread kUnread[] = {{"timestamp", kCallTime},
+constexpr Unread kUnread[] = {{"timestep", "call it 'time', if it is the time"},
+                              {"time", "call it 'timestep', if it is the time"},
+                              {"timestamp", kCallTime},
                               {"time_stamp", kCallTime},
                               {"frame_time", kCallTime},
                               {"t", kCallTime},
@@ -140,6 +140,12 @@ bool has_cameras(const fs::path& folder) {
 std::string bare_hint(const fs::path& folder, const std::vector<std::string>& folders) {
   if (!files_in(folder, FileKind::film).empty())
     return "these are films without cameras: " + how_to_capture(folder);
+  for (const std::string& name : folders)
+    if (const std::string low = lower_case(name); low == "pose" || low == "poses")
+      for (const std::string& file : files_in(folder / name))
+        if (fs::path(file).extension() == ".txt")
+          return "pictures with a text file of a pose each (ScanNet) are not read: put the matrices into "
+                 "transforms.json (docs/data.md); OpenCV's axes take their second and third column negated";
   bool pictures = !files_in(folder, FileKind::picture).empty();
   for (const std::string& name : folders) {
     pictures |= !files_in(folder / name, FileKind::picture).empty();
@@ -191,6 +197,7 @@ void UnreadFields::look_at(const json& object) {
   if (!object.is_object()) return;
   constexpr std::size_t kMost = 64;  // different names; a file may have any number
   for (const auto& [name, value] : object.items()) {
+    if (name == time_) continue;
     auto field = std::find_if(fields_.begin(), fields_.end(),
                               [&, &key = name](const Field& f) { return f.name == key; });
     if (field == fields_.end()) {

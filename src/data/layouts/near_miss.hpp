@@ -16,6 +16,8 @@ std::size_t edits(std::string_view a, std::string_view b);
 /// What a transforms file has beside what is read, counted over the file and all its frames.
 class UnreadFields {
  public:
+  /// @param time  the field that is read as a frame's time
+  explicit UnreadFields(std::string time = "time") : time_(std::move(time)) {}
   /// @param object  the file or one of its frames
   void look_at(const nlohmann::json& object);
   /// A known field that one of the unread ones may be meant for, as "'f1_x', which may be meant for 'fl_x'";
@@ -29,6 +31,7 @@ class UnreadFields {
     std::string name, meant, advice;
     std::size_t count = 0;
   };
+  std::string time_;
   std::vector<Field> fields_;
 };
 

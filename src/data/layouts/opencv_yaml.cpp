@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "data/layouts/opencv_yaml.hpp"
 
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <string_view>
 
+#include "core/number_text.hpp"
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
 #include "splinevox/core/error.hpp"
@@ -165,10 +165,8 @@ class StorageReader {
   }
 
   int read_size(const std::string& key, const std::string& text) const {
-    int size = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), size);
-    if (error != std::errc() || end != text.data() + text.size() || size < 1 || size > int(kMostNumbers))
-      refuse("'" + key + "' of a matrix is no number of them");
+    const int size = parse_number<int>(text).value_or(0);
+    if (size < 1 || size > int(kMostNumbers)) refuse("'" + key + "' of a matrix is no number of them");
     return size;
   }
 
@@ -223,12 +221,10 @@ class StorageReader {
 }  // namespace
 
 double storage_number(const std::string& text) {
-  const char *begin = text.data() + (text.starts_with("+") ? 1 : 0), *last = text.data() + text.size();
   if (text == ".Inf" || text == "-.Inf")
     return (text[0] == '-' ? -1 : 1) * std::numeric_limits<double>::infinity();
-  double value = 0;
-  const auto [end, error] = std::from_chars(begin, last, value);
-  return error == std::errc() && end == last ? value : std::numeric_limits<double>::quiet_NaN();
+  return parse_number<double>(std::string_view(text).substr(text.starts_with("+") ? 1 : 0))
+      .value_or(std::numeric_limits<double>::quiet_NaN());
 }
 
 std::map<std::string, StorageValue> read_opencv_yaml(const std::filesystem::path& path,

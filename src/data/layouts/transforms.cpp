@@ -156,12 +156,12 @@ std::optional<double> read_depth_unit(const json& file, const std::string& where
 
 std::string transforms_name(const std::string& split) { return "transforms_" + split + ".json"; }
 
-RawSplit read_frames(const json& file, const std::string& where) {
+RawSplit read_frames(const json& file, const std::string& where, const std::string& time) {
   RawSplit split{"train", where, true, {}};
   const json& frames = frames_of(file, split.file);
   if (const std::string matrix = lens_matrix_field(file); file.contains("fl_x") && !matrix.empty())
     split.notes.push_back(where + ": '" + matrix + "' is not read, because there is 'fl_x'");
-  UnreadFields unread;
+  UnreadFields unread(time);
   unread.look_at(file);
   for (const json& frame : frames) unread.look_at(frame);
   const Lens shared = read_lens(file, split.file);
@@ -242,7 +242,8 @@ std::optional<std::filesystem::path> find_image(const std::filesystem::path& roo
           in_quotes(file_path), ""});
   std::vector<std::string> candidates{file_path};
   if (kind_of(file_path) != FileKind::picture)  // NAME.png.png would be a mask
-    for (const char* ending : {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".exr", ".tif", ".tiff"})
+    for (const char* ending :
+         {".png", ".jpg", ".jpeg", ".PNG", ".JPG", ".JPEG", ".exr", ".tif", ".tiff", ".TIF", ".TIFF"})
       candidates.push_back(file_path + ending);
   for (const std::string& candidate : candidates) {
     std::error_code error;
@@ -260,7 +261,8 @@ std::optional<std::filesystem::path> find_image(const std::filesystem::path& roo
 
 Error image_missing(const std::filesystem::path& root, const std::string& file_path,
                     const std::string& where) {
-  for (const char* ending : {".exr", ".EXR", ".hdr", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".HEIC"}) {
+  for (const char* ending : {".png", ".PNG", ".jpg", ".JPG", ".jpeg", ".JPEG", ".exr", ".EXR", ".hdr", ".tif",
+                             ".TIF", ".tiff", ".TIFF", ".webp", ".bmp", ".heic", ".HEIC"}) {
     std::filesystem::path other(file_path);
     if (kind_of(other) == FileKind::picture)
       other.replace_extension(ending);

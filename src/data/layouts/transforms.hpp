@@ -55,7 +55,7 @@ std::array<double, 16> read_matrix(const nlohmann::json& frame, const std::strin
 /// Fills in the times: all frames have one, or none has and the split is not timed.
 void read_times(const nlohmann::json& frames, const char* field, RawSplit& split);
 /// All frames of a file but their times: matrices are camera to world, OpenGL axes.
-RawSplit read_frames(const nlohmann::json& file, const std::string& where);
+RawSplit read_frames(const nlohmann::json& file, const std::string& where, const std::string& time = "time");
 /// @}
 
 /// The picture a frame names: file_path itself, or, if it has no such ending, with .png, .jpg or .jpeg added.

@@ -96,7 +96,8 @@ Mask read_mask(const MaskPlan& plan, std::size_t i) {
       coloured = p;
     }
   }
-  const bool by_alpha = alpha.varies() && (!grey.varies() || colour > kGrey);
+  // Where the alpha is 0 everywhere, what it would cut out is not in the picture.
+  const bool by_alpha = (alpha.varies() || alpha.hi == 0) && (!grey.varies() || colour > kGrey);
   if (colour > kGrey && !by_alpha) {
     const std::uint16_t* v = image.rgba.data() + 4 * coloured;
     fail({plan.where[i], "the mask has colours", "black and white, or what is meant as alpha",
@@ -106,7 +107,7 @@ Mask read_mask(const MaskPlan& plan, std::size_t i) {
   }
   constexpr int kOne = 257;  // of 8 bits: a mask of 0 and 1, as programs write what is no picture to them
   const bool of_ones = grey.hi == kOne && !by_alpha;
-  Mask mask{image.width, image.height, {}};
+  Mask mask{image.width, image.height, {}, of_ones};
   mask.white.reserve(image.pixels());
   for (std::size_t p = 0; p < image.pixels(); ++p) {
     const std::uint16_t* v = image.rgba.data() + 4 * p;
@@ -207,6 +208,8 @@ MaskLook look_at_masks(const std::vector<const MaskPlan*>& plans, std::size_t mo
         look.white += *lo >= kMiddle ? 1 : 0;
         look.mean += mask.mean() / double(n);
         look.brightest = std::max(look.brightest, *hi);
+        look.ones += mask.of_ones ? 1 : 0;
+        look.numbers += !mask.of_ones && *hi > 0 && *hi < kLabels ? 1 : 0;
         return true;
       });
   return look;

@@ -38,6 +38,7 @@ MaskPlan plan_masks(const std::filesystem::path& folder, const RawSplit& split, 
 struct Mask {
   int width = 0, height = 0;
   std::vector<std::uint16_t> white;  ///< [height * width]
+  bool of_ones = false;              ///< its file holds 0 and 1
   /// Mean over the pixels, in [0, 1].
   double mean() const;
 };
@@ -61,11 +62,15 @@ std::vector<CoarseMask> read_moving(const MaskPlan& plan, const std::vector<Pict
 /// Of each frame the pixels whose blocks are white for at least a half.
 std::vector<PixelMask> read_inside(const MaskPlan& plan, int downscale);
 
+/// Below it a mask's brightest value may be the number of a part.
+constexpr std::uint16_t kLabels = 32 * 257;
+
 /// What some masks, evenly chosen among all, look like.
 struct MaskLook {
   std::size_t looked_at = 0, black = 0, white = 0;  ///< of those, wholly black and wholly white ones
   double mean = 0;                                  ///< share of white
   std::uint16_t brightest = 0;
+  std::size_t ones = 0, numbers = 0;  ///< of 0 and 1, and with higher values that are all but black
 };
 /// @param most  masks to read. Throws Error (Fault::input) for the first bad one.
 MaskLook look_at_masks(const std::vector<const MaskPlan*>& plans, std::size_t most = 32);

@@ -145,6 +145,7 @@ void read_samples(const Directory& d, Layout& l) {
       l.alpha = int(colours + i);
       l.premultiplied = extra[i] == 1;
     }
+  if (extra.empty() && samples == colours + 1) l.alpha = int(colours);  // as other readers take it
   if (d.one(kPlanar, 1) != 1)
     d.refuse("the channels lie apart", "one after the other in each pixel", "planes");
   if (const std::uint64_t turned = d.one(kOrientation, 1); turned != 1)

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <sstream>
 #include <tuple>
 
 #include "core/byte_order_mark.hpp"
+#include "core/number_text.hpp"
 #include "data/file_bytes.hpp"
 #include "data/message_text.hpp"
 #include "data/times/digits.hpp"
@@ -45,17 +45,14 @@ std::map<std::string, double> read_times_file(const fs::path& path, const std::s
     if (last == std::string::npos) continue;
     line.resize(last + 1);
     const std::size_t gap = line.find_last_of(" \t,");
-    double time = 0;
-    const char* begin = gap == std::string::npos ? line.data() : line.data() + gap + 1;
-    const auto [end, error] = std::from_chars(begin, line.data() + line.size(), time);
+    const auto time = parse_number<double>(std::string_view(line).substr(gap + 1));  // npos + 1 is 0
     const std::size_t name_end =
         gap == std::string::npos ? std::string::npos : line.find_last_not_of(" \t,", gap);
-    if (error != std::errc() || end != line.data() + line.size() || name_end == std::string::npos ||
-        !(std::abs(time) <= 1e12))
+    if (!time || name_end == std::string::npos || !(std::abs(*time) <= 1e12))
       fail({where + ", line " + std::to_string(number_of_line), "this is no time",
             "a picture's name and a number, as in 'frame_0007.png 0.25'", in_quotes(line), ""});
     const std::string name = line.substr(0, name_end + 1);
-    if (!times.emplace(name, time).second)
+    if (!times.emplace(name, *time).second)
       fail({where + ", line " + std::to_string(number_of_line), "this picture has a time already",
             "each picture once", in_quotes(name), ""});
   }
@@ -165,9 +162,9 @@ TimesChoice parse_times(const std::string& text) {
   if (text == "none") return {Source::none, 0, {}};
   if (text == "order") return {Source::order, 0, {}};
   if (text.starts_with("name:")) {
-    TimesChoice choice{Source::name, 0, {}};
-    const auto [end, error] = std::from_chars(text.data() + 5, text.data() + text.size(), choice.group);
-    if (error != std::errc() || end != text.data() + text.size() || choice.group == 0)
+    const TimesChoice choice{
+        Source::name, parse_number<int>(std::string_view(text).substr(5)).value_or(0), {}};
+    if (choice.group == 0)
       fail({"--times", "this is no group of digits", "name:1 for the first at the left, name:-1 for the last",
             in_quotes(text), ""});
     return choice;
