@@ -38,11 +38,6 @@ Action convert_command(CLI::App& verb) {
   add_rules(verb, o->rules);
   add_talk(verb, o->talk);
   return [o] {
-    for (const double v : o->shift)
-      if (!std::isfinite(v))
-        fail({"--shift", "this is no place", "three finite numbers", fmt::format("{}", v), ""});
-    if (!(std::isfinite(o->scale) && o->scale > 0))
-      fail({"--scale", "this is no scale", "a finite number above 0", fmt::format("{}", o->scale), ""});
     Teller teller(choose_talk(o->talk.quiet, o->talk.json));
     int pictures = 0;
     convert_dataset(o->dataset, o->out,

@@ -230,17 +230,24 @@ int eval_run(const EvalOptions& o) {
         "these are pictures of another data set: the run does not keep their figures; --out FILE does");
     if (!o.json) fmt::print("note: {}\n", notes.back());
   }
-  if (o.json) tell_scores(result, notes);
   run::flush_output();
-  if (!o.out.empty()) write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);
+  std::optional<Error> unsaved;  // figures are told all the same
+  if (!o.out.empty()) try {
+      write_file(o.out, {json_text(result, 2) + "\n"}, Named::by_user);
+    } catch (const Error& error) {
+      unsaved = error;
+    }
   // The run keeps figures of its own pictures, shown as all are.
   if (own && !otherwise.any() && across == 0) try {
       save(run, read, result);
     } catch (const Error& error) {  // such as a run that may be read alone; --out has the figures
-      if (o.out.empty() || error.fault != Fault::output) throw;
-      Teller(choose_talk(false, o.json))
-          .note(fmt::format("the run does not keep these figures: {}", error.what()));
+      if ((o.out.empty() || error.fault != Fault::output) && !unsaved) unsaved = error;
+      notes.push_back(fmt::format("the run does not keep these figures: {}", error.what()));
+      if (!unsaved && !o.json) Teller(choose_talk(false, false)).note(notes.back());
     }
+  if (o.json) tell_scores(result, notes);
+  run::flush_output();
+  if (unsaved) throw Error(*unsaved);
   return 0;
 }
 

@@ -12,6 +12,7 @@
 #include "cli/export_report.hpp"
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
+#include "core/number_text.hpp"
 #include "run/points_csv.hpp"
 #include "run/run_folder.hpp"
 #include "run/shares.hpp"
@@ -58,10 +59,10 @@ ExportPoints parse_points(const std::string& text) {
   points.position = std::move(table.position);
   points.time = std::move(table.time);
   for (const std::string& id : table.id) {
-    const char* last = id.data() + id.size();
-    const auto [at, error] = std::from_chars(id.data(), last, points.id.emplace_back());
-    if (at != last || error != std::errc())
+    const auto number = parse_number<std::int64_t>(id);
+    if (!number)
       fail({text, "USD takes whole numbers for the column id", "numbers, or no such column", id, ""});
+    points.id.push_back(*number);
   }
   return points;
 }

@@ -108,7 +108,7 @@ Action import_command(CLI::App& verb) {
       ->capture_default_str();
   verb.add_option("--fps", i.fps, "frames a second")->capture_default_str();
   verb.add_option("--voxel-size", i.voxel_size,
-                  "scene units, 0 = the median size of the first frame's splats")
+                  "scene units, 0 = the median size of splats, in the first frame that has any")
       ->capture_default_str();
   verb.add_option("--box", o->box, "x,y,z,X,Y,Z: what is outside is left out");
   verb.add_option("--min-alpha", i.min_alpha, "voxels less opaque than this are dropped")

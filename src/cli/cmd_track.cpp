@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <chrono>
 #include <memory>
 
 #include "cli/command.hpp"
 #include "cli/options.hpp"
 #include "core/atomic_file.hpp"
+#include "core/stopwatch.hpp"
 #include "math/activation.hpp"
 #include "run/points_csv.hpp"
 #include "run/teller.hpp"
@@ -81,11 +81,11 @@ int run_track(const TrackVerb& o) {
   PointTable table = read_points(o.points);
   if (table.time.empty()) table.time.assign(table.position.size(), o.from);
   const Run run = open_run(o.run);
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   const auto found =
       canonical ? std::vector<std::vector<TrackedPoint>>{to_canonical(run.model, table.position, table.time)}
                 : track(run.model, table.position, table.time, times);
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double seconds = timer.seconds();
   std::vector<std::string> targets = split_list(o.to);
   write_file(o.out, {as_json ? json(table, times, found) : csv(table, targets, found, canonical)},
              Named::by_user);

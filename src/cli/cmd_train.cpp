@@ -2,8 +2,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <charconv>
-#include <chrono>
 #include <cstdio>
 #include <ctime>
 #include <filesystem>
@@ -13,6 +11,7 @@
 #include "cli/command.hpp"
 #include "cli/join_ranks.hpp"
 #include "cli/options.hpp"
+#include "core/number_text.hpp"
 #include "live/live_page.hpp"
 #include "run/events.hpp"
 #include "run/memory_needs.hpp"
@@ -70,10 +69,9 @@ void complete(TrainVerb& o) {
 
 /// A word behind --live as a port; 0: a free one.
 int port_of(const std::string& word) {
-  int port = 0;
-  const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), port);
-  const bool whole = code == std::errc() && end == word.data() + word.size() && port > 0 && port < 65536;
-  if (!word.empty() && !whole)
+  if (word.empty()) return 0;
+  const int port = parse_number<int>(word).value_or(0);
+  if (port <= 0 || port >= 65536)
     fail({"--live", "this is no port", "a number from 1 to 65535, or nothing: then a free one is taken", word,
           "splinevox train DATASET --out RUN --live"});
   return port;
@@ -92,7 +90,7 @@ std::unique_ptr<LivePage> open_page(const TrainVerb& o, const Ranks* ranks) {
   return page;
 }
 
-int train(const TrainVerb& o, std::chrono::steady_clock::time_point start) {
+int train(const TrainVerb& o, const Timer& since_start) {
   const std::unique_ptr<Ranks> ranks = join_ranks("train");
   const std::unique_ptr<LivePage> page = open_page(o, ranks.get());
   TrainEvents events;
@@ -103,7 +101,7 @@ int train(const TrainVerb& o, std::chrono::steady_clock::time_point start) {
     progress.note("run: " + o.out);
   }
   const bool json = progress.talk() == Talk::json, quiet = progress.talk() == Talk::quiet;
-  const TrainedRun run = run::train(o, ranks.get(), progress, start, page.get());
+  const TrainedRun run = run::train(o, ranks.get(), progress, since_start, page.get());
   const bool interrupted = run.end == TrainedRun::End::interrupted;
   if (run.writes && interrupted) {
     const std::int64_t step = run.figures.value("steps", std::int64_t(0));
@@ -127,7 +125,7 @@ Action train_command(CLI::App& verb) {
   auto options = std::make_shared<TrainVerb>();
   add_train_options(verb, *options);
   return [options] {
-    const auto start = std::chrono::steady_clock::now();
+    const Timer since_start;
     if (options->list_settings) {
       const std::string settings = write_config(effective_config(*options, nullptr));
       if (options->json)
@@ -141,7 +139,7 @@ Action train_command(CLI::App& verb) {
       effective_config(*options, nullptr);  // wrong settings are found before anything is touched
     memory_bound(options->memory);
     catch_stop_signals();
-    return with_threads(options->threads, [&] { return train(*options, start); });
+    return with_threads(options->threads, [&] { return train(*options, since_start); });
   };
 }
 

@@ -26,7 +26,8 @@ using namespace run;
 struct Truth {
   Dataset data;
   Vec3 background;
-  std::string of_run;  ///< empty: of no run
+  std::string of_run;    ///< empty: of no run
+  std::string transfer;  ///< DatasetRules::transfer of the run
 };
 
 Truth truth_of(const EvalOptions& o) {
@@ -34,7 +35,7 @@ Truth truth_of(const EvalOptions& o) {
     Otherwise otherwise = o.otherwise;
     if (!o.masks.empty()) otherwise.masks = o.masks;
     const Run run = open_run(o.run, otherwise);
-    return {open_split(run, o.data, o.split, o.room), run.background(), run.path};
+    return {open_split(run, o.data, o.split, o.room), run.background(), run.path, run.record.rules.transfer};
   }
   const std::vector<float> c = parse_background(o.otherwise.background.value_or("white"));
   LoadOptions load;
@@ -44,7 +45,7 @@ Truth truth_of(const EvalOptions& o) {
   load.inside = true;
   load.cache = o.room.cache;
   load.room = [bound = memory_bound(o.room.memory)](const Dataset&) { return bound; };
-  return {load_dataset(o.data, load), {c[0], c[1], c[2]}, ""};
+  return {load_dataset(o.data, load), {c[0], c[1], c[2]}, "", ""};
 }
 
 /// The order of a split's frames, as far as it takes to tell whether a program's pictures have the same.
@@ -70,7 +71,8 @@ int eval_pictures(const EvalOptions& o) {
   OuterMetrics metrics(o.metrics);
   const Truth truth = truth_of(o);
   const Split& split = *truth.data.find(o.split);
-  const OtherPictures pictures(o.pictures, split, o.match == "order" ? MatchBy::order : MatchBy::name);
+  const OtherPictures pictures(o.pictures, split, o.match == "order" ? MatchBy::order : MatchBy::name,
+                               truth.transfer);
   std::vector<std::string> notes = truth.data.notes;
   if (o.match == "order") notes.push_back(order_of(split));
   if (!o.json) print_scores_head(o.split, notes);

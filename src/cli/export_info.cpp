@@ -22,7 +22,7 @@ std::optional<Manifest> whole_list(const std::string& folder, bool& finished) {
   if (finished) return all;
   for (const std::string& name : partial_manifests(folder)) {
     std::optional<Manifest> list = export_list(folder, name);
-    if (!list || (all && all->info != list->info)) continue;
+    if (!list || (all && settings_of(all->info) != settings_of(list->info))) continue;
     if (!all) all = Manifest{list->kind, list->info, {}};
     for (ManifestFile& file : list->files)
       if (!all->find(file.name)) all->files.push_back(std::move(file));

@@ -57,10 +57,7 @@ std::string left_over(const std::string& of, const std::vector<std::string>& fil
 }
 
 ExportReport::ExportReport(Talk talk, const ExportOptions& options)
-    : teller_(talk, "frames"),
-      options_(options),
-      start_(std::chrono::steady_clock::now()),
-      cpu_(processor_seconds()) {}
+    : teller_(talk, "frames"), options_(options), cpu_(processor_seconds()) {}
 
 void ExportReport::add(const ExportedFrame& f, int done, int total) {
   double voxels = 0;  // of matter
@@ -153,8 +150,7 @@ void ExportReport::explain(const ExportResult& result, const std::string& folder
                     empty_ == int(result.frames.size()) ? ": --voxel-size or --min-alpha is too large" : ""));
   if (!result.others.empty()) teller_.note(left_over("export", result.others));
   if (const auto fresh = double(result.frames.size()) - kept_; fresh > 0) {
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(),
-                 used = processor_seconds() - cpu_;
+    const double seconds = timer_.seconds(), used = processor_seconds() - cpu_;
     teller_.note(
         fmt::format("{:.2f} frames a second; {:.2f} s of processor time a frame, {:.0f}% of it writing",
                     fresh / seconds, used / fresh, 100 * writing_ / used));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
 #include <string>
 #include <vector>
 
 #include "cli/command.hpp"
+#include "core/stopwatch.hpp"
 #include "run/teller.hpp"
 #include "splinevox/field/model.hpp"
 #include "splinevox/io/export_vdb.hpp"
@@ -46,7 +46,7 @@ class ExportReport {
   double short_ = 0;          ///< voxels of velocity that the fastest matter asks for and does not get
   bool wide_ = false;         ///< some grid did not fit 16-bit floats
   int kept_ = 0, empty_ = 0;  ///< frames that were there before; without a voxel of matter
-  std::chrono::steady_clock::time_point start_;
+  Timer timer_;
   double cpu_;
 };
 

@@ -3,13 +3,13 @@
 
 #include <string>
 
+#include "core/stopwatch.hpp"
 #include "run/shares.hpp"
 #include "splinevox/core/error.hpp"
 
 #ifdef SPLINEVOX_MPI
 #include <mpi.h>
 
-#include <chrono>
 #include <exception>
 #endif
 
@@ -85,10 +85,10 @@ class MpiRanks final : public Ranks {
   }
   template <class Call>
   void timed(std::size_t bytes, Call&& call) {
-    const auto start = std::chrono::steady_clock::now();
+    const Timer timer;
     call();  // MPI ends the program where it fails: that is its default
     traffic.bytes += std::int64_t(bytes);
-    traffic.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    traffic.seconds += timer.seconds();
   }
   int rank_ = 0, count_ = 1, local_ = 0;
 };

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <vector>
 
+#include "core/number_text.hpp"
 #include "math/sh.hpp"
 #include "run/support.hpp"
 #include "splinevox/core/error.hpp"
@@ -98,10 +98,8 @@ CLI::Option* add_antialias(CLI::App& verb, std::string& antialias) {
 
 int across_of(const std::string& antialias) {
   if (antialias == "auto") return 0;
-  int across = 0;
-  const char* const end = antialias.data() + antialias.size();
-  const auto [rest, error] = std::from_chars(antialias.data(), end, across);
-  if (error != std::errc() || rest != end || across < 1 || across > kMostAcross)
+  const int across = parse_number<int>(antialias).value_or(0);
+  if (across < 1 || across > kMostAcross)
     fail({"--antialias", "there is no such number of rays", fmt::format("auto, or 1 to {}", kMostAcross),
           antialias, ""});
   return across;

@@ -46,7 +46,9 @@ Image vectors(const VoxelModel& model, const Rendered& r, const std::vector<Shot
 }  // namespace
 
 std::vector<std::string> chosen_layers(const std::string& text, const std::string& format) {
-  const std::vector<std::string> names = text == "all" ? kLayers : split_list(text);
+  std::vector<std::string> names;
+  for (const std::string& name : text == "all" ? kLayers : split_list(text))
+    if (!holds(names, name)) names.push_back(name);
   const std::string expected = fmt::format("a list of {}", fmt::join(all_names(), ","));
   for (const std::string& n : names) {
     if (!holds(all_names(), n))

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <utility>
 
+#include "core/number_text.hpp"
 #include "core/process.hpp"
 #include "core/stopwatch.hpp"
 #include "live/html.hpp"
@@ -146,6 +147,14 @@ void LivePage::wait() {
   wished_.wait_for(lock, std::chrono::milliseconds(100));
 }
 
+bool LivePage::close(bool anyway) {
+  const std::lock_guard lock(mutex_);
+  if (!anyway && wishes_.more_time > 0) return false;
+  phase_ = Phase::saving;
+  wishes_.pause = false;
+  return true;
+}
+
 void LivePage::end(const VoxelModel& model, std::int64_t step, bool finished) {
   std::unique_lock lock(mutex_);
   if (followed() && step != handed_) {
@@ -195,7 +204,7 @@ Answer LivePage::preview(const std::string& file) const {
 
 /// How far it is. `lines`, `notes`: how many of them the page has already. `follow`: 1 asks for the model.
 Answer LivePage::state(const Ask& ask) {
-  constexpr const char* kPhases[] = {"preparing", "training", "saved", "finished"};
+  constexpr const char* kPhases[] = {"preparing", "training", "saving", "saved", "finished"};
   const std::size_t lines = count_of(ask.value("lines")), notes = count_of(ask.value("notes"));
   const LiveModel model = packer_.latest();
   const std::lock_guard lock(mutex_);
@@ -222,15 +231,14 @@ Answer LivePage::state(const Ask& ask) {
 Answer LivePage::wish(const Ask& ask) {
   const std::lock_guard lock(mutex_);
   if (ended()) return text(409, "the training has ended");
+  if (phase_ == Phase::saving) return text(409, "the last step is made, and the model is being saved");
   if (ask.path == "pause" || ask.path == "go") {
     wishes_.pause = ask.path == "pause";
   } else if (ask.path == "stop") {
     wishes_.stop = true;
   } else if (ask.path == "more") {
-    const std::string word = ask.value("seconds");
-    double seconds = 0;
-    const auto [end, code] = std::from_chars(word.data(), word.data() + word.size(), seconds);
-    if (code != std::errc() || end != word.data() + word.size() || !(seconds >= 1 && seconds <= kMostAdded))
+    const double seconds = parse_number<double>(ask.value("seconds")).value_or(0);
+    if (!(seconds >= 1 && seconds <= kMostAdded))
       return text(400, fmt::format("seconds: a number from 1 to {:.0f}", kMostAdded));
     if (phase_ == Phase::preparing) return text(409, "training has not begun");
     if (!by_clock_) return text(409, "this run counts steps, so time is not what ends it");

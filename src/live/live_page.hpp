@@ -34,10 +34,11 @@ class LivePage : public Watcher {
   void model(VoxelModel model, std::int64_t step, double cost) override;
   Wishes take_wishes() override;
   void wait() override;
+  bool close(bool anyway) override;
   void end(const VoxelModel& model, std::int64_t step, bool finished) override;
 
  private:
-  enum class Phase { preparing, training, saved, finished };
+  enum class Phase { preparing, training, saving, saved, finished };
 
   Answer answer(const Ask& ask);
   Answer state(const Ask& ask);

@@ -8,9 +8,11 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <thread>
 #include <utility>
@@ -23,6 +25,8 @@ namespace {
 
 constexpr const char* kHost = "127.0.0.1";
 constexpr std::size_t kThreads = 4;         // one page asks, now and then two
+constexpr int kLastRequests = 20;           // tenths of a second that requests have when the page ends
+constexpr int kLastAnswers = 600;           // and answers, such as the last model by a tunnel
 constexpr std::size_t kLongestBody = 1024;  // of a request: none has one
 
 std::string random_token() {
@@ -71,12 +75,28 @@ void alone(socket_t socket) {
   ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
 }
 
+/// Ends what connections to the port are still open. The library waits for each to be through with its
+/// request, and whoever sends one slowly would keep a training from ending.
+void hang_up(int port) {
+  const int most = int(std::clamp(::sysconf(_SC_OPEN_MAX), 256L, 65536L));
+  for (int fd = 3; fd < most; ++fd) {
+    sockaddr_in own{}, other{};
+    socklen_t own_size = sizeof own, other_size = sizeof other;
+    if (::getsockname(fd, reinterpret_cast<sockaddr*>(&own), &own_size) == 0 && own.sin_family == AF_INET &&
+        ntohs(own.sin_port) == port &&
+        ::getpeername(fd, reinterpret_cast<sockaddr*>(&other), &other_size) == 0)
+      ::shutdown(fd, SHUT_RDWR);
+  }
+}
+
 }  // namespace
 
 struct PageServer::Impl {
   httplib::Server server;
   std::string token = random_token(), address;
+  int port = 0;
   std::atomic<bool> ended = false;
+  std::atomic<int> sending = 0;  ///< answers on their way
   std::thread listening;
 };
 
@@ -100,18 +120,20 @@ PageServer::PageServer(int port, std::function<Answer(const Ask&)> answer) : imp
     response.status = 403;
     return httplib::Server::HandlerResponse::Handled;
   });
-  const auto handle = [root, answer = std::move(answer)](const httplib::Request& request,
-                                                         httplib::Response& response) {
+  const auto handle = [root, answer = std::move(answer), sending = &impl_->sending](
+                          const httplib::Request& request, httplib::Response& response) {
     const Answer said = answer({request.method == "POST", request.path.substr(root.size()),
                                 [&](const std::string& name) { return request.get_param_value(name); }});
     response.status = said.status;
     if (said.body->empty()) return;
+    ++*sending;
     // By a provider, because a body as such would be compressed, which takes longer than it saves here.
     response.set_content_provider(
         said.body->size(), said.type,
         [body = said.body](std::size_t at, std::size_t size, httplib::DataSink& to) {
           return to.write(body->data() + at, size);
-        });
+        },
+        [sending](bool) { --*sending; });
   };
   server.Get(".*", handle);
   // With a reader that is not used: no action has a body, and none is waited for.
@@ -123,6 +145,7 @@ PageServer::PageServer(int port, std::function<Answer(const Ask&)> answer) : imp
     fail({"--live", fmt::format("port {} cannot be had on {}", port, kHost),
           "a port that is free; without one --live takes any", why_not(port), "--live without a port"});
   if (port < 0) fail({"--live", fmt::format("there is no port to be had on {}", kHost), "", why_not(0), ""});
+  impl_->port = port;
   impl_->address = fmt::format("http://{}:{}{}", kHost, port, root);
   impl_->listening = std::thread([impl = impl_.get()] {
     impl->server.listen_after_bind();
@@ -134,6 +157,10 @@ PageServer::~PageServer() {
   while (!impl_->server.is_running() && !impl_->ended)  // what has not begun cannot be stopped
     std::this_thread::yield();
   impl_->server.stop();
+  for (int waited = 0; !impl_->ended; ++waited) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    if (waited >= (impl_->sending > 0 ? kLastAnswers : kLastRequests)) hang_up(impl_->port);
+  }
   impl_->listening.join();
 }
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How pip makes a wheel of this repository (PEP 517): CMake builds the module and installs it into the wheel.
 
-It needs no package of Python's. `pip install . -C cmake="-DSPLINEVOX_NATIVE=OFF"` gives CMake more words.
+It needs no package of Python's. `--config-settings cmake="-DSPLINEVOX_NATIVE=OFF"` gives CMake more words.
 """
 import base64
 import hashlib

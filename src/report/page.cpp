@@ -220,11 +220,12 @@ std::string views(const ReportRun& run) {
           what, escape(v.name), base64(png));
     };
     html += fmt::format(
-        "<figure><figcaption><b>{}</b><span>time {:.3f}</span><span>PSNR {:.2f} dB</span><span>SSIM "
-        "{:.4f}</span></figcaption>"
+        "<figure><figcaption><b>{}</b><span>time {:.3f}</span><span>PSNR {} dB</span><span>SSIM "
+        "{}</span></figcaption>"
         "<div class=\"row\">{}{}{}{}{}</div></figure>",
-        escape(v.name), v.time, v.psnr, v.ssim, picture(v.truth, "truth"), picture(v.render, "render"),
-        picture(v.error, "error"), picture(v.flow, "displacement"), picture(v.rigidity, "what moves"));
+        escape(v.name), v.time, figure(v.psnr, 2), figure(v.ssim, 4), picture(v.truth, "truth"),
+        picture(v.render, "render"), picture(v.error, "error"), picture(v.flow, "displacement"),
+        picture(v.rigidity, "what moves"));
   }
   return html + "</div>";
 }

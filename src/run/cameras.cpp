@@ -158,20 +158,41 @@ std::vector<Shot> suitable(const Run& run, const CameraRequest& request, int tim
   return way(*train, request, way_for(train->stand), times, note);
 }
 
-std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request) {
+/// Times outside the run's show its first or last moment. @param own  whether shots keep these times
+void hold_times(std::vector<Shot>& shots, bool own, const Note& note) {
+  constexpr double kRounding = 1e-6;
+  std::size_t outside = 0;
+  for (Shot& s : shots) {
+    outside += s.time < -kRounding || s.time > 1 + kRounding ? 1 : 0;
+    s.time = std::clamp(s.time, 0.0, 1.0);
+  }
+  if (own && outside > 0)
+    note(fmt::format("{} of {} cameras have times outside the run's: they show its first or last moment",
+                     outside, shots.size()));
+}
+
+/// Whether shots are to have the times that cameras come with.
+bool keeps_times(const CameraRequest& request) { return request.times.empty() && request.moments.empty(); }
+
+std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request, const Note& note) {
   const std::vector<std::string> parts = split_list(request.camera, ':');
   const std::string split = parts.size() > 1 ? parts[1] : "test";
   const Dataset data = open_split(run, request.data, split, {}, Pixels::left_out);
   std::vector<Shot> shots;
-  for (const Frame& f : data.find(split)->frames) shots.push_back({f.camera, std::clamp(f.time, 0.0, 1.0)});
+  for (const Frame& f : data.find(split)->frames) shots.push_back({f.camera, f.time});
   resize(shots, request.size);
-  if (parts.size() < 3) return shots;
+  if (parts.size() < 3) {
+    hold_times(shots, keeps_times(request), note);
+    return shots;
+  }
   const std::vector<double> index = numbers(parts[2], ',', "--camera", "dataset:SPLIT:INDEX");
   if (index.size() != 1 || index[0] < 0 || index[0] >= double(shots.size()) ||
       index[0] != std::floor(index[0]))
     fail({"--camera", fmt::format("the {} split has no frame {}", split, parts[2]),
           fmt::format("a number in [0, {}]", shots.size() - 1), request.camera, ""});
-  return {shots[std::size_t(index[0])]};
+  shots = {shots[std::size_t(index[0])]};
+  hold_times(shots, keeps_times(request), note);
+  return shots;
 }
 
 /// @param matrix  camera to world, row by row
@@ -189,7 +210,7 @@ Shot shot_of(const FileJson& frame, const std::array<double, 16>& matrix, const 
     if (!frame["time"].is_number())
       fail(
           {where, "'time' is not a number", "a number in the data's own time", dump_json(frame["time"]), ""});
-    s.time = std::clamp(map(frame["time"].get<double>()), 0.0, 1.0);
+    s.time = map(frame["time"].get<double>());
   }
   return s;
 }
@@ -199,7 +220,9 @@ struct FileShots {
   std::map<int, Camera> numbered;  ///< empty unless there are several, each with a number of its own
 };
 
-FileShots from_file(const Run& run, const CameraRequest& request, const std::string& path, const Note& note) {
+/// @param own_times  whether shots are to have the file's times
+FileShots from_file(const Run& run, const CameraRequest& request, const std::string& path, bool own_times,
+                    const Note& note) {
   const FileJson file = data::read_json(path, path);
   const FileJson frames = file.is_object() && file.contains("frames")
                               ? file["frames"]
@@ -215,22 +238,28 @@ FileShots from_file(const Run& run, const CameraRequest& request, const std::str
   for (const FileJson& frame : frames) unread.look_at(frame);
   const auto where = [&](std::size_t i) { return fmt::format("{}, frame {}", path, i); };
   std::vector<std::array<double, 16>> matrices;
-  bool timed = false;
+  std::size_t timed = 0;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const FileJson& frame = frames[i];
     if (!frame.is_object())
       fail({where(i), "this is not a frame", "an object with transform_matrix",
             dump_json(frame).substr(0, 60), ""});
-    timed = timed || frame.contains("time");
+    timed += frame.contains("time") ? 1 : 0;
     matrices.push_back(data::read_matrix(frame, where(i), unread));
   }
+  if (own_times && timed > 0 && timed < frames.size())
+    fail({path, "some frames have no 'time'", "a finite number in each frame, or in none",
+          fmt::format("{} of {} frames with 'time'", timed, frames.size()),
+          "give every frame a time, or none"});
+  for (const std::string& line : unread.notes(path)) note(line);
   if (const std::string text = data::take_last_rows(matrices); !text.empty()) note(path + ": " + text);
   FileShots out;
   std::vector<Shot>& shots = out.shots;
   for (std::size_t i = 0; i < frames.size(); ++i)
     shots.push_back(shot_of(frames[i], matrices[i], lens, request, run.record.time_map, where(i)));
   resize(shots, request.size);
-  for (std::size_t i = 0; !timed && i < shots.size() && shots.size() > 1; ++i)
+  hold_times(shots, own_times, note);
+  for (std::size_t i = 0; timed == 0 && i < shots.size() && shots.size() > 1; ++i)
     shots[i].time = double(i) / double(shots.size() - 1);
   for (std::size_t i = 0; i < frames.size(); ++i)
     if (frames[i].contains("frame") && frames[i]["frame"].is_number_integer())
@@ -262,7 +291,7 @@ std::vector<Shot> of_data(const Run& run, const CameraRequest& request, const No
     fail({"--camera", "the data set brings no way of its own",
           fmt::format("{} in its folder, laid out as transforms_train.json", kDataWay), path,
           "--camera FILE for cameras of yours"});
-  return from_file(run, request, path, note).shots;
+  return from_file(run, request, path, keeps_times(request), note).shots;
 }
 
 }  // namespace
@@ -289,9 +318,9 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
   else if (c == "data")
     shots = of_data(run, request, note);
   else if (c == "dataset" || c.starts_with("dataset:"))
-    shots = from_dataset(run, request);
+    shots = from_dataset(run, request, note);
   else if (names_file(c))
-    shots = from_file(run, request, c, note).shots;
+    shots = from_file(run, request, c, keeps_times(request), note).shots;
   else
     fail({"--camera", "there is no such camera",
           fmt::format("{}, dataset:SPLIT, dataset:SPLIT:INDEX or a transforms file",
@@ -308,9 +337,10 @@ std::map<int, Camera> numbered_cameras(const Run& run, const CameraRequest& requ
                                        const std::function<void(const std::string&)>& on_note) {
   if (!names_file(request.camera)) return {};
   std::vector<std::string> notes;
-  std::map<int, Camera> cameras = from_file(run, request, request.camera, [&](const std::string& line) {
-                                    notes.push_back(line);
-                                  }).numbered;
+  std::map<int, Camera> cameras =
+      from_file(run, request, request.camera, false, [&](const std::string& line) {
+        notes.push_back(line);
+      }).numbered;
   if (!cameras.empty() && on_note) std::for_each(notes.begin(), notes.end(), on_note);
   return cameras;
 }

@@ -100,11 +100,18 @@ std::vector<std::string> notes_on(const Json& effects) {
         film.value("psnr", 0.0), 100 * film.value("share", 0.0)));
   if (const std::string note = effects.value("note", ""); !note.empty()) notes.push_back(note);
   std::string named;
-  bool any = false;
+  bool any = false, moves = false;
   for (const Json& e : effects.at("effects")) {
-    const bool used = e.value("used", false), confounded = !used && e.value("decision", "") == "confounded";
-    any |= confounded;
     const std::string name = e.value("effect", "");
+    const bool used = e.value("used", false), told = !used && e.value("decision", "") == "confounded",
+               confounded = told && (name == to_string(Effect::motion) || name == to_string(Effect::light));
+    any |= confounded;
+    moves |= used && name == to_string(Effect::motion);
+    if (told && name == to_string(Effect::presence))
+      notes.push_back("presence gains, but no more than what only moves may gain by it: it is left out");
+    if (told && name == to_string(Effect::drift))
+      notes.push_back(
+          "gains that drift help, but in parts of the pictures, as highlights do: they are left out");
     if (!used && !confounded) continue;
     named += (named.empty() ? "" : ",") + name;
     const std::optional<Effect> effect = effect_named(name);
@@ -112,7 +119,7 @@ std::vector<std::string> notes_on(const Json& effects) {
       if (confounded && effect && facts_of(other).needs == effect)
         named += std::string(",") + to_string(other);
   }
-  if (any)
+  if (any && !moves)
     notes.push_back(
         "a film: changes may come from the camera as well as from time, and the scene is taken to be "
         "static; if it is not, say so: --effects " +
@@ -154,7 +161,7 @@ Json effects_json(const Prepared& prepared) {
     Json e{{"effect", to_string(effect)}, {"used", used.has(effect)}};
     if (const EffectVerdict* v = verdict_on(choice, effect)) {
       e["decision"] = name_of(v->decision);
-      if (v->clocks.empty()) {
+      if (effect != Effect::clock) {
         e["gain_db"] = v->gain.mean;
         e["gain_lo"] = finite(v->gain.lo);
         e["gain_hi"] = finite(v->gain.hi);

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <utility>
 
+#include "core/stopwatch.hpp"
 #include "math/camera.hpp"
 #include "run/colours.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -100,9 +100,9 @@ Scores evaluate(const Split& split, const std::function<View(const Frame&)>& vie
   std::vector<double> psnrs, with_gain, psnrs_inside;
   double pixels = 0, pixels_inside = 0, inside = 0, ignored = 0;
   for (const Frame& frame : split.frames) {
-    const auto start = std::chrono::steady_clock::now();
+    const Timer timer;
     const View v = view_of(frame);
-    out.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    out.seconds += timer.seconds();
     out.views.push_back({frame.name, frame.time, v.psnr, v.ssim, v.ms_ssim, v.psnr_inside, v.psnr_best_gain});
     psnrs.push_back(v.psnr);
     with_gain.push_back(v.psnr_best_gain);

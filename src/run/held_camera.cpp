@@ -4,11 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <vector>
 
 #include "core/parallel.hpp"
+#include "core/stopwatch.hpp"
 #include "math/camera.hpp"
 #include "math/quantile.hpp"
 #include "run/still_places.hpp"
@@ -51,7 +51,7 @@ bool is_film(const Split& train, const Box& box) {
 
 std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& renderer, const Split& train,
                                            const Split& held_out) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer timer;
   const PatchEvidence evidence(train, model.box, model.background.color, even_times());
   std::vector<FrameSampler> at;
   for (const double t : evidence.times()) at.emplace_back(model, t);
@@ -94,7 +94,7 @@ std::optional<HeldCamera> held_camera_test(const VoxelModel& model, Renderer& re
   out.p95_share = quantile(shifts, 0.95);
   out.median = pixels * out.median_share;
   out.p95 = pixels * out.p95_share;
-  out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  out.seconds = timer.seconds();
   return out;
 }
 

@@ -83,7 +83,8 @@ std::vector<std::string> by_order(const std::string& folder, std::vector<std::st
 
 }  // namespace
 
-OtherPictures::OtherPictures(const std::string& folder, const Split& split, MatchBy by) {
+OtherPictures::OtherPictures(const std::string& folder, const Split& split, MatchBy by,
+                             const std::string& transfer) {
   const std::vector<std::string> files = pictures_in(folder);
   for (const std::string& file :
        by == MatchBy::name ? by_name(folder, files, split) : by_order(folder, files, split)) {
@@ -97,7 +98,8 @@ OtherPictures::OtherPictures(const std::string& folder, const Split& split, Matc
             fmt::format("{}, as {} has", data::size_text(wanted), split.frames[plan_.paths.size() - 1].name),
             data::size_text(header.size), "--downscale K, if it was made of smaller pictures"});
     plan_.turns.push_back(1);
-    plan_.linear.push_back(header.linear);
+    const bool floats = header.real || header.linear;
+    plan_.linear.push_back(floats && (transfer.empty() || transfer == "linear"));
   }
 }
 

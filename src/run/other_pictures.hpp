@@ -22,11 +22,12 @@ class OtherPictures {
   /// Finds and measures all of them. Throws Error (input) naming the first frames without a picture, the
   /// first pictures without a frame, or the first picture of another size than its frame's.
   /// @param split  with its pictures, whose sizes count
-  OtherPictures(const std::string& folder, const Split& split, MatchBy by);
+  /// @param transfer  DatasetRules::transfer of the split, which floats among the pictures have too
+  OtherPictures(const std::string& folder, const Split& split, MatchBy by, const std::string& transfer = "");
   /// The file of a frame's picture, without its folder.
   std::string name(std::size_t frame) const { return plan_.paths[frame].filename().string(); }
   /// The picture of a frame of the split: 3 channels in [0, 1]; what has alpha lies over the background,
-  /// light (OpenEXR) is as a screen shows it. Throws Error (input).
+  /// light (OpenEXR, floats in TIFF) is as a screen shows it. Throws Error (input).
   Image read(std::size_t frame, const Vec3& background) const;
 
  private:

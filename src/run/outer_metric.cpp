@@ -6,13 +6,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <numeric>
 
 #include "core/atomic_file.hpp"
 #include "core/child.hpp"
+#include "core/number_text.hpp"
 #include "core/printable.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -42,11 +42,8 @@ bool is_name(const std::string& text) {
 std::optional<double> number_of(const std::string& line) {
   const std::size_t first = line.find_first_not_of(" \t"), last = line.find_last_not_of(" \t");
   if (first == line.npos) return {};
-  double value = 0;
-  const char *begin = line.data() + first, *end = line.data() + last + 1;
-  const auto r = std::from_chars(begin, end, value);
-  if (r.ec != std::errc() || r.ptr != end || !std::isfinite(value)) return {};
-  return value;
+  const auto value = parse_number<double>(std::string_view(line).substr(first, last + 1 - first));
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 std::string last_line(const std::string& text) {

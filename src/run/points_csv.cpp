@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <sstream>
 #include <string_view>
 
 #include "core/atomic_file.hpp"
 #include "core/byte_order_mark.hpp"
+#include "core/number_text.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -59,12 +59,11 @@ Columns find_columns(const std::string& path, std::string_view header) {
 }
 
 double number(const std::string& path, std::size_t line, const char* column, std::string_view text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
+  const auto value = parse_number<double>(text);
+  if (!value || !std::isfinite(*value))
     fail({fmt::format("{}, line {}", path, line), fmt::format("'{}' is not a number", column),
           "a finite number such as -0.25", std::string(text.substr(0, 100)), ""});
-  return value;
+  return *value;
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include "core/atomic_file.hpp"
 #include "core/handle.hpp"
 #include "core/json_text.hpp"
+#include "core/number_text.hpp"
 #include "core/own_folder.hpp"
 #include "core/printable.hpp"
 #include "data/file_bytes.hpp"
@@ -46,11 +46,10 @@ std::vector<double> numbers(const std::string& text, char separator, const std::
                             const std::string& expected) {
   std::vector<double> values;
   for (const std::string& part : split_list(text, separator)) {
-    double v = 0;
-    const auto r = std::from_chars(part.data(), part.data() + part.size(), v);
-    if (r.ec != std::errc() || r.ptr != part.data() + part.size() || !std::isfinite(v))
+    const auto v = parse_number<double>(part);
+    if (!v || !std::isfinite(*v))
       fail({option, fmt::format("'{}' is not a number", part), expected, text, ""});
-    values.push_back(v);
+    values.push_back(*v);
   }
   if (values.empty()) fail({option, "there is no number", expected, text, ""});
   return values;

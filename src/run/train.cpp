@@ -218,8 +218,8 @@ void sign(Json& figures, Device device) {
 
 }  // namespace
 
-TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
-                 std::chrono::steady_clock::time_point start, Watcher* watcher) {
+TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress, const Timer& since_start,
+                 Watcher* watcher) {
   Device device = ranks ? choose_device(o.device, *ranks) : choose_device(o.device);
   std::unique_ptr<StepBackend> steps =
       make_step(device, o.deterministic, ranks);  // so that a lacking device fails first
@@ -261,9 +261,6 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     const Json figures = writes ? read_metrics(folder.file("metrics.json")) : Json::object();
     return {folder.path(), figures, TrainedRun::End::was_finished, writes};
   }
-  const auto since_start = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  };
   greet(data, config, device, progress);
   progress.note(memory_line(bound, needs, data));
   const std::string dataset = whole_path(o.dataset).string(), before = record_text(record);
@@ -274,7 +271,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
   } else {
     try {
       const auto used_by = [&](const char* what) {
-        const double used = ranks ? ranks->from_first(since_start()) : since_start();
+        const double used = ranks ? ranks->from_first(since_start.seconds()) : since_start.seconds();
         check_time_left(asked.run, used, what);
         return used;
       };
@@ -295,7 +292,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     }
   }
   if (ranks) check_ranks_agree(*ranks, data, config);
-  const double used = since_start();
+  const double used = since_start.seconds();
   const auto write_settings = [&] {
     if (!config_difference(asked, config).empty())
       write_file(folder.file(kAskedConfig), {write_config(asked)});
@@ -319,6 +316,11 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
     if (!past.checkpoint) write_file(folder.file("metrics.jsonl"), {std::string()});
   }
   if (writes && past.checkpoint && !past.longer && record_text(record) != before) write_settings();
+  if (writes)  // `eval` measured the model that was there
+    for (const char* name : {"metrics_val.json", "metrics_train.json"}) {
+      std::error_code ignored;
+      fs::remove(folder.file(name), ignored);
+    }
   Json figures = session.run();
   const auto end = session.interrupted() ? TrainedRun::End::interrupted : TrainedRun::End::finished;
   if (!writes) return {folder.path(), Json::object(), end, writes};
@@ -329,9 +331,9 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress,
 }
 
 TrainEnd train(const TrainOptions& options, const TrainEvents& events) {
-  const auto start = std::chrono::steady_clock::now();
+  const Timer since_start;
   Progress progress(Talk::quiet, events);
-  const TrainedRun run = train(options, nullptr, progress, start);
+  const TrainedRun run = train(options, nullptr, progress, since_start);
   return {run.end != TrainedRun::End::interrupted, run.figures.value("steps", std::int64_t(0)),
           run.figures.value("train_seconds", 0.0), json_text(run.figures, 2) + "\n"};
 }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <chrono>
 #include <string>
 
 #include "core/ranks.hpp"
+#include "core/stopwatch.hpp"
 #include "run/progress.hpp"
 #include "run/watcher.hpp"
 #include "splinevox/run/train.hpp"
@@ -20,9 +20,10 @@ struct TrainedRun {
   bool writes = true;  ///< false: another rank writes, and has the figures
 };
 
-/// Trains into a run folder. @param ranks  who trains with us; null: nobody. @param start  of the budget.
+/// Trains into a run folder. @param ranks  who trains with us; null: nobody. @param since_start  of the
+/// budget.
 /// @param watcher  who looks at it; null: nobody. Not with ranks
-TrainedRun train(const TrainOptions& options, Ranks* ranks, Progress& progress,
-                 std::chrono::steady_clock::time_point start, Watcher* watcher = nullptr);
+TrainedRun train(const TrainOptions& options, Ranks* ranks, Progress& progress, const Timer& since_start,
+                 Watcher* watcher = nullptr);
 
 }  // namespace splinevox::run

@@ -114,7 +114,8 @@ bool TrainSession::go_on() {
     const double mine = interrupted_;
     for (const double theirs : setup_.ranks->gather({&mine, 1})) interrupted_ |= theirs != 0;
   }
-  return !interrupted_ && !trainer_.done();
+  if (!interrupted_ && !trainer_.done()) return true;
+  return setup_.watcher && !setup_.watcher->close(interrupted_) && go_on();
 }
 
 Json TrainSession::run() {

@@ -71,8 +71,17 @@ void TrainSession::hand_over(VoxelModel model, double started) {
 void TrainSession::hold_camera(const VoxelModel& model) {
   const Split& train = *setup_.data.find("train");
   if (!model.motion.moves() || !is_film(train, model.box)) return;
-  Renderer renderer = make_renderer(model, setup_.device);
-  held_camera_ = held_camera_test(model, renderer, train, no_held_out_ ? train : *setup_.data.find("val"));
+  const Split& held_out = no_held_out_ ? train : *setup_.data.find("val");
+  const auto test = [&](Device device) {
+    Renderer renderer = make_renderer(model, device);
+    held_camera_ = held_camera_test(model, renderer, train, held_out);
+  };
+  try {
+    test(setup_.device);
+  } catch (const Error&) {  // others may fill the device's memory
+    if (setup_.device == Device::cpu) throw;
+    test(Device::cpu);
+  }
   if (!held_camera_) return;
   if (const std::string text = held_camera_warning(*held_camera_); !text.empty()) progress_.note(text);
 }

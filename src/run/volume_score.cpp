@@ -149,7 +149,8 @@ VolumeFigures figures_of(const Sums& s, double voxels) {
   out.l1 = over(s.apart, s.t);
   out.l1_unscaled = over(s.apart_unscaled, s.t);
   const double tt = s.tt - s.t * s.t / voxels, mm = s.mm - s.m * s.m / voxels;
-  out.correlation = tt > 0 && mm > 0 ? (s.tm - s.t * s.m / voxels) / std::sqrt(tt * mm) : 0;
+  const double among = tt > 0 && mm > 0 ? (s.tm - s.t * s.m / voxels) / std::sqrt(tt * mm) : 0;
+  out.correlation = over(s.t, s.t) * among;
   out.iou = over(s.least, s.most);
   out.outside = over(s.m - s.inside, s.m);
   return out;

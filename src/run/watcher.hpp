@@ -47,6 +47,9 @@ class Watcher {
   virtual Wishes take_wishes() = 0;
   /// Waits until something is wished for, or a tenth of a second.
   virtual void wait() = 0;
+  /// The last step is made: from here on wishes are refused. @param anyway  though more time is wished for
+  /// @return false: it is, so there is more to do
+  virtual bool close(bool anyway) = 0;
   /// The training has ended. @param model  as it is saved
   virtual void end(const VoxelModel& model, std::int64_t step, bool finished) = 0;
 };

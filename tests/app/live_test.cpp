@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The live page of a training, asked as a page asks it.
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <optional>
+#include <thread>
 
+#include "live/live_page.hpp"
 #include "live_run.hpp"
 #include "view/codec.hpp"
 
@@ -167,6 +175,46 @@ TEST_SUITE("app/live") {
       CHECK(again.post("stop") == 200);
       CHECK(again.wait().code == 130);
     }
+  }
+
+  TEST_CASE("whoever sends a request and does not end it keeps no training from ending") {
+    const BallScene scene;
+    LiveRun run(endless(scene));
+    REQUIRE(comes([&] { return run.trains(); }));
+    const int slow = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(std::uint16_t(run.port));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    REQUIRE(::connect(slow, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0);
+    const std::string begin = "GET / HTTP/1.1\r\nX: ";
+    REQUIRE(::send(slow, begin.data(), begin.size(), MSG_NOSIGNAL) == ssize_t(begin.size()));
+    std::atomic<bool> ended = false;
+    std::thread drips([&] {  // more often than the server's patience with silence
+      while (!ended && ::send(slow, "x", 1, MSG_NOSIGNAL) == 1)
+        std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    });
+    CHECK(run.post("stop") == 200);
+    CHECK(run.wait().code == 130);
+    ended = true;
+    drips.join();
+    ::close(slow);
+  }
+
+  TEST_CASE("what is wished for after the last step is refused") {
+    run::LivePage page(0, "run");
+    run::Watcher& watcher = page;
+    const std::string start = "http://127.0.0.1:", address = page.address();
+    const std::size_t slash = address.find('/', start.size());
+    httplib::Client c("127.0.0.1", std::stoi(address.substr(start.size(), slash - start.size())));
+    const std::string root = address.substr(slash);
+    CHECK(watcher.close(false));
+    for (const char* wish : {"pause", "stop", "more?seconds=60"}) {
+      const httplib::Result r = c.Post(root + wish);
+      REQUIRE(r);
+      CHECK(r->status == 409);
+    }
+    CHECK(Json::parse(c.Get(root + "state")->body)["phase"] == "saving");
   }
 
   TEST_CASE("a page that looks on changes no bit; a run that counts steps is given no time") {

@@ -176,6 +176,11 @@ TEST_SUITE("app/sweep") {
     CHECK(contains(first.out, "| draft | plain | 2 of 2 |"));
     const SweepState done = state_of(read_sweep(description, out)[0]);
     CHECK(done.metrics["peak_memory_bytes"].get<double>() > 1e6);
+    const double second = Json::parse(slurp(out + "/ball_draft_plain_s7/metrics.json"))["psnr"],
+                 own = done.metrics["psnr"];
+    const std::string mean = fmt::format("{:.2f} ± {:.2f}", (own + second) / 2, std::abs(own - second) / 2);
+    CAPTURE(mean);
+    CHECK(contains(slurp(out + "/settings.csv"), mean));  // of the two seeds of a setting
     CHECK(done.effects == "motion rigidity view light presence");
     const std::string settings = slurp(out + "/settings.csv"), machine = done.metrics["machine"];
     CHECK(contains(settings, ",2 of 2,"));

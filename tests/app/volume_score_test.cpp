@@ -125,6 +125,14 @@ TEST_SUITE("app/volume_score") {
     CHECK(s.moments[1].correlation > 0.9999);
   }
 
+  TEST_CASE("a moment without matter has no figures, and counts for none") {
+    const VolumeScore s = score(model, {.gains = {0, 1, 1}});
+    CHECK(std::isnan(s.moments[0].correlation));
+    CHECK(std::isnan(s.moments[0].l1));
+    CHECK(s.moments[1].correlation > 0.9999);
+    CHECK(s.correlation_per_moment > 0.9999);
+  }
+
   TEST_CASE("a truth of coarser voxels is compared with the model's mean over each") {
     const VolumeScore s = score(model, {.coarser = 2});
     CHECK(s.samples == 2);

@@ -247,6 +247,22 @@ TEST_SUITE("app/ways") {
                                path("scene") + "/transforms_render.json");
     CHECK(render({"--camera", "data"}).code == 0);
     CHECK(contains(render({"--camera", "stabilized"}).err, "--camera stabilised"));
+    // A file of one's own: what it says and is not understood, times that are no times of the run.
+    const auto file = [&](const std::vector<std::string>& extras) {
+      std::string frames;
+      for (const std::string& extra : extras)
+        frames += std::string(frames.empty() ? "" : ",") +
+                  "{\"transform_matrix\":[[1,0,0,0],[0,1,0,0],[0,0,1,4],[0,0,0,1]]" + extra + "}";
+      write_text(path("own.json"), "{\"camera_angle_x\":0.6,\"w\":8,\"h\":8,\"frames\":[" + frames + "]}");
+      return render({"--camera", path("own.json")});
+    };
+    e = file({",\"time\":0.2", "", ",\"time\":0.8"});
+    CHECK(e.code == 2);
+    CHECK(contains(e.err, "2 of 3 frames with 'time'"));
+    e = file({",\"time\":0", ",\"time\":1.5", ",\"time\":3"});
+    CHECK(e.code == 0);
+    CHECK(contains(e.out, "2 of 3 cameras have times outside the run's"));
+    CHECK(contains(file({",\"timestamp\":0.4", ",\"timestamp\":0.5"}).out, "timestamp"));
     std::filesystem::rename(path("scene"), path("moved"));
     e = render({"--times", "0:1:2", "--size", "16"});
     CHECK(e.code == 0);

@@ -169,7 +169,8 @@ class Live {
     this.given_up = state.phase === "preparing" && state.stopping;
     const going = state.phase === "training";
     $("phase").textContent = state.phase === "finished" ? "Finished and saved"
-      : state.phase === "saved" ? "Stopped and saved" : state.stopping ? "Stopping\u2026"
+      : state.phase === "saved" ? "Stopped and saved" : state.phase === "saving" ? "Saving\u2026"
+      : state.stopping ? "Stopping\u2026"
       : !going ? "Preparing\u2026" : state.paused ? "Paused" : "Training";
     const {step, seconds, progress} = this.last;
     $("share").value = progress ?? 0;

@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 
 #include "core/atomic_file.hpp"
 #include "core/own_folder.hpp"
+#include "core/stopwatch.hpp"
 #include "data/message_text.hpp"
 #include "run/capture/capture_stages.hpp"
 #include "run/folder_lock.hpp"
@@ -38,10 +38,6 @@ void check_options(const CaptureOptions& o) {
   const std::vector<std::string> lenses = capture_lenses();
   if (!o.lens.empty() && std::find(lenses.begin(), lenses.end(), o.lens) == lenses.end())
     fail({"--lens", "there is no such lens", fmt::format("{}", fmt::join(lenses, ", ")), o.lens, ""});
-}
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
 /// What capture writes in the folder.
@@ -265,9 +261,9 @@ class Capture {
   void stage(int number, const std::string& name, const std::function<void()>& work) {
     if (state_.done >= number) return;
     talk_.stage(number, name);
-    const auto begin = std::chrono::steady_clock::now();
+    const Timer timer;
     work();
-    state_.seconds[name] = std::round(10 * seconds_since(begin)) / 10 + state_.seconds.value(name, 0.0);
+    state_.seconds[name] = std::round(10 * timer.seconds()) / 10 + state_.seconds.value(name, 0.0);
     keep_notes();
     state_.done = number;
     write_capture_state(folder_, state_);

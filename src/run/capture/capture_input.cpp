@@ -167,7 +167,9 @@ MaskPlan find_capture_masks(const CaptureCamera& camera, const std::string& text
   for (const fs::path& picture : camera.pictures) {
     RawFrame frame;
     frame.found = fs::canonical(picture);
-    frame.file_path = frame.found.lexically_relative(root).generic_string();
+    // A link stands where its masks are looked for.
+    frame.file_path =
+        (fs::canonical(picture.parent_path()) / picture.filename()).lexically_relative(root).generic_string();
     scene.splits[0].frames.push_back(std::move(frame));
     const PictureHeader header = read_picture_header(picture);
     turns.push_back(header.orientation);

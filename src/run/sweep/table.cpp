@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run/sweep/table.hpp"
 
-#include <charconv>
 #include <functional>
 #include <string_view>
+
+#include "core/number_text.hpp"
 
 namespace splinevox::run {
 namespace {
 
 /// Quoted where it has to be, and no formula.
 std::string csv_cell(const std::string& text) {
-  double value = 0;
-  const auto end = std::from_chars(text.data(), text.data() + text.size(), value).ptr;
-  const bool number = !text.empty() && end == text.data() + text.size();
+  const bool number = parse_number<double>(text).has_value();
   std::string cell =
       !number && !text.empty() && std::string_view("=+-@").find(text[0]) != std::string_view::npos
           ? "'" + text

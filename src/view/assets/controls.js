@@ -40,6 +40,8 @@ function bindPointers(element, camera, moved) {
 /// A button for each layer that the model has.
 function showLayers(app) {
   const {layers} = app.state;
+  const shown = [...$("layers").children].map(button => button.dataset.layer);
+  if (shown.join() === layers.join()) return;  // the same buttons keep focus and clicks
   $("layers").replaceChildren(...layers.map(layer => {
     const button = document.createElement("button");
     button.textContent = kLayers[layer].label, button.title = kLayers[layer].says;

@@ -45,8 +45,8 @@ class App {
   }
 
   readAddress() {
-    this.state.read(location.hash);
-    this.applyView();
+    if (this.state.read(location.hash) || !this.placed) this.applyView();
+    this.placed = true;
     this.set({});
   }
   applyView() {
