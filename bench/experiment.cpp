@@ -19,6 +19,7 @@
 #include <string>
 #include <vector>
 
+#include "solid_preset.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "splinevox/data/scene.hpp"
@@ -104,7 +105,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, options.threads);
-    Config config = preset(options.preset);
+    Config config = solid_preset(options.preset);
     for (const std::string& change : options.changes) set_config(config, change, "--set");
     if (!options.pictures.empty()) std::filesystem::create_directories(options.pictures);
     for (int seed = 1; seed <= options.seeds; ++seed)

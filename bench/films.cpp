@@ -22,6 +22,7 @@
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <random>
 #include <string>
@@ -145,13 +146,17 @@ nlohmann::json motion_figures(const VoxelModel& model, const SynthScene& scene, 
       }
     }
   }
-  return {{"still_displaced_share", still.empty() ? 0 : displaced / double(still.size())},
-          {"still_p95", quantile(still, 0.95)},
-          {"still_shift", quantile(in_picture, 0.5)},
-          {"still_shift_p95", quantile(in_picture, 0.95)},
-          {"moving_error", quantile(moving, 0.5)},
-          {"moving_error_p90", quantile(moving, 0.9)},
-          {"moving_true", quantile(travelled, 0.5)}};
+  nlohmann::json out;
+  if (!still.empty())
+    out = {{"still_displaced_share", displaced / double(still.size())},
+           {"still_p95", quantile(still, 0.95)},
+           {"still_shift", quantile(in_picture, 0.5)},
+           {"still_shift_p95", quantile(in_picture, 0.95)}};
+  if (!moving.empty())
+    out.update({{"moving_error", quantile(moving, 0.5)},
+                {"moving_error_p90", quantile(moving, 0.9)},
+                {"moving_true", quantile(travelled, 0.5)}});
+  return out;
 }
 
 /// The pixels of a view that show something that moves, and those beside them.
@@ -342,7 +347,7 @@ int main(int argc, char** argv) {
   try {
     if (threads == 0) threads = thread_count();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, std::size_t(threads));
-    std::map<std::string, double> sums;
+    std::map<std::string, std::vector<double>> figures;  // some films lack some of them
     int count = 0;
     for (Film film : films(scenes)) {
       if (film.name.find(only) == std::string::npos) continue;
@@ -358,12 +363,13 @@ int main(int argc, char** argv) {
                                        : measure(film, config, effects == "auto", told, {noise, wrong});
         say(j);
         for (const auto& [name, value] : j.items())
-          if (value.is_number() && name != "seed") sums[name] += value.get<double>();
+          if (value.is_number() && name != "seed") figures[name].push_back(value.get<double>());
         ++count;
       }
     }
     nlohmann::json means{{"films", count}};
-    for (const auto& [name, sum] : sums) means[name] = sum / count;
+    for (const auto& [name, values] : figures)
+      means[name] = std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
     say(means);
   } catch (const Error& error) {
     fmt::print(stderr, "bench_films: {}\n", error.what());

@@ -122,10 +122,21 @@ table() {  # table [FILE] : means over the seeds; behind PSNR half the way from 
     }' "${1:-$results}"
 }
 
+# Figures of one preset from several kinds of machine are no mean of anything.
+twice='function twice(scene, preset) {
+  print "bench/quality.sh: " scene " has lines of " preset " from several processors" > "/dev/stderr"
+  exit failed = 1
+}'
+
 means() {  # means FILE : PRESET SECONDS MEMORY PSNR SSIM of each preset with all six D-NeRF scenes in a table
-  awk -F ' *\\| *' '
+  awk -F ' *\\| *' "$twice"'
+    $2 ~ /^dnerf_/ {
+      if (($3, $2) in there) twice($2, $3)
+      there[$3, $2]
+    }
     $2 ~ /^dnerf_/ { n[$3]++; seconds[$3] += $5; memory[$3] += $7; psnr[$3] += $8; ssim[$3] += $9 }
     END {
+      if (failed) exit 1
       presets = split("draft fast standard high", preset, " ")
       for (i = 1; i <= presets; ++i) {
         p = preset[i]
@@ -155,7 +166,7 @@ Deformable-3DGS;400;GPU;41.46 42.11 39.10 - 43.73 38.40
 Deformable-3DGS;800;19 to 59 min, GPU;40.66 41.07 37.21 - 41.86 37.67"
 
 beside() {  # beside ROWS PUBLISHED : PSNR beside published methods', of presets that have all their scenes
-  awk -F ' *[|;] *' '
+  awk -F ' *[|;] *' "$twice"'
     BEGIN {
       scenes = split("bouncingballs hellwarrior jumpingjacks lego mutant trex", scene, " ")
       presets = split("fast standard high", preset, " ")
@@ -179,8 +190,14 @@ beside() {  # beside ROWS PUBLISHED : PSNR beside published methods', of presets
       for (i in theirs) there[i] = theirs[i] != "-"
       next
     }
-    $2 ~ /^dnerf_/ { sub(/^dnerf_/, "", $2); psnr[$3, $2] = $8; seconds[$3] = sprintf("%.0f", $5) }
+    $2 ~ /^dnerf_/ {
+      sub(/^dnerf_/, "", $2)
+      if (($3, $2) in psnr) twice($2, $3)
+      psnr[$3, $2] = $8
+      seconds[$3] = sprintf("%.0f", $5)
+    }
     END {
+      if (failed) exit 1
       for (p = 1; p <= presets; ++p) {
         for (i = 1; i <= scenes; ++i) ours[i] = psnr[preset[p], scene[i]] + 0
         row("`" preset[p] "`", 400, ours, seconds[preset[p]] " s, two CPU cores")

@@ -23,6 +23,7 @@
 
 #include "core/process.hpp"
 #include "cost/timing.hpp"
+#include "solid_preset.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "trained.hpp"
@@ -104,7 +105,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
-    Config config = preset(preset_name);
+    Config config = solid_preset(preset_name);
     config.run.max_time = 0;
     config.run.max_steps = steps;
     for (const std::string& scene : scenes) {

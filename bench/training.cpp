@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "solid_preset.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
@@ -31,7 +32,7 @@ int main(int argc, char** argv) {
   Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
                               : load_dataset(path, {.splits = {"train"}});
 
-  Config config = preset("fast");
+  Config config = solid_preset("fast");
   config.run.max_time = 0;
   config.run.max_steps = kSteps;
   const Prepared ready = prepare(config, data, {.effects = EffectPolicy::keep});

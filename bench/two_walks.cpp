@@ -14,6 +14,7 @@
 #include <string>
 
 #include "backend/step.hpp"
+#include "solid_preset.hpp"
 #include "splinevox/data/synth.hpp"
 #include "splinevox/train/prepare.hpp"
 #include "splinevox/train/trainer.hpp"
@@ -46,7 +47,7 @@ int main(int argc, char** argv) {
   Dataset data = path.empty() ? make_synth("dancer", {.frames = 100, .size = 200})
                               : load_dataset(path, {.splits = {"train"}});
 
-  Config asked = preset("fast");
+  Config asked = solid_preset("fast");
   asked.run.max_time = 0;
   asked.run.max_steps = argc > 3 ? std::atoi(argv[3]) : 400;
   const Config config = prepare(asked, data, {.effects = EffectPolicy::keep}).config;

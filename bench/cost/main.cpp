@@ -17,8 +17,10 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <thread>
 
+#include "core/atomic_file.hpp"
 #include "core/process.hpp"
 #include "core/system.hpp"
 #include "curves.hpp"
@@ -137,19 +139,21 @@ int run_suites(Options o) {
   std::optional<double> order;
   if (!o.present_only) {
     // Lines of other suites stay, so that suites can be run one after the other.
-    std::vector<Record> kept;
-    for (const Record& r : read_lines(lines))
-      if (std::find(o.suites.begin(), o.suites.end(), r.suite) == o.suites.end()) kept.push_back(r);
-    std::ofstream out(lines);
+    // Until a suite has a line of its own, so do those that it had.
+    std::vector<Record> all = read_lines(lines);
+    std::set<std::string> begun;
     const OnRecord on_record = [&](Record r) {
       if (r.where.empty()) r.where = o.suite.where;
-      if (!(out << to_json(r).dump() << "\n" << std::flush))
-        fail_output({lines.string(), "this file could not be written", "", "a full disk?", ""});
+      if (begun.insert(r.suite).second)
+        std::erase_if(all, [&](const Record& old) { return old.suite == r.suite; });
+      all.push_back(r);
+      std::string text;
+      for (const Record& line : all) text += to_json(line).dump() + "\n";
+      write_file(lines.string(), {text}, Named::by_user);
       fmt::print("{:<7} {:<18} {:<20} {:<36} {:>12.4g} s  error {:.3g}\n", r.suite, r.scene, r.knob, r.value,
                  r.seconds.value, r.error.value);
       std::fflush(stdout);
     };
-    for (const Record& r : kept) out << to_json(r).dump() << "\n";
     for (const std::string& suite : o.suites)
       suite == "spline"   ? spline_suite(o.suite, on_record)
       : suite == "render" ? void(order = render_suite(o.suite, on_record))
@@ -177,7 +181,8 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"train", "render", "spline", "versus"}))
       ->delimiter(',');
   cost->add_option("--out", o.out, "folder")->required();
-  cost->add_option("DATASET", o.suite.scenes, "data sets for all but spline (default: the built-in dancer)");
+  cost->add_option("DATASET", o.suite.scenes,
+                   "data sets for all but spline (default: the built-in dancer; versus has none)");
   cost->add_flag("--micro", o.suite.micro, "within a minute, on small built-in data");
   cost->add_flag("--check", o.check, "exit with 1 unless the measurements make sense");
   cost->add_flag("--present-only", o.present_only, "only tables and diagrams, from the lines that are there");

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "solid_preset.hpp"
 #include "splinevox/core/error.hpp"
 #include "splinevox/data/synth.hpp"
 #include "suites.hpp"
@@ -97,7 +98,7 @@ struct Outcome {
 };
 
 Config config_of(const SuiteOptions& o, const Setting& s, int seed) {
-  Config config = preset(s.preset);
+  Config config = solid_preset(s.preset);
   if (!s.halves) config.motion.halve_start.clear();
   if (o.micro) {
     config.grid.radiance = {24, 40};

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -91,9 +92,16 @@ Perceptrons perceptrons(const std::string& run) {
   std::ifstream metrics(run + "/metrics.json"), config(run + "/config.toml");
   const Json figures = Json::parse(metrics, nullptr, false);
   std::string scene, line;
-  while (std::getline(config, line))
+  while (std::getline(config, line)) {
     if (line.rfind("dataset = \"", 0) == 0)
       scene = fs::path(line.substr(11, line.size() - 12)).filename().string();
+    // The voxels' pictures are whole and on white.
+    for (const auto& [key, wanted] :
+         {std::pair{"background = ", "[1, 1, 1]"}, std::pair{"downscale = ", "1"}})
+      if (line.rfind(key, 0) == 0 && line.substr(std::strlen(key)) != wanted)
+        fail({run, "has other pictures than the voxels it stands beside", std::string(key) + wanted, line,
+              "splinevox-mlp train --background white, without --downscale"});
+  }
   if (!figures.is_object() || !figures.value("cpu_time", false) || !figures.contains("tests") ||
       scene.empty())
     fail({run, "this is no finished run of splinevox-mlp in processor time",
@@ -125,6 +133,8 @@ void versus_suite(const SuiteOptions& o, const std::vector<std::string>& runs, c
             fmt::format("{}", p.stride), "splinevox-mlp train with one --stride for all"});
     others.insert(others.end(), p.points.begin(), p.points.end());
   }
+  if (o.scenes.empty())
+    fail({"--suite versus", "there is no scene", "data sets that have been trained by both", "", ""});
   for (const std::string& path : o.scenes) {
     const std::string scene = fs::path(path).filename().string();
     const Dataset tests = load_dataset(path, {.splits = {"test"}});

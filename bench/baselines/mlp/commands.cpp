@@ -61,6 +61,12 @@ Settings effective(const Options& o) {
     s.shrink = {*o.shrink};
     s.shrink_start = {0};
   }
+  if (s.max_time <= 0 && s.max_steps <= 0)
+    fail({.where = "--max-time and --max-steps",
+          .what = "nothing would ever end this training",
+          .expected = "one of them above 0",
+          .got = "0 and 0",
+          .hint = {}});
   s.cpu_time = o.cpu_time;
   s.device = o.cpu_time && o.device == "auto" ? "cpu" : o.device;
   if (o.cpu_time && s.device != "cpu")
