@@ -12,7 +12,6 @@
 #include <openvdb/tree/Tree.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -22,6 +21,7 @@
 
 #include "core/rng.hpp"
 #include "core/simd.hpp"
+#include "core/stopwatch.hpp"
 #include "field/lattice/brick_view.hpp"
 #include "splinevox/field/lattice.hpp"
 
@@ -42,10 +42,9 @@ Timed median_of_five(const std::function<float()>& run) {
   float checksum = 0;
   std::vector<double> seconds;
   for (int i = 0; i < 6; ++i) {
-    const auto start = std::chrono::steady_clock::now();
+    const Timer timer;
     checksum = run();
-    if (i > 0)
-      seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    if (i > 0) seconds.push_back(timer.seconds());
   }
   std::sort(seconds.begin(), seconds.end());
   return {seconds[seconds.size() / 2], checksum};

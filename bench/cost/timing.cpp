@@ -7,11 +7,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <numeric>
 #include <random>
 
+#include "core/stopwatch.hpp"
 #include "math/median.hpp"
 
 namespace splinevox::cost {
@@ -79,9 +79,9 @@ std::vector<Timed> interleave(const std::vector<Candidate>& candidates, int roun
     std::shuffle(order.begin(), order.end(), random);
     for (const std::size_t i : order) {
       counter.start();
-      const auto start = std::chrono::steady_clock::now();
+      const Timer timer;
       candidates[i].run();
-      seconds[i].push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+      seconds[i].push_back(timer.seconds());
       instructions[i].push_back(counter.stop());
     }
     for (std::size_t i = 0; i < n; ++i) ratio[i].push_back(seconds[i].back() / seconds[0].back());

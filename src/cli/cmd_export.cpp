@@ -20,6 +20,7 @@
 #include "run/support.hpp"
 #include "splinevox/backend/device.hpp"
 #include "splinevox/core/error.hpp"
+#include "splinevox/field/edit.hpp"
 #include "splinevox/io/export_vdb.hpp"
 #include "splinevox/run/run.hpp"
 
@@ -39,9 +40,9 @@ struct ExportVerb {
 std::optional<int> parse_clusters(const std::string& text) {
   if (text.empty()) return {};
   if (text == "auto") return 0;
-  const char* expected = "auto or a number from 2 to 16";
+  const std::string expected = fmt::format("auto or a number from 2 to {}", kMostClusters);
   const std::vector<double> v = numbers(text, ',', "--clusters", expected);
-  if (v.size() != 1 || v[0] != std::floor(v[0]) || v[0] < 2 || v[0] > 16)
+  if (v.size() != 1 || v[0] != std::floor(v[0]) || v[0] < 2 || v[0] > kMostClusters)
     fail({"--clusters", "this is not a number of parts", expected, text, "--clusters auto"});
   return int(v[0]);
 }

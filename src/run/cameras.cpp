@@ -181,16 +181,14 @@ std::vector<Shot> from_dataset(const Run& run, const CameraRequest& request, con
   std::vector<Shot> shots;
   for (const Frame& f : data.find(split)->frames) shots.push_back({f.camera, f.time});
   resize(shots, request.size);
-  if (parts.size() < 3) {
-    hold_times(shots, keeps_times(request), note);
-    return shots;
+  if (parts.size() > 2) {
+    const std::vector<double> index = numbers(parts[2], ',', "--camera", "dataset:SPLIT:INDEX");
+    if (index.size() != 1 || index[0] < 0 || index[0] >= double(shots.size()) ||
+        index[0] != std::floor(index[0]))
+      fail({"--camera", fmt::format("the {} split has no frame {}", split, parts[2]),
+            fmt::format("a number in [0, {}]", shots.size() - 1), request.camera, ""});
+    shots = {shots[std::size_t(index[0])]};
   }
-  const std::vector<double> index = numbers(parts[2], ',', "--camera", "dataset:SPLIT:INDEX");
-  if (index.size() != 1 || index[0] < 0 || index[0] >= double(shots.size()) ||
-      index[0] != std::floor(index[0]))
-    fail({"--camera", fmt::format("the {} split has no frame {}", split, parts[2]),
-          fmt::format("a number in [0, {}]", shots.size() - 1), request.camera, ""});
-  shots = {shots[std::size_t(index[0])]};
   hold_times(shots, keeps_times(request), note);
   return shots;
 }

@@ -18,10 +18,9 @@
 namespace splinevox {
 namespace {
 
-constexpr int kRing = 4;              ///< blocks around the silhouette that count as near it
-constexpr float kUsualMoments = 240;  ///< of a sequence for which SamplingConfig::carve_speed is meant
-constexpr float kMostOften = 4;       ///< times as often as elsewhere, that what moves is drawn at most
-constexpr float kBusyShare = 0.9f;    ///< of the patches, taken near the silhouette
+constexpr int kRing = 4;            ///< blocks around the silhouette that count as near it
+constexpr float kMostOften = 4;     ///< times as often as elsewhere, that what moves is drawn at most
+constexpr float kBusyShare = 0.9f;  ///< of the patches, taken near the silhouette
 
 /// Random streams, one per kind of draw.
 enum Stream : std::uint64_t { kDeck = 1, kPatch = 2, kRay = 3, kCarve = 4, kCameras = 5, kErrors = 6 };
@@ -83,8 +82,7 @@ BatchSampler::BatchSampler(const Split& train, const Box& box, const SamplingCon
                [&](int f) { shown_[f] = SilhouetteBlocks(train.frames[f], kRing); });
   for (std::size_t i = 0; i < by_time_.size(); ++i) rank_[by_time_[i]] = int(i);
   moments_ = starts_of_moments(by_time_, [&](int f) { return train.frames[std::size_t(f)].time; });
-  // A long sequence shows more of a motion in the same model time.
-  config_.carve_speed *= std::max(1.0f, float(moments_of(train).size()) / kUsualMoments);
+  config_.carve_speed *= std::max(1.0f, float(moments_of(train).size()) / float(kLongSequence));
   each_.resize(by_time_.size());
   std::iota(each_.begin(), each_.end(), std::size_t(0));
 }

@@ -12,6 +12,9 @@
 
 namespace splinevox {
 
+/// Moments of which a longer sequence has more: it shows more of a motion, or the same again and again.
+inline constexpr std::size_t kLongSequence = 240;
+
 /// Indices of a split's frames in order of time; frames of one moment stay in the split's order.
 inline std::vector<int> frames_by_time(const Split& split) {
   std::vector<int> out(split.frames.size());

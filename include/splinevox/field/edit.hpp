@@ -100,7 +100,9 @@ struct MotionClusters {
 
 inline constexpr double kStillVoxels = 0.5;  ///< MotionClusters::Cluster::motion below which a cell is static
 
-/// @param count  clusters, the static one included, 2..16; 0: the fewest, up to 6, whose
+inline constexpr int kMostClusters = 16;
+
+/// @param count  clusters, the static one included, 2 to kMostClusters; 0: the fewest, up to 6, whose
 /// silhouette is within 0.03 of the highest. Deterministic. The time curve plays no part.
 /// @pre at most one motion level. Where nothing moves there is one cluster.
 MotionClusters find_clusters(const VoxelModel& model, int count);

@@ -11,7 +11,6 @@
 namespace splinevox {
 namespace {
 
-constexpr int kMostParts = 16;
 constexpr int kMoments = 16;     ///< of a trajectory
 constexpr int kMostCells = 72;   ///< along the longest edge
 constexpr int kMostAuto = 6;     ///< clusters that are tried
@@ -109,14 +108,14 @@ std::vector<std::int16_t> majority(const Lattice& cells, const std::vector<std::
     if (fill == (label[i] >= 0)) continue;
     const Int3 c{int(i / (std::size_t(cells.size.y) * cells.size.z)), int(i / cells.size.z % cells.size.y),
                  int(i % cells.size.z)};
-    float votes[kMostParts] = {};
+    float votes[kMostClusters] = {};
     for (int x = std::max(c.x - 1, 0); x <= std::min(c.x + 1, cells.size.x - 1); ++x)
       for (int y = std::max(c.y - 1, 0); y <= std::min(c.y + 1, cells.size.y - 1); ++y)
         for (int z = std::max(c.z - 1, 0); z <= std::min(c.z + 1, cells.size.z - 1); ++z) {
           const std::size_t j = (std::size_t(x) * cells.size.y + y) * cells.size.z + z;
           if (label[j] >= 0) votes[label[j]] += std::max(weight[j], 1e-3f);
         }
-    const float* best = std::max_element(votes, votes + kMostParts);
+    const float* best = std::max_element(votes, votes + kMostClusters);
     if (*best > 0) out[i] = std::int16_t(best - votes);
   }
   return out;
@@ -146,8 +145,9 @@ int MotionClusters::at(Vec3 canonical) const {
 }
 
 MotionClusters find_clusters(const VoxelModel& model, int count) {
-  if (count < 0 || count > kMostParts)
-    fail({"find_clusters", "this is no number of parts", "0 to 16", std::to_string(count), ""});
+  if (count < 0 || count > kMostClusters)
+    fail({"find_clusters", "this is no number of parts", "0 to " + std::to_string(kMostClusters),
+          std::to_string(count), ""});
   MotionClusters out;
   const float voxel = model.radiance.raw.topology->lattice.spacing;
   const float spacing = std::max(2 * voxel, model.box.longest_edge() / kMostCells);

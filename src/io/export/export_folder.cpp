@@ -16,6 +16,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Whether a name begins and ends as those of an export's frames do.
+bool named_as_frame(const std::string& name) {
+  constexpr const char *kBegins[] = {"frame_", "mesh_", "cluster_"},
+                       *kEnds[] = {".vdb", ".nvdb", ".ply", ".spz", ".obj", ".glb", ".usda"};
+  return std::any_of(std::begin(kBegins), std::end(kBegins),
+                     [&](const char* b) { return name.starts_with(b); }) &&
+         std::any_of(std::begin(kEnds), std::end(kEnds), [&](const char* e) { return name.ends_with(e); });
+}
+
 std::string value_of(const ExportInfo& info, const std::string& key) {
   const auto found = info.find(key);
   return found == info.end() ? "none" : found->second;
@@ -189,16 +198,8 @@ std::vector<std::string> other_frames(const std::string& folder, const Manifest&
   std::set<std::string> listed;
   for (const ManifestFile& file : manifest.files) listed.insert(file.name);
   std::vector<std::string> others;
-  for (const std::string& name : names_in_folder(folder)) {
-    const auto one_of = [](const std::string& word, const auto& words) {
-      return std::find(std::begin(words), std::end(words), word) != std::end(words);
-    };
-    constexpr const char *kBegin[] = {"frame", "mesh", "cluster"},
-                         *kEnd[] = {".vdb", ".nvdb", ".ply", ".spz", ".obj", ".glb", ".usda"};
-    const bool frame = one_of(name.substr(0, name.find('_')), kBegin) && name.find('_') != name.npos &&
-                       one_of(fs::path(name).extension().string(), kEnd);
-    if (frame && listed.count(name) == 0) others.push_back(name);
-  }
+  for (const std::string& name : names_in_folder(folder))
+    if (named_as_frame(name) && listed.count(name) == 0) others.push_back(name);
   std::sort(others.begin(), others.end());
   return others;
 }

@@ -333,13 +333,12 @@ ExportResult export_vdb(const VoxelModel& model, const std::string& folder, cons
   constexpr int kBatches = 4;  ///< frames of a thread between two looks
   bool going = true;
   for (int done = 0; going && done < total;) {
-    const bool known = options.frames_at_once > 0 || sequence.frame_bytes() > 0;
-    const int at_once = !known                       ? 1
-                        : options.frames_at_once > 0 ? options.frames_at_once
-                                                     : frames_that_fit(sequence.frame_bytes());
-    const int batch = std::min(total - done, options.frames_at_once > 0 ? total
-                                             : known                    ? kBatches * at_once
-                                                                        : 1);
+    int at_once = options.frames_at_once, batch = total - done;
+    if (at_once == 0) {
+      const double bytes = sequence.frame_bytes();
+      at_once = bytes > 0 ? frames_that_fit(bytes) : 1;
+      batch = std::min(batch, bytes > 0 ? kBatches * at_once : 1);
+    }
     in_order(
         batch, at_once, [&](int i) { work(done + i); },
         [&](int i) {

@@ -23,7 +23,6 @@ constexpr int kMostFitted = 60;    // by the fits, but for a rig of many cameras
 constexpr int kOfACamera = 3;      // make it one whose gain is learned (rig_of)
 constexpr std::size_t kMostCameras = 40;
 constexpr std::size_t kStretch = 80;  // moments of a long sequence that tell how many control points it needs
-constexpr std::size_t kLong = 3 * kStretch;  // moments
 
 /// `count` of some frames in order of time, by their places in the list: one of each of as many equal parts,
 /// of the camera that was taken least often so far and, of those, nearest to a share of the part. In a rig
@@ -128,7 +127,7 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
 
 std::optional<Stretch> middle_stretch(const Split& train) {
   const std::set<double> moments = moments_of(train);
-  if (moments.size() <= kLong) return {};
+  if (moments.size() <= kLongSequence) return {};
   const auto first = std::next(moments.begin(), std::ptrdiff_t(moments.size() - kStretch) / 2);
   const double start = *first, end = *std::next(first, kStretch - 1);
   Stretch out{frames_by_time(train)};

@@ -127,11 +127,11 @@ double Ladder::least_matter(const EffectSet& effects, int points) const {
 EffectVerdict Ladder::judge_gains(Effect effect, const EffectSet& all, double (*spread)(const CameraFits&)) {
   judge(effect, all);
   EffectVerdict& v = out_.verdicts.back();
-  v.spread = spread(fit(all, config_.motion.points).cameras);
+  const CameraFits learned = fit(all, config_.motion.points).cameras;
+  v.spread = spread(learned);
   if (v.decision == EffectDecision::on && *v.spread < kLeastSpread) v.decision = EffectDecision::off;
-  const std::vector<CameraFit>& cameras =
-      out_.trials[fits_[std::size_t(find(all, config_.motion.points))].trial].cameras.cameras;
-  if (std::none_of(cameras.begin(), cameras.end(), [](const CameraFit& c) { return c.trained; }))
+  if (std::none_of(learned.cameras.begin(), learned.cameras.end(),
+                   [](const CameraFit& c) { return c.trained; }))
     v.decision = EffectDecision::undecided;  // masks left no camera three moments: both fits are the same
   return v;
 }

@@ -144,11 +144,13 @@ Ladder& Trials::elsewhere() {
 
 bool Trials::drifts() {
   const bool film = by_ == TakenBy::film;
-  // With one gain a camera a fit would only tell exposures: pictures of many cameras are too few of each.
-  CamerasConfig gains;
-  gains.exposure = gains.clock = false;
-  const CameraFits learned = cameras_to_learn(gains, halves_.fitted);
-  if (!film && (learned.cameras.empty() || learned.cameras.front().gains.size() < 2)) return false;
+  if (!film) {  // with one gain a camera a fit would only tell exposures: pictures of many are too few of
+                // each
+    CamerasConfig gains;
+    gains.exposure = gains.clock = false;
+    const CameraFits learned = cameras_to_learn(gains, halves_.fitted);
+    if (learned.cameras.empty() || learned.cameras.front().gains.size() < 2) return false;
+  }
   const EffectVerdict v = whole_.judge_drift(film ? unchanging(beside()) : beside(), film);
   const bool on = v.decision == EffectDecision::on;
   if (film && on)
