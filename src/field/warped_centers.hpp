@@ -24,8 +24,8 @@ class WarpedCenters {
         offset_(model.motion.rigidity_offset) {
     const std::int32_t slots[3] = {view_.stride_x, view_.stride_y, 1}, locals[3] = {64, 8, 1};
     for (int a = 0; a < 3; ++a) {
-      axis_[a].resize(grid.size[a]);
-      for (int c = 0; c < grid.size[a]; ++c) {
+      axis_[a].resize(std::size_t(grid.size[a] + grid.size[a] % 2));
+      for (int c = 0; c < int(axis_[a].size()); ++c) {
         // The last block of an axis may reach beyond the box, where nothing is stored.
         const float x = std::min(grid.center({c, c, c})[a], model.box.hi[a]), u = view_.coordinate(x, a);
         const int vertex = int(u);
@@ -33,8 +33,6 @@ class WarpedCenters {
       }
     }
   }
-
-  Vec3 operator()(Int3 c) const { return at(c).position; }
 
   struct Warped {
     Vec3 position;   ///< x + Delta(x)
@@ -56,6 +54,57 @@ class WarpedCenters {
     }
     const float r = rigidity_ ? rigidity_of(m[3], offset_).value : 1.0f;
     return {Vec3{x.position, y.position, z.position} + displacement_of(m, r), presence};
+  }
+
+  /// The same of eight cells, in the order of a cell's corners.
+  struct Eight {
+    float position[3][kCorners], presence[kCorners];
+    Vec3 at(int i) const { return {position[0][i], position[1][i], position[2][i]}; }
+  };
+  /// The cells `first` and those beside it towards +x, +y and +z; those beyond the grid are of no use. Where
+  /// they lie in one motion cell, its rows are read once.
+  Eight eight(Int3 first) const {
+    const Entry *x = &axis_[0][first.x], *y = &axis_[1][first.y], *z = &axis_[2][first.z];
+    Eight out;
+    const auto same = [](const Entry* e) {
+      return e[0].cell.slot == e[1].cell.slot && e[0].cell.local == e[1].cell.local;
+    };
+    if (!same(x) || !same(y) || !same(z)) {
+      for (int i = 0; i < kCorners; ++i) {
+        const Warped w = at(first + corner(i));
+        for (int a = 0; a < 3; ++a) out.position[a][i] = w.position[a];
+        out.presence[i] = w.presence;
+      }
+      return out;
+    }
+    const CellRows rows = view_.rows(
+        {x->cell.slot + y->cell.slot + z->cell.slot, x->cell.local + y->cell.local + z->cell.local});
+    float weights[kCorners][kCorners];  // [corner][cell]
+    for (int i = 0; i < kCorners; ++i) {
+      const Int3 side = corner(i);
+      const Entry *ex = x + side.x, *ey = y + side.y, *ez = z + side.z;
+      float w[kCorners];
+      trilinear_weights(Vec3{ex->fraction, ey->fraction, ez->fraction}, w);
+      for (int c = 0; c < kCorners; ++c) weights[c][i] = w[c];
+      out.position[0][i] = ex->position;
+      out.position[1][i] = ey->position;
+      out.position[2][i] = ez->position;
+    }
+    float m[4][kCorners] = {}, presence = -std::numeric_limits<float>::infinity();
+    for (int c = 0; c < kCorners; ++c) {
+      const float* row = values_ + std::size_t(rows.row[c]) * kSliceWidth;
+      for (int k = 0; k < 4; ++k)
+        for (int i = 0; i < kCorners; ++i) m[k][i] += weights[c][i] * row[k];
+      presence = std::max(presence, row[kSliceScalars + kPresence]);
+    }
+    for (int i = 0; i < kCorners; ++i) {
+      const float r = rigidity_ ? rigidity_of(m[3][i], offset_).value : 1.0f;
+      const float own[] = {m[0][i], m[1][i], m[2][i]};
+      const Vec3 delta = displacement_of(own, r);
+      for (int a = 0; a < 3; ++a) out.position[a][i] += delta[a];
+      out.presence[i] = presence;
+    }
+    return out;
   }
 
  private:

@@ -8,6 +8,7 @@ namespace splinevox {
 
 /// Corner c of a cell is (x, y, z) = (c >> 2 & 1, c >> 1 & 1, c & 1): z fastest, like the rows of a brick.
 inline constexpr int kCorners = 8;
+SPLINEVOX_HD constexpr Int3 corner(int c) { return {c >> 2 & 1, c >> 1 & 1, c & 1}; }
 
 /// The eight trilinear weights at fractions f in [0, 1]; they sum to 1 within 4 units of rounding.
 template <class T>

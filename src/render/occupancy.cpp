@@ -203,20 +203,24 @@ BitGrid frame_occupancy(const VoxelModel& model, const MotionSlice& slice,
   // What is not displaced is where it is, and where a whole block is warped into nothing, or to where
   // everything is occupied, its parts need no look.
   const bool known = canonical.moving[0].cells() > 0;
-  canonical.descend([&](int level, const Int3& c) {
-    if (known && !canonical.moving[level].test(canonical.moving[level].index(c))) {
-      set_parts(level, c, [&](std::size_t i) { return cells.test(i); });
-      return false;
-    }
-    const Vec3 at = warped[level](c);
-    if (level > 0 && full[level].occupied(at)) {
-      set_parts(level, c, [](std::size_t) { return true; });
-      return false;
-    }
-    const bool there = views[level].occupied(at);
-    if (level == 0 && there) out.set(out.index(c));
-    // Of a block of which a part is displaced, the rest is looked at cell by cell.
-    return level > 0 && (there || (known && canonical.levels[level].test(canonical.levels[level].index(c))));
+  canonical.descend([&](int level, const Int3& first) {
+    return [&, level, to = std::optional<WarpedCenters::Eight>()](int corner, const Int3& c) mutable {
+      if (known && !canonical.moving[level].test(canonical.moving[level].index(c))) {
+        set_parts(level, c, [&](std::size_t i) { return cells.test(i); });
+        return false;
+      }
+      if (!to) to = warped[level].eight(first);
+      const Vec3 at = to->at(corner);
+      if (level > 0 && full[level].occupied(at)) {
+        set_parts(level, c, [](std::size_t) { return true; });
+        return false;
+      }
+      const bool there = views[level].occupied(at);
+      if (level == 0 && there) out.set(out.index(c));
+      // Of a block of which a part is displaced, the rest is looked at cell by cell.
+      return level > 0 &&
+             (there || (known && canonical.levels[level].test(canonical.levels[level].index(c))));
+    };
   });
   return out;
 }

@@ -79,22 +79,28 @@ struct OccupancyPyramid {
   /// That of canonical_occupancy, or of a model with presence its peaks.
   OccupancyPyramid(const VoxelModel& model, int cells, float alpha, float step, BitGrid reach = {});
 
-  /// Calls visit(level, block) for the blocks of the top and for the parts of those of which it returns true,
-  /// down to the cells, level 0.
-  template <class Visit>
-  void descend(const Visit& visit) const {
-    each({0, 0, 0}, levels[kLevels - 1].size, kLevels - 1, visit);
+  /// Calls open = begin(level, first) for eight blocks beside each other, `first` and those towards +x, +y
+  /// and +z, then open(corner, block) for those in the grid. First for the blocks of the top, and then for
+  /// the parts of each block of which it returns true, down to the cells, level 0.
+  template <class Begin>
+  void descend(const Begin& begin) const {
+    const Int3 size = levels[kLevels - 1].size;
+    Int3 c;
+    for (c.x = 0; c.x < size.x; c.x += 2)
+      for (c.y = 0; c.y < size.y; c.y += 2)
+        for (c.z = 0; c.z < size.z; c.z += 2) eight(c, kLevels - 1, begin);
   }
 
  private:
-  template <class Visit>
-  void each(const Int3& first, const Int3& last, int level, const Visit& visit) const {
-    Int3 c;
-    for (c.x = first.x; c.x < last.x; ++c.x)
-      for (c.y = first.y; c.y < last.y; ++c.y)
-        for (c.z = first.z; c.z < last.z; ++c.z)
-          if (visit(level, c) && level > 0)
-            each(2 * c, min(levels[level - 1].size, 2 * c + Int3{2, 2, 2}), level - 1, visit);
+  template <class Begin>
+  void eight(const Int3& first, int level, const Begin& begin) const {
+    auto open = begin(level, first);
+    const Int3 size = levels[level].size;
+    for (int i = 0; i < kCorners; ++i) {
+      const Int3 c = first + corner(i);
+      if (c.x < size.x && c.y < size.y && c.z < size.z && open(i, c) && level > 0)
+        eight(2 * c, level - 1, begin);
+    }
   }
 };
 

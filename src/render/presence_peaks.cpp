@@ -64,12 +64,14 @@ BitGrid frame_occupancy_of_presence(const VoxelModel& model, const MotionSlice& 
   std::fill(out.bits.begin(), out.bits.end(), 0u);
   std::vector<WarpedCenters> warped;
   for (const BitGrid& level : canonical.levels) warped.emplace_back(model, slice, level);
-  canonical.descend([&](int level, const Int3& c) {
-    const auto w = warped[level].at(c);
-    const float raw = peaks.raw[level].at(w.position);
-    if (level > 0) return raw + peaks.most[level].values[peaks.most[level].grid.index(c)] >= peaks.threshold;
-    if (raw + w.presence >= peaks.threshold) out.set(out.index(c));
-    return false;
+  canonical.descend([&](int level, const Int3& first) {
+    return [&, level, to = warped[level].eight(first)](int corner, const Int3& c) {
+      const float raw = peaks.raw[level].at(to.at(corner));
+      if (level > 0)
+        return raw + peaks.most[level].values[peaks.most[level].grid.index(c)] >= peaks.threshold;
+      if (raw + to.presence[corner] >= peaks.threshold) out.set(out.index(c));
+      return false;
+    };
   });
   // Only a grid's cell that lies within one motion cell has all of its corners around it.
   return nests(out, slice.topology->lattice) ? out : dilate(out);

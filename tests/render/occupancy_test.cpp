@@ -3,8 +3,12 @@
 
 #include <doctest/doctest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <span>
+#include <vector>
 
+#include "field/warped_centers.hpp"
 #include "math/activation.hpp"
 #include "render/active_rows.hpp"
 #include "splinevox/field/sample.hpp"
@@ -163,6 +167,37 @@ TEST_SUITE("render/occupancy") {
         CHECK(frame_occupancy(model, slice, OccupancyPyramid(canonical, reach)).bits ==
               frame_occupancy(model, slice, OccupancyPyramid(canonical)).bits);
       }
+    }
+  }
+  TEST_CASE("eight centres are warped as each is alone, in one motion cell or in several") {
+    VoxelModel model = slab();
+    model.motion.rigidity = true;
+    model.motion.presence = true;
+    const TopologyPtr topology = model.motion.levels[0].topology;
+    const std::vector<float> zero(std::size_t(model.motion.width()), 0.0f);
+    Channels& level = model.motion.levels[0] = make_channels(topology, model.motion.width(), zero.data());
+    for (std::size_t i = kBrickRows * zero.size(); i < level.values.size(); ++i)
+      level.values[i] = std::sin(float(i));
+    const MotionSlice slice = make_slice(model.motion, stored_weights(model.motion, 0.4));
+    for (const int cells : {65, 32, 16}) {  // four, two and one a motion cell and axis
+      CAPTURE(cells);
+      const CellGrid grid(model.box, cells);
+      const WarpedCenters warped(model, slice, grid);
+      float apart = 0;
+      Int3 first;
+      for (first.x = 0; first.x < grid.size.x; first.x += 2)
+        for (first.y = 0; first.y < grid.size.y; first.y += 2)
+          for (first.z = 0; first.z < grid.size.z; first.z += 2) {
+            const WarpedCenters::Eight eight = warped.eight(first);
+            for (int i = 0; i < kCorners; ++i) {
+              const Int3 c = first + corner(i);
+              if (c.x >= grid.size.x || c.y >= grid.size.y || c.z >= grid.size.z) continue;
+              const WarpedCenters::Warped alone = warped.at(c);
+              apart = std::max({apart, length(eight.at(i) - alone.position),
+                                std::abs(eight.presence[i] - alone.presence)});
+            }
+          }
+      CHECK(apart < 1e-6f);
     }
   }
   TEST_CASE("matter that stands still is not lost beside what comes from far away") {
