@@ -39,12 +39,14 @@ Picture whole_picture(const py::array& a, int bytes) {
 }
 
 /// Floats within [0, 1] are rounded to 16 bits, as a PNG has them; others are kept as OpenEXR's are. Whole
-/// numbers up to 255 are no light: they are bytes that were not divided.
+/// numbers up to 255 are no light: they are bytes that were not divided. Neither are others that are bright
+/// on the mean, as bytes are that were resized.
 Picture real_picture(const py::array& a, const std::string& where) {
   Image image(int(a.shape(1)), int(a.shape(0)), 4);
   copy_rgba<float>(a, 1.0f, image.data.data(), [](float v) { return v; });
   constexpr float kByte = 255, kBright = 16;
   float most = 0;
+  double colours = 0;
   bool whole_numbers = true;
   for (const float v : image.data) {
     whole_numbers = whole_numbers && v == std::floor(v);
@@ -55,6 +57,10 @@ Picture real_picture(const py::array& a, const std::string& where) {
   if (whole_numbers && most > kBright && most <= kByte)
     fail({where, "the floats are whole numbers up to " + std::to_string(int(most)), "display values, 1 = 1",
           "", "divide by 255, or hand the bytes over as uint8"});
+  for (std::size_t i = 0; i < image.data.size(); ++i) colours += i % 4 < 3 ? double(image.data[i]) : 0.0;
+  if (const double mean = colours / (3.0 * double(image.pixels())); mean > kBright)
+    fail({where, "the floats are " + std::to_string(mean) + " on the mean", "display values, 1 = 1", "",
+          "divide by the largest value of their range, such as 255"});
   if (most > 1) return Picture(image);
   Image16 whole{image.width, image.height, {}};
   for (const float v : image.data) whole.rgba.push_back(std::uint16_t(std::lround(v * 65535)));

@@ -15,8 +15,9 @@ namespace {
 
 /// --effects: `auto` leaves those of the preset to choose from; `all` is every effect in full, which for view
 /// dependence is the highest order; of a list, what is not named is off.
-void apply_effects(Config& c, const std::string& text) {
-  if (text == "auto") return;
+/// @return what was listed by name
+EffectSet apply_effects(Config& c, const std::string& text) {
+  if (text == "auto") return {};
   const bool all = text == "all";
   EffectSet asked;
   for (const std::string& name : all ? effect_names() : split_list(text)) {
@@ -33,6 +34,16 @@ void apply_effects(Config& c, const std::string& text) {
       fail({"--effects", facts.why_needs, fmt::format("{},{}", to_string(*facts.needs), facts.name), text,
             ""});
   apply(asked, c);
+  return all ? EffectSet() : asked;
+}
+
+/// Settings can rule an effect out: presence has no place where every curve begins at zero.
+void require_listed(const EffectSet& listed, const Config& c, const std::string& text) {
+  for (const Effect effect : kAllEffects)
+    if (listed.has(effect) && facts_of(effect).order_in(c) < 0)
+      fail({"--effects", fmt::format("other settings rule {} out", to_string(effect)),
+            effect == Effect::presence ? "curves whose first point is free" : "settings that leave it on",
+            text, effect == Effect::presence ? "--set motion.first_point=free, or another preset" : ""});
 }
 
 }  // namespace
@@ -62,8 +73,9 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
       fail({o.config_file, "this file and --preset name different presets", *o.preset, c.preset,
             "leave one of them out"});
   }
-  apply_effects(c, o.effects);
+  const EffectSet listed = apply_effects(c, o.effects);
   for (const std::string& s : o.sets) set_config(c, s, "--set " + s);
+  require_listed(listed, c, o.effects);
   const auto set = [&](const char* flag, const char* key, const auto& value) {
     if (value) set_config(c, fmt::format("{}={}", key, *value), flag);
   };

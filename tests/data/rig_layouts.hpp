@@ -72,10 +72,11 @@ inline void write_gaussians(const fs::path& folder, const Cameras& cameras, int 
 inline bool has_ffmpeg() { return std::system("ffmpeg -version > /dev/null 2>&1") == 0; }
 
 /// A film of one colour. @return whether it could be made
-inline bool write_film(const fs::path& path, int frames, const std::string& colour = "blue") {
+inline bool write_film(const fs::path& path, int frames, const std::string& colour = "blue",
+                       const std::string& more = "") {
   fs::create_directories(path.parent_path());
   return std::system(("ffmpeg -v error -y -f lavfi -i color=c=" + colour + ":s=12x8:r=5 -frames:v " +
-                      std::to_string(frames) + " -pix_fmt yuv420p " + path.string())
+                      std::to_string(frames) + " -pix_fmt yuv420p " + more + " " + path.string())
                          .c_str()) == 0;
 }
 

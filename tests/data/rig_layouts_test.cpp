@@ -218,8 +218,10 @@ TEST_SUITE("data/rig layouts") {
         "\"train_filenames\": [\"images/cam00.png\", \"images/cam02.png\"], \"test_filenames\": "
         "[\"images/cam01.png\"],");
     for (int c = 0; c < 3; ++c)
-      CHECK(write_film(folder.path() / (numbered("cam", c) + ".mp4"), c == 2 ? 20 : 19));
+      CHECK(write_film(folder.path() / (numbered("cam", c) + ".mp4"), c == 2 ? 20 : 19, "blue",
+                       "-color_trc arib-std-b67"));
     const Dataset data = load_dataset(folder.str());
+    CHECK(notes_with(data, "an HDR film (HLG)").size() == 1);
     CHECK(names_in(data, "test") == std::set<std::string>{"cam01"});
     CHECK(data.find("train")->frames.size() == 39);
     CHECK(notes_with(data, "films have from 19 to 20 frames").size() == 1);

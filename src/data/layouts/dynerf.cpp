@@ -69,15 +69,16 @@ struct Rig {
 std::vector<std::string> add_films(Rig& rig, const fs::path& folder, const std::vector<std::string>& names) {
   int fewest = 1 << 30, most = 0;
   double rate = 0;
+  std::vector<std::string> notes;
   for (std::size_t i = 0; i < names.size(); ++i) {
     RawFrame& camera = rig.cameras.frames[i];
     camera.camera = fs::path(names[i]).stem().string();
-    const int frames = add_film(folder, camera, names[i], rate, rig.split_of(i).frames);
+    const int frames = add_film(folder, camera, names[i], rate, rig.split_of(i).frames, notes);
     fewest = std::min(fewest, frames);
     most = std::max(most, frames);
   }
-  if (const std::string note = note_on_lengths(fewest, most); !note.empty()) return {note};
-  return {};
+  if (const std::string note = note_on_lengths(fewest, most); !note.empty()) notes.push_back(note);
+  return notes;
 }
 
 /// Times are those of the pictures' names: settle_times gives them.

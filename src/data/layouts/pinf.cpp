@@ -76,7 +76,7 @@ struct Clock {
 };
 
 RawSplit read_films(const fs::path& folder, const json& films, const std::string& name,
-                    const std::string& file, Clock& clock) {
+                    const std::string& file, Clock& clock, std::vector<std::string>& notes) {
   RawSplit split{name, file, true, {}};
   if (!films.is_array() || films.empty())
     fail({file, fmt::format("'{}_videos' is no list of films", name), "an array of objects", shown(films),
@@ -105,7 +105,7 @@ RawSplit read_films(const fs::path& folder, const json& films, const std::string
             "copy the films beside info.json"});
     std::vector<RawFrame> shown_frames;
     double own_rate = 0;
-    const int there = add_film(folder, camera, path.get<std::string>(), own_rate, shown_frames);
+    const int there = add_film(folder, camera, path.get<std::string>(), own_rate, shown_frames, notes);
     if (there < frames)
       fail({where, "the film has fewer frames than 'frame_num' says", std::to_string(frames),
             std::to_string(there), "copy the film again"});
@@ -177,7 +177,7 @@ RawScene read_pinf(const fs::path& folder) {
     const std::string field = std::string(name) + "_videos";
     if (name == std::string_view("train") || (file.is_object() && file.contains(field)))
       scene.splits.push_back(read_films(folder, needed_field(file, field.c_str(), "an array of films", where),
-                                        name, where, clock));
+                                        name, where, clock, scene.notes));
   }
   scene.one_list = scene.splits.size() == 1;
   scene.box = volume_box(file, where);

@@ -112,13 +112,16 @@ std::vector<std::string> pictures_of_camera(const fs::path& folder, const fs::pa
 }
 
 int add_film(const fs::path& folder, const RawFrame& camera, const std::string& film, double& rate,
-             std::vector<RawFrame>& frames) {
+             std::vector<RawFrame>& frames, std::vector<std::string>& notes) {
   RawFrame frame = camera;
   frame.label = "film " + printable(film);
   frame.file_path = film;
   const FilmFacts facts = film_facts(folder / film, printable((folder / film).string()));
   frame.film_size = {facts.width, facts.height};
   frame.film_turn = facts.orientation();
+  for (const std::string& odd : oddities_of(facts))
+    if (std::none_of(notes.begin(), notes.end(), [&](const std::string& n) { return n.ends_with(odd); }))
+      notes.push_back(printable(film) + ": " + odd);
   if (rate == 0) rate = facts.rate;
   for (frame.film_frame = 0; frame.film_frame < facts.frames(); ++frame.film_frame) {
     const double time = rate * facts.times[std::size_t(frame.film_frame)], whole = std::round(time);
@@ -250,7 +253,7 @@ void take_footage(const fs::path& folder, const std::vector<Footage>& footage, R
     double rate = 0;
     std::map<std::string, int> lengths;
     without = replace_cameras(scene, takes, [&](const RawFrame& camera, const Footage& f, auto& frames) {
-      lengths[f.film] = add_film(folder, camera, f.film, rate, frames);
+      lengths[f.film] = add_film(folder, camera, f.film, rate, frames, scene.notes);
     });
     moments = most_frames(lengths, scene);
   } else {

@@ -30,9 +30,10 @@ std::vector<std::string> pictures_of_camera(const std::filesystem::path& folder,
 
 /// A frame per picture of a film. Times are its time stamps, in frames of `rate` a second.
 /// @param camera  pose, lens and name  @param rate  0: becomes this film's own
+/// @param notes   gets what is odd about it, of films of one kind once
 /// @return how many pictures the film has. Throws Error (Fault::input).
 int add_film(const std::filesystem::path& folder, const RawFrame& camera, const std::string& film,
-             double& rate, std::vector<RawFrame>& frames);
+             double& rate, std::vector<RawFrame>& frames, std::vector<std::string>& notes);
 
 /// A frame per picture of a folder; their times are not known yet.
 void add_pictures(const RawFrame& camera, const std::vector<std::string>& pictures,

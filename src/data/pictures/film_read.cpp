@@ -210,6 +210,20 @@ FilmFacts film_facts(const std::filesystem::path& path, const std::string& where
           text.transfer, text.pixel_aspect, text.interlaced};
 }
 
+std::vector<std::string> oddities_of(const FilmFacts& film) {
+  std::vector<std::string> out;
+  if (film.interlaced)
+    out.push_back(
+        "an interlaced film: each picture holds two moments, in every other row. For one each: "
+        "ffmpeg -i FILM -vf bwdif -c:v libx264 -crf 16 NEW.mp4");
+  if (film.transfer == "smpte2084" || film.transfer == "arib-std-b67")
+    out.push_back(std::string("an HDR film (") + (film.transfer == "smpte2084" ? "PQ" : "HLG") +
+                  "); its values are taken as they are, and look pale. For the colours of a screen: "
+                  "ffmpeg -i FILM -vf zscale=t=linear:npl=100,tonemap=hable,zscale=p=bt709:t=bt709:m=bt709,"
+                  "format=yuv420p SDR.mp4");
+  return out;
+}
+
 void read_film(const std::filesystem::path& path, const PictureSize& size, bool upright,
                const std::vector<int>& wanted, const std::function<void(std::size_t, Image16&&)>& take,
                const std::string& where) {

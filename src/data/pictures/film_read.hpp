@@ -33,6 +33,10 @@ struct FilmFacts {
 /// (splinevox/data/image_io.hpp), or there is no ffprobe.
 FilmFacts film_facts(const std::filesystem::path& path, const std::string& where);
 
+/// What a user should know of a film whose pictures do not look as a player shows them, and what to do: that
+/// it is interlaced, or HDR.
+std::vector<std::string> oddities_of(const FilmFacts& film);
+
 /// Decodes a film with ffmpeg 5.1 or later, frame by frame, and hands over those wanted, opaque RGBA.
 /// @param size     of its frames, once they are turned
 /// @param upright  whether they are turned as a player turns them; else they come as stored

@@ -36,26 +36,11 @@ PictureSize frame_size(const FilmFacts& film, int most) {
   return {scaled(size.width), scaled(size.height)};
 }
 
-void note_film(const FilmFacts& film, const std::string& where, CaptureTalk& talk) {
-  if (film.interlaced)
-    talk.note(fmt::format(
-        "{}: an interlaced film: each picture holds two moments, in every other row. For one each: "
-        "ffmpeg -i FILM -vf bwdif -c:v libx264 -crf 16 NEW.mp4",
-        where));
-  if (film.transfer != "smpte2084" && film.transfer != "arib-std-b67") return;
-  talk.note(fmt::format(
-      "{}: an HDR film ({}); its values are taken as they are, and look pale. For the colours of a screen: "
-      "ffmpeg -i FILM -vf "
-      "zscale=t=linear:npl=100,tonemap=hable,zscale=p=bt709:t=bt709:m=bt709,format=yuv420p "
-      "SDR.mp4",
-      where, film.transfer == "smpte2084" ? "PQ" : "HLG"));
-}
-
 void plan_film_times(CapturePlan& plan, const CaptureOptions& options, CaptureTalk& talk) {
   find_capture_masks(plan.camera, options.masks);  // refuses what it cannot do
   const std::string where = printable(plan.camera.film.string());
   FilmFacts film = film_facts(plan.camera.film, where);
-  note_film(film, where, talk);
+  for (const std::string& odd : oddities_of(film)) talk.note(where + ": " + odd);
   const PictureSize size = frame_size(film, options.max_size);
   plan.width = size.width;
   plan.height = size.height;
