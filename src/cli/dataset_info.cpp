@@ -152,7 +152,7 @@ void print_dataset(const Json& j) {
   const Json& map = j["time_map"];
   if (map["scale"].get<double>() != 0 &&
       (map["scale"].get<double>() != 1 || map["origin"].get<double>() != 0))
-    fmt::print("  times  {:g} to {:g} in the data\n", map["origin"].get<double>(),
+    fmt::print("  times  {:.15g} to {:.15g} in the data\n", map["origin"].get<double>(),
                map["origin"].get<double>() + 1 / map["scale"].get<double>());
   const Json &c = j["cameras"], &lens = c["lens"];
   fmt::print(

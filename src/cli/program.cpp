@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <vector>
 
 #include "cli/command.hpp"
 #include "cli/tree.hpp"
@@ -27,8 +28,13 @@ void check_verb(const CLI::App& app, int argc, char** argv) {
     if (argv[1] == v.name) return;
     names.push_back(v.name);
   }
+  std::string meant = likely(argv[1], names);
+  for (int i = 2; meant.empty() && i < argc; ++i)  // the words of others begin with what they are about
+    if (std::find(names.begin(), names.end(), argv[i]) != names.end())
+      meant = fmt::format("{} {}", argv[i], argv[1]);
   fail({"splinevox", fmt::format("there is no verb '{}'", argv[1]),
-        fmt::format("one of {}", fmt::join(names, ", ")), argv[1], "splinevox " + nearest(argv[1], names)});
+        fmt::format("one of {}", fmt::join(names, ", ")), argv[1],
+        "splinevox " + (meant.empty() ? "--help" : meant)});
 }
 
 /// CLI11's complaint with the nearest option where one was misspelt.
@@ -44,7 +50,7 @@ int explain(const CLI::App& app, const CLI::ParseError& error) {
       for (const std::string& name : o->get_lnames()) known.push_back("--" + name);
     text = fmt::format("there is no option {}", word);
     found = word;
-    hint = nearest(word, known);
+    hint = likely(word, known);
     break;
   }
   const std::string where = verbs.empty() ? "splinevox" : "splinevox " + verb.get_name();
@@ -75,9 +81,16 @@ int run_verb(int argc, char** argv) {
     return help_page(app, help_width());
   });
   const auto verbs = declare_verbs(app);
-  check_verb(app, argc, argv);
+  std::vector<char*> words(argv, argv + argc);
+  if (argc > 1 && std::string_view(argv[1]) == "help") {  // splinevox help VERB
+    words.erase(words.begin() + 1);
+    words.resize(std::min<std::size_t>(words.size(), 2));
+    static char kHelp[] = "--help";
+    words.push_back(kHelp);
+  }
+  check_verb(app, int(words.size()), words.data());
   try {
-    app.parse(argc, argv);
+    app.parse(int(words.size()), words.data());
   } catch (const CLI::ParseError& error) {
     return explain(app, error);
   }

@@ -41,4 +41,17 @@ inline std::string nearest(std::string_view word, const std::vector<std::string>
   return best;
 }
 
+/// The known word that one may have meant; "" if none is like it. One that has it as its first or last words
+/// counts before all others ("--steps" of "--max-steps").
+inline std::string likely(std::string_view word, const std::vector<std::string>& known) {
+  const std::string_view bare = word.substr(std::min(word.find_first_not_of('-'), word.size()));
+  const std::string first = std::string(bare) + '-', last = '-' + std::string(bare);
+  for (const std::string& k : known) {
+    const std::string_view name = std::string_view(k).substr(std::min(k.find_first_not_of('-'), k.size()));
+    if (!bare.empty() && (name.starts_with(first) || name.ends_with(last))) return k;
+  }
+  const std::string best = nearest(word, known);
+  return edit_distance(word, best) <= std::max(2, int(bare.size()) / 3) ? best : "";
+}
+
 }  // namespace splinevox

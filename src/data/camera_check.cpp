@@ -168,7 +168,7 @@ Camera pinhole(const Lens& stated, const RigidPose& pose, int width, int height,
   }
   Camera camera{width, height, 0, 0, 0, 0, pose.axes, pose.position, {}};
   camera.fx = lens.fl_x ? *lens.fl_x : focal_of(*lens.camera_angle_x, width);
-  const bool by_angle = !lens.fl_x && lens.camera_angle_y;
+  const bool by_angle = !lens.fl_y && lens.camera_angle_y;
   camera.fy = lens.fl_y ? *lens.fl_y : by_angle ? focal_of(*lens.camera_angle_y, height) : camera.fx;
   camera.cx = lens.cx.value_or(0.5 * width);
   camera.cy = lens.cy.value_or(0.5 * height);

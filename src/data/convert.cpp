@@ -79,9 +79,10 @@ std::string ending_of(const fs::path& picture) {
   return ending;
 }
 
-/// Whether a picture is not copied: it is cut out, or no reader shall wonder again how it is turned.
+/// Whether a picture is not copied: it is cut out, its alpha becomes a mask, or no reader shall wonder again
+/// how it is turned.
 bool is_rewritten(const PicturePlan& plan, std::size_t i) {
-  return plan.asked[i] != 1 || plan.masks.cuts_out(i);
+  return plan.asked[i] != 1 || plan.masks.cuts_out(i) || plan.masks.use.of_alpha;
 }
 
 /// How the file of a frame's picture ends.
@@ -218,6 +219,8 @@ void convert_dataset(const std::string& path, const std::string& target, const C
       file["scene_box"] = {corner(b.lo), corner(b.hi)};
     }
     if (!raw.tracks.empty()) notes.push_back("tracks of points are not written");
+    if (std::any_of(raw.frames.begin(), raw.frames.end(), [](const RawFrame& f) { return !f.depth.empty(); }))
+      notes.push_back(raw.name + ": depth maps are not written");
     file["frames"] = std::move(frames);
     files.push_back(std::move(file));
     total += int(raw.frames.size());

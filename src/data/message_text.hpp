@@ -14,5 +14,7 @@ using splinevox::printable;
 std::string in_quotes(std::string_view text);
 /// Up to 9 significant digits: "0.5", "1e+300", "nan".
 std::string number(double value);
+/// A time of the data: seconds since 1970 keep their fractions.
+std::string time_text(double time);
 
 }  // namespace splinevox::data

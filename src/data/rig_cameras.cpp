@@ -43,6 +43,24 @@ std::string file_name_of(const RawFrame& frame) {
   return folder == "." ? "" : folder.filename().string();
 }
 
+/// Whether the data's names can be those of the cameras: one is not in two places at one time, and some took
+/// several moments. COLMAP's numbers are of lenses, which cameras share, or of single pictures.
+bool are_cameras(const std::vector<RawSplit>& splits) {
+  std::map<std::pair<std::string, double>, Stand> places;
+  std::map<std::string, std::set<double>> moments;
+  bool lasting = false;
+  for (const RawSplit& split : splits)
+    for (const RawFrame& f : split.frames) {
+      if (f.camera.empty()) return false;
+      const Stand stand = stand_of(f);
+      if (places.try_emplace({f.camera, f.time}, stand).first->second != stand) return false;
+      std::set<double>& of_camera = moments[f.camera];
+      of_camera.insert(f.time);
+      lasting |= of_camera.size() > 1;
+    }
+  return lasting;
+}
+
 }  // namespace
 
 std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
@@ -50,8 +68,7 @@ std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
     for (RawSplit& split : splits)
       for (RawFrame& frame : split.frames) act(frame);
   };
-  bool named = true;
-  each([&](const RawFrame& f) { named &= !f.camera.empty(); });
+  const bool named = are_cameras(splits);
   std::vector<RigCamera> cameras;
   std::vector<std::set<double>> moments;
   std::vector<Stand> stands;

@@ -19,6 +19,9 @@ void check_run(const std::string& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored))
     fail({path, "there is no such run", "the folder that `splinevox train --out` made", "", ""});
+  if (fs::is_regular_file(path, ignored))
+    fail({path, "this is a file, not a run", "the folder that `splinevox train --out` made", "",
+          fs::path(path).filename() == "model.vdb" ? fs::path(path).parent_path().string() : ""});
   check_own_folder(path, Depth::all);
   if (!fs::is_regular_file(path + "/model.vdb", ignored))
     fail({path, "this is not a run: there is no model.vdb in it",

@@ -19,6 +19,8 @@ TEST_SUITE("app/bad input") {
     CHECK(contains(program({"train", "--help"}).out, "nerf_atlas"));
     CHECK(contains(program({"--version"}).out, "splinevox "));
     CHECK(program({}).code == 2);
+    CHECK(contains(program({"help", "train"}).out, "nerf_atlas"));
+    CHECK(contains(program({"help"}).out, "export"));
   }
 
   TEST_CASE("a misspelt verb, option, preset, setting or effect is answered with the nearest right one") {
@@ -32,6 +34,10 @@ TEST_SUITE("app/bad input") {
     const std::vector<Row> rows = {
         {{"trian"}, "there is no verb 'trian'", "splinevox train"},
         {{"train", "data", "--out", run, "--preste", "fast"}, "there is no option --preste", "--preset"},
+        {{"train", "data", "--out", run, "--steps", "60"}, "there is no option --steps", "--max-steps"},
+        {{"train", "data", "--out", run, "--iterations", "60"}, "no option --iterations", "train --help"},
+        {{"data", "train"}, "there is no verb 'data'", "splinevox train data"},
+        {{"train", "data", "--out", run, "--memory", "6"}, "this has no unit", "--memory 6G"},
         {{"train", "data", "--out", run, "--preset", "fats"}, "there is no preset 'fats'", "--preset fast"},
         {{"train", "data", "--out", run, "--set", "optimiser.lr_colour=1"},
          "there is no setting 'optimiser.lr_colour'",

@@ -133,7 +133,7 @@ TEST_SUITE("data/dataset") {
     CHECK(with((folder.path() / "when.csv").string()).splits[0].frames[1].time == doctest::Approx(0.25));
     expect_error([&] { with("name:x"); }, {"--times: this is no group of digits", "'name:x'"});
     expect_error([&] { with("name:9"); }, {"this name has no such group of digits"});
-    expect_error([&] { with("sometimes"); }, {"sometimes: the file does not exist"});
+    expect_error([&] { with("sometimes"); }, {"there is no such file, and no such source of times"});
   }
 
   TEST_CASE("a single frame has time 0 and nothing moves") {

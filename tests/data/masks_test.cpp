@@ -290,6 +290,32 @@ TEST_SUITE("data/masks") {
     expect_error([&] { fine.load(with("ignore", 2)); }, {"the masks ignore every pixel of the train split"});
   }
 
+  TEST_CASE("DyCheck: alpha says where depth was measured; such pixels are ignored, and pictures opaque") {
+    const TempFolder folder, copy;
+    write_nerfies(folder.path(), true_cameras({}));
+    write_text(folder.path() / "extra.json", "{}");
+    Image image(kWide, kHigh, 4);
+    for (std::size_t i = 0; i < image.data.size(); ++i)
+      image.data[i] = i % 4 < 3 ? 0.5f : i < 40 ? 0.0f : 1.0f;
+    const std::vector<char> png = encode_png(image);
+    write_bytes(folder.path() / "rgb/2x/000_0000.png", Bytes(png.begin(), png.end()));
+    for (const bool converted : {false, true}) {
+      CAPTURE(converted);
+      if (converted) convert_dataset(folder.str(), copy.str() + "/new", {});
+      LoadOptions options;
+      if (converted) options.rules.masks = "ignore";
+      const Dataset data = load_dataset(converted ? copy.str() + "/new" : folder.str(), options);
+      CHECK_FALSE(data.has_alpha);
+      const Frame& f = data.find("train")->frames[0];
+      CHECK(f.image.opaque());
+      CHECK(f.ignored.count() == 10);
+      CHECK(data.find("train")->frames[1].ignored.count() == 0);
+    }
+    LoadOptions as_it_is;
+    as_it_is.rules.masks = "none";
+    CHECK(load_dataset(folder.str(), as_it_is).has_alpha);
+  }
+
   TEST_CASE("converted sets say the same") {
     for (const std::string before : {"masks/frame_", "images/dynamic_mask_frame_"}) {
       CAPTURE(before);

@@ -79,6 +79,24 @@ TEST_SUITE("data/rig_cameras") {
     CHECK(cameras[1].still);
   }
 
+  TEST_CASE("names that are of lenses or of single pictures are no cameras' names: poses tell") {
+    for (const bool of_lenses : {true, false}) {
+      CAPTURE(of_lenses);
+      std::vector<RawFrame> frames;
+      for (int t = 0; t < 5; ++t)
+        for (int c = 0; c < 6; ++c) {
+          const std::string file = std::to_string(100 * c + t);
+          frames.push_back(
+              frame("c" + std::to_string(c) + "/" + file + ".png", c, t, of_lenses ? "1" : file));
+        }
+      auto splits = scene(frames);
+      const auto cameras = settle_cameras(splits);
+      REQUIRE(cameras.size() == 6);
+      CHECK(cameras[2].name == "c2");
+      CHECK(std::all_of(cameras.begin(), cameras.end(), [](const RigCamera& c) { return c.still; }));
+    }
+  }
+
   TEST_CASE("one camera that is elsewhere every time, or one moment only, is no rig") {
     auto film = scene({frame("1.png", 0, 0), frame("2.png", 0.1, 1), frame("3.png", 0.2, 2)});
     CHECK(settle_cameras(film).empty());

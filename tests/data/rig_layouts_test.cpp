@@ -230,6 +230,27 @@ TEST_SUITE("data/rig layouts") {
                                                        "20 frames, as in 'cam02.mp4'", "9 in 'cam01.mp4'"});
   }
 
+  TEST_CASE("photographs with a film of the same name beside them stay photographs") {
+    if (!has_ffmpeg()) return;
+    const TempFolder folder;
+    const Cameras cameras = rig_cameras(3);
+    write_still_model(folder.path(), cameras);
+    std::vector<std::string> frames;
+    for (int c = 0; c < 3; ++c) {
+      const std::string stem = "images/IMG_010" + std::to_string(c);
+      write_png(folder.path() / (stem + ".png"), rig_picture(c, 0));
+      CHECK(write_film(folder.path() / (stem + ".mov"), 6));
+      frames.push_back(frame_text(stem + ".png", "", matrix_text(cameras[std::size_t(c)].to_world))
+                           .insert(1, lens_fields(cameras[std::size_t(c)].lens)));
+    }
+    write_text(folder.path() / "transforms.json", transforms_text(frames, ""));
+    LoadOptions options;
+    options.rules.times = "none";
+    std::size_t all = 0;
+    for (const Split& split : load_dataset(folder.str(), options).splits) all += split.frames.size();
+    CHECK(all == 3);
+  }
+
   TEST_CASE("a COLMAP model of one moment: poses by folder; one of all pictures is read as it is") {
     for (const bool own_folders : {false, true}) {
       CAPTURE(own_folders);

@@ -23,9 +23,9 @@ fs::path meta_file(const fs::path& folder, const std::string& split) {
 }
 
 /// One of the file's tables: an array per moment, with an entry per camera.
-class Table {
+class FieldTable {
  public:
-  Table(const json& file, const char* field, const std::string& where)
+  FieldTable(const json& file, const char* field, const std::string& where)
       : field_(field), where_(where), rows_(needed_field(file, field, kShape, where)) {
     if (!rows_.is_array() || rows_.empty())
       fail({where, fmt::format("'{}' is no table", field), kShape, shown(rows_), ""});
@@ -38,7 +38,7 @@ class Table {
   const json& at(std::size_t moment, std::size_t camera) const { return rows_[moment][camera]; }
 
   /// Refuses another shape than that of the table of file names.
-  void check_shape(const Table& names) const {
+  void check_shape(const FieldTable& names) const {
     if (moments() != names.moments())
       fail({where_, fmt::format("'{}' and 'fn' have different numbers of moments", field_),
             std::to_string(names.moments()), std::to_string(moments()), ""});
@@ -92,9 +92,9 @@ RawSplit read_meta(const fs::path& folder, const std::string& name) {
   const std::string where = printable(path.string());
   const json file = read_json(path, where);
   RawSplit split{name, where, true, {}};
-  const Table names(file, "fn", where), lenses(file, "k", where), poses(file, "w2c", where),
+  const FieldTable names(file, "fn", where), lenses(file, "k", where), poses(file, "w2c", where),
       ids(file, "cam_id", where);
-  for (const Table* table : {&lenses, &poses, &ids}) table->check_shape(names);
+  for (const FieldTable* table : {&lenses, &poses, &ids}) table->check_shape(names);
   Lens size;
   for (const char* field : {"w", "h"}) {
     needed_field(file, field, "the pictures' size in pixels", where);

@@ -131,6 +131,26 @@ MaskUse parse_masks(const std::string& text) {
         in_quotes(text), ""});
 }
 
+std::optional<MaskSearch> masks_of_alpha(RawScene& scene, MaskUse& use) {
+  if (!scene.alpha_ignores || use.what != MaskUse::What::unsaid) return {};
+  const RawFrame& first = scene.splits.at(0).frames.at(0);
+  if (!read_picture_header(first.found, printable(first.file_path)).alpha) return {};
+  MaskSearch search;
+  search.first = first.file_path;
+  for (RawSplit& split : scene.splits)
+    for (RawFrame& frame : split.frames) {
+      frame.mask = frame.file_path;
+      frame.mask_file = frame.found;
+      search.found = ++search.frames;
+    }
+  scene.notes.push_back(
+      "alpha is taken for that of DyCheck, which says where depth was measured: --masks none takes it for "
+      "what "
+      "the scene covers");
+  use = {"ignore", MaskUse::What::ignore, MaskUse::Kept::white, true};
+  return search;
+}
+
 MaskSearch find_masks(const fs::path& root, RawScene& scene) {
   MaskSearch search;
   std::map<std::string, MaskNames> of_folder;

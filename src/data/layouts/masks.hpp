@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "data/layouts/raw_scene.hpp"
@@ -16,6 +17,7 @@ struct MaskUse {
   std::string text = {};
   What what = What::unsaid;
   Kept kept = Kept::white;
+  bool of_alpha = false;  ///< masks are the pictures' own alpha, and the pictures opaque
 
   bool used() const { return what != What::unsaid && what != What::none; }
   /// Whether black is what is kept of this mask. dynamic_mask_NAME marks what moves in white, which is what
@@ -44,6 +46,11 @@ struct MaskSearch {
 /// in the data set, beside the picture or its folder. Folders in those must not be another picture's.
 /// @pre leave_out found the pictures
 MaskSearch find_masks(const std::filesystem::path& root, RawScene& scene);
+
+/// Where alpha says what to ignore (RawScene::alpha_ignores) and nobody said what masks are for: every
+/// picture becomes its own mask, and `use` is to ignore by alpha. None if pictures have no alpha.
+/// @pre leave_out found the pictures
+std::optional<MaskSearch> masks_of_alpha(RawScene& scene, MaskUse& use);
 
 /// Where masks are asked for: throws Error (Fault::input) if there are none, or if it is not clear which
 /// picture one is for. A picture without its mask is as good as missing where masks show the subject. All of

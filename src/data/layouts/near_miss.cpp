@@ -48,26 +48,32 @@ struct Unread {
 constexpr const char* kGiveK = "give k1, k2, p1, p2 and k3, each a field of its own";
 constexpr const char* kUndistort = "undistort the pictures first";
 constexpr const char* kCallTime = "call it 'time', or 'timestep' in NeRFlow's files, if it is the time";
-constexpr Unread kUnread[] = {{"timestep", "call it 'time', if it is the time"},
-                              {"time", "call it 'timestep', if it is the time"},
-                              {"timestamp", kCallTime},
-                              {"time_stamp", kCallTime},
-                              {"frame_time", kCallTime},
-                              {"t", kCallTime},
-                              {"distortion", kGiveK},
-                              {"distortions", kGiveK},
-                              {"distortion_params", kGiveK},
-                              {"distortion_coefficients", kGiveK},
-                              {"dist_coeffs", kGiveK},
-                              {"dist", kGiveK},
-                              {"k5", kUndistort},
-                              {"k6", kUndistort},
-                              {"skew", kUndistort},
-                              {"b1", kUndistort},
-                              {"b2", kUndistort}};
+constexpr Unread kUnread[] = {
+    {"timestep", "call it 'time', if it is the time"},
+    {"time", "call it 'timestep', if it is the time"},
+    {"timestamp", kCallTime},
+    {"time_stamp", kCallTime},
+    {"frame_time", kCallTime},
+    {"t", kCallTime},
+    {"distortion", kGiveK},
+    {"distortions", kGiveK},
+    {"distortion_params", kGiveK},
+    {"distortion_coefficients", kGiveK},
+    {"dist_coeffs", kGiveK},
+    {"dist", kGiveK},
+    {"k5", kUndistort},
+    {"k6", kUndistort},
+    {"skew", kUndistort},
+    {"b1", kUndistort},
+    {"b2", kUndistort},
+    {"fisheye_crop_radius", "what lies outside its circle is trained: mask it (--masks ignore)"},
+    {"rolling_shutter", "rows are taken to be of one moment"},
+    {"white_transparent", "white is taken as white: make it alpha"},
+    {"depth_path", "call it 'depth_file_path', and its unit 'depth_unit_scale_factor'"},
+    {"n_frames", "all frames are read: take the others out of 'frames'"}};
 
 /// Without what people write in different ways: case, underscores and hyphens.
-std::string bare_name(std::string_view text) {
+std::string folded_name(std::string_view text) {
   std::string name = lower_case(text);
   std::erase_if(name, [](char c) { return c == '_' || c == '-' || c == ' '; });
   return name;
@@ -89,16 +95,17 @@ std::string meant_field(const std::string& name) {
   std::string near;
   for (const std::string& known : known_fields()) {
     if (name == known) return {};
-    if (bare_name(name) == bare_name(known) ||
+    if (folded_name(name) == folded_name(known) ||
         (std::min(name.size(), known.size()) >= kShortest && edits(name, known) == 1))
       near = known;
   }
   return near;
 }
 
-/// Whether a value says something: no zero, no array of zeros.
+/// Whether a value says something: no zero, no array of zeros, not false.
 bool says_something(const json& value) {
   if (value.is_number()) return value.get<double>() != 0;
+  if (value.is_boolean()) return value.get<bool>();
   if (value.is_array()) return std::any_of(value.begin(), value.end(), says_something);
   return !value.is_null();
 }
@@ -123,7 +130,7 @@ std::string meant_file(const std::string& name) {
     for (const std::string known : {"transforms.json", "transforms_train.json", "transforms_val.json",
                                     "transforms_test.json", "poses_bounds.npy", "precomputed.json",
                                     "dataset.json", "train_meta.json", "intri.yml", "extri.yml"}) {
-      const std::string a = bare_name(name), b = bare_name(known);
+      const std::string a = folded_name(name), b = folded_name(known);
       if (a == b || edits(a, b) <= 2) return known;
     }
   return lower_case(name).starts_with("poses_bounds") ? "poses_bounds.npy" : "";
@@ -163,6 +170,9 @@ std::string hint_for(const fs::path& folder, const std::vector<std::string>& fil
       return in_quotes(name) + " looks like " + meant + ": rename it";
   for (const std::string& name : folders)
     if (looks_known(folder / name)) return "give the folder in it: " + printable((folder / name).string());
+  if (holds(folder, "config.toml") && holds(folder, "model.vdb"))
+    return "this is a run: its data set is named in " + printable((folder / "config.toml").string()) +
+           ", and splinevox train DATASET --out RUN --resume goes on with it";
   if (has_cameras(folder))
     return "the COLMAP model has cameras and no images file: copy it again, as a whole";
   for (const std::string& name : files)

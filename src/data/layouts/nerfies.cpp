@@ -160,6 +160,9 @@ RawScene read_nerfies(const fs::path& folder) {
   if (!file.is_object() || !metadata.is_object())
     fail({where, "this and metadata.json are not a data set", "an object each", shown(file), ""});
   RawScene scene;
+  // DyCheck alone writes it. Its alpha says where depth was measured; its own training weighs errors by that.
+  std::error_code unread;
+  scene.alpha_ignores = fs::exists(folder / "extra.json", unread);
   const Frame frame_of_scene = read_scene_frame(folder, scene.notes);
   const std::string pictures = picture_folder(folder, scene.notes);
   for (const auto& [field, name] : {std::pair{"train_ids", "train"}, {"val_ids", "test"}}) {

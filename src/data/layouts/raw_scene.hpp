@@ -67,6 +67,7 @@ struct RawScene {
   std::optional<Box> box = {};  ///< where the scene lies, scene units
   std::vector<std::string> notes = {};
   std::vector<RigCamera> cameras = {};
+  bool alpha_ignores = false;  ///< the pictures' alpha is 0 at pixels to ignore, not where nothing is
 };
 
 /// Leaves out frames that are faulty or of which `look_for` does not find what it looks for, and says how

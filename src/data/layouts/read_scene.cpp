@@ -204,7 +204,7 @@ namespace data {
 OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
   const TimesChoice times = parse_times(options.rules.times);
   const std::optional<Between> between = parse_between(options.rules.between);
-  const MaskUse mask_use = parse_masks(options.rules.masks);
+  MaskUse mask_use = parse_masks(options.rules.masks);
   const Layout& layout = recognise(folder);
   RawScene scene = layout.read ? layout.read(folder) : read_dnerf(folder, options, times);
   const fs::path root = fs::canonical(folder);
@@ -219,7 +219,8 @@ OpenScene open_scene(const fs::path& folder, const LoadOptions& options) {
     return {};
   });
   note_repeats(scene);
-  const MaskSearch masks = find_masks(root, scene);
+  const std::optional<MaskSearch> of_alpha = masks_of_alpha(scene, mask_use);
+  const MaskSearch masks = of_alpha ? *of_alpha : find_masks(root, scene);
   require_masks(scene, mask_use, masks, options.rules);
   settle_times(folder, times, scene.splits, scene.notes);
   scene.cameras = settle_cameras(scene.splits);

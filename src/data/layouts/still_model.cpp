@@ -9,6 +9,7 @@
 #include "data/layouts/rig_footage.hpp"
 #include "data/message_text.hpp"
 #include "data/times/digits.hpp"
+#include "data/times/name_table.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -55,6 +56,22 @@ void keep_form(const RawScene& scene, std::vector<Footage>& footage) {
     std::erase_if(f.pictures, [&](const std::string& path) { return !forms.contains(form(path)); });
 }
 
+/// Leaves out a photograph's own film (IMG_0042.MOV beside IMG_0042.JPG), which telephones take with it while
+/// they are held in the hand.
+void drop_live_photographs(const RawScene& scene, std::vector<Footage>& footage) {
+  std::set<std::string> own;
+  for (const RawSplit& split : scene.splits)
+    for (const RawFrame& frame : split.frames) {
+      const std::string path(bare_name(frame.file_path));
+      const std::vector<NameNumber> numbers = take_apart(path, false).stem;
+      if (std::any_of(numbers.begin(), numbers.end(), names_photograph)) own.insert(path);
+    }
+  std::erase_if(footage, [&](const Footage& f) {
+    return !f.film.empty() &&
+           own.contains(std::string(bare_name(fs::path(f.film).replace_extension().generic_string())));
+  });
+}
+
 bool is_one_moment(const RawScene& scene) {
   for (const RawSplit& split : scene.splits)
     for (const RawFrame& frame : split.frames)
@@ -72,6 +89,7 @@ bool take_still_model(const fs::path& folder, RawScene& scene) {
     constexpr std::size_t kLeast = 2;
     std::vector<Footage> footage = find_footage(folder, names, kLeast);
     keep_form(scene, footage);
+    drop_live_photographs(scene, footage);
     std::erase_if(footage, [](const Footage& f) { return f.film.empty() && f.pictures.size() < kLeast; });
     const auto named = std::find_if(footage.begin(), footage.end(), [&](const Footage& f) {
       return std::binary_search(names.begin(), names.end(), f.camera);

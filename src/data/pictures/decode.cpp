@@ -96,6 +96,10 @@ FilePixels kept_pixels(const PicturePlan& plan, std::size_t i) {
     pixels.whole = cut_out(turned(std::move(pixels.whole), plan.turns[i]), plan.masks, i);
   else
     pixels.real = cut_out(std::move(pixels.real), plan.masks, i);
+  if (plan.masks.use.of_alpha) {
+    for (std::size_t p = 3; p < pixels.whole.rgba.size(); p += 4) pixels.whole.rgba[p] = 65535;
+    for (std::size_t p = 3; p < pixels.real.data.size(); p += 4) pixels.real.data[p] = 1;
+  }
   return pixels;
 }
 

@@ -207,6 +207,9 @@ std::optional<DatasetDepth> note_depth(const DepthPlan& plan, const std::vector<
   if (plan.absent > 0 && plan.used)
     notes.push_back(fmt::format("{} depth maps that the data names are not there, first {}", plan.absent,
                                 in_quotes(plan.first_absent)));
+  if (plan.found == 0 && plan.used && plan.asked)
+    notes.push_back(fmt::format("--depth {} was asked for, and no picture has a depth map: none is used",
+                                kKinds[int(plan.kind)]));
   if (plan.found == 0) return {};
   const std::string kind = plan.used ? kKinds[int(plan.kind)] : "none";
   DatasetDepth out{kind, plan.found, plan.files.size(), plan.first, 0, 0};

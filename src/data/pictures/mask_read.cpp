@@ -83,6 +83,11 @@ double Mask::mean() const {
 
 Mask read_mask(const MaskPlan& plan, std::size_t i) {
   const Image16 image = turned(read_picture(plan.files[i], plan.where[i]), plan.turns[i]);
+  if (plan.use.of_alpha) {
+    Mask mask{image.width, image.height, {}, false};
+    for (std::size_t p = 0; p < image.pixels(); ++p) mask.white.push_back(image.rgba[4 * p + 3]);
+    return mask;
+  }
   Range grey, alpha;
   int colour = 0;
   std::size_t coloured = 0;  // the pixel with the most colour

@@ -175,7 +175,7 @@ PictureCache cache_of(const std::string& folder, const std::string& dataset, con
     add(std::int64_t(changed_at(info).tv_nsec));
   };
   const bool masked = plan.masks.use.what == MaskUse::What::subject;
-  if (masked) key.add(plan.masks.use.text);
+  if (masked || plan.masks.use.of_alpha) key.add(plan.masks.use.text);
   add(std::int64_t(plan.downscale));
   if (plan.downscale > 1) add(kAverages);
   key.add(plan.layer);

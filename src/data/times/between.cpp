@@ -40,10 +40,10 @@ void keep_between(const Between& part, const std::vector<std::string>& asked, st
     const bool wanted = s == 0 || std::find(asked.begin(), asked.end(), split.name) != asked.end();
     if (split.frames.empty() && wanted)
       fail({split.file, "no picture was taken in the part of time that --between asks for",
-            "times from " + number(from) + " to " + number(to), number(part.from) + ":" + number(part.to),
-            ""});
+            "times from " + time_text(from) + " to " + time_text(to),
+            time_text(part.from) + ":" + time_text(part.to), ""});
     notes.push_back(split.name + ": " + std::to_string(split.frames.size()) + " of " + std::to_string(all) +
-                    " frames lie between " + number(part.from) + " and " + number(part.to));
+                    " frames lie between " + time_text(part.from) + " and " + time_text(part.to));
   }
   std::erase_if(splits, [](const RawSplit& split) { return split.frames.empty(); });
 }

@@ -202,6 +202,10 @@ void settle_times(const fs::path& folder, const TimesChoice& choice, std::vector
                                   number(splits[0].frames[0].time)));
       return;
     case Source::file:
+      if (!fs::exists(choice.file, ignored))
+        fail({"--times", "there is no such file, and no such source of times",
+              "name:GROUP, order, none, or a file of times", in_quotes(choice.file.string()),
+              "--times order"});
       times_from_file(choice.file, splits);
       notes.push_back("times are those of " + printable(choice.file.string()) + " (--times)");
   }

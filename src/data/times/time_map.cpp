@@ -41,9 +41,9 @@ TimeMap choose_time_map(const RawSplit* train, const std::vector<RawSplit>& spli
     const TimeMap map = fit_time_map(times, part);
     const auto [lo, hi] = std::minmax_element(times.begin(), times.end());
     if (map.scale == 0)
-      notes.push_back("train: every frame has the time " + number(*lo) + "; nothing can move");
+      notes.push_back("train: every frame has the time " + time_text(*lo) + "; nothing can move");
     if (map.scale != 0 && map != TimeMap{})
-      notes.push_back("train: times from " + number(*lo) + " to " + number(*hi) +
+      notes.push_back("train: times from " + time_text(*lo) + " to " + time_text(*hi) +
                       " are mapped to 0 to 1, in every split");
     return map;
   }
