@@ -287,11 +287,11 @@ Action render_command(CLI::App& verb) {
       ->check(CLI::Range(8, 8192));
   add_antialias(verb, o->antialias);
   verb.add_option("--elevation", o->cameras.elevation, "of the orbit, degrees")
-      ->check(CLI::Range(-89.0, 89.0))
+      ->check(decimals_in(-89.0, 89.0))
       ->capture_default_str();
   verb.add_option("--window", o->cameras.window,
                   "of stabilised: share of the film that each camera is fitted to")
-      ->check(CLI::Range(0.001, 1.0))
+      ->check(decimals_in(0.001, 1.0))
       ->capture_default_str();
   heading(verb, kShot);
   verb.add_option(
@@ -304,7 +304,7 @@ Action render_command(CLI::App& verb) {
                   "of --frames: how long the whole motion lasts, 0 = to the last")
       ->capture_default_str();
   verb.add_option("--fps", o->frames.fps, "pictures a second of a film or a shot")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(decimals_in(0.1, 1000.0))
       ->capture_default_str();
   add_otherwise(verb, o->otherwise);
   add_share(verb, o->share);

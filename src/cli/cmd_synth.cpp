@@ -37,7 +37,7 @@ Action synth_command(CLI::App& verb) {
   verb.add_option(
           "--orbit", o->synth.orbit,
           "training cameras are one that goes around so often over time, as of a film; 0: each anywhere")
-      ->check(CLI::Range(-100.0, 100.0));
+      ->check(decimals_in(-100.0, 100.0));
   verb.add_flag(
           "--film", o->synth.film,
           "with --orbit: val pictures lie on the camera's way, test pictures are from elsewhere on it, a "
@@ -47,18 +47,18 @@ Action synth_command(CLI::App& verb) {
           "--shake", o->synth.shake,
           "with --film: held by hand; share of its distance by which the camera wanders, and radians by "
           "which it turns")
-      ->check(CLI::Range(0.0, 0.2))
+      ->check(decimals_in(0.0, 0.2))
       ->needs("--film");
   verb.add_option("--drift", o->synth.drift,
                   "exposures of training cameras drift, up to so much brighter; of a film or a rig")
-      ->check(CLI::Range(0.0, 0.5));
+      ->check(decimals_in(0.0, 0.5));
   heading(verb, "Look");
   verb.add_option("--gloss", o->synth.look.gloss, "strength of a highlight that follows the eye")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(decimals_in(0.0, 1.0));
   verb.add_option("--fade", o->synth.look.fade, "share of the light that is gone at the end")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(decimals_in(0.0, 1.0));
   verb.add_option("--light", o->synth.look.light, "brightness of everything")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(decimals_in(0.0, 1.0))
       ->capture_default_str();
   verb.add_option("--repeats", o->synth.look.repeats, "how often the motion runs, there and back in turn")
       ->check(CLI::Range(1, 1000))
@@ -75,17 +75,17 @@ Action synth_command(CLI::App& verb) {
       ->check(CLI::Range(2, 100));
   const auto of_rig = [&](CLI::Option* option) { option->needs("--cameras"); };
   of_rig(verb.add_option("--arc", rig.arc, "how much of the ring its cameras stand along; 1: all around")
-             ->check(CLI::Range(0.01, 1.0)));
+             ->check(decimals_in(0.01, 1.0)));
   of_rig(verb.add_flag("--turns", rig.turns, "its cameras take turns, one a moment"));
   of_rig(verb.add_option("--exposures", rig.exposures,
                          "gains of its training cameras' channels, drawn from 1 minus to 1 plus this; their "
                          "geometric mean is 1")
-             ->check(CLI::Range(0.0, 0.5)));
+             ->check(decimals_in(0.0, 0.5)));
   of_rig(
       verb.add_option("--offsets", rig.late,
                       "one training camera in eight, the second first, is late by so many intervals between "
                       "moments")
-          ->check(CLI::Range(-2.0, 2.0)));
+          ->check(decimals_in(-2.0, 2.0)));
   heading(verb, "Beside the pictures");
   verb.add_flag("--masks", rig.masks, "a mask of every picture, white where the subject is (mask_path)");
   verb.add_flag("--movers", rig.movers, "with --masks: they are white where something moves at some time")

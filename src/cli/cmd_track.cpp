@@ -124,7 +124,7 @@ Action track_command(CLI::App& verb) {
                   "table of points: x,y,z and if wanted time,id (comma-separated, names in the first line)")
       ->required();
   verb.add_option("--from", o->from, "time of points without a column of times, in [0, 1]")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(decimals_in(0.0, 1.0))
       ->capture_default_str();
   verb.add_option("--to", o->to, "times in [0, 1] separated by commas, or canonical")->required();
   verb.add_option("--out", o->out, "the table to write; .json writes JSON")->required();

@@ -37,14 +37,14 @@ Action view_command(CLI::App& verb) {
   verb.add_option("--out", o->out, "the page, one self-contained HTML file")->required();
   verb.add_option("--max-mb", o->max_mb,
                   "largest page, MB: numbers are rounded more, then voxels made larger, until it fits")
-      ->check(CLI::Range(0.05, 1000.0))
+      ->check(decimals_in(run::kLeastMb, run::kMostMb))
       ->capture_default_str();
   heading(verb, kData);
   verb.add_option("--views", o->views, "true pictures to compare with")
-      ->check(CLI::Range(0, 100))
+      ->check(CLI::Range(0, run::kMostTrueViews))
       ->capture_default_str();
   verb.add_option("--view-size", o->view_size, "their longest side at most, pixels")
-      ->check(CLI::Range(16, 4096))
+      ->check(CLI::Range(run::kLeastViewSize, run::kMostViewSize))
       ->capture_default_str();
   verb.add_option("--split", o->split, "where they are from: train, val or test")
       ->check(CLI::IsMember({"train", "val", "test"}))

@@ -66,6 +66,17 @@ void add_json(CLI::App& verb, bool& json) {
       ->group(kTalk);
 }
 
+CLI::Validator decimals_in(double lo, double hi) {
+  const std::string range = fmt::format("{:g} to {:g}", lo, hi);
+  return CLI::Validator(
+      [=](std::string& text) {
+        double value = 0;
+        const bool good = CLI::detail::lexical_cast(text, value) && value >= lo && value <= hi;
+        return good ? std::string() : fmt::format("Value {} not in range {}", text, range);
+      },
+      fmt::format("FLOAT in [{:g} - {:g}]", lo, hi));
+}
+
 void add_talk(CLI::App& verb, TalkWords& words) {
   verb.add_flag("--quiet", words.quiet, "say nothing but errors")->group(kTalk);
   add_json(verb, words.json);

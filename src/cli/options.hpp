@@ -18,6 +18,9 @@ constexpr const char *kData = "Data set", *kShot = "Shot", *kMachine = "Machine"
 /// Options that `verb` declares from here on stand below this heading; those below have their own.
 void heading(CLI::App& verb, const char* text);
 
+/// A number from `lo` to `hi`. CLI::Range lets NaN pass.
+CLI::Validator decimals_in(double lo, double hi);
+
 /// --quiet and --json.
 struct TalkWords {
   bool quiet = false, json = false;

@@ -21,11 +21,14 @@ namespace {
 
 /// A renderer that keeps its model, for one thread at a time.
 struct Looker {
-  explicit Looker(ModelPtr m) : model(std::move(m)), renderer(*model) {}
+  explicit Looker(ModelPtr m) : model(std::move(m)) {
+    released([&] { renderer.emplace(*model); });
+  }
   Rendered look(const Camera& camera, double time, double step_scale, double stop,
                 std::optional<int> across) {
-    if (!(step_scale > 0 && stop >= 0 && stop < 1))
-      fail({"render", "there is no such march", "step_scale > 0 and stop in [0, 1)",
+    constexpr double kLeastScale = 0.01, kMostScale = 100;
+    if (!(step_scale >= kLeastScale && step_scale <= kMostScale && stop >= 0 && stop < 1))
+      fail({"render", "there is no such march", "step_scale in 0.01 to 100 and stop in [0, 1)",
             std::to_string(step_scale) + ", " + std::to_string(stop), ""});
     if (!std::isfinite(time))
       fail({"render", "there is no such time", "model time in [0, 1]; beyond it the nearest moment is shown",
@@ -36,12 +39,12 @@ struct Looker {
     Rendered out;
     released([&] {
       const std::lock_guard lock(mutex);
-      out = renderer.render(camera, time, {float(stop), float(step_scale), across.value_or(0)});
+      out = renderer->render(camera, time, {float(stop), float(step_scale), across.value_or(0)});
     });
     return out;
   }
   ModelPtr model;
-  Renderer renderer;
+  std::optional<Renderer> renderer;
   std::mutex mutex;
 };
 

@@ -24,12 +24,20 @@ py::array_t<float> array_of(Image&& picture) {
   return py::array_t<float>(shape, kept->data.data(), owner);
 }
 
-Image image_of(const Floats& array, const char* argument) {
+Image image_of(const py::array& array, const char* argument) {
   if (array.ndim() != 2 && array.ndim() != 3)
     fail({argument, "this is not a picture", "an array of shape (height, width) or (height, width, channels)",
           shape_text(array), ""});
   Image picture(int(array.shape(1)), int(array.shape(0)), array.ndim() == 3 ? int(array.shape(2)) : 1);
-  std::copy_n(array.data(), picture.data.size(), picture.data.begin());
+  const char kind = array.dtype().kind();
+  const auto bytes = array.dtype().itemsize();
+  if (kind != 'f' && kind != 'b' && !(kind == 'u' && bytes <= 2))
+    fail({argument, "these are no values of a picture", "uint8, uint16, or floats with 1 = 1",
+          py::str(array.dtype()), ""});
+  const float one = kind != 'u' ? 1.0f : bytes == 1 ? 255.0f : 65535.0f;
+  const Floats values(array);
+  std::transform(values.data(), values.data() + picture.data.size(), picture.data.begin(),
+                 [&](float v) { return v / one; });
   return picture;
 }
 

@@ -303,6 +303,12 @@ std::vector<Shot> plan_shots(const Run& run, const CameraRequest& request,
   const Note note = [&](const std::string& line) {
     if (on_note) on_note(line);
   };
+  if (!(std::abs(request.elevation) < 90))
+    fail({"elevation", "there is no such elevation", "degrees between -90 and 90",
+          fmt::format("{:g}", request.elevation), ""});
+  if (!(request.window > 0 && request.window <= 1))
+    fail({"window", "there is no such share of the film", "more than 0, at most 1",
+          fmt::format("{:g}", request.window), ""});
   const std::string& c = request.camera;
   const std::vector<double> times = request.times.empty() ? request.moments : parse_times(request.times);
   const int count = int(times.size());

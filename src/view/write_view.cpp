@@ -45,6 +45,13 @@ std::string described(const ViewQuality& q, const VoxelModel& model) {
 }  // namespace
 
 WrittenView write_view(const ViewRequest& o) {
+  const auto check = [](const char* name, double value, double least, double most) {
+    if (!(value >= least && value <= most))
+      fail({name, "out of range", fmt::format("{:g} to {:g}", least, most), fmt::format("{:g}", value), ""});
+  };
+  check("views", o.views, 0, kMostTrueViews);
+  check("view_size", o.view_size, kLeastViewSize, kMostViewSize);
+  check("max_mb", o.max_mb, kLeastMb, kMostMb);
   WrittenView out;
   probe_output_file(o.out, is_view);
   Run run = open_run(o.run);

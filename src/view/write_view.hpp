@@ -7,6 +7,10 @@
 
 namespace splinevox::run {
 
+/// Bounds of what may be asked for.
+inline constexpr int kMostTrueViews = 100, kLeastViewSize = 16, kMostViewSize = 4096;
+inline constexpr double kLeastMb = 0.05, kMostMb = 1000;
+
 /// What `splinevox view` is asked for.
 struct ViewRequest {
   std::string run, out;        ///< folder of a run; the page
@@ -23,7 +27,8 @@ struct WrittenView {
   std::vector<std::string> lacks;  ///< what the page is without, and why
 };
 
-/// Writes the page of a run. Throws Error: input if it does not fit, output.
+/// Writes the page of a run. Throws Error: input if a number is out of its bounds or if it does not fit,
+/// output.
 WrittenView write_view(const ViewRequest& request);
 
 }  // namespace splinevox::run

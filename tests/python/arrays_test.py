@@ -98,3 +98,13 @@ def test_the_picture_that_is_wrong_is_named(data):
         sv.Dataset(**{**a, "names": ["same"] * len(a["times"])})
     with pytest.raises(sv.InputError, match="no such split"):
         sv.Dataset(**{**a, "splits": ["training"] * len(a["times"])})
+
+
+def test_integer_pictures_are_shares_of_their_largest_value():
+    rng = np.random.default_rng(1)
+    a, b = (rng.integers(0, 256, (16, 16, 3)).astype(np.uint8) for _ in range(2))
+    right = sv.psnr(a / 255.0, b / 255.0)
+    assert sv.psnr(a, b) == pytest.approx(right, abs=1e-4)
+    assert sv.psnr(a.astype(np.uint16) * 257, b) == pytest.approx(right, abs=1e-4)
+    with pytest.raises(sv.InputError, match="no values of a picture"):
+        sv.psnr(a.astype(np.int64), b)

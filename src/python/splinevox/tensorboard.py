@@ -121,9 +121,11 @@ def write_events(run, folder):
     lines = list(_lines(metrics))
     if not lines:
         raise ValueError(f"{metrics}: there is no step in it; has the run begun?")
-    seconds = {line["step"]: float(line.get("seconds", 0)) for line in lines}
-    last = lines[-1]["step"]
-    begin = metrics.stat().st_mtime - seconds[last]  # the file was written last with its last line
+    now, seconds = 0.0, {}
+    for line in lines:  # a discarded step says no time: it is that of the line before
+        now = float(line.get("seconds") or now)
+        seconds[line["step"]] = now
+    begin = metrics.stat().st_mtime - now  # the file was written last with its last line
     events = [_record(_double(1, begin) + _bytes(3, b"brain.Event:2"))]
     for line in lines:
         for tag, value in _numbers(line):

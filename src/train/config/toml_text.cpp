@@ -61,7 +61,9 @@ std::size_t stray_character(std::string_view text) {
 std::string toml_text(const std::string& path) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored))
-    fail({path, "there is no such configuration file", "a TOML file", "",
+    fail({path,
+          std::filesystem::exists(path, ignored) ? "this is no file" : "there is no such configuration file",
+          "a TOML file", std::filesystem::is_directory(path, ignored) ? "a folder" : "",
           "splinevox train --list-settings  (every key), or docs/scaling.md for a sweep"});
   constexpr std::uint64_t kLongest = std::uint64_t(64) << 20;  // bytes
   std::string text = read_file(path, kLongest, Named::by_user);
