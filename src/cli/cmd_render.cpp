@@ -69,7 +69,9 @@ std::vector<std::string> names_of(const RenderVerb& o, const std::vector<std::st
 bool claim_folder(const std::string& folder, const Run& run, const std::vector<std::string>& names) {
   probe_output_folder(folder);
   const bool ours = has_mark(folder, kRenderMark);
-  if (const std::string taken = ours ? "" : first_taken(names_in_folder(folder), names); !taken.empty())
+  std::vector<std::string> written = names;
+  written.emplace_back(kRenderMark.name);
+  if (const std::string taken = ours ? "" : first_taken(names_in_folder(folder), written); !taken.empty())
     fail({folder + "/" + taken, "`render` did not write this file and would replace it",
           "a folder of its own, or that of an earlier render", "",
           "another folder for --out, or remove the file: what older versions rendered has no render.json "

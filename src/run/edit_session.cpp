@@ -95,7 +95,11 @@ struct EditOperations {
   }
 
   static Json retimed(EditSession& s, const char* name, const TimeCurve& change) {
-    retime(changing(model(s), name), change);
+    MotionField& motion = changing(model(s), name);
+    retime(motion, change);
+    if (const std::size_t knots = motion.time_curve.knots.size(); knots > TimeCurve::kMost)
+      wrong_edit(name, "the time would have too many pieces",
+                 std::to_string(TimeCurve::kMost) + " knots at most", std::to_string(knots), "fewer loops");
     return Json::object();
   }
   static Json reverse(EditSession& s, const std::string&) { return retimed(s, "reverse", reversed_time()); }

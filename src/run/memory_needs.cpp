@@ -84,7 +84,7 @@ double parse_memory(const std::string& text, const std::string& option) {
   const bool plain = unit.empty() && base == 1000;
   if (error != std::errc() || !(number > 0) || !std::isfinite(number) || !(plain || place != kUnits.npos))
     fail({option, "this is no amount of memory", "a number and a unit, as 6G, 500M or 6GiB", text, ""});
-  constexpr double kLeastPlain = 1 << 20;  // of bytes; nobody means fewer
+  constexpr double kLeastPlain = 1e6;  // of bytes; nobody means fewer
   if (plain && number < kLeastPlain)
     fail({option, "this has no unit", "a number and a unit, as 6G, 500M or 6GiB", text,
           option + " " + text + "G"});

@@ -116,7 +116,8 @@ struct TimeCurve {
     double value = 0;  ///< parameter of the motion's curves, in [0, 1]
     friend bool operator==(const Knot&, const Knot&) = default;
   };
-  std::vector<Knot> knots;  ///< empty: the identity
+  std::vector<Knot> knots;  ///< empty: the identity; at most kMost in a model's file
+  static constexpr std::size_t kMost = 1 << 16;
 
   bool identity() const { return knots.empty(); }
   friend bool operator==(const TimeCurve&, const TimeCurve&) = default;

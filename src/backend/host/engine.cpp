@@ -85,12 +85,16 @@ class RayEngine final : public Engine {
     const int motion_bricks = Moving ? motion->topology->brick_count() + 1 : 0;
     if constexpr (Moving) motion_scatter_.begin(tasks, motion_bricks, int(in.times.size()));
     colours_.resize(in.colour_gradient ? in.rays.size() : 0);
+    given_.clear();
     if (in.colour_gradient) {  // a loss may look at all rays together: their colours first
       parallel_for(ray_tasks,
                    [&](int t) { march(field, model, in, batch[t], workers_[t], out, colours_.data()); });
       given_.assign(in.rays.size(), Vec3{});
       (*in.colour_gradient)(colours_, given_);
     }
+    // A ray that leaves no record would tell the background alone of what is no gradient.
+    const bool good = std::all_of(given_.begin(), given_.end(),
+                                  [](const Vec3& g) { return usable(g.x) && usable(g.y) && usable(g.z); });
     if constexpr (Moving) see_tracks(field, model, in);
     parallel_for(tasks, [&](int t) {
       const RayTask& task = t < ray_tasks ? batch[t] : own.tracks[t - ray_tasks];
@@ -116,7 +120,7 @@ class RayEngine final : public Engine {
       radiance_scatter_.fill(t, field.radiance);
       if constexpr (Moving) motion_scatter_.fill(t, field.motion);
     });
-    usable_ = std::isfinite(result.squared_error) && std::isfinite(result.motion_loss) &&
+    usable_ = good && std::isfinite(result.squared_error) && std::isfinite(result.motion_loss) &&
               std::isfinite(result.depth_loss) && std::isfinite(result.track_loss);
     parallel_for(radiance.topology->brick_count() + 1, [&](int b) {
       if (radiance_scatter_.empty(b)) return;

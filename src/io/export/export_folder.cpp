@@ -125,6 +125,13 @@ EarlierExports claim_export_folder(const std::string& folder, const ExportInfo& 
   std::set<std::string> known;
   for (const std::string& name : names) {
     const std::optional<Manifest> list = export_list(folder, name);
+    const bool stands = std::find(there_before.begin(), there_before.end(), name) != there_before.end();
+    if (!list && stands && !replace)
+      fail({.where = (fs::path(folder) / name).string(),
+            .what = "is no list of an export that this program can read, and would be overwritten",
+            .expected = "a folder of its own, or one with what earlier exports wrote",
+            .got = name,
+            .hint = "another --out, or --afresh to replace what is there"});
     if (!list) continue;
     ours = true;
     const ExportInfo there = settings_of(list->info);

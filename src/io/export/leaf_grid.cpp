@@ -7,10 +7,13 @@
 namespace splinevox {
 namespace {
 
-/// Whether 16-bit floats hold every value of a grid: in small units densities are large.
+/// Whether 16-bit floats hold a grid: every value and, of densities, a thousandth of the largest with all
+/// digits. In small units densities are large, in large ones small.
 bool fits_half(const VdbGrid& grid) {
-  return std::all_of(grid.values.begin(), grid.values.end(),
-                     [](float v) { return std::abs(v) <= kLargestHalf; });
+  constexpr float kLeastWithAllDigits = 6.1e-5f, kFaint = 1e-3f;
+  float most = 0;
+  for (const float v : grid.values) most = std::max(most, std::abs(v));
+  return most <= kLargestHalf && (grid.width > 1 || most == 0 || kFaint * most >= kLeastWithAllDigits);
 }
 
 }  // namespace

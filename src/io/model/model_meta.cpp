@@ -15,7 +15,6 @@ namespace {
 
 constexpr int kMaxWidth = widest_motion(kMaxPoints);  // floats per row
 constexpr double kMostSteps = 1 << 20;                // of a ray through the box
-constexpr std::size_t kMaxKnots = 1 << 16;            // of a time curve
 
 [[noreturn]] void bad(const NamedMeta& in, const std::string& key, std::string expected, std::string got) {
   fail({.where = in.where,
@@ -100,7 +99,7 @@ TimeCurve parse_time_curve(const NamedMeta& in) {
   const std::string text = text_of(in, "time_curve");
   const std::size_t count = std::size_t(std::count(text.begin(), text.end(), ' ')) + 1;
   const std::vector<double> v = parse_exact<double>(text, count);
-  bool ok = v.size() == count && count >= 4 && count % 2 == 0 && count <= 2 * kMaxKnots;
+  bool ok = v.size() == count && count >= 4 && count % 2 == 0 && count <= 2 * TimeCurve::kMost;
   TimeCurve curve;
   for (std::size_t i = 0; ok && i < count; i += 2) {
     ok = v[i] >= (i ? v[i - 2] : 0.0) && v[i + 1] >= 0 && v[i + 1] <= 1;
