@@ -179,6 +179,7 @@ std::string charts(const std::vector<ReportRun>& runs) {
       const double s = number(j, "seconds") - start;
       if (j.contains("held_view")) {
         held_out.points.emplace_back(s, number(j, "held_psnr"));
+        if (j.value("split", "val") == "train") held_out.name = prefix + "training view";
       } else if (j.contains("loss")) {
         batch.points.emplace_back(s, number(j, "psnr"));
         photo.points.emplace_back(s, number(j, "loss"));

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/squares.hpp"
 #include "run/camera_ways.hpp"
 #include "run/compositing.hpp"
 #include "splinevox/data/image_io.hpp"
@@ -18,7 +19,7 @@ constexpr double kNearly = 0.95;  // of the largest silhouette
 constexpr int kOrbitSize = 400;   // as the viewer's own camera has it (camera.js)
 
 Camera within(const Camera& camera, int size) {
-  return area_downscale(camera, (std::max(camera.width, camera.height) + size - 1) / size);
+  return area_downscale(camera, block_factor(camera.width, camera.height, size));
 }
 
 std::vector<FirstSight> at_moments(const Camera& camera) {

@@ -134,7 +134,7 @@ void Progress::draw(const Json& j) {
   const LineParts parts{progress,
                         fmt::format("step {:>6}", last_.step),
                         fmt::format("loss {:.2e}", j["loss"].get<double>()),
-                        fmt::format("PSNR {} held-out", held_out),
+                        fmt::format("PSNR {} {}", held_out, of_training_ ? "train view" : "held-out"),
                         fmt::format("{:.1f} rays", j["psnr"].get<double>()),
                         fmt::format("{:.0f} krays/s", j["rays_per_second"].get<double>() / 1e3),
                         left};

@@ -51,6 +51,8 @@ class Progress {
   /// Ends the line that the bar is drawn on.
   void finish();
   Talk talk() const { return talk_; }
+  /// The view that is shown is one of the training split, for there is no other.
+  void show_training_view() { of_training_ = true; }
   /// How the rest of the run is to be foretold; not called: its steps cost alike.
   void expect(Pace pace) { pace_ = std::move(pace); }
   /// Seconds that the rest of the run takes; none: too little of it is done to tell.
@@ -66,7 +68,7 @@ class Progress {
 
   Talk talk_;
   TrainEvents events_;
-  bool drawn_ = false, stop_ = false;
+  bool drawn_ = false, stop_ = false, of_training_ = false;
   Pace pace_;
   StepReport last_;
   std::int64_t steps_ = 0, rays_ = 0, samples_ = 0;  ///< since the last report

@@ -98,7 +98,8 @@ double likeness(const Source& source, const Vec3d& origin, double depth, const S
 
 SmallPicture small_picture(const Frame& frame, const Vec3& background) {
   const ReadAll all_of(frame.image);
-  const int k = std::max(1, (frame.image.width + kSmallWidth - 1) / kSmallWidth);
+  const int k = std::clamp((frame.image.width + kSmallWidth - 1) / kSmallWidth, 1,
+                           std::max(1, std::min(frame.image.width, frame.image.height)));
   SmallPicture out{frame.camera, frame.time, k, Image(frame.image.width / k, frame.image.height / k, 1)};
   Camera& c = out.camera;
   c.width = out.grey.width;

@@ -263,6 +263,7 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress, const 
   }
   greet(data, config, device, progress);
   progress.note(memory_line(bound, needs, data));
+  std::string effects;  // of a run that begins, for its file
   const std::string dataset = whole_path(o.dataset).string(), before = record_text(record);
   if (past.checkpoint) {
     cut_ground(config, data);
@@ -281,10 +282,16 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress, const 
       config = ready.config;
       // More control points than were asked for need more: a run that could not be resumed must not begin.
       if (const MemoryNeeds settled = memory_needs(config, data); settled.lattices > needs.lattices) {
-        room_for_pictures(bound, settled);
+        const double room = room_for_pictures(bound, settled);
+        if (data.pictures_in_memory > room)
+          fail({"--memory",
+                "the control points that were found need more of it than is left beside the pictures",
+                fmt::format("pictures of at most {:.2f} GB", 1e-9 * room),
+                fmt::format("{:.2f} GB", 1e-9 * data.pictures_in_memory),
+                fmt::format("--set motion.points={}, or more --memory", asked.motion.points)});
         progress.note(memory_line(bound, settled, data));
       }
-      if (writes) write_file(folder.file(kEffects), {json_text(effects_json(ready), 2) + "\n"});
+      effects = json_text(effects_json(ready), 2) + "\n";
       record = {kVersion,      SPLINEVOX_COMPILER, dataset,       data.fingerprint,
                 data.time_map, load.rules,         ready.parallax};
     } catch (const StoppedEarly&) {
@@ -306,6 +313,8 @@ TrainedRun train(const TrainOptions& o, Ranks* ranks, Progress& progress, const 
   TrainSession session(
       {config, data, folder, used, past.checkpoint, ranks, device, std::move(steps), watcher, lengthen},
       progress);
+  if (!past.checkpoint) check_time_left(config.run, session.seconds(), "loading and preparing");
+  if (writes && !effects.empty()) write_file(folder.file(kEffects), {effects});
   if (writes)  // also where a run of an older version goes on, which has none
     write_file(folder.file(kTrainingPictures), {training_pictures_text(*data.find("train"))});
   if (writes && (!past.checkpoint || past.longer)) {  // whoever cannot begin leaves nothing behind

@@ -19,8 +19,14 @@ namespace {
 EffectSet apply_effects(Config& c, const std::string& text) {
   if (text == "auto") return {};
   const bool all = text == "all";
+  if (!all && text != "none" && split_list(text).empty())
+    fail({"--effects", "no effect is listed",
+          fmt::format("auto, all, none, or a list of {}", fmt::join(effect_names(), ", ")), "'" + text + "'",
+          ""});
   EffectSet asked;
-  for (const std::string& name : all ? effect_names() : split_list(text)) {
+  for (const std::string& name : all              ? effect_names()
+                                 : text == "none" ? std::vector<std::string>()
+                                                  : split_list(text)) {
     const std::optional<Effect> effect = effect_named(name);
     if (!effect)
       fail({"--effects", fmt::format("there is no effect '{}'", name),
@@ -67,6 +73,7 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
             "leave --preset out, or another folder for --out"});
     c = *resumed;
   }
+  const double usual_time = c.run.max_time;
   if (!o.config_file.empty()) {
     read_config(c, o.config_file);
     if (o.preset && c.preset != *o.preset)
@@ -81,7 +88,8 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   };
   set("--max-time", "run.max_time", o.max_time);
   set("--max-steps", "run.max_steps", o.max_steps);
-  if (o.max_steps && !o.max_time) c.run.max_time = 0;
+  // Steps alone are no race against a clock that nobody asked for.
+  if (o.max_steps && !o.max_time && c.run.max_time == usual_time) c.run.max_time = 0;
   set("--seed", "run.seed", o.seed);
   set("--downscale", "run.downscale", o.downscale);
   if (o.background) {

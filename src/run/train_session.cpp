@@ -100,7 +100,10 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
   progress_.expect(Pace(trainer_.settings()));
   const Split* split = setup_.data.find("val");
   no_held_out_ = !split || split->frames.empty();
-  if (no_held_out_) split = setup_.data.find("train");
+  if (no_held_out_) {
+    split = setup_.data.find("train");
+    progress_.show_training_view();
+  }
   held_out_ = split->frames[split->frames.size() / 2];
 }
 
@@ -219,7 +222,7 @@ bool TrainSession::held_out_view_due(double seconds) const {
   const double expected = held_out_cost_ > 0
                               ? held_out_cost_
                               : 1e-6 * double(held_out_->image.width) * held_out_->image.height * 2;
-  return held_out_spent_ + expected < kHeldOutShare * seconds && last_.progress > 0.02 &&
+  return held_out_spent_ + expected < kHeldOutShare * (seconds - begun_at_) && last_.progress > 0.02 &&
          last_.progress < 0.98;
 }
 
@@ -275,7 +278,8 @@ void TrainSession::resume() {
   if (!saved.note.empty()) progress_.note("note: " + saved.note);
   trainer_.restore(saved.bytes);
   last_.step = std::int64_t(saved.header.step);
-  last_.seconds = trainer_.seconds();
+  begun_at_ = last_.seconds = trainer_.seconds();
+  rays_before_ = trainer_.phases().rays;
   if (!writes()) return;
   std::error_code ignored;
   fs::remove(setup_.folder.file(kManifestName), ignored);  // it lists files as they will soon not be
@@ -351,7 +355,7 @@ void TrainSession::save_manifest(const FileDigest& model) {
 
 Json TrainSession::figures() const {
   const PhaseSeconds p = trainer_.phases();
-  const double in_ray_loop = p.rays, all = std::max(stepping_, 1e-9);
+  const double in_ray_loop = p.rays - rays_before_, all = std::max(stepping_, 1e-9);
   Json j{{"steps", last_.step}, {"train_seconds", last_.seconds}, {"finished", !interrupted_}};
   const int most = setup_.config.run.max_steps;
   j["ended"] = stopped_by_watcher_              ? "page"

@@ -45,6 +45,8 @@ class TrainSession {
   Json run();
   /// Whether a signal made `run` end.
   bool interrupted() const { return interrupted_; }
+  /// Seconds of the budget that are gone.
+  double seconds() const { return last_.seconds; }
 
  private:
   double clock() const;
@@ -81,7 +83,8 @@ class TrainSession {
   std::optional<HeldCamera> held_camera_;
   double held_out_psnr_ = std::numeric_limits<double>::quiet_NaN();
   double held_out_cost_ = 0, held_out_spent_ = 0, held_out_step_ = -1;
-  double stepped_at_ = 0;  ///< when the last step ended
+  double begun_at_ = 0, rays_before_ = 0;  ///< seconds of training and in its ray loop, of earlier sessions
+  double stepped_at_ = 0;                  ///< when the last step ended
   double checkpoint_at_ = 0, checkpoint_cost_ = 0, saving_ = 0;
   std::future<FileDigest> writing_;  ///< a checkpoint on its way to the disk
   std::int64_t written_step_ = -1;   ///< of the last checkpoint that was begun

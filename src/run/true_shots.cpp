@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/squares.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
 
@@ -19,7 +20,7 @@ bool is_clear(const Image& rgba) {
 }  // namespace
 
 TrueShot true_shot(const Frame& f, const std::optional<Vec3>& background, int size) {
-  const int longest = std::max(f.image.width, f.image.height), factor = (longest + size - 1) / size;
+  const int factor = block_factor(f.image.width, f.image.height, size);
   const Picture small = area_downscale(f.image, factor);
   const Image rgba = small.as_floats();
   const bool clear = !background && is_clear(rgba);

@@ -190,7 +190,13 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
   if (out.config.motion.presence && stats.thin())
     out.config.optimiser.lr_density = std::min(out.config.optimiser.lr_density, kThinRate);
   if (out.config.motion.enabled && freezes(out.config)) know_film(out, data, options);
-  out.used = learnable_in(effects_of(out.config), !data.has_alpha, taken_by(train));
+  const EffectSet wanted = effects_of(out.config);
+  out.used = learnable_in(wanted, !data.has_alpha, taken_by(train));
+  std::string lost;
+  for (const Effect e : kAllEffects)
+    if (options.effects == EffectPolicy::measure && wanted.has(e) && !out.used.has(e))
+      lost += (lost.empty() ? "" : ", ") + std::string(to_string(e));
+  if (!lost.empty()) note("asked for, and nothing that these pictures can teach: " + lost);
   return out;
 }
 

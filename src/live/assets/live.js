@@ -184,7 +184,9 @@ class Live {
     $("pause").textContent = state.paused ? "Go on" : "Pause";
     $("pause").setAttribute("aria-pressed", state.paused);
     const {psnr, loss, rays_per_second} = this.last, figures = [];
-    if (this.held !== null) figures.push([this.held.toFixed(1) + " dB", "held-out"]);
+    if (this.held !== null) {
+      figures.push([this.held.toFixed(1) + " dB", this.about.of_training ? "train view" : "held-out"]);
+    }
     if (psnr !== undefined)
       figures.push([psnr.toFixed(1) + " dB", "rays"], [loss.toExponential(1), "loss"],
         [Math.round(rays_per_second / 1000) + " k/s", "rays a second"]);

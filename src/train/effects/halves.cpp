@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "core/parallel.hpp"
+#include "core/squares.hpp"
 #include "splinevox/data/image_io.hpp"
 #include "train/by_time.hpp"
 #include "train/learn_cameras.hpp"
@@ -96,8 +97,7 @@ Split taken(const Split& train, std::vector<int>& frames, const Stretch& stretch
   parallel_for(int(frames.size()), [&](int i) {
     const Frame& f = train.frames[frames[i]];
     const ReadAll all_of(f.image);
-    const int factor =
-        std::max(1, (std::max(f.camera.width, f.camera.height) + kPictureSize - 1) / kPictureSize);
+    const int factor = block_factor(f.camera.width, f.camera.height, kPictureSize);
     out.frames[i] = {f.name, area_downscale(f.camera, factor), (f.time - stretch.start) / stretch.length,
                      area_downscale(f.image, factor), f.camera_id};
     out.frames[i].ignored = area_downscale(f.ignored, factor);
