@@ -264,10 +264,11 @@ void add_train_options(CLI::App& verb, TrainVerb& o) {
   verb.add_option("--config", o.config_file, "TOML file over the preset");
   verb.add_option("--set", o.sets, "one number over both, group.key=value; may be repeated")
       ->allow_extra_args(false);
-  verb.add_option("--effects", o.effects,
-                  fmt::format("auto (those the scene calls for, tried out first), all (each in full: view "
-                              "dependence of order {}), or a list of {}",
-                              kMaxShOrder, fmt::join(effect_names(), ", ")))
+  verb.add_option(
+          "--effects", o.effects,
+          fmt::format("auto (those the scene calls for, tried out first), none, all (each in full: view "
+                      "dependence of order {}), or a list of {}",
+                      kMaxShOrder, fmt::join(effect_names(), ", ")))
       ->capture_default_str();
   verb.add_flag("--list-settings", o.list_settings, "print every setting of the preset as TOML and stop");
   add_rules(verb, o.rules);
