@@ -51,8 +51,8 @@ class Progress {
   /// Ends the line that the bar is drawn on.
   void finish();
   Talk talk() const { return talk_; }
-  /// The view that is shown is one of the training split, for there is no other.
-  void show_training_view() { of_training_ = true; }
+  /// Whether the view that is shown is one of the training split, for there is no other.
+  void show_training_view(bool of_training) { of_training_ = of_training; }
   /// How the rest of the run is to be foretold; not called: its steps cost alike.
   void expect(Pace pace) { pace_ = std::move(pace); }
   /// Seconds that the rest of the run takes; none: too little of it is done to tell.

@@ -100,10 +100,8 @@ TrainSession::TrainSession(Setup setup, Progress& progress)
   progress_.expect(Pace(trainer_.settings()));
   const Split* split = setup_.data.find("val");
   no_held_out_ = !split || split->frames.empty();
-  if (no_held_out_) {
-    split = setup_.data.find("train");
-    progress_.show_training_view();
-  }
+  if (no_held_out_) split = setup_.data.find("train");
+  progress_.show_training_view(no_held_out_);
   held_out_ = split->frames[split->frames.size() / 2];
 }
 
@@ -219,9 +217,8 @@ void TrainSession::report(const Json& line) {
 /// Rarely: what the pictures have cost so far, and the next one, stay a small share of the time spent.
 bool TrainSession::held_out_view_due(double seconds) const {
   if (last_.stage_changed) return false;  // the step that just refined was slow already
-  const double expected = held_out_cost_ > 0
-                              ? held_out_cost_
-                              : 1e-6 * double(held_out_->image.width) * held_out_->image.height * 2;
+  constexpr double kGuess = 2e-6;         // seconds a pixel
+  const double expected = held_out_cost_ > 0 ? held_out_cost_ : kGuess * double(held_out_->image.pixels());
   return held_out_spent_ + expected < kHeldOutShare * (seconds - begun_at_) && last_.progress > 0.02 &&
          last_.progress < 0.98;
 }

@@ -13,7 +13,8 @@ bool fits_half(const VdbGrid& grid) {
   constexpr float kLeastWithAllDigits = 6.1e-5f, kFaint = 1e-3f;
   float most = 0;
   for (const float v : grid.values) most = std::max(most, std::abs(v));
-  return most <= kLargestHalf && (grid.width > 1 || most == 0 || kFaint * most >= kLeastWithAllDigits);
+  const bool density = grid.name == "density";
+  return most <= kLargestHalf && (!density || most == 0 || kFaint * most >= kLeastWithAllDigits);
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ def write_events(run, folder):
     lines = list(_lines(metrics))
     if not lines:
         raise ValueError(f"{metrics}: there is no step in it; has the run begun?")
-    now, seconds = 0.0, {}
+    now, seconds, last = 0.0, {}, lines[-1]["step"]
     for line in lines:  # a discarded step says no time: it is that of the line before
         now = float(line.get("seconds") or now)
         seconds[line["step"]] = now
