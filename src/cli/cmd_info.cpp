@@ -100,9 +100,10 @@ int info(const std::string& path, const DatasetRules& rules, bool pixels, bool j
   Json j;
   if (!fs::is_directory(path, ignored) && data::kind_of(path) == data::FileKind::film)
     fail({path, "a film has no cameras: " + data::how_to_capture(path), "", "", ""});
-  if (!fs::is_directory(path, ignored) && fs::path(path).extension() == ".json")
+  if (const fs::path file(path);
+      file.filename().string().starts_with("transforms") && file.extension() == ".json")
     fail({path, "this is one file of a data set", "the folder that holds it", "",
-          "splinevox info " + fs::path(path).parent_path().string()});
+          "splinevox info " + (file.has_parent_path() ? file.parent_path().string() : ".")});
   if (!fs::is_directory(path, ignored)) {
     j = vdb_json(path);
     print = print_vdb;

@@ -225,6 +225,8 @@ void convert_dataset(const std::string& path, const std::string& target, const C
     files.push_back(std::move(file));
     total += int(raw.frames.size());
   }
+  if (open.mask_use.of_alpha)
+    notes.emplace_back("alpha becomes masks: the new folder is read with --masks ignore");
   if (on_note)
     for (const std::string& note : notes) on_note(note);
   const auto count = [&] {

@@ -43,32 +43,37 @@ std::string file_name_of(const RawFrame& frame) {
   return folder == "." ? "" : folder.filename().string();
 }
 
-/// Whether the data's names can be those of the cameras: one is not in two places at one time, and some took
-/// several moments. COLMAP's numbers are of lenses, which cameras share, or of single pictures.
-bool are_cameras(const std::vector<RawSplit>& splits) {
+/// What the data's names of cameras can be taken for.
+struct Names {
+  bool last = false;  ///< every frame has one, and some took several moments
+  bool told = false;  ///< and few are in two places at one time
+};
+/// COLMAP's numbers are of lenses, which cameras share, or of single pictures.
+Names names_in(const std::vector<RawSplit>& splits) {
   std::map<std::pair<std::string, double>, Stand> places;
+  std::set<std::pair<std::string, double>> twice;
   std::map<std::string, std::set<double>> moments;
-  bool lasting = false;
+  Names out;
   for (const RawSplit& split : splits)
     for (const RawFrame& f : split.frames) {
-      if (f.camera.empty()) return false;
+      if (f.camera.empty()) return {};
       const Stand stand = stand_of(f);
-      if (places.try_emplace({f.camera, f.time}, stand).first->second != stand) return false;
+      if (places.try_emplace({f.camera, f.time}, stand).first->second != stand)
+        twice.insert({f.camera, f.time});
       std::set<double>& of_camera = moments[f.camera];
       of_camera.insert(f.time);
-      lasting |= of_camera.size() > 1;
+      out.last |= of_camera.size() > 1;
     }
-  return lasting;
+  out.told = out.last && 2 * twice.size() <= places.size();
+  return out;
 }
 
-}  // namespace
-
-std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
+/// The cameras by their names or, without, by their poses. None: no rig.
+std::vector<RigCamera> cameras_by(bool named, std::vector<RawSplit>& splits) {
   const auto each = [&](const auto& act) {
     for (RawSplit& split : splits)
       for (RawFrame& frame : split.frames) act(frame);
   };
-  const bool named = are_cameras(splits);
   std::vector<RigCamera> cameras;
   std::vector<std::set<double>> moments;
   std::vector<Stand> stands;
@@ -115,6 +120,15 @@ std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
     const bool own = files[c].size() == 1 && owners[file] == 1 && !file.empty();
     cameras[c].name = own ? file : "camera " + std::to_string(c);
   }
+  return cameras;
+}
+
+}  // namespace
+
+std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
+  const Names names = names_in(splits);
+  std::vector<RigCamera> cameras = cameras_by(names.told, splits);
+  if (cameras.empty() && names.last && !names.told) cameras = cameras_by(true, splits);
   return cameras;
 }
 

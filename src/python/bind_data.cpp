@@ -81,7 +81,7 @@ std::string describe_dataset(const Dataset& d) {
 }
 
 template <double (*Metric)(const Image&, const Image&)>
-double metric(const py::array& a, const py::array& b) {
+double metric(const py::object& a, const py::object& b) {
   const Image x = image_of(a, "a"), y = image_of(b, "b");
   double value = 0;
   released([&] { value = Metric(x, y); });
@@ -248,7 +248,7 @@ void bind_data(py::module_& m) {
 
   m.def(
       "write_png",
-      [](const std::string& path, const py::array& image) { write_png(path, image_of(image, "image")); },
+      [](const std::string& path, const py::object& image) { write_png(path, image_of(image, "image")); },
       "1, 3 or 4 channels, floats clamped to [0, 1], or uint8 or uint16; 8 bit.", py::arg("path"),
       py::arg("image"));
   m.def("psnr", &metric<psnr>, "dB, of pictures: floats within [0, 1], uint8 or uint16.", py::arg("a"),

@@ -24,7 +24,9 @@ py::array_t<float> array_of(Image&& picture) {
   return py::array_t<float>(shape, kept->data.data(), owner);
 }
 
-Image image_of(const py::array& array, const char* argument) {
+Image image_of(const py::object& object, const char* argument) {
+  const py::array array = py::array::ensure(object);
+  if (!array) fail({argument, "this is not a picture", "an array", py::str(py::type::of(object)), ""});
   if (array.ndim() != 2 && array.ndim() != 3)
     fail({argument, "this is not a picture", "an array of shape (height, width) or (height, width, channels)",
           shape_text(array), ""});

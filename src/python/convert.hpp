@@ -32,9 +32,9 @@ using ModelPtr = std::shared_ptr<VoxelModel>;
 /// A picture as (height, width, channels), or (height, width) for one channel; takes its memory, copies
 /// nothing.
 py::array_t<float> array_of(Image&& picture);
-/// A copy, of (height, width) or (height, width, channels): floats as they are, uint8 and uint16 as shares of
-/// their largest value. Throws Error (input) naming `argument`.
-Image image_of(const py::array& array, const char* argument);
+/// A copy of anything that numpy takes as (height, width) or (height, width, channels): floats as they are,
+/// uint8 and uint16 as shares of their largest value. Throws Error (input) naming `argument`.
+Image image_of(const py::object& picture, const char* argument);
 /// (n, 3) as points. Throws Error (input).
 std::vector<Vec3> points_of(const Floats& array);
 /// (4, 4) camera to world, row-major.

@@ -87,7 +87,7 @@ double parse_memory(const std::string& text, const std::string& option) {
   constexpr double kLeastPlain = 1e6;  // of bytes; nobody means fewer
   if (plain && number < kLeastPlain)
     fail({option, "this has no unit", "a number and a unit, as 6G, 500M or 6GiB", text,
-          option + " " + text + "G"});
+          option + " " + text + (number < 1024 ? "G" : "M")});
   return plain ? number : number * std::pow(base, double(place + 1));
 }
 

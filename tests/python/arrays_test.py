@@ -105,6 +105,7 @@ def test_integer_pictures_are_shares_of_their_largest_value():
     a, b = (rng.integers(0, 256, (16, 16, 3)).astype(np.uint8) for _ in range(2))
     right = sv.psnr(a / 255.0, b / 255.0)
     assert sv.psnr(a, b) == pytest.approx(right, abs=1e-4)
+    assert sv.psnr((a / 255.0).tolist(), b) == pytest.approx(right, abs=1e-4)
     assert sv.psnr(a.astype(np.uint16) * 257, b) == pytest.approx(right, abs=1e-4)
     with pytest.raises(sv.InputError, match="no values of a picture"):
         sv.psnr(a.astype(np.int64), b)

@@ -132,7 +132,7 @@ MaskUse parse_masks(const std::string& text) {
 }
 
 std::optional<MaskSearch> masks_of_alpha(RawScene& scene, MaskUse& use) {
-  if (!scene.alpha_ignores || use.what != MaskUse::What::unsaid) return {};
+  if (!scene.alpha_ignores || !(use.what == MaskUse::What::unsaid || use.text == "ignore")) return {};
   const RawFrame& first = scene.splits.at(0).frames.at(0);
   if (!read_picture_header(first.found, printable(first.file_path)).alpha) return {};
   MaskSearch search;

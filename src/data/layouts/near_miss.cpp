@@ -69,8 +69,7 @@ constexpr Unread kUnread[] = {
     {"fisheye_crop_radius", "what lies outside its circle is trained: mask it (--masks ignore)"},
     {"rolling_shutter", "rows are taken to be of one moment"},
     {"white_transparent", "white is taken as white: make it alpha"},
-    {"depth_path", "call it 'depth_file_path', and its unit 'depth_unit_scale_factor'"},
-    {"n_frames", "all frames are read: take the others out of 'frames'"}};
+    {"depth_path", "call it 'depth_file_path', and its unit 'depth_unit_scale_factor'"}};
 
 /// Without what people write in different ways: case, underscores and hyphens.
 std::string folded_name(std::string_view text) {
@@ -166,7 +165,7 @@ std::string bare_hint(const fs::path& folder, const std::vector<std::string>& fo
 std::string hint_for(const fs::path& folder, const std::vector<std::string>& files,
                      const std::vector<std::string>& folders) {
   for (const std::string& name : files)
-    if (const std::string meant = meant_file(name); !meant.empty())
+    if (const std::string meant = meant_file(name); !meant.empty() && meant != name)
       return in_quotes(name) + " looks like " + meant + ": rename it";
   for (const std::string& name : folders)
     if (looks_known(folder / name)) return "give the folder in it: " + printable((folder / name).string());

@@ -9,7 +9,6 @@
 #include "data/layouts/rig_footage.hpp"
 #include "data/message_text.hpp"
 #include "data/times/digits.hpp"
-#include "data/times/name_table.hpp"
 
 namespace splinevox::data {
 namespace {
@@ -57,19 +56,26 @@ void keep_form(const RawScene& scene, std::vector<Footage>& footage) {
 }
 
 /// Leaves out a photograph's own film (IMG_0042.MOV beside IMG_0042.JPG), which telephones take with it while
-/// they are held in the hand.
-void drop_live_photographs(const RawScene& scene, std::vector<Footage>& footage) {
+/// they are held in the hand. @return one of them; empty: there is none
+std::string drop_live_photographs(const RawScene& scene, std::vector<Footage>& footage) {
+  const auto of_telephone = [](const NameNumber& n) {
+    return n.before == "img" || n.before == "pxl" || n.before == "mvimg";
+  };
   std::set<std::string> own;
   for (const RawSplit& split : scene.splits)
     for (const RawFrame& frame : split.frames) {
-      const std::string path(bare_name(frame.file_path));
-      const std::vector<NameNumber> numbers = take_apart(path, false).stem;
-      if (std::any_of(numbers.begin(), numbers.end(), names_photograph)) own.insert(path);
+      const std::vector<NameNumber> numbers = take_apart(frame.file_path, false).stem;
+      if (std::any_of(numbers.begin(), numbers.end(), of_telephone))
+        own.insert(std::string(bare_name(frame.file_path)));
     }
+  std::string first;
   std::erase_if(footage, [&](const Footage& f) {
-    return !f.film.empty() &&
-           own.contains(std::string(bare_name(fs::path(f.film).replace_extension().generic_string())));
+    const std::string name = fs::path(f.film).replace_extension().generic_string();
+    const bool live = !f.film.empty() && own.contains(std::string(bare_name(name)));
+    if (live && first.empty()) first = f.film;
+    return live;
   });
+  return first;
 }
 
 bool is_one_moment(const RawScene& scene) {
@@ -89,7 +95,11 @@ bool take_still_model(const fs::path& folder, RawScene& scene) {
     constexpr std::size_t kLeast = 2;
     std::vector<Footage> footage = find_footage(folder, names, kLeast);
     keep_form(scene, footage);
-    drop_live_photographs(scene, footage);
+    if (const std::string film = drop_live_photographs(scene, footage); !film.empty())
+      scene.notes.push_back(fmt::format(
+          "films beside photographs of their names, such as {}, are taken for theirs and are not read; "
+          "those of cameras that stand still belong into a folder of their own",
+          in_quotes(film)));
     std::erase_if(footage, [](const Footage& f) { return f.film.empty() && f.pictures.size() < kLeast; });
     const auto named = std::find_if(footage.begin(), footage.end(), [&](const Footage& f) {
       return std::binary_search(names.begin(), names.end(), f.camera);

@@ -16,9 +16,10 @@ namespace {
 /// Whether 'camera_model' (nerfstudio) or 'is_fisheye' (instant-ngp) says fisheye; nothing if neither is
 /// there.
 std::optional<bool> read_fisheye(const json& object, const std::string& where) {
-  for (const char* other : {"latlong", "equirectangular", "ftheta_p0"})
+  for (const char* other : {"latlong", "equirectangular", "ftheta_p0", "ftheta_p1"})
     if (const auto field = object.find(other);
-        field != object.end() && (field->is_boolean() ? field->get<bool>() : field->is_number()))
+        field != object.end() &&
+        (field->is_boolean() ? field->get<bool>() : field->is_number() && *field != 0))
       fail({where, std::string("'") + other + "' is of a camera that is not supported",
             "a pinhole or fisheye lens", shown(*field), "cut the pictures into pinhole views first"});
   if (const auto flag = object.find("is_fisheye");

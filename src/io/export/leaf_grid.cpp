@@ -7,10 +7,10 @@
 namespace splinevox {
 namespace {
 
-/// Whether 16-bit floats hold a grid: every value and, of densities, a thousandth of the largest with all
+/// Whether 16-bit floats hold a grid: every value and, of densities, a hundredth of the largest with all
 /// digits. In small units densities are large, in large ones small.
 bool fits_half(const VdbGrid& grid) {
-  constexpr float kLeastWithAllDigits = 6.1e-5f, kFaint = 1e-3f;
+  constexpr float kLeastWithAllDigits = 6.1e-5f, kFaint = 1e-2f;
   float most = 0;
   for (const float v : grid.values) most = std::max(most, std::abs(v));
   const bool density = grid.name == "density";

@@ -82,12 +82,12 @@ std::vector<CaptureCamera> cameras_of_film_folders(const fs::path& folder) {
 /// A folder that capture itself made is another matter (plan_capture).
 void refuse_posed(const fs::path& folder) {
   if (std::error_code ignored; fs::exists(folder / "capture.json", ignored)) return;
-  for (const char* file : {"transforms.json", "transforms_train.json", "poses_bounds.npy", "dataset.json"})
+  for (const char* file : {"transforms.json", "transforms_train.json", "poses_bounds.npy"})
     if (std::error_code ignored; fs::exists(folder / file, ignored))
       fail({printable(folder.string()), "this data set has cameras", "films or bare pictures",
             in_quotes(file),
             "splinevox train " + printable(folder.string()) +
-                "; to find cameras anew, give the folder of the pictures"});
+                "; to find cameras anew, give the films, or the folder of the pictures"});
 }
 
 std::vector<CaptureCamera> cameras_in(const fs::path& folder) {
