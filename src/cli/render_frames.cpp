@@ -20,9 +20,10 @@ void add_numbered(RenderFrames& out, const FrameRange& range, int from, int to,
   // Where file and motion go on, vectors at the ends lead to the next frame: a part has those of the whole.
   from -= given.begin()->first < from && range.time_at(from - 1) < range.time_at(from);
   to += given.rbegin()->first > to && range.time_at(to + 1) > range.time_at(to);
-  // Beyond the file nobody knows the cameras: there vectors go on as they came.
-  from = std::max(from, std::min(range.first, given.begin()->first));
-  to = std::min(to, std::max(range.last, given.rbegin()->first));
+  if (given.size() > 1) {  // beyond the file nobody knows the cameras: there vectors go on as they came
+    from = std::max(from, std::min(range.first, given.begin()->first));
+    to = std::min(to, std::max(range.last, given.rbegin()->first));
+  }
   int missing = 0;
   for (int f = from; f <= to; ++f) {
     auto camera = given.upper_bound(f);

@@ -73,7 +73,6 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
             "leave --preset out, or another folder for --out"});
     c = *resumed;
   }
-  const double usual_time = c.run.max_time;
   if (!o.config_file.empty()) {
     read_config(c, o.config_file);
     if (o.preset && c.preset != *o.preset)
@@ -89,7 +88,7 @@ Config effective_config(const TrainOptions& o, const Config* resumed) {
   set("--max-time", "run.max_time", o.max_time);
   set("--max-steps", "run.max_steps", o.max_steps);
   // Steps alone are no race against a clock that nobody asked for.
-  if (o.max_steps && !o.max_time && c.run.max_time == usual_time) c.run.max_time = 0;
+  if (o.max_steps && !o.max_time && c.run.max_time == preset(c.preset).run.max_time) c.run.max_time = 0;
   set("--seed", "run.seed", o.seed);
   set("--downscale", "run.downscale", o.downscale);
   if (o.background) {

@@ -126,7 +126,8 @@ EarlierExports claim_export_folder(const std::string& folder, const ExportInfo& 
   for (const std::string& name : names) {
     const std::optional<Manifest> list = export_list(folder, name);
     const bool stands = std::find(there_before.begin(), there_before.end(), name) != there_before.end();
-    if (!list && stands && !replace)
+    std::error_code unread;  // another share may have removed it meanwhile
+    if (!list && stands && !replace && fs::exists(fs::path(folder) / name, unread))
       fail({.where = (fs::path(folder) / name).string(),
             .what = "is no list of an export that this program can read, and would be overwritten",
             .expected = "a folder of its own, or one with what earlier exports wrote",
