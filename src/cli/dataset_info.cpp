@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 
+#include "data/message_text.hpp"
 #include "math/camera.hpp"
 #include "splinevox/data/scene.hpp"
 
@@ -152,8 +153,8 @@ void print_dataset(const Json& j) {
   const Json& map = j["time_map"];
   if (map["scale"].get<double>() != 0 &&
       (map["scale"].get<double>() != 1 || map["origin"].get<double>() != 0))
-    fmt::print("  times  {:.15g} to {:.15g} in the data\n", map["origin"].get<double>(),
-               map["origin"].get<double>() + 1 / map["scale"].get<double>());
+    fmt::print("  times  {} to {} in the data\n", data::time_text(map["origin"].get<double>()),
+               data::time_text(map["origin"].get<double>() + 1 / map["scale"].get<double>()));
   const Json &c = j["cameras"], &lens = c["lens"];
   fmt::print(
       "  lens   focal length {:.6g} x {:.6g} pixels ({:.0f} x {:.0f} degrees), centre {:.6g}, {:.6g}{}\n",

@@ -158,8 +158,7 @@ void ExportReport::explain(const ExportResult& result, const std::string& folder
   if (wide_)
     teller_.note(
         "some grids hold values beyond 65504, the largest of 16-bit floats, or densities too small for them, "
-        "and "
-        "are of 32 bits: in another unit of length (convert --scale) they would be half as large");
+        "and are of 32 bits: in another unit of length (convert --scale) they would be half as large");
   if (short_ > 0)
     teller_.note(fmt::format(
         "motion blur of the fastest matter would need velocities {:.0f} voxels further out than they are "

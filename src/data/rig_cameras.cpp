@@ -128,7 +128,7 @@ std::vector<RigCamera> cameras_by(bool named, std::vector<RawSplit>& splits) {
 std::vector<RigCamera> settle_cameras(std::vector<RawSplit>& splits) {
   const Names names = names_in(splits);
   std::vector<RigCamera> cameras = cameras_by(names.told, splits);
-  if (cameras.empty() && names.last && !names.told) cameras = cameras_by(true, splits);
+  if (cameras.empty() && names.last) cameras = cameras_by(true, splits);
   return cameras;
 }
 

@@ -77,8 +77,7 @@ Picture picture_of(const py::handle& item, const std::string& where) {
   const auto bytes = a.dtype().itemsize();
   if (kind == 'u' && bytes <= 2) return whole_picture(a, int(bytes));
   if (kind == 'f') return real_picture(a, where);
-  fail({where, "these are no values of a picture", "uint8, uint16, or floats with 1 = 1", py::str(a.dtype()),
-        ""});
+  fail_values(where, a);
 }
 
 Matrix pose_of(const Doubles& poses, std::size_t i) {

@@ -24,6 +24,11 @@ py::array_t<float> array_of(Image&& picture) {
   return py::array_t<float>(shape, kept->data.data(), owner);
 }
 
+void fail_values(const std::string& where, const py::array& array) {
+  fail({where, "these are no values of a picture", "uint8, uint16, or floats with 1 = 1",
+        py::str(array.dtype()), ""});
+}
+
 Image image_of(const py::object& object, const char* argument) {
   const py::array array = py::array::ensure(object);
   if (!array) fail({argument, "this is not a picture", "an array", py::str(py::type::of(object)), ""});
@@ -33,9 +38,7 @@ Image image_of(const py::object& object, const char* argument) {
   Image picture(int(array.shape(1)), int(array.shape(0)), array.ndim() == 3 ? int(array.shape(2)) : 1);
   const char kind = array.dtype().kind();
   const auto bytes = array.dtype().itemsize();
-  if (kind != 'f' && kind != 'b' && !(kind == 'u' && bytes <= 2))
-    fail({argument, "these are no values of a picture", "uint8, uint16, or floats with 1 = 1",
-          py::str(array.dtype()), ""});
+  if (kind != 'f' && kind != 'b' && !(kind == 'u' && bytes <= 2)) fail_values(argument, array);
   const float one = kind != 'u' ? 1.0f : bytes == 1 ? 255.0f : 65535.0f;
   const Floats values(array);
   std::transform(values.data(), values.data() + picture.data.size(), picture.data.begin(),

@@ -32,6 +32,8 @@ using ModelPtr = std::shared_ptr<VoxelModel>;
 /// A picture as (height, width, channels), or (height, width) for one channel; takes its memory, copies
 /// nothing.
 py::array_t<float> array_of(Image&& picture);
+/// Throws the Error (input) of an array that is not uint8, uint16 or of floats.
+[[noreturn]] void fail_values(const std::string& where, const py::array& array);
 /// A copy of anything that numpy takes as (height, width) or (height, width, channels): floats as they are,
 /// uint8 and uint16 as shares of their largest value. Throws Error (input) naming `argument`.
 Image image_of(const py::object& picture, const char* argument);

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "core/own_folder.hpp"
+#include "run/run_folder.hpp"
 #include "splinevox/core/error.hpp"
 
 namespace splinevox::run {
@@ -42,7 +43,7 @@ bool is_leftover(std::string_view name) {
   std::string_view probe = name;
   if (const long process = take_number(probe); process > 0 && probe == ".probe.") return !is_alive(process);
   if (!take_end(name, ".tmp")) return false;
-  if (name == "checkpoint.bin.prev") return true;
+  if (name == std::string(kCheckpoint) + ".prev") return true;
   if (take_number(name) < 0 || !take_end(name, "-")) return false;
   const long process = take_number(name);
   return process > 0 && name.size() > 1 && name.ends_with(".") && !is_alive(process);

@@ -19,14 +19,15 @@ namespace {
 EffectSet apply_effects(Config& c, const std::string& text) {
   if (text == "auto") return {};
   const bool all = text == "all";
-  if (!all && text != "none" && split_list(text).empty())
+  const std::vector<std::string> words = all              ? effect_names()
+                                         : text == "none" ? std::vector<std::string>()
+                                                          : split_list(text);
+  if (words.empty() && text != "none")
     fail({"--effects", "no effect is listed",
           fmt::format("auto, all, none, or a list of {}", fmt::join(effect_names(), ", ")), "'" + text + "'",
           ""});
   EffectSet asked;
-  for (const std::string& name : all              ? effect_names()
-                                 : text == "none" ? std::vector<std::string>()
-                                                  : split_list(text)) {
+  for (const std::string& name : words) {
     const std::optional<Effect> effect = effect_named(name);
     if (!effect)
       fail({"--effects", fmt::format("there is no effect '{}'", name),

@@ -192,11 +192,11 @@ Prepared prepare(const Config& config, Dataset& data, const PrepareOptions& opti
   if (out.config.motion.enabled && freezes(out.config)) know_film(out, data, options);
   const EffectSet wanted = effects_of(out.config);
   out.used = learnable_in(wanted, !data.has_alpha, taken_by(train));
-  std::string lost;
+  EffectSet lost;
   for (const Effect e : kAllEffects)
-    if (options.effects == EffectPolicy::measure && wanted.has(e) && !out.used.has(e))
-      lost += (lost.empty() ? "" : ", ") + std::string(to_string(e));
-  if (!lost.empty()) note("asked for, and nothing that these pictures can teach: " + lost);
+    if (wanted.has(e) && !out.used.has(e)) lost = lost.with(e);
+  if (options.effects == EffectPolicy::measure && lost != EffectSet())
+    note("asked for, and nothing that these pictures can teach: " + to_string(lost));
   return out;
 }
 

@@ -144,8 +144,7 @@ Ladder& Trials::elsewhere() {
 
 bool Trials::drifts() {
   const bool film = by_ == TakenBy::film;
-  if (!film) {  // with one gain a camera a fit would only tell exposures: pictures of many are too few of
-                // each
+  if (!film) {  // with one gain a camera a fit would tell exposures alone
     CamerasConfig gains;
     gains.exposure = gains.clock = false;
     const CameraFits learned = cameras_to_learn(gains, halves_.fitted);
