@@ -84,7 +84,7 @@ struct MotionConfig {
   float initial_rigidity = 0;        ///< raw: r begins at sigmoid(initial_rigidity)
   std::vector<float> halve_start;    ///< bspline: progress at which every span is halved, K -> 2K - 3, the
                                      ///< curves staying the same
-  float rest = 0.5f;                 ///< static regions freeze if at most this share of what is visible moves
+  float rest = 0.35f;                ///< static regions freeze if at most this share of what is visible moves
                                      ///< (train/bounds/freeze); 0: never
   std::vector<int> elevate_points;   ///< bezier: K after each exact degree elevation
   std::vector<float> elevate_start;  ///< progress at which each happens
